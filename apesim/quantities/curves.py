@@ -1,0 +1,101 @@
+"""Curves: two columns of numbers, from a CSV or a table."""
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from apesim.quantities.culprits import Wrong, quoted
+from apesim.quantities.declarations import Declaration
+from apesim.quantities.files import csv_columns, split_header
+from apesim.quantities.units import NUMBER, unit
+
+NO_CURVE = np.empty((0, 2))
+"""A curve that is not given."""
+
+MOST_POINTS = 100_000
+"""Of a curve, a range or a list."""
+
+
+@dataclass(frozen=True)
+class Curve(Declaration):
+    """Two columns of numbers; inside an array in SI, shape (n, 2), n >= 2, the first column rising.
+
+    In a file it is the path of a CSV, from the folder of that file, or a table of two lists; both name the
+    columns with units. A CSV may hold more columns.
+
+    Parameters
+    ----------
+    columns : tuple of str
+        Names and display units, e.g. ``("time [ms]", "opening [-]")``.
+    source : str
+        Where such a curve comes from.
+    """
+
+    columns: tuple[str, str]
+    source: str
+
+    @property
+    def range_text(self):
+        """The form of the file."""
+        return f'a CSV with the header "{",".join(self.columns)}"'
+
+    @property
+    def strong(self):
+        """A right form in TOML."""
+        return '"curve.csv"'
+
+    def read(self, raw, ambient_pressure=None, folder=None):
+        """The curve that a user wrote or named; raises `Wrong`."""
+        lists = ", ".join(f'"{header}" = [...]' for header in self.columns)
+        right = f"give the path of {self.range_text}, or a table {{ {lists} }}"
+        if raw == "":
+            return NO_CURVE
+        try:
+            if isinstance(raw, str):
+                return self._array(csv_columns(Path(folder or "", raw)), f"{quoted(raw)}: ")
+            if not isinstance(raw, dict) or not all(isinstance(column, list) for column in raw.values()):
+                raise Wrong(f"{quoted(raw)} is no curve")
+            columns = {split_header(header): column for header, column in raw.items()}
+            if len(columns) != 2:
+                raise Wrong(f"the table has {len(columns)} columns, not 2")
+            return self._array(columns, "")
+        except Wrong as wrong:
+            raise Wrong(wrong.wrong, wrong.right or right) from None
+
+    def _array(self, columns, file):
+        given = [self._column(columns, file, *split_header(header)) for header in self.columns]
+        x, y = given
+        if len(x) != len(y) or not 2 <= len(x) <= MOST_POINTS:
+            raise Wrong(f"{file}columns of {len(x)} and {len(y)} numbers", f"give 2 to {MOST_POINTS} of both")
+        if np.any(stuck := np.diff(x) <= 0):
+            row = int(np.argmax(stuck)) + 2
+            raise Wrong(f"{file}{self.columns[0]} does not rise in row {row}", "sort the rows, one of equals")
+        return np.ascontiguousarray(np.transpose(given))
+
+    def _column(self, columns, file, name, display_unit):
+        found = [header for header in columns if header[0] == name]
+        if len(found) != 1:
+            raise Wrong(f"{file}{len(found) or 'no'} columns {quoted(name)}")
+        if found[0][1] is None:
+            raise Wrong(f"{file}column {quoted(name)} has no unit")
+        given = unit(found[0][1])
+        if given.dimension != unit(display_unit).dimension:
+            raise Wrong(f"{file}{quoted(found[0][1])} is no unit of {quoted(name)}")
+        values = []
+        for row, raw in enumerate(columns[found[0]], 1):
+            text = raw.strip() if isinstance(raw, str) else quoted(raw)
+            value = given.si(text) if re.fullmatch(NUMBER, text) else math.inf
+            if math.isinf(value):
+                raise Wrong(f"{file}{quoted(raw)} in row {row} is no finite number", "give numbers")
+            values.append(value)
+        return values
+
+    def render(self, value, ambient_pressure=None):
+        """The table that reads back as `value`, in SI units; "" for no curve."""
+        if not len(value):
+            return ""
+        names = [split_header(header) for header in self.columns]
+        return {f"{n} [{unit(u).si_text}]": value[:, i].tolist() for i, (n, u) in enumerate(names)}

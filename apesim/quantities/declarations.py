@@ -1,0 +1,180 @@
+"""Declarations: what a parameter may be, with its unit, range and source."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from apesim.quantities.culprits import Wrong, quoted
+from apesim.quantities.units import si_value, unit
+
+
+class Declaration:
+    """What the declarations share: pydantic reads their fields with `read`."""
+
+    def __get_pydantic_core_schema__(self, source, handler):
+        from pydantic_core import core_schema
+
+        def validate(raw, info):
+            return self.read(raw, **info.context)
+
+        return core_schema.with_info_plain_validator_function(validate)
+
+
+@dataclass(frozen=True)
+class Quantity(Declaration):
+    """A number with a unit; inside a float in SI.
+
+    Parameters
+    ----------
+    unit : str
+        The unit it is printed in; "" for a dimensionless number, which is written bare.
+    low, high : float
+        The range in that unit, ends included. Where `high` is `math.inf`, the text "inf" is allowed.
+    source : str
+        Where the default comes from.
+    text : str, optional
+        What holds if an optional value is not given.
+    optional : bool
+        NaN inside means not given, "" in a file.
+    """
+
+    unit: str
+    low: float
+    high: float
+    source: str
+    text: str | None = None
+    optional: bool = False
+
+    suffix = ""
+
+    @cached_property
+    def range_text(self):
+        """E.g. "1 to 50 mm"."""
+        low, high = (repr(float(end)).removesuffix(".0") for end in (self.low, self.high))
+        if math.isinf(self.high):
+            ends = "any number" if math.isinf(self.low) else f"at least {low}"
+        else:
+            ends = f"at most {high}" if math.isinf(self.low) else f"{low} to {high}"
+        return f"{ends} {self.unit}{self.suffix}".strip()
+
+    @cached_property
+    def ends(self):
+        """The range in SI."""
+        scale = unit(self.unit)
+        return [end if math.isinf(end) else scale.si(repr(float(end))) for end in (self.low, self.high)]
+
+    def read(self, raw, ambient_pressure=None, folder=None):
+        """The SI value of what a user wrote; raises `Wrong`."""
+        if isinstance(raw, bool) or not isinstance(raw, str | int | float):
+            raise Wrong(f"{quoted(raw)} is no {'quantity' if self.unit else 'number'}")
+        if self.unit and not isinstance(raw, str):
+            raise Wrong(f"{quoted(raw)} has no unit")
+        try:
+            text = raw.strip() if isinstance(raw, str) else repr(float(raw))
+        except OverflowError:
+            raise Wrong(f"{quoted(raw)} is too large") from None
+        if self.optional and not text:
+            return math.nan
+        if text == "inf" and self.high == math.inf:
+            return math.inf
+        value = self._value(raw, text, ambient_pressure)
+        if not self.ends[0] <= value <= self.ends[1]:
+            raise Wrong(f"{quoted(raw)} is out of range", f"allowed: {self.range_text}")
+        return value
+
+    def _value(self, raw, text, ambient_pressure):
+        return si_value(raw, text, self.unit)
+
+    def render(self, value, ambient_pressure=None):
+        """The shortest text that reads back as `value`; "" if not given."""
+        if math.isnan(value):
+            return ""
+        return "inf" if value == math.inf else f"{unit(self.unit).shortest(value)} {self.unit}".strip()
+
+    def example(self, value, ambient_pressure=None):
+        """A right form: of `value`, if it is one to show, or of an end of the range."""
+        if not math.isfinite(value):
+            value = next((end for end in self.ends[::-1] if math.isfinite(end)), 1.0)
+        return f"write e.g. {self._toml(self.render(value, ambient_pressure))}"
+
+    @property
+    def strong(self):
+        """A right form in TOML that does not stand for nothing: the upper end of the range, if it has one."""
+        ends = self.high, 1.0, self.low, -1.0
+        right = [end for end in ends if end and math.isfinite(end) and self.low <= end <= self.high]
+        return self._toml(self.render(unit(self.unit).si(repr(float((right or ends)[0])))))
+
+    def _toml(self, text):
+        return f'"{text}"' if self.unit else text
+
+
+@dataclass(frozen=True, init=False)
+class Pressure(Quantity):
+    """A pressure, absolute inside; its text says ``gauge`` (above the machine's ambient pressure) or ``abs``.
+
+    Parameters
+    ----------
+    low, high : float
+        The range in `unit`, absolute.
+    source, unit, text, optional
+        As in `Quantity`.
+    show : {"abs", "gauge"}
+        How it is printed.
+    """
+
+    show: str = "abs"
+
+    suffix = " abs"
+
+    def __init__(self, low, high, source, unit="MPa", show="abs", text=None, optional=False):
+        super().__init__(unit, low, high, source, text, optional)
+        object.__setattr__(self, "show", show)
+
+    def _value(self, raw, text, ambient_pressure):
+        body, _, kind = text.rpartition(" ")
+        if kind not in ("gauge", "abs"):
+            si_value(raw, text, self.unit)  # an unreadable number or unit comes first
+            raise Wrong(f"{quoted(raw)} says neither gauge nor abs", f'write "{text} gauge" or "{text} abs"')
+        if kind == "abs":
+            return si_value(raw, body.strip(), self.unit)
+        if ambient_pressure is None:
+            raise Wrong(f"{quoted(raw)}: no ambient pressure is known here to stand above")
+        return si_value(raw, body.strip(), self.unit, ambient_pressure)
+
+    def render(self, value, ambient_pressure=None):
+        """The shortest text that reads back as `value`; "" if not given."""
+        if not math.isfinite(value):
+            return super().render(value)
+        gauge = self.show == "gauge" and ambient_pressure is not None
+        number = unit(self.unit).shortest(value, ambient_pressure if gauge else 0.0)
+        return f"{number} {self.unit} {'gauge' if gauge else 'abs'}"
+
+
+@dataclass(frozen=True)
+class Choice(Declaration):
+    """One of several words; inside its index."""
+
+    options: tuple[str, ...]
+    source: str
+
+    @property
+    def range_text(self):
+        """The words, quoted."""
+        *others, last = (f'"{option}"' for option in self.options)
+        return f"{', '.join(others)} or {last}" if others else last
+
+    def read(self, raw, ambient_pressure=None, folder=None):
+        """The index of the word that a user wrote; raises `Wrong`."""
+        text = raw.strip() if isinstance(raw, str) else raw
+        if text not in self.options:
+            raise Wrong(f"{quoted(raw)} is no option", f"write {self.range_text}")
+        return self.options.index(text)
+
+    @property
+    def strong(self):
+        """A right form in TOML: the last of the words, as the first often stands for nothing."""
+        return f'"{self.options[-1]}"'
+
+    def render(self, value, ambient_pressure=None):
+        """The word of an index."""
+        return self.options[value]

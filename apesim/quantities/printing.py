@@ -1,0 +1,97 @@
+"""Printing: a tree of parameter classes as a commented TOML text."""
+
+import json
+import textwrap
+
+from apesim.quantities.declarations import Quantity
+from apesim.quantities.trees import due, fields, is_section, joined, schema
+
+WIDTH = 110
+"""Columns of a line; a remark that does not fit behind its value stands above it."""
+
+LEGEND = "Behind each value: its range; the source of its default, which holds if the key is left out."
+
+
+def dumps(tree):
+    """The commented TOML text of a tree of parameter classes; `load` reads the very same tree from it.
+
+    An optional section that is as its class has it by default is a comment.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        An instance of a parameter class.
+
+    Returns
+    -------
+    str
+    """
+    body = _section(tree, getattr(getattr(tree, "ambient", None), "pressure", None))
+    gap = [""] * (body[:1] != [""])
+    return "\n".join([*_comment(_title(type(tree))), *_comment(LEGEND), *gap, *body, ""])
+
+
+def _section(tree, ambient_pressure, path="", wanted=()):
+    """What stands below a header: keys (the `wanted` ones are never a comment), curves, sections."""
+    keys, curves, sections = [], [], []
+    for key, field in fields(type(tree)).items():
+        value, default, name = getattr(tree, key), type(tree)._field_defaults[key], joined(path, key)
+        if is_section(field):
+            sections += ["", *_comment(_title(field))]
+            any_of = due(type(tree)).get(key, ())
+            lines = [f"[{name}]", *_section(value, ambient_pressure, name, any_of)]
+            if any_of and _texts(value, ambient_pressure) == _texts(default, ambient_pressure):
+                lines = [f"# {line}".rstrip() for line in lines]
+            sections += lines
+            continue
+        text = field.render(value, ambient_pressure)
+        remark = field.range_text, " ".join(field.source.split())
+        if isinstance(text, dict):
+            curves += ["", *_comment(*remark), f"[{name}]", *_columns(text)]
+        elif text == "" == field.render(default, ambient_pressure) and key not in wanted:
+            held = f"default: {field.text}" if getattr(field, "text", None) else "not given"
+            keys += _remarked(f'# {key} = ""  # {held}', "; ", *remark)
+        else:
+            bare = isinstance(field, Quantity) and not field.unit and text not in ("", "inf")
+            keys += _remarked(f"{key} = {float(text) if bare else _string(text)}", " # ", *remark)
+    return keys + curves + sections
+
+
+def _texts(tree, ambient_pressure):
+    """All values of a tree as they are printed, to compare trees: NaN equals itself."""
+    return [leaf.declaration.render(leaf.default, ambient_pressure) for leaf in schema(type(tree), tree)]
+
+
+def _title(cls):
+    return cls.__doc__.strip().splitlines()[0]
+
+
+def _string(text):
+    return json.dumps(text, ensure_ascii=False)  # TOML escapes as JSON does
+
+
+def _comment(*parts):
+    """Lines of comment: all parts in one, or each in lines of its own."""
+    text = f"# {'; '.join(parts)}"
+    if len(text) <= WIDTH:
+        return [text]
+    return [f"# {line}" for part in parts for line in textwrap.wrap(part, WIDTH - 2, break_on_hyphens=False)]
+
+
+def _remarked(line, separator, *remark):
+    """A line with its remark behind it, or above it if that would be too long."""
+    whole = f"{line}{separator}{'; '.join(remark)}"
+    return [whole] if len(whole) <= WIDTH else [*_comment(*remark), line]
+
+
+def _columns(columns):
+    """The lists of a curve."""
+    lines = []
+    for header, numbers in columns.items():
+        line = f"{_string(header)} = [{', '.join(map(repr, numbers))}]"
+        if len(line) > WIDTH:
+            rows = [numbers[i : i + 4] for i in range(0, len(numbers), 4)]  # of at most 24 characters each
+            lines += [f"{_string(header)} = [", *(f"    {', '.join(map(repr, row))}," for row in rows), "]"]
+        else:
+            lines.append(line)
+    return lines

@@ -1,0 +1,142 @@
+"""Reading: a tree of parameter classes from parsed TOML, all faults told at once."""
+
+import difflib
+from functools import lru_cache
+from pathlib import Path
+
+from apesim.quantities.culprits import Culprit, InputError, Wrong, culprit, quoted
+from apesim.quantities.trees import due, fields, is_section, joined, schema
+
+COMMAND_LINE = "--set"
+
+
+def read(cls, data, file, assigned=frozenset()):
+    """An instance of a parameter class from parsed TOML.
+
+    The ambient pressure (``ambient.pressure``, if the class has one) is read first, for the gauge pressures.
+
+    Parameters
+    ----------
+    cls : type
+    data : dict
+        As `tomllib` returns it.
+    file : str
+        The file, for messages; paths in it start in its folder.
+    assigned : set of str
+        Keys that the command line has set, for messages.
+
+    Returns
+    -------
+    cls
+
+    Raises
+    ------
+    InputError
+        With every culprit: unknown keys, wrong values, optional sections without a due key; and if there is
+        none, what the ``faults`` methods say.
+    """
+    from pydantic import ValidationError
+
+    leaves = {leaf.key: leaf for leaf in schema(cls)}
+    culprits = []
+    data = _tables(cls, data, file, culprits)
+    culprits += _without_due(cls, data, file, assigned)
+
+    def place(key):
+        return COMMAND_LINE if key in assigned else file
+
+    def blame(key, wrong):
+        leaf = leaves[key]
+        culprits.append(culprit(place(key), key, wrong, leaf.declaration, leaf.default, reference))
+
+    reference, key = None, "ambient.pressure"
+    if key in leaves:
+        reference, given = leaves[key].default, data.get("ambient", {})
+        try:
+            reference = leaves[key].declaration.read(given["pressure"]) if "pressure" in given else reference
+        except Wrong as wrong:
+            blame(key, wrong)
+            del given["pressure"]  # told, and the others can still be read
+    try:
+        context = {"ambient_pressure": reference, "folder": Path(file).parent}
+        tree = _adapter(cls).validate_python(data, context=context)
+        if not culprits:
+            culprits += [Culprit(place(key), key, *fault) for key, *fault in _faults(tree)]
+    except ValidationError as errors:
+        for error in errors.errors(include_url=False):
+            if error["type"] == "extra_forbidden":
+                culprits.append(unknown(cls, error["loc"], file))
+            else:
+                blame(joined(*error["loc"]), error["ctx"]["error"])
+    if culprits:
+        raise InputError(culprits)
+    return tree
+
+
+@lru_cache(maxsize=64)
+def _adapter(cls):
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(cls)
+
+
+def _tables(cls, data, file, culprits, section=""):
+    """A copy of `data` without what stands where a table is due: pydantic would take a list for one."""
+    kept = {}
+    for key, raw in data.items():
+        field, path = fields(cls).get(key), joined(section, key)
+        if not is_section(field):
+            kept[key] = raw
+        elif isinstance(raw, dict):
+            kept[key] = _tables(field, raw, file, culprits, path)
+        else:
+            right = f"write [{path}], with keys of {', '.join(fields(field))}"
+            culprits.append(Culprit(file, path, f"{quoted(raw)} is no table", right))
+    return kept
+
+
+def _without_due(cls, data, file, assigned, section=""):
+    """The culprits of optional sections that are present without any of their due keys."""
+    for key, raw in data.items():
+        field, path = fields(cls).get(key), joined(section, key)
+        if not is_section(field):
+            continue
+        yield from _without_due(field, raw, file, assigned, path)
+        keys = due(cls).get(key, ())
+        strange = [name for name in raw if name not in fields(field)]
+        misspelt = any(difflib.get_close_matches(name, keys) for name in strange)  # told as an unknown key
+        if keys and not misspelt and not any(name in raw for name in keys):
+            right = " or ".join(f"{name} = {fields(field)[name].strong}" for name in keys)
+            place = COMMAND_LINE if _is_assigned(raw, assigned, path) else file
+            yield Culprit(place, path, f"is present without {' or '.join(keys)}", f"give {right}")
+
+
+def _is_assigned(data, assigned, section):
+    """Whether a table holds nothing but what the command line has set."""
+    for key, raw in data.items():
+        path = joined(section, key)
+        if not (_is_assigned(raw, assigned, path) if isinstance(raw, dict) else path in assigned):
+            return False
+    return bool(data)
+
+
+def unknown(cls, path, file):
+    """The culprit of an unknown key, with the nearest right one: in its section, or elsewhere by its name."""
+    *sections, key = path
+    valid = cls
+    for section in sections:
+        valid = fields(valid)[section]
+    near = difflib.get_close_matches(key, fields(valid), n=1)
+    section = ".".join(sections)
+    right = [joined(section, near[0])] if near else [x.key for x in schema(cls) if x.key.endswith(f".{key}")]
+    right = f"did you mean {' or '.join(right)}?" if right else f"valid here: {', '.join(fields(valid))}"
+    return Culprit(file, joined(section, key), "unknown key", right)
+
+
+def _faults(tree, section=""):
+    """What the ``faults`` methods of a tree find, with the full keys."""
+    for key, field in fields(type(tree)).items():
+        if is_section(field):
+            yield from _faults(getattr(tree, key), joined(section, key))
+    for key, wrong, right in getattr(tree, "faults", tuple)():
+        yield joined(section, key), wrong, right
