@@ -42,7 +42,7 @@ def quoted(raw):
         text = repr(raw)
     except ValueError:  # Python refuses to print integers of thousands of digits
         return "a huge number"
-    return text if len(text) <= 60 else f"{text[:50]}…"
+    return text if len(text) <= 60 else f"{text[:24]}…{text[-34:]}"
 
 
 def culprit(file, key, wrong, declaration, default=math.nan, ambient_pressure=None):

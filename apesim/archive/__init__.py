@@ -1,0 +1,31 @@
+"""Archives: results in HDF5 files that outlive the program.
+
+In the order in which they build on one another: records (what an archive holds in memory), untrusted (guards against
+damaged and strangers' files), file (write and read), comparison, shards (of a running sweep), inspection.
+"""
+
+from apesim.archive.file import (
+    Archive,
+    ArchiveError,
+    DamagedError,
+    Variable,
+    command_line,
+    read,
+    read_about,
+    sha256,
+    validate,
+    write,
+)
+
+__all__ = [
+    "Archive",
+    "ArchiveError",
+    "DamagedError",
+    "Variable",
+    "command_line",
+    "read",
+    "read_about",
+    "sha256",
+    "validate",
+    "write",
+]

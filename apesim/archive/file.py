@@ -1,0 +1,243 @@
+"""Archives of runs: one HDF5 file that outlives the program which wrote it.
+
+Runs are the leading axis of every result. The layout needs no apesim to be understood::
+
+    /                    attributes format, format_version
+    /run                 run numbers, the leading axis
+    /NAME                one dataset for each variable or axis; attributes units, long_name, dimensions
+    /about/machine       the machine as TOML text
+    /about/provenance    JSON text: command line, versions, time, hashes
+
+Every dataset is chunked and carries Fletcher-32 checksums, texts included; nothing is pickled. A file
+is built in memory and published by rename: a finished archive is complete or absent, and never changed.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import io
+import json
+import math
+import os
+import platform
+import secrets
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+import h5py
+import numpy as np
+
+from apesim.archive.records import FORMAT, FORMAT_VERSION, Archive, Variable, sha256, validate
+from apesim.archive.untrusted import (
+    SIZE_LIMIT,
+    ArchiveError,
+    DamagedError,
+    damage_named,
+    load_about,
+    load_variable,
+    opened,
+)
+
+__all__ = [
+    "Archive",
+    "ArchiveError",
+    "DamagedError",
+    "Variable",
+    "command_line",
+    "read",
+    "read_about",
+    "sha256",
+    "validate",
+    "write",
+]
+
+CHUNK_BYTES = 2**20
+
+
+def command_line(arguments: Sequence[str]) -> str:
+    """The command line for the provenance: absolute paths shrink to their last part, they name users.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        `sys.argv`, the program first.
+    """
+
+    def short(text: str) -> str:
+        for flavour in (PurePosixPath, PureWindowsPath):
+            if flavour(text).is_absolute() or text.startswith("~"):
+                return flavour(text).name
+        return text
+
+    return " ".join("=".join(short(part) for part in argument.split("=")) for argument in arguments)
+
+
+def _surroundings() -> dict[str, str]:
+    known = {
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "hdf5": h5py.version.hdf5_version,
+    }
+    for package in ("apesim", "numpy", "numba", "h5py"):
+        try:
+            known[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return known
+
+
+def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
+    """Write an archive, completely or not at all; an older file of that name is replaced.
+
+    Parameters
+    ----------
+    archive : Archive
+        Entries of its provenance win over those added here (created, versions, platform), but for format and
+        machine_sha256. The same archive with all of these given makes the same bytes.
+    path : path
+        The file.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ValueError
+        The archive breaks the data model.
+    ArchiveError
+        The disk is full, the folder is missing or not writable.
+    """
+    validate(archive)
+    provenance = (
+        _surroundings()
+        | archive.provenance
+        | {"format": FORMAT, "format_version": str(FORMAT_VERSION), "machine_sha256": sha256(archive.machine)}
+    )
+    path = Path(path)
+    try:
+        _publish(path, _image(replace(archive, provenance=provenance)))
+    except OSError as error:
+        raise ArchiveError(
+            path, f"could not be written ({error.strerror or error})", "make room or choose another folder"
+        ) from error
+    return path
+
+
+def _publish(path: Path, content: memoryview) -> None:
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
+    try:
+        with open(temporary, "xb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+    if os.name == "posix":
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def _image(archive: Archive) -> memoryview:
+    # In memory, because HDF5 writing to a full disk ends in a segmentation fault.
+    content = io.BytesIO()
+    with h5py.File(content, "w", libver=("v110", "v110"), track_order=True) as file:
+        _set_text(file, "format", FORMAT)
+        file.attrs.create("format_version", FORMAT_VERSION, dtype="<i8")
+        # A group of its own, so that readers of netCDF-4 see only variables with named axes.
+        about = file.create_group("about", track_order=True)
+        _dataset(about, "machine", np.array([archive.machine]))
+        _dataset(
+            about,
+            "provenance",
+            np.array([json.dumps(archive.provenance, ensure_ascii=False, indent=1, sort_keys=True)]),
+        )
+        for name, variable in archive.variables.items():
+            dataset = _dataset(file, name, variable.values)
+            _set_text(dataset, "units", variable.unit)
+            _set_text(dataset, "long_name", variable.description)
+            _set_text(dataset, "dimensions", " ".join(variable.dims))
+            if variable.values.dtype.kind == "U":
+                _set_text(dataset, "_Encoding", "utf-8")  # xarray then shows text instead of bytes
+            if variable.meanings:
+                _set_text(dataset, "meanings", variable.meanings)
+            if variable.finite:
+                dataset.attrs.create("finite", 1, dtype="<i1")
+        for name, variable in archive.variables.items():
+            if variable.dims == (name,):
+                file[name].make_scale(name)
+        for name, variable in archive.variables.items():
+            if variable.dims != (name,):
+                for dimension, axis in zip(file[name].dims, variable.dims, strict=True):
+                    dimension.attach_scale(file[axis])
+    return content.getbuffer()
+
+
+def _dataset(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Dataset:
+    if values.dtype.kind == "U":
+        values = np.char.encode(values, "utf-8")
+        dtype = h5py.string_dtype("utf-8", max(1, values.dtype.itemsize))
+    else:
+        dtype = values.dtype.newbyteorder("<")
+    rows = CHUNK_BYTES // max(1, math.prod(values.shape[1:]) * dtype.itemsize)
+    chunks = (max(1, min(rows, len(values))), *(max(1, n) for n in values.shape[1:]))
+    return group.create_dataset(
+        name,
+        shape=values.shape,
+        dtype=dtype,
+        data=values.astype(dtype),
+        chunks=chunks,
+        fletcher32=True,
+        # An axis of length 0 must be able to grow, else no chunk fits in.
+        maxshape=tuple(n or None for n in values.shape),
+        track_times=False,
+    )
+
+
+def _set_text(item: h5py.Group | h5py.Dataset, name: str, text: str) -> None:
+    # Fixed length keeps the text in the checksummed object header; the heap of variable texts has none.
+    raw = text.encode()
+    dtype = h5py.string_dtype("utf-8", max(1, len(raw)))
+    item.attrs.create(name, np.array(raw).astype(dtype), dtype=dtype)
+
+
+def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
+    """Read an archive, from whomever: checksums are verified, links and foreign types are refused.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    limit : int
+        Largest size of all datasets together, bytes.
+
+    Raises
+    ------
+    ArchiveError
+        The file is missing, damaged, unsafe, too large, no archive or of a newer format.
+    """
+    with opened(path, limit) as file:
+        machine, provenance = load_about(file, Path(path))
+        variables = {}
+        for name in file:
+            if name != "about":
+                with damage_named(Path(path), name):
+                    variables[name] = load_variable(file, name)
+        archive = Archive(machine, provenance, variables)
+        validate(archive)
+    return archive
+
+
+def read_about(path: str | os.PathLike[str]) -> tuple[str, dict[str, str]]:
+    """Read only the machine text and the provenance; errors as in `read`."""
+    with opened(path) as file:
+        return load_about(file, Path(path))

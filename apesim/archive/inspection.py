@@ -1,0 +1,234 @@
+"""Looking into archives: what is in them, whether they are sound, and CSV out of them."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import tomllib
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from apesim.archive.file import Archive, ArchiveError, read, read_about
+from apesim.archive.records import Variable, check_variable, validate
+from apesim.archive.shards import missing_runs
+from apesim.archive.untrusted import damage_named, load_variable, opened
+
+__all__ = ["export", "info", "verify"]
+
+
+def info(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """What an archive holds, in a form that JSON can take.
+
+    Parameters
+    ----------
+    path : path
+        The archive.
+
+    Returns
+    -------
+    dict
+        `path`, `bytes`, `format`, `format_version`, `created`, `versions`, `runs`, `first_run`, `last_run`,
+        `missing_runs` (first and last of each gap), `axes` (name, length, unit, first and last value),
+        `variables` (name, dims, shape, dtype, unit, description, meanings), `machine`, `provenance`.
+
+    Raises
+    ------
+    ArchiveError
+    """
+    archive = read(path)
+    axes, variables = [], []
+    for name, variable in archive.variables.items():
+        if variable.dims == (name,):
+            ends = variable.values[[0, -1]].tolist() if len(variable.values) else [None, None]
+            axes.append(
+                {
+                    "name": name,
+                    "length": len(variable.values),
+                    "unit": variable.unit,
+                    "first": ends[0],
+                    "last": ends[1],
+                }
+            )
+        variables.append(
+            {
+                "name": name,
+                "dims": list(variable.dims),
+                "shape": list(variable.values.shape),
+                "dtype": variable.kind,
+                "unit": variable.unit,
+                "description": variable.description,
+                "meanings": variable.meanings,
+            }
+        )
+    provenance = archive.provenance
+    runs = archive.runs.tolist()
+    return {
+        "path": os.fspath(path),
+        "bytes": os.path.getsize(path),
+        "format": provenance.get("format", ""),
+        "format_version": provenance.get("format_version", ""),
+        "created": provenance.get("created", ""),
+        "versions": {
+            k: provenance[k] for k in ("apesim", "python", "numpy", "numba", "h5py", "hdf5") if k in provenance
+        },
+        "runs": len(runs),
+        "first_run": runs[0] if runs else None,
+        "last_run": runs[-1] if runs else None,
+        "missing_runs": [list(gap) for gap in missing_runs(archive)],
+        "axes": axes,
+        "variables": variables,
+        "machine": archive.machine,
+        "provenance": provenance,
+    }
+
+
+def verify(path: str | os.PathLike[str]) -> list[str]:
+    """Read every chunk and check every promise of the format.
+
+    Parameters
+    ----------
+    path : path
+        The archive.
+
+    Returns
+    -------
+    list of str
+        One line for each fault, empty when the archive is sound.
+    """
+    path = Path(path)
+    faults: list[str] = []
+    try:
+        machine, _ = read_about(path)
+        tomllib.loads(machine)
+    except ArchiveError as error:
+        return [str(error)]
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        faults.append(f"{path}: about/machine: is no TOML ({error})")
+    try:
+        with opened(path) as file:
+            variables: dict[str, Variable] = {}
+            users: dict[str, set[tuple[str, int]]] = {}
+            for item in ("about/machine", "about/provenance", *(name for name in file if name != "about")):
+                try:
+                    with damage_named(path, item):
+                        if not file[item].fletcher32:
+                            raise ValueError("carries no checksums")
+                        if item.startswith("about/"):
+                            continue
+                        variables[item] = load_variable(file, item)
+                        check_variable(item, variables[item])
+                        _check_scales(file, item, variables[item], users)
+                except ArchiveError as error:
+                    faults.append(str(error))
+            if not faults:
+                validate(Archive(machine, {}, variables))
+    except ArchiveError as error:
+        faults.append(str(error))
+    return faults
+
+
+def _check_scales(file: Any, name: str, variable: Variable, users: dict[str, set[tuple[str, int]]]) -> None:
+    """The axes as netCDF readers find them must be the ones that are named."""
+    if variable.dims == (name,):
+        if not file[name].is_scale:
+            raise ValueError(f"axis {name} is no dimension scale")
+        return
+    for place, axis in enumerate(variable.dims):
+        if axis not in users:
+            users[axis] = set(_users(file, axis))
+        if (f"/{name}", place) not in users[axis]:
+            raise ValueError(f"axis {axis} is not attached as dimension {place}")
+
+
+def _users(file: Any, axis: str) -> Iterator[tuple[str, int]]:
+    """Variables that an axis is attached to, with the place of the axis in each.
+
+    Asked of the axis, whose list of users is checksummed: the variables keep their lists of axes in the heap,
+    where HDF5 2.0 loops for ever over damage.
+    """
+    if "REFERENCE_LIST" not in file[axis].attrs:
+        return
+    if file[axis].attrs.get_id("REFERENCE_LIST").dtype.names != ("dataset", "dimension"):
+        raise ValueError(f"axis {axis} has a foreign list of users")
+    for user, place in file[axis].attrs["REFERENCE_LIST"]:
+        with suppress(ValueError, RuntimeError, KeyError, OSError):  # removed since it was attached
+            yield file[user].name, int(place)
+
+
+def export(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> list[Path]:
+    """Write an archive as CSV, TOML and JSON; every float is written so that it reads back to the same bits.
+
+    Parameters
+    ----------
+    path : path
+        The archive.
+    folder : path
+        Made if it does not exist.
+
+    Returns
+    -------
+    list of Path
+        machine.toml, provenance.json, variables.csv (what each variable means), runs.csv (one row a run) and,
+        for each run, traces/run_0007.csv with a row for each point of its axis; with several axes
+        traces/run_0007_AXIS.csv for each.
+
+    Raises
+    ------
+    ArchiveError
+        The archive cannot be read, or the folder is not empty or not writable.
+    """
+    archive, folder = read(path), Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise ArchiveError(folder, "is not empty", "name a new folder")
+        return _export(archive, folder)
+    except OSError as error:
+        raise ArchiveError(folder, f"cannot be written ({error.strerror})", "choose another folder") from error
+
+
+def _export(archive: Archive, folder: Path) -> list[Path]:
+    variables = archive.variables
+    written = [folder / name for name in ("machine.toml", "provenance.json", "variables.csv", "runs.csv")]
+    written[0].write_text(archive.machine, encoding="utf-8", newline="")
+    provenance = json.dumps(archive.provenance, indent=1, ensure_ascii=False)
+    written[1].write_text(provenance + "\n", encoding="utf-8")
+    _table(
+        written[2],
+        ["name", "unit", "type", "axes", "meanings", "description"],
+        ((name, v.unit, v.kind, " ".join(v.dims), v.meanings, v.description) for name, v in variables.items()),
+    )
+    columns = {"run": variables["run"]} | {n: v for n, v in variables.items() if v.dims == ("run",)}
+    _table(written[3], _header(columns), zip(*(v.values.tolist() for v in columns.values()), strict=True))
+
+    groups: dict[tuple[str, ...], dict[str, Variable]] = {}
+    for name, variable in variables.items():
+        if len(variable.dims) > 1:
+            groups.setdefault(variable.dims[1:], {})[name] = variable
+    (folder / "traces").mkdir()
+    for axes, members in groups.items():
+        grid = np.meshgrid(*(variables[axis].values for axis in axes), indexing="ij")
+        places = [points.ravel().tolist() for points in grid]
+        suffix = "_" + "_".join(axes) if len(groups) > 1 else ""
+        header = _header({axis: variables[axis] for axis in axes} | members)
+        for i, run in enumerate(archive.runs.tolist()):
+            written.append(folder / "traces" / f"run_{run:04d}{suffix}.csv")
+            samples = (v.values[i].ravel().tolist() for v in members.values())
+            _table(written[-1], header, zip(*places, *samples, strict=True))
+    return written
+
+
+def _header(columns: dict[str, Variable]) -> list[str]:
+    return [f"{name} [{variable.unit}]" for name, variable in columns.items()]
+
+
+def _table(path: Path, header: list[str], rows: Iterable[tuple[Any, ...]]) -> None:
+    with open(path, "x", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")  # writes floats by repr
+        writer.writerow(header)
+        writer.writerows(rows)

@@ -1,0 +1,157 @@
+"""What an archive holds in memory: variables with named axes, units and one leading axis, the runs."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+FORMAT = "apesim archive"
+FORMAT_VERSION = 1
+ATTRIBUTE_BYTES = 2**15
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.]{0,99}")
+_MEANING = re.compile(r"(-?\d+) [^,]+")
+
+
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """One quantity of an archive.
+
+    Attributes
+    ----------
+    dims : tuple of str
+        Names of the axes. Results begin with "run"; an axis has its own name as its only one.
+    values : ndarray
+        float64 (NaN is a missing value), int64, int8 (flags and codes) or text.
+    unit : str
+        Such as "Pa abs"; "1" for numbers without unit, codes and text.
+    description : str
+        One line.
+    meanings : str
+        What the codes of an int8 variable mean: "0 epv, 1 cam".
+    finite : bool
+        Neither NaN nor infinity may occur. Axes are always so.
+    """
+
+    dims: tuple[str, ...]
+    values: np.ndarray
+    unit: str
+    description: str
+    meanings: str = ""
+    finite: bool = False
+
+    @property
+    def kind(self) -> str:
+        """Type of the values: "float64", "int64", "int8" or "text"."""
+        return "text" if self.values.dtype.kind == "U" else str(self.values.dtype)
+
+
+@dataclass(frozen=True, eq=False)
+class Archive:
+    """Results of runs of one machine.
+
+    Attributes
+    ----------
+    machine : str
+        TOML text of the whole machine.
+    provenance : dict of str to str
+        Where the results come from; `write` adds what it knows itself.
+    variables : dict of str to Variable
+        Axes and results by name; "run" holds the run numbers (int64, increasing).
+    """
+
+    machine: str
+    provenance: dict[str, str]
+    variables: dict[str, Variable]
+
+    @property
+    def runs(self) -> np.ndarray:
+        """Run numbers, shape (runs,), int64."""
+        return self.variables["run"].values
+
+
+def sha256(text: str) -> str:
+    """Hash of a text, as stored under `machine_sha256`; 64 hexadecimal digits."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def validate(archive: Archive) -> None:
+    """Check that an archive can be written.
+
+    Raises
+    ------
+    ValueError
+        Names the variable, what is wrong and what would be right.
+    """
+    _storable("machine", archive.machine)
+    for key, value in archive.provenance.items():
+        if not isinstance(key, str) or not isinstance(value, str):
+            raise ValueError(f"provenance {key!r}: {value!r} is not text; convert it with str()")
+        _storable("provenance", key + value)
+    if "run" not in archive.variables:
+        raise ValueError("no variable 'run'; give the run numbers, dims ('run',), int64")
+    for name, variable in archive.variables.items():
+        check_variable(name, variable)
+        for axis, length in zip(variable.dims, variable.values.shape, strict=True):
+            coordinate = archive.variables.get(axis)
+            if coordinate is None or coordinate.dims != (axis,):
+                raise ValueError(f"{name}: no variable for its axis {axis!r}; add one with dims ({axis!r},)")
+            if len(coordinate.values) != length:
+                raise ValueError(f"{name}: {length} values along {axis!r} of {len(coordinate.values)}")
+
+
+def check_variable(name: str, variable: Variable) -> None:
+    """Check one variable by itself: name, form, units, codes, finite values.
+
+    Raises
+    ------
+    ValueError
+    """
+    values, dims = variable.values, variable.dims
+    for text in (name, *dims):
+        if not isinstance(text, str) or not _NAME.fullmatch(text) or text == "about":
+            raise ValueError(f"{text!r} is no name for a variable; use letters, digits, '_' and '.'")
+    if not isinstance(values, np.ndarray) or (
+        values.dtype not in (np.float64, np.int64, np.int8) and (values.dtype.kind != "U")
+    ):
+        kind = getattr(values, "dtype", type(values).__name__)
+        raise ValueError(f"{name}: values of type {kind}; give an array of float64, int64, int8 or text")
+    if values.ndim != len(dims) or len(set(dims)) != len(dims):
+        raise ValueError(f"{name}: shape {values.shape} does not fit the axes {dims}")
+    axis = dims == (name,)
+    if not axis and (not dims or dims[0] != "run" or name in dims):
+        raise ValueError(f"{name}: axes {dims}; results begin with 'run', an axis has the dims ({name!r},)")
+    for label, text in (
+        ("unit", variable.unit),
+        ("description", variable.description),
+        ("meanings", variable.meanings),
+    ):
+        if not isinstance(text, str) or not text.isprintable() or len(text.encode()) > ATTRIBUTE_BYTES:
+            raise ValueError(f"{name}: {label} {text!r:.80} is not one printable line")
+    if not variable.unit.strip():
+        raise ValueError(f"{name}: no unit; a number without one has the unit '1'")
+    if (axis or variable.finite) and values.dtype.kind == "f" and not np.isfinite(values).all():
+        raise ValueError(f"{name}: NaN or infinity, but its values must be finite")
+    if name == "run" and (values.dtype != np.int64 or (values < 0).any() or (np.diff(values) <= 0).any()):
+        raise ValueError("run: run numbers must be int64, not negative and increasing")
+    if values.dtype.kind == "U":
+        _storable(name, "".join(values.ravel().tolist()))
+    if variable.meanings:
+        codes = [_MEANING.fullmatch(entry.strip()) for entry in variable.meanings.split(",")]
+        if values.dtype != np.int8 or not all(codes):
+            raise ValueError(f"{name}: meanings {variable.meanings!r}; write '0 epv, 1 cam', for int8 only")
+        unknown = np.setdiff1d(values, [int(code[1]) for code in codes if code])
+        if unknown.size:
+            raise ValueError(f"{name}: code {unknown[0]} has no meaning in {variable.meanings!r}")
+
+
+def _storable(name: str, text: str) -> None:
+    if not isinstance(text, str) or "\0" in text:
+        raise ValueError(f"{name}: not a text without NUL characters")
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{name}: a text that has no UTF-8 form") from None

@@ -1,0 +1,306 @@
+"""Parts of a running sweep, safe against crashes, and how parts become one archive.
+
+A sweep into F.h5 holds F.h5.lock, puts finished runs into F.h5.shards/ about once a second, each shard by
+temporary file and rename, and merges them at the end. Killed at any time, it loses at most the shard in work.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import filelock
+import numpy as np
+
+from apesim.archive.comparison import machine_differences
+from apesim.archive.file import Archive, ArchiveError, read, write
+from apesim.archive.records import validate
+
+__all__ = [
+    "Shards",
+    "lock",
+    "merge",
+    "missing_runs",
+    "plan_hash",
+    "read_shards",
+    "remove_shards",
+    "shards_folder",
+    "write_shard",
+]
+
+
+class Shards(NamedTuple):
+    """What a killed sweep left behind."""
+
+    parts: list[Archive]
+    done: list[int]  # run numbers in the parts, increasing
+    damaged: list[str]  # one line for each shard that could not be read; its runs must be computed again
+
+
+def plan_hash(machine: str, settings: Mapping[str, Any]) -> str:
+    """Hash that identifies a sweep: shards and parts with the same one belong together.
+
+    Parameters
+    ----------
+    machine : str
+        TOML text of the machine.
+    settings : mapping
+        Everything else that decides the results and the numbering of the runs, as JSON knows it.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    content = json.dumps([machine, settings], sort_keys=True, ensure_ascii=True, allow_nan=True)
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+def shards_folder(path: str | os.PathLike[str]) -> Path:
+    """Folder of the shards of an archive: F.h5.shards."""
+    return Path(f"{os.fspath(path)}.shards")
+
+
+@contextmanager
+def lock(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Hold F.h5.lock while an archive is being made, so that no second sweep writes the same target.
+
+    The lock ends with the process, however it ends; the empty lock file stays.
+
+    Raises
+    ------
+    ArchiveError
+        Another process holds it, named in the message, or the folder is not writable.
+    """
+    lock_file = Path(f"{os.fspath(path)}.lock")
+    if not lock_file.parent.is_dir():
+        raise ArchiveError(path, "its folder does not exist", "make it or choose another one")
+    guard = filelock.FileLock(lock_file, blocking=False)
+    try:
+        guard.acquire()
+    except filelock.Timeout:
+        holder = "another process"
+        with suppress(OSError, UnicodeDecodeError):
+            holder = lock_file.read_text(encoding="utf-8")[:200] or holder
+        raise ArchiveError(
+            path,
+            f"is being written by {holder} (lock {lock_file.name})",
+            "wait for it or choose another file",
+        ) from None
+    except (OSError, NotImplementedError) as error:
+        raise ArchiveError(lock_file, f"cannot be locked ({error})", "choose another folder") from error
+    try:
+        with suppress(OSError):
+            since = datetime.now(UTC).isoformat(timespec="seconds")
+            lock_file.write_text(f"process {os.getpid()} since {since}", encoding="utf-8")
+        yield
+    finally:
+        with suppress(OSError):
+            lock_file.write_text("", encoding="utf-8")
+        guard.release()
+
+
+def write_shard(folder: str | os.PathLike[str], part: Archive) -> Path:
+    """Write finished runs beside the target; after the return they survive a kill or a power cut.
+
+    Parameters
+    ----------
+    folder : path
+        `shards_folder(target)`, made if it does not exist.
+    part : Archive
+        Its "run" holds the global run numbers, its provenance the plan_hash.
+
+    Returns
+    -------
+    Path
+        The shard, named by its run numbers.
+
+    Raises
+    ------
+    ValueError
+        The part breaks the data model, holds no runs or has no plan_hash.
+    ArchiveError
+        It could not be written.
+    """
+    folder = Path(folder)
+    validate(part)
+    if not part.provenance.get("plan_hash") or not len(part.runs):
+        raise ValueError("a shard needs at least one run and a provenance entry 'plan_hash'")
+    first, last = int(part.runs[0]), int(part.runs[-1])
+    name = f"runs_{first:06d}-{last:06d}"
+    if len(part.runs) != last - first + 1:
+        name += f"_{hashlib.sha256(part.runs.tobytes()).hexdigest()[:12]}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArchiveError(folder, f"cannot be made ({error.strerror})", "choose another folder") from error
+    return write(part, folder / f"{name}.h5")
+
+
+def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
+    """Read what a sweep has finished so far.
+
+    Parameters
+    ----------
+    folder : path
+        `shards_folder(target)`; need not exist.
+    plan_hash : str
+        Of the sweep that wants to go on.
+
+    Returns
+    -------
+    Shards
+        Parts, run numbers that are done, and a line for each damaged shard.
+
+    Raises
+    ------
+    ArchiveError
+        A shard belongs to another sweep.
+    """
+    shards = Shards([], [], [])
+    for path in sorted(Path(folder).glob("runs_*.h5")):
+        try:
+            part = read(path)
+        except ArchiveError as error:
+            shards.damaged.append(str(error))
+            continue
+        if part.provenance.get("plan_hash") != plan_hash:
+            raise ArchiveError(
+                path,
+                "is part of another sweep: machine, settings or program differ",
+                "resume with the settings it was started with, or remove the folder",
+            )
+        shards.parts.append(part)
+    shards.done.extend(sorted({int(run) for part in shards.parts for run in part.runs}))
+    return shards
+
+
+def remove_shards(folder: str | os.PathLike[str]) -> None:
+    """Remove the shards and what killed writers left, after the archive is written; other files stay."""
+    folder = Path(folder)
+    if folder.is_symlink() or not folder.is_dir():
+        return
+    for pattern in ("runs_*.h5", ".runs_*.h5.*.tmp"):
+        for path in folder.glob(pattern):
+            path.unlink(missing_ok=True)
+    with suppress(OSError):
+        folder.rmdir()
+
+
+def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | None = None) -> Archive:
+    """Join parts of one sweep, sorted by run number.
+
+    Runs that occur twice collapse if they agree bit for bit. Provenance entries that differ are listed one
+    after the other, except "created", which `write` sets anew.
+
+    Parameters
+    ----------
+    parts : sequence of Archive
+        At least one; machine, plan_hash, variables, units and all axes but "run" must agree.
+    names : sequence of path, optional
+        File names of the parts for messages.
+
+    Returns
+    -------
+    Archive
+        Ask `missing_runs` whether it is complete.
+
+    Raises
+    ------
+    ArchiveError
+        The parts do not belong together, or contradict each other on a run.
+    """
+    labels = [os.fspath(name) for name in names] if names else [f"part {i + 1}" for i in range(len(parts))]
+    if not parts:
+        raise ArchiveError("merge", "no parts were given", "name at least one archive")
+    for label, part in zip(labels, parts, strict=True):
+        if conflict := _conflict(parts[0], part):
+            raise ArchiveError(label, f"does not fit {labels[0]}: {conflict}", "merge parts of one sweep only")
+    runs = np.concatenate([part.runs for part in parts])
+    owner = np.repeat(np.arange(len(parts)), [len(part.runs) for part in parts])
+    order = np.argsort(runs, kind="stable")
+    again = np.flatnonzero(np.diff(runs[order]) == 0)  # positions whose successor is the same run
+    keep = np.delete(order, again + 1)
+    variables = {}
+    for name, variable in parts[0].variables.items():
+        if variable.dims[0] == "run":
+            values = np.concatenate([part.variables[name].values for part in parts])
+            for left, right in zip(order[again], order[again + 1], strict=True):
+                if not _same(values[left], values[right]):
+                    raise ArchiveError(
+                        labels[owner[right]],
+                        f"run {runs[right]} contradicts {labels[owner[left]]} in {name}",
+                        "find out which one is right and leave the other out",
+                    )
+            variable = replace(variable, values=values[keep])
+        variables[name] = variable
+    return Archive(parts[0].machine, _joined_provenance(parts), variables)
+
+
+def missing_runs(archive: Archive, total: int | None = None) -> list[tuple[int, int]]:
+    """Runs that an archive lacks.
+
+    Parameters
+    ----------
+    archive : Archive
+        Whole or partial.
+    total : int, optional
+        Runs of the whole sweep, numbered from 0. By default the provenance entry "runs_planned", else what
+        the highest run number implies.
+
+    Returns
+    -------
+    list of (int, int)
+        First and last number of each gap, in order.
+    """
+    planned = archive.provenance.get("runs_planned", "")
+    if total is None and planned.isdecimal() and len(planned) < 19:
+        total = int(planned)
+    runs = archive.runs.tolist()
+    end = (runs[-1] + 1 if runs else 0) if total is None else total
+    edges = [-1, *(run for run in runs if run < end), end]
+    return [(a + 1, b - 1) for a, b in itertools.pairwise(edges) if b - a > 1]
+
+
+def _conflict(a: Archive, b: Archive) -> str:
+    if a.machine != b.machine:
+        keys = ", ".join(row.name for row in machine_differences(a.machine, b.machine)[:3])
+        return f"another machine ({keys or 'in its comments'})"
+    if a.provenance.get("plan_hash") != b.provenance.get("plan_hash"):
+        return "other settings (plan_hash)"
+    if only := sorted(a.variables.keys() ^ b.variables.keys()):
+        return f"only one of them has {only[0]}"
+    for name, mine in a.variables.items():
+        other = b.variables[name]
+        for field in ("kind", "dims", "unit", "description", "meanings", "finite"):
+            if getattr(mine, field) != getattr(other, field):
+                return f"{name} has {field} {getattr(other, field)!r}, not {getattr(mine, field)!r}"
+        if mine.dims[0] != "run" and not _same(mine.values, other.values):
+            return f"the axis {name} differs"
+        if mine.values.shape[1:] != other.values.shape[1:]:
+            return f"{name} has another shape"
+    return ""
+
+
+def _same(a: np.ndarray, b: np.ndarray) -> bool:
+    a, b = np.asarray(a), np.asarray(b)
+    if a.dtype.kind == "U":
+        return bool(np.array_equal(a, b))
+    return a.shape == b.shape and a.tobytes() == b.tobytes()
+
+
+def _joined_provenance(parts: Sequence[Archive]) -> dict[str, str]:
+    joined: dict[str, list[str]] = {}
+    for part in parts:
+        for key, value in part.provenance.items():
+            if key != "created" and value not in joined.setdefault(key, []):
+                joined[key].append(value)
+    return {key: "; ".join(values) for key, values in joined.items()}

@@ -1,0 +1,240 @@
+"""Reading HDF5 files from anyone: what is refused before anything is read, and what counts as damage.
+
+HDF5 follows external links, external storage and virtual datasets to any file of the reader by absolute path,
+loads filter plug-ins, and fills arrays of any declared size. None of these belongs in an archive.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import numpy as np
+from h5py import h5d, h5g, h5l, h5o, h5s, h5t, h5z
+
+from apesim.archive.records import ATTRIBUTE_BYTES, FORMAT, FORMAT_VERSION, Variable, sha256
+
+SIZE_LIMIT = 4 * 2**30
+OBJECT_LIMIT = 10_000
+
+_DAMAGE = (
+    OSError,
+    RuntimeError,
+    KeyError,
+    ValueError,
+    TypeError,
+    AttributeError,
+    OverflowError,
+    RecursionError,
+)
+_FILTERS = {h5z.FILTER_FLETCHER32, h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE}
+_LINKS = {h5l.TYPE_SOFT: "a soft link", h5l.TYPE_EXTERNAL: "an external link"}
+_CLASSES = {
+    h5t.VLEN: "variable length",
+    h5t.REFERENCE: "reference",
+    h5t.COMPOUND: "compound",
+    h5t.OPAQUE: "opaque",
+    h5t.ENUM: "enumeration",
+    h5t.ARRAY: "array",
+    h5t.BITFIELD: "bit field",
+}
+
+
+class ArchiveError(Exception):
+    """A file that cannot be read or written.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    what : str
+        What is wrong with it, and where.
+    remedy : str
+        What to do.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], what: str, remedy: str):
+        super().__init__(path, what, remedy)
+        self.path, self.what, self.remedy = path, what, remedy
+
+    def __str__(self) -> str:
+        # Names come out of strangers' files: no line breaks, no terminal control.
+        text = " ".join(f"{os.fspath(self.path)}: {self.what}; {self.remedy}".split())
+        return "".join(c if c.isprintable() else "?" for c in text)
+
+
+class DamagedError(ArchiveError):
+    """A file whose content cannot be trusted."""
+
+
+def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> None:
+    """Walk through all objects of an open file without reading data.
+
+    Parameters
+    ----------
+    file : h5py.File
+        Open for reading.
+    path : path
+        For messages.
+    limit : int
+        Largest size of all datasets together, in bytes of memory when read.
+
+    Raises
+    ------
+    ArchiveError
+        At the first object that is no plain group and no dataset of numbers or fixed-length text.
+    """
+    remedy = "ask for a file written by apesim"
+    objects, total = 0, 0
+    seen = {h5o.get_info(file["/"].id).addr}
+    groups = [("", file["/"].id)]
+    while groups:
+        prefix, group = groups.pop()
+        names: list[bytes] = []
+        objects += group.get_num_objs()
+        if objects > OBJECT_LIMIT:
+            raise ArchiveError(path, f"more than {OBJECT_LIMIT} objects", remedy)
+        group.links.iterate(names.append)
+        for raw in names:
+            name = prefix + raw.decode(errors="replace")
+            if (link := group.links.get_info(raw).type) != h5l.TYPE_HARD:
+                raise ArchiveError(path, f"{name} is {_LINKS.get(link, 'a foreign link')}", remedy)
+            info = h5o.get_info(group, raw)
+            if info.addr in seen:
+                raise ArchiveError(path, f"{name} is a second link to the same object", remedy)
+            seen.add(info.addr)
+            if info.type == h5o.TYPE_GROUP:
+                groups.append((f"{name}/", h5g.open(group, raw)))
+            elif info.type == h5o.TYPE_DATASET:
+                what, size = _inspect(h5d.open(group, raw))
+                if what:
+                    raise ArchiveError(path, f"{name} {what}", remedy)
+                total += size
+                if total > limit:
+                    raise ArchiveError(
+                        path,
+                        f"{name}: the datasets are larger than {limit} bytes together",
+                        "raise the limit if you trust the file",
+                    )
+            else:
+                raise ArchiveError(path, f"{name} is neither group nor dataset", remedy)
+
+
+def _inspect(dataset: h5d.DatasetID) -> tuple[str, int]:
+    """What is unsafe about a dataset ("" if nothing), and its size in memory; the extent is asked for last,
+    because asking a virtual dataset opens its sources."""
+    creation = dataset.get_create_plist()
+    if creation.get_external_count():
+        return "is stored in another file", 0
+    if creation.get_layout() == h5d.VIRTUAL:
+        return "is a virtual dataset", 0
+    for i in range(creation.get_nfilters()):
+        if (code := creation.get_filter(i)[0]) not in _FILTERS:
+            return f"needs the filter {code}", 0
+    kind = dataset.get_type()
+    text = kind.get_class() == h5t.STRING
+    if text and kind.is_variable_str():
+        return "holds text of variable length", 0
+    if not text and kind.get_class() not in (h5t.INTEGER, h5t.FLOAT):
+        return f"holds the type {_CLASSES.get(kind.get_class(), 'unknown')}", 0
+    if not text and kind.dtype not in (np.dtype("<f8"), np.dtype("<i8"), np.dtype("i1")):
+        return f"holds the type {kind.dtype}, not float64, int64 or int8", 0
+    space = dataset.get_space()
+    if space.get_simple_extent_type() != h5s.SIMPLE:
+        return "has no extent", 0
+    elements = math.prod(space.get_simple_extent_dims())
+    if creation.get_layout() == h5d.CHUNKED:
+        elements = max(elements, math.prod(creation.get_chunk()))
+    return "", elements * kind.get_size() * (5 if text else 1)  # decoded, a character takes four bytes more
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Iterator[h5py.File]:
+    """An archive opened for reading after everything dangerous in it has been refused.
+
+    Raises
+    ------
+    ArchiveError
+        Also for whatever HDF5 reports inside the `with` block: a damaged file.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ArchiveError(path, "there is no such file", "check the name")
+    with damage_named(path, ""), h5py.File(path, "r", locking=False) as file:
+        if "format" not in file.attrs or _text(file, "format") != FORMAT:
+            raise ArchiveError(path, "is not an apesim archive", "give a file written by apesim")
+        version = file.attrs.get_id("format_version")
+        if version.shape != () or version.dtype != np.dtype("<i8"):
+            raise ValueError("attribute format_version is no number")
+        if not 1 <= (number := int(file.attrs["format_version"])) <= FORMAT_VERSION:
+            raise ArchiveError(
+                path, f"has format version {number}, known is {FORMAT_VERSION}", "read it with a newer apesim"
+            )
+        refuse_unsafe(file, path, limit)
+        yield file
+
+
+@contextmanager
+def damage_named(path: Path, item: str) -> Iterator[None]:
+    """Turn what HDF5 reports about a broken file into an `ArchiveError` that names file and dataset."""
+    try:
+        yield
+    except ArchiveError:
+        raise
+    except _DAMAGE as error:
+        where = f"{item}: " if item and not str(error).startswith(f"{item}:") else ""
+        remedy = "the file is damaged or foreign: restore a copy or compute it again"
+        raise DamagedError(path, f"{where}{error}", remedy) from error
+
+
+def load_about(file: h5py.File, path: Path) -> tuple[str, dict[str, str]]:
+    """Machine text and provenance of an opened archive, checked against the stored hash."""
+    with damage_named(path, "about/machine"):
+        machine = str(load_values(file["about/machine"]).item())
+    with damage_named(path, "about/provenance"):
+        provenance = json.loads(load_values(file["about/provenance"]).item())
+        if not isinstance(provenance, dict) or not all(isinstance(v, str) for v in provenance.values()):
+            raise ValueError("is no table of texts")
+        if provenance.get("machine_sha256") != sha256(machine):
+            raise ValueError("its machine_sha256 is not the hash of the machine text")
+    return machine, provenance
+
+
+def load_variable(file: h5py.File, name: str) -> Variable:
+    """One variable of an opened archive; `ValueError` or an error of HDF5 if `write` did not make it so."""
+    dataset = file[name]
+    return Variable(
+        dims=tuple(_text(dataset, "dimensions").split(" ")),
+        values=load_values(dataset),
+        unit=_text(dataset, "units"),
+        description=_text(dataset, "long_name"),
+        meanings=_text(dataset, "meanings") if "meanings" in dataset.attrs else "",
+        finite="finite" in dataset.attrs,
+    )
+
+
+def load_values(dataset: h5py.Dataset) -> np.ndarray:
+    """All values of a dataset, text decoded; chunks that were never written are an error, not zeros."""
+    if dataset.chunks is not None:
+        expected = math.prod(-(-n // c) for n, c in zip(dataset.shape, dataset.chunks, strict=True))
+        if dataset.id.get_num_chunks() != expected:
+            raise ValueError(f"{dataset.id.get_num_chunks()} of {expected} chunks are there")
+    try:
+        values = dataset[...]
+    except OSError as error:
+        raise OSError(f"a checksum is wrong or the data are broken ({error})") from error
+    return np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+
+
+def _text(item: h5py.Group | h5py.Dataset, name: str) -> str:
+    attribute = item.attrs.get_id(name)
+    if attribute.dtype.kind != "S" or attribute.shape != () or attribute.dtype.itemsize > ATTRIBUTE_BYTES:
+        raise ValueError(f"attribute {name} is not a text of fixed length")
+    content = np.empty((), attribute.dtype)
+    attribute.read(content)
+    return content.item().decode()
