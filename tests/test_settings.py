@@ -28,9 +28,7 @@ class Supply(NamedTuple):
 
     pressure: Annotated[float, Pressure(0.02, 30, "chosen", show="gauge")] = 1.101325e6
     control_air: Annotated[int, Choice(("regulator", "receiver"), "Fig. 3")] = 0
-    control_pressure: Annotated[float, Pressure(0.02, 30, "chosen", text="the supply's", optional=True)] = (
-        math.nan
-    )
+    control_pressure: Annotated[float, Pressure(0.02, 30, "chosen", text="the supply's", optional=True)] = math.nan
     volume: Annotated[float, Quantity("L", 0, math.inf, "chosen")] = math.inf
 
 
@@ -101,12 +99,8 @@ def test_defaults_hold():
 
 def test_a_file_and_assignments(tmp_path):
     path = tmp_path / "m.toml"
-    path.write_text(
-        '[valve]\nstroke = "12 mm"\nlap = "3 mm"\n[supply]\ncontrol_air = "receiver"\nvolume = "5 L"\n'
-    )
-    machine = load(
-        Machine, path, ["valve.stroke=8 mm", ' valve.stroke = "10 mm" ', "valve.solenoid.dead_time='3 ms'"]
-    )
+    path.write_text('[valve]\nstroke = "12 mm"\nlap = "3 mm"\n[supply]\ncontrol_air = "receiver"\nvolume = "5 L"\n')
+    machine = load(Machine, path, ["valve.stroke=8 mm", ' valve.stroke = "10 mm" ', "valve.solenoid.dead_time='3 ms'"])
     expected = Machine(
         valve=Valve(stroke=10e-3, lap=3e-3, solenoid=Solenoid(dead_time=3e-3)),
         supply=Supply(control_air=1, volume=5e-3),
@@ -342,9 +336,7 @@ class Given(NamedTuple):
 
     length: Annotated[float, Quantity("mm", 1, 50, "chosen", text="none", optional=True)] = 9e-3
     ratio: Annotated[float, Quantity("", 0, math.inf, "chosen", optional=True)] = math.inf
-    curve: Annotated[np.ndarray, Curve(("time [ms]", "area [mm^2]"), "chosen")] = np.array(
-        [[0.0, 0.0], [1e-3, 1e-6]]
-    )
+    curve: Annotated[np.ndarray, Curve(("time [ms]", "area [mm^2]"), "chosen")] = np.array([[0.0, 0.0], [1e-3, 1e-6]])
 
 
 def test_not_given_where_the_default_is_given(tmp_path):
@@ -504,12 +496,8 @@ def test_a_due_key_on_the_command_line(tmp_path):
     assert same(loaded, Rig(effects=Library(Bounce(0.3), Friction(2.0, 3.0))))
 
 
-@pytest.mark.parametrize(
-    "assignment", ["effects.friction.breakaway=3 N", "effects.friction.seat.roughness=2 um"]
-)
-@pytest.mark.parametrize(
-    "data", ["", "[effects.friction]\n", '[effects.friction.seat]\nroughness = "1 um"\n']
-)
+@pytest.mark.parametrize("assignment", ["effects.friction.breakaway=3 N", "effects.friction.seat.roughness=2 um"])
+@pytest.mark.parametrize("data", ["", "[effects.friction]\n", '[effects.friction.seat]\nroughness = "1 um"\n'])
 def test_the_place_of_a_section_without_a_due_key(tmp_path, data, assignment):
     path = tmp_path / "m.toml"
     path.write_text(data)
@@ -596,9 +584,7 @@ def test_optional_sections_are_printed_as_comments(tmp_path):
         "factor = 2.0 # 0 to 5; on the correlation\n"
     ) in text
     assert list(tomllib.loads(text)["effects"]) == ["heat", "seat"]
-    uncommented = text.replace("# [effects.bounce]\n# rest", "[effects.bounce]\nrest").replace(
-        " = 0.0 #", " = 0.3 #"
-    )
+    uncommented = text.replace("# [effects.bounce]\n# rest", "[effects.bounce]\nrest").replace(" = 0.0 #", " = 0.3 #")
     path = tmp_path / "m.toml"
     path.write_text(uncommented)
     assert same(load(Rig, path).effects, Library(Bounce(0.3), heat=Heat(factor=2.0)))
@@ -617,9 +603,7 @@ def test_every_tree_with_optional_sections_reads_back(tmp_path_factory, data):
             data.draw(st.just(force) | st.floats(force, 50)),
             Seat(data.draw(st.sampled_from([1e-6, 2e-6]))),
         ),
-        Heat(
-            data.draw(OFF | st.floats(0, 500)), data.draw(OFF | st.floats(0, 5)), data.draw(st.integers(0, 1))
-        ),
+        Heat(data.draw(OFF | st.floats(0, 500)), data.draw(OFF | st.floats(0, 5)), data.draw(st.integers(0, 1))),
         Shift(
             data.draw(st.just(math.nan) | st.floats(-1e-3, 1e-3).map(lambda x: x + 0.0)),
             data.draw(st.sampled_from([NO_CURVE, np.array([[0.0, 0.0], [1e-3, 1e-6]])])),
@@ -637,9 +621,7 @@ class Curves(NamedTuple):
     """Two curves, and a key behind them."""
 
     first: Annotated[np.ndarray, Curve(("time [ms]", "area [mm^2]"), "measured")] = NO_CURVE
-    second: Annotated[np.ndarray, Curve(("lift [mm]", 'a long "name" [-]'), "measured; " + "long " * 20)] = (
-        NO_CURVE
-    )
+    second: Annotated[np.ndarray, Curve(("lift [mm]", 'a long "name" [-]'), "measured; " + "long " * 20)] = NO_CURVE
     last: Annotated[float, Quantity("mm", 1, 50, "chosen " * 20, text="none")] = 9e-3
     long: Annotated[float, Quantity("mm", 1, 50, "chosen " * 13, text="none", optional=True)] = math.nan
     ambient: Ambient = Ambient()

@@ -1,0 +1,35 @@
+"""Simulate air-powered engines whose intake is opened by an electro-pneumatic valve.
+
+The ground that all layers share, in the order in which they build on one another: kernel (the compile decorator),
+quantities (units, ranges, strict files), air (gas, flow through a restriction), effect (what an effect is), march (the
+one adaptive march), periodic (periodic states), archive (HDF5).
+
+The names below are the public face. They are fetched from the layers ``valve``, ``engine`` and ``studies`` on first
+use, so that importing this package loads none of them.
+"""
+
+import importlib
+
+_PUBLIC = {
+    "Machine": "engine.machine",
+    "load_machine": "studies.commands.machine",
+    "run_bench": "valve.bench",
+    "run_steady": "engine.steady",
+    "indicators": "engine.indicators",
+    "run_sweep": "studies.sweep",
+    "read_archive": "apesim.archive",
+}
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name):
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'apesim' has no attribute {name!r}")
+    module = importlib.import_module(_PUBLIC[name])
+    value = getattr(module, "read" if name == "read_archive" else name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    return sorted(set(globals()) | set(_PUBLIC))

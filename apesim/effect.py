@@ -1,0 +1,120 @@
+"""What an effect is: physics, or an error of the machine file, that the base model leaves out.
+
+An effect is one file with its parameters and one or more of the slots below. Its parameters are a NamedTuple whose
+first field is the strength; at strength 0 an effect changes no bit of any result.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from numba.extending import overload
+
+from apesim.kernel import by_type
+
+
+@by_type
+def law(effect, state, balance):
+    """Slot: add to the balances of force, mass and heat, given the state of the machine."""
+
+
+@by_type
+def contact(effect, speed):
+    """Slot: restitution of a stop that is met at a speed [m/s]."""
+    return 0.0
+
+
+class Effect(NamedTuple):
+    """An effect as the library lists it."""
+
+    name: str
+    parameters: type
+    """NamedTuple of the parameters, the first of them the strength."""
+    equation: str
+    source: str
+    seen_in: str
+    isolated_by: str
+    strengths: tuple = ()
+    """Names of the strengths where there is more than the first parameter."""
+    adjust: Callable | None = None
+    """Slot: (parameters, machine, tables) -> machine, tables with other parameters, before the march."""
+
+    def is_on(self, parameters):
+        """Whether a strength among the parameters is not zero."""
+        return any(getattr(parameters, name) != 0.0 for name in self.strengths or parameters._fields[:1])
+
+
+def chosen(library, effects, container):
+    """The effects of one library.
+
+    Parameters
+    ----------
+    library : tuple of Effect
+    effects : NamedTuple
+        Parameters by name of effect; may hold those of other libraries too.
+    container : type
+        NamedTuple of the library's parameters.
+
+    Returns
+    -------
+    effects_on : int
+        1 if any is on, else 0.
+    effects : NamedTuple
+        Of the type ``container``.
+    """
+    own = container(*(getattr(effects, effect.name) for effect in library))
+    return int(any(effect.is_on(values) for effect, values in zip(library, own, strict=True))), own
+
+
+def adjusted(library, parameters, machine, tables):
+    """A machine after every `adjust` of a library whose strength is not zero.
+
+    Parameters
+    ----------
+    library : tuple of Effect
+    parameters : tuple of NamedTuple
+        In the library's order.
+    machine, tables : NamedTuple
+        Numbers and arrays, as the kernels see them.
+
+    Returns
+    -------
+    machine, tables : NamedTuple
+    """
+    for effect, values in zip(library, parameters, strict=True):
+        if effect.adjust and effect.is_on(values):
+            machine, tables = effect.adjust(values, machine, tables)
+    return machine, tables
+
+
+def add_laws(effects, state, balance):
+    """Let every effect of a tuple add to the balances."""
+    for effect in effects:
+        law(effect, state, balance)
+
+
+@overload(add_laws)
+def _add_laws(effects, state, balance):
+    if len(effects) == 0:
+        return lambda effects, state, balance: None
+
+    def add(effects, state, balance):
+        law(effects[0], state, balance)
+        add_laws(effects[1:], state, balance)
+
+    return add
+
+
+def restitution(effects, speed):
+    """Largest restitution that any effect of a tuple gives a stop."""
+    return max([contact(effect, speed) for effect in effects], default=0.0)
+
+
+@overload(restitution)
+def _restitution(effects, speed):
+    if len(effects) == 0:
+        return lambda effects, speed: 0.0
+
+    def largest(effects, speed):
+        return max(contact(effects[0], speed), restitution(effects[1:], speed))
+
+    return largest

@@ -1,0 +1,179 @@
+"""The one compile decorator, its cache, and functions chosen by the type of their first argument.
+
+Numba's disk cache notices an edit only in the file a function stands in; an edited callee elsewhere would
+silently give the old answer. The cache folder is therefore named by a hash of every source file that holds
+kernels, so that any edit opens a new, empty folder.
+"""
+
+import contextlib
+import functools
+import hashlib
+import os
+import platform
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import llvmlite.binding
+import numba
+import numpy
+from numba.core.caching import FunctionCache
+from numba.extending import overload
+
+ROOT = Path(__file__).resolve().parent.parent
+LAYERS = ("apesim", "valve", "engine")
+FOLDERS_KEPT = 4
+
+
+@functools.cache
+def sources_hash():
+    """Hash of all kernel sources, of the compiler and of the processor.
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
+    """
+    digest = hashlib.sha256()
+    for layer in LAYERS:
+        for path in sorted((ROOT / layer).rglob("*.py")):
+            digest.update(str(path.relative_to(ROOT)).encode())
+            digest.update(path.read_bytes())
+    for part in (
+        sys.version,
+        numba.__version__,
+        numpy.__version__,
+        platform.machine(),
+        llvmlite.binding.get_host_cpu_name(),
+    ):
+        digest.update(part.encode())
+    return digest.hexdigest()[:16]
+
+
+def _cache_root():
+    given = os.environ.get("APESIM_CACHE_DIR")
+    if given:
+        return Path(given)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "apesim"
+
+
+def _private(folder):
+    """Whether the folder is ours alone: compiled kernels are pickles, which run code when they are read."""
+    status = folder.lstat()
+    own = status.st_uid == getattr(os, "getuid", lambda: status.st_uid)()
+    return own and folder.is_dir() and not folder.is_symlink() and not status.st_mode & 0o022
+
+
+def _prune(root, keep):
+    folders = [f for f in root.glob("kernels-*") if f != keep]
+    folders.sort(key=lambda f: f.stat().st_mtime, reverse=True)
+    for old in folders[FOLDERS_KEPT - 1 :]:
+        shutil.rmtree(old, ignore_errors=True)
+
+
+@functools.cache
+def cache_folder():
+    """The folder of the compiled kernels, made with mode 0700 if need be.
+
+    ``APESIM_CACHE_DIR`` names its parent, else ``XDG_CACHE_HOME``, else ``~/.cache``. Where that cannot be
+    written, or belongs to somebody else, a folder for this process alone is made.
+
+    Returns
+    -------
+    pathlib.Path
+    """
+    root = _cache_root()
+    folder = root / f"kernels-{sources_hash()}"
+    with contextlib.suppress(OSError):
+        if not folder.exists():
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            _prune(root, folder)
+        if _private(folder) and os.access(folder, os.W_OK):
+            return folder
+    return Path(tempfile.mkdtemp(prefix="apesim-kernels-"))
+
+
+def is_cold():
+    """Whether the kernels still have to be compiled (once for each version of the sources)."""
+    return not numba.config.DISABLE_JIT and not any(cache_folder().rglob("*.nbc"))
+
+
+class _SelfHealingCache(FunctionCache):
+    """A kernel's cache that compiles anew where a file of it is damaged."""
+
+    def load_overload(self, sig, target_context):
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # a garbled pickle raises anything, a MemoryError too
+            self.flush()
+            return None
+
+    def save_overload(self, sig, data):
+        try:
+            super().save_overload(sig, data)
+        except Exception:
+            self.flush()
+            super().save_overload(sig, data)
+
+
+def kernel(function=None, *, inline=True):
+    """Compile a pure function of floats, arrays and NamedTuples.
+
+    Without fast-math, so that compiled and plain Python (``NUMBA_DISABLE_JIT=1``) give the same bits.
+
+    Parameters
+    ----------
+    function : function
+    inline : bool
+        A law is laid into its callers: handing it the parameters would cost more than the law. Not so the long
+        functions that are called in several places.
+    """
+    if function is None:
+        return functools.partial(kernel, inline=inline)
+    compiled = numba.njit(error_model="numpy", nogil=True, forceinline=inline)(function)
+    if not numba.config.DISABLE_JIT:
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(cache_folder())
+        try:
+            compiled._cache = _SelfHealingCache(function)
+        finally:
+            numba.config.CACHE_DIR = before
+    return compiled
+
+
+def by_type(default):
+    """A kernel whose body is chosen, when it is compiled, by the type of its first argument.
+
+    Parameters
+    ----------
+    default : function
+        What is done for a type that nothing was registered for.
+
+    Returns
+    -------
+    function
+        Callable from Python and from kernels. ``for_type(cls)`` registers a kernel for the NamedTuple ``cls``.
+    """
+    bodies = {}
+    fallback = numba.njit(error_model="numpy", nogil=True)(default)
+
+    @functools.wraps(default)
+    def chosen(first, *rest):
+        return bodies.get(type(first), fallback)(first, *rest)
+
+    def choose(first, *rest):
+        body = bodies.get(getattr(first, "instance_class", None), fallback)
+        return body.py_func
+
+    overload(chosen, strict=False, jit_options={"error_model": "numpy", "forceinline": True})(choose)
+
+    def for_type(cls):
+        def register(body):
+            bodies[cls] = body
+            return body
+
+        return register
+
+    chosen.for_type = for_type
+    return chosen

@@ -1,0 +1,176 @@
+from typing import NamedTuple
+
+import numba
+import numpy as np
+import pytest
+
+from apesim.effect import Effect, add_laws, adjusted, chosen, contact, law, restitution
+from apesim.kernel import kernel
+
+# --- a library of three effects, and one that is not in it ---
+
+
+class Push(NamedTuple):
+    force: float = 0.0
+
+
+class Warmth(NamedTuple):
+    heat: float = 0.0
+    leak: float = 0.0
+    radius: float = 7.0
+
+
+class Rubber(NamedTuple):
+    share: float = 0.0
+
+
+class Foreign(NamedTuple):
+    strength: float = 1.0
+
+
+class State(NamedTuple):
+    speed: float
+
+
+@law.for_type(Push)
+@kernel
+def push(effect, state, balance):
+    balance[0] += effect.force * state.speed
+
+
+@law.for_type(Warmth)
+@kernel
+def warmth(effect, state, balance):
+    balance[0] += 100.0 * effect.heat
+    balance[1] += effect.leak
+
+
+@contact.for_type(Rubber)
+@kernel
+def rubber(effect, speed):
+    return effect.share / speed
+
+
+class Machine(NamedTuple):
+    mass: float
+
+
+class Tables(NamedTuple):
+    lags: np.ndarray
+
+
+def heavier(effect, machine, tables):
+    return machine._replace(mass=machine.mass + effect.force), tables
+
+
+def doubled(effect, machine, tables):
+    return machine._replace(mass=2.0 * machine.mass), tables._replace(lags=tables.lags + effect.leak)
+
+
+def effect_of(name, parameters, **slots):
+    return Effect(name, parameters, "", "", "", "", **slots)
+
+
+LIBRARY = (
+    effect_of("push", Push, adjust=heavier),
+    effect_of("warmth", Warmth, strengths=("heat", "leak"), adjust=doubled),
+    effect_of("rubber", Rubber),
+)
+
+
+class Effects(NamedTuple):
+    push: Push = Push()
+    warmth: Warmth = Warmth()
+    rubber: Rubber = Rubber()
+
+
+class AllEffects(NamedTuple):
+    """As a machine file gives them: of other libraries too, and in another order."""
+
+    foreign: Foreign = Foreign()
+    rubber: Rubber = Rubber()
+    warmth: Warmth = Warmth()
+    push: Push = Push()
+
+
+# --- on and off ---
+
+
+def test_the_first_parameter_is_the_strength():
+    assert not LIBRARY[0].is_on(Push())
+    assert LIBRARY[0].is_on(Push(-1e-300))
+    assert not LIBRARY[2].is_on(Rubber())
+
+
+def test_of_several_strengths_any_switches_the_effect_on_and_nothing_else_does():
+    assert LIBRARY[1].is_on(Warmth(heat=1.0))
+    assert LIBRARY[1].is_on(Warmth(leak=1.0))
+    assert not LIBRARY[1].is_on(Warmth(radius=3.0))
+    assert not effect_of("warmth", Warmth).is_on(Warmth(leak=1.0))
+
+
+def test_chosen_takes_its_own_effects_by_name():
+    on, own = chosen(LIBRARY, AllEffects(push=Push(2.0), rubber=Rubber(0.5)), Effects)
+    assert on == 1
+    assert type(own) is Effects
+    assert own == Effects(push=Push(2.0), rubber=Rubber(0.5))
+
+
+def test_an_effect_of_another_library_switches_nothing_on():
+    assert chosen(LIBRARY, AllEffects(foreign=Foreign(9.0)), Effects) == (0, Effects())
+
+
+# --- adjust ---
+
+
+def test_effects_that_are_on_adjust_the_machine_in_the_librarys_order():
+    effects = Effects(Push(3.0), Warmth(leak=0.25), Rubber(1.0))
+    machine, tables = adjusted(LIBRARY, effects, Machine(10.0), Tables(np.zeros(2)))
+    assert machine == Machine(26.0)
+    assert tables.lags.tolist() == [0.25, 0.25]
+
+
+def test_effects_that_are_off_leave_machine_and_tables_as_they_are():
+    machine, tables = Machine(10.0), Tables(np.zeros(2))
+    same_machine, same_tables = adjusted(LIBRARY, Effects(rubber=Rubber(1.0)), machine, tables)
+    assert same_machine is machine
+    assert same_tables is tables
+
+
+# --- laws and contacts, compiled and plain ---
+
+
+def sum_of_laws(effects, state, balance):
+    add_laws(effects, state, balance)
+    return balance
+
+
+def largest_restitution(effects, speed):
+    return restitution(effects, speed)
+
+
+both = pytest.mark.parametrize("mode", [numba.njit, lambda function: function], ids=["compiled", "plain"])
+
+
+@both
+def test_every_effect_of_a_tuple_adds_to_the_balance(mode):
+    effects = Effects(Push(2.0), Warmth(heat=0.5, leak=-1.0), Rubber(0.3))
+    balance = mode(sum_of_laws)(effects, State(4.0), np.array([1.0, 1.0]))
+    assert balance.tolist() == [1.0 + 8.0 + 50.0, 0.0]
+
+
+@both
+def test_a_tuple_of_one_effect_and_of_the_same_effect_twice_add_up(mode):
+    assert mode(sum_of_laws)((Push(2.0),), State(4.0), np.zeros(2)).tolist() == [8.0, 0.0]
+    assert mode(sum_of_laws)((Push(2.0), Push(0.5)), State(4.0), np.zeros(2)).tolist() == [10.0, 0.0]
+
+
+@both
+def test_effects_without_a_law_add_nothing(mode):
+    assert mode(sum_of_laws)((Rubber(0.3),), State(4.0), np.array([5.0, 6.0])).tolist() == [5.0, 6.0]
+
+
+@both
+def test_the_largest_restitution_counts_and_none_is_zero(mode):
+    assert mode(largest_restitution)((Push(9.0), Rubber(0.3), Rubber(0.8)), 2.0) == 0.4
+    assert mode(largest_restitution)((Push(9.0), Warmth()), 2.0) == 0.0

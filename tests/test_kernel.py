@@ -1,0 +1,267 @@
+import os
+import shutil
+import stat
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numba
+import numpy as np
+import pytest
+from test_bench import BenchMachine
+
+from apesim import kernel as module
+from apesim.kernel import by_type, cache_folder, kernel, sources_hash
+from valve.bench import run_bench
+
+ROOT = Path(module.__file__).parents[1]
+compiled_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled, nothing is kept")
+
+
+def python(code, path, **environment):
+    """What a fresh process prints that finds its modules in a folder first."""
+    environment = {**os.environ, "PYTHONPATH": str(path), **environment}
+    run = subprocess.run(
+        [sys.executable, "-P", "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
+    return run.stdout.strip()
+
+
+def copy_of_sources(folder):
+    for layer in module.LAYERS:
+        shutil.copytree(ROOT / layer, folder / layer, ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+# --- the hash of the sources ---
+
+
+@pytest.mark.parametrize("edited", ["apesim/air.py", "apesim/quantities/units.py", "valve/effects/bounce.py"])
+def test_an_edit_anywhere_in_the_layers_changes_the_hash(tmp_path, monkeypatch, edited):
+    monkeypatch.setattr(module, "ROOT", copy_of_sources(tmp_path))
+    before = sources_hash.__wrapped__()
+    assert sources_hash.__wrapped__() == before
+    path = tmp_path / edited
+    path.write_text(path.read_text() + "\n")
+    assert sources_hash.__wrapped__() != before
+
+
+def test_a_file_added_to_or_renamed_in_the_last_layer_changes_the_hash(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "ROOT", copy_of_sources(tmp_path))
+    before = sources_hash.__wrapped__()
+    (tmp_path / "engine" / "new_law.py").write_text("")
+    added = sources_hash.__wrapped__()
+    (tmp_path / "engine" / "new_law.py").rename(tmp_path / "engine" / "newer_law.py")
+    assert len({before, added, sources_hash.__wrapped__()}) == 3
+
+
+@compiled_only
+def test_an_edited_callee_in_another_file_changes_the_answer_of_a_cached_caller(tmp_path):
+    sources = copy_of_sources(tmp_path / "sources")
+    code = (
+        "from apesim.air import Air, gas_of\n"
+        "from valve.chamber import chamber_state\n"
+        "print(chamber_state(gas_of(Air()), 1.0, 2.0e5, 1.0)[1], sum(chamber_state.stats.cache_hits.values()))"
+    )
+    cache = str(tmp_path / "cache")
+    temperature, hits = python(code, sources, APESIM_CACHE_DIR=cache).split()
+    assert hits == "0"
+    assert python(code, sources, APESIM_CACHE_DIR=cache).split() == [temperature, "1"]
+    callee = sources / "apesim" / "air.py"
+    text = callee.read_text()
+    assert text.count("    return t\n") == 1
+    callee.write_text(text.replace("    return t\n", "    return 2.0 * t\n"))
+    assert float(python(code, sources, APESIM_CACHE_DIR=cache).split()[0]) == 2.0 * float(temperature)
+
+
+# --- the cache folder ---
+
+
+@pytest.fixture
+def root(tmp_path, monkeypatch):
+    """A parent for cache folders; what is made for one process alone stands beside it."""
+    (tmp_path / "alone").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "alone"))
+    monkeypatch.setenv("APESIM_CACHE_DIR", str(tmp_path / "root"))
+    return tmp_path / "root"
+
+
+def folder_of(root):
+    return root / f"kernels-{sources_hash()}"
+
+
+def is_alone(folder):
+    return folder.parent.name == "alone" and stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+def test_the_cache_folder_is_private_whatever_the_umask(root):
+    umask = os.umask(0)
+    try:
+        folder = cache_folder.__wrapped__()
+    finally:
+        os.umask(umask)
+    assert folder == folder_of(root)
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert cache_folder.__wrapped__() == folder
+
+
+@pytest.mark.parametrize("mode", [0o720, 0o702, 0o777])
+def test_a_cache_folder_that_others_may_write_is_not_used(root, mode):
+    folder_of(root).mkdir(parents=True)
+    folder_of(root).chmod(mode)
+    assert is_alone(cache_folder.__wrapped__())
+
+
+def test_a_cache_folder_of_somebody_else_is_not_used(root, monkeypatch):
+    cache_folder.__wrapped__()
+    somebody_else = os.getuid() + 1
+    monkeypatch.setattr(os, "getuid", lambda: somebody_else)
+    assert is_alone(cache_folder.__wrapped__())
+
+
+def test_a_link_in_place_of_the_cache_folder_is_not_followed(root, tmp_path):
+    root.mkdir()
+    (tmp_path / "elsewhere").mkdir(mode=0o700)
+    folder_of(root).symlink_to(tmp_path / "elsewhere")
+    assert is_alone(cache_folder.__wrapped__())
+
+
+def test_where_no_cache_folder_can_be_made_one_is_made_for_this_process(root):
+    root.write_text("a file, not a folder")
+    assert is_alone(cache_folder.__wrapped__())
+
+
+def test_only_the_newest_cache_folders_are_kept(root):
+    for age in range(6):
+        old = root / f"kernels-{age}"
+        old.mkdir(parents=True)
+        os.utime(old, (1e9 - age, 1e9 - age))
+    new = cache_folder.__wrapped__()
+    assert sorted(f.name for f in root.iterdir()) == sorted(["kernels-0", "kernels-1", "kernels-2", new.name])
+
+
+def test_the_cache_follows_the_xdg_base_directory(tmp_path, monkeypatch):
+    monkeypatch.delenv("APESIM_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert cache_folder.__wrapped__().parent == tmp_path / "apesim"
+
+
+# --- damaged cache files ---
+
+
+def cubed(x):
+    return x * x * x
+
+
+def kept_files(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*.nb[ci]")}
+
+
+@compiled_only
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "empty",
+        "truncated",
+        "garbage",
+        "text",
+        "another pickle",
+        "absurd length",
+    ],
+)
+def test_a_damaged_cache_file_is_rebuilt(tmp_path, monkeypatch, suffix, damage):
+    monkeypatch.setattr(module, "cache_folder", lambda: tmp_path)
+    assert module.is_cold()
+    assert kernel(cubed)(3.0) == 27.0
+    assert not module.is_cold()
+    sound = kept_files(tmp_path)
+    (damaged,) = (path for path in sound if path.suffix == suffix)
+    whole = sound[damaged]
+    damaged.write_bytes(
+        {
+            "empty": b"",
+            "truncated": whole[: len(whole) // 2],
+            "garbage": np.random.default_rng(1).bytes(len(whole)),
+            "text": b"<html>quota exceeded</html>\n",
+            "absurd length": b"\x80\x04\x8e" + (2**50).to_bytes(8, "little"),
+            "another pickle": b"\x80\x04}\x94.",
+        }[damage]
+    )
+    again = kernel(cubed)
+    assert again(3.0) == 27.0
+    assert sum(again.stats.cache_misses.values()) == 1
+    healed = kernel(cubed)
+    assert healed(3.0) == 27.0
+    assert sum(healed.stats.cache_hits.values()) == 1
+    assert kept_files(tmp_path).keys() == sound.keys()
+
+
+# --- functions chosen by type ---
+
+
+class Square(NamedTuple):
+    side: float
+
+
+class Disc(NamedTuple):
+    radius: float
+
+
+class Blob(NamedTuple):
+    size: float
+
+
+@by_type
+def area(shape, scale):
+    """Area of a shape, where it is known."""
+    return -1.0 * scale
+
+
+@area.for_type(Square)
+@kernel
+def area_of_square(shape, scale):
+    return shape.side**2 * scale
+
+
+@area.for_type(Disc)
+@kernel
+def area_of_disc(shape, scale):
+    return 3.0 * shape.radius**2 * scale
+
+
+def area_twice(shape, scale):
+    return 2.0 * area(shape, scale)
+
+
+@pytest.mark.parametrize(("shape", "expected"), [(Square(3.0), 9.0), (Disc(2.0), 12.0), (Blob(5.0), -1.0)])
+def test_the_type_of_the_first_argument_chooses_the_body(shape, expected):
+    assert area(shape, 10.0) == 10.0 * expected
+    assert area_twice(shape, 10.0) == 20.0 * expected
+    assert numba.njit(area_twice)(shape, 10.0) == 20.0 * expected
+
+
+# --- compiled and plain ---
+
+BITS = """
+from test_bench import BenchMachine
+from test_kernel import bits
+print(bits())
+"""
+
+
+def bits():
+    """All bits of a run with a contact, and of one with cp(T) that ends in flight."""
+    run = run_bench(BenchMachine(), 20e-3, until=15e-3)
+    assert run.opening.contact < 15e-3
+    perfect = run_bench(BenchMachine.with_(air={"model": 1}), 9e-3, until=9e-3)
+    numbers = [run.trace.ravel(), run.opening, [run.control_air, run.steps], perfect.trace.ravel()]
+    return np.concatenate([np.asarray(n, dtype=float) for n in numbers]).tobytes().hex()
+
+
+@compiled_only
+def test_plain_python_gives_the_same_bits_as_compiled_code():
+    path = os.pathsep.join((str(ROOT), str(Path(__file__).parent)))
+    assert python(BITS, path, NUMBA_DISABLE_JIT="1") == bits()

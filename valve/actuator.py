@@ -1,0 +1,236 @@
+"""Solenoids, chambers and piston together: the valve as bench and engine march it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.air import Ambient, Gas, gas_of, internal_energy
+from apesim.effect import add_laws, adjusted, chosen
+from apesim.kernel import kernel
+from valve.chamber import chamber_flows, chamber_state
+from valve.effects import VALVE_EFFECTS, ValveEffects
+from valve.groove import area_table
+from valve.piston import (
+    Valve,
+    dry_friction_force,
+    is_moving,
+    smooth_force,
+    volume_a,
+    volume_b,
+)
+from valve.solenoid import kinks_of, opening_curve
+from valve.terms import DRY, ENERGY_A, ENERGY_B, FORCE, MASS_A, MASS_B, TERMS, ValveState
+
+STATES = 6
+"""Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, the same of chamber B."""
+PHASE, PIECE, PIECE_LOW, PIECE_HIGH, AREA, AREA_SLOPE, START, X_A, X_A_SLOPE, X_B, X_B_SLOPE, MODES = range(12)
+"""Modes: phase of the piston; piece of the groove's table, its ends [m], its line as area [m2] at lift 0 and slope [m];
+start of the stretch [s], energised fraction of each solenoid there and its slope [1/s]; how many modes there are."""
+GAS_SCALE = 1e-30
+SCALE = (9e-3, 1.0, GAS_SCALE, GAS_SCALE, GAS_SCALE, GAS_SCALE)
+"""Scale of the error of each state beside its own size: the paper's stroke, 1 m/s; gas states are relative."""
+
+
+class Actuator(NamedTuple):
+    """The valve with what surrounds it, as numbers for the kernels."""
+
+    gas: Gas
+    ambient: Ambient
+    valve: Valve
+    """Without its curve, which is in the tables."""
+    effects_on: int
+    """0: no effect is on, and none is looked at."""
+    effects: ValveEffects
+
+
+class ActuatorTables(NamedTuple):
+    """The valve's arrays."""
+
+    edges: np.ndarray
+    """Energise, release, energise, ... ascending [s], shape (n,)."""
+    period: float
+    """At which the edges repeat for ever, in the past too [s]; inf: they happen once."""
+    curve_a: np.ndarray
+    """How solenoid A follows a switch, see `valve.solenoid.opening_curve`."""
+    curve_b: np.ndarray
+    groove: np.ndarray
+    """See `valve.groove.area_table`."""
+
+    def kinks(self, start, end):
+        """Times at which a switch happens or a solenoid's curve bends, up to end and with it [s]."""
+        delays = np.concatenate((self.curve_a[:, 0], self.curve_b[:, 0]))
+        return kinks_of(self.edges, self.period, delays, start, end)
+
+
+def actuator_of(machine, edges, period):
+    """The kernels' view of a machine's valve, its effects applied.
+
+    Parameters
+    ----------
+    machine : NamedTuple
+        With the sections ``air``, ``ambient``, ``valve``, ``groove`` and ``effects``.
+    edges : (n,) float array
+        Energise, release, energise, ... ascending [s].
+    period : float
+        At which the edges repeat [s]; inf: they happen once.
+
+    Returns
+    -------
+    Actuator, ActuatorTables
+    """
+    effects_on, effects = chosen(VALVE_EFFECTS, machine.effects, ValveEffects)
+    valve = machine.valve
+    curve = opening_curve(valve.solenoid)
+    actuator = Actuator(
+        gas_of(machine.air),
+        machine.ambient,
+        valve._replace(solenoid=valve.solenoid._replace(opening_curve=None)),
+        effects_on,
+        effects,
+    )
+    tables = ActuatorTables(
+        np.asarray(edges, dtype=float), float(period), curve, curve, area_table(machine.groove, valve.stroke)
+    )
+    return adjusted(VALVE_EFFECTS, effects, actuator, tables)
+
+
+def closed_at_rest(actuator, supply):
+    """State of a piston at rest, closed: chamber A at supply pressure, B at ambient, both at supply temperature.
+
+    Parameters
+    ----------
+    actuator : Actuator
+    supply : tuple of float
+        Control air: pressure [Pa abs], temperature [K].
+
+    Returns
+    -------
+    (6,) float array
+    """
+    gas, valve = actuator.gas, actuator.valve
+    pressure, temperature = supply
+    energy = internal_energy(gas, temperature)
+    mass_a = pressure * volume_a(valve, valve.stroke) / (gas.gas_constant * temperature)
+    mass_b = actuator.ambient.pressure * volume_b(valve, valve.stroke) / (gas.gas_constant * temperature)
+    return np.array([valve.stroke, 0.0, mass_a, mass_a * energy, mass_b, mass_b * energy])
+
+
+class ActuatorRates(NamedTuple):
+    """Rates of the states and of the ledger."""
+
+    position: float
+    speed: float
+    mass_a: float
+    energy_a: float
+    mass_b: float
+    energy_b: float
+    supplied: float
+    """Control air through the supply sides of both solenoids [kg/s]."""
+    supplied_enthalpy: float
+    vented: float
+    vented_enthalpy: float
+    other_mass: float
+    """Into the chambers by effects [kg/s]."""
+    other_energy: float
+    work: float
+    """Of both chambers on the piston [W]."""
+
+
+@kernel
+def state_of(actuator, y, supply):
+    """The valve's state as the laws see it.
+
+    Parameters
+    ----------
+    actuator : Actuator
+    y : (>= 6,) float array
+    supply : tuple of float
+        Control air: pressure [Pa abs], temperature [K].
+
+    Returns
+    -------
+    ValveState
+    """
+    valve = actuator.valve
+    v_a = volume_a(valve, y[0])
+    v_b = volume_b(valve, y[0])
+    p_a, t_a = chamber_state(actuator.gas, y[2], y[3], v_a)
+    p_b, t_b = chamber_state(actuator.gas, y[4], y[5], v_b)
+    return ValveState(
+        actuator.gas, actuator.ambient, valve, y[0], y[1], p_a, t_a, v_a, p_b, t_b, v_b, supply[0], supply[1]
+    )
+
+
+@kernel
+def in_domain(actuator, y):
+    """Whether masses, energies and volumes are above zero."""
+    valve = actuator.valve
+    return (
+        y[2] > 0.0
+        and y[3] > 0.0
+        and y[4] > 0.0
+        and y[5] > 0.0
+        and volume_a(valve, y[0]) > 0.0
+        and volume_b(valve, y[0]) > 0.0
+    )
+
+
+@kernel
+def actuator_rates(actuator, t, y, mode, supply):
+    """Rates of the valve (Eqs. 1-8).
+
+    Parameters
+    ----------
+    actuator : Actuator
+    t : float
+        [s]
+    y : (>= 6,) float array
+    mode : (>= 11,) float array
+    supply : tuple of float
+        Control air: pressure [Pa abs], temperature [K].
+
+    Returns
+    -------
+    ActuatorRates
+    """
+    valve, gas = actuator.valve, actuator.gas
+    phase = mode[PHASE]
+    state = state_of(actuator, y, supply)
+    ambient = (actuator.ambient.pressure, actuator.ambient.temperature)
+    area = valve.solenoid.effective_area
+    x_a = mode[X_A] + mode[X_A_SLOPE] * (t - mode[START])
+    x_b = mode[X_B] + mode[X_B_SLOPE] * (t - mode[START])
+    in_a, in_energy_a, out_a, out_energy_a = chamber_flows(
+        gas, area * (1.0 - x_a), area * x_a, supply, ambient, state.pressure_a, state.temperature_a
+    )
+    in_b, in_energy_b, out_b, out_energy_b = chamber_flows(
+        gas, area * x_b, area * (1.0 - x_b), supply, ambient, state.pressure_b, state.temperature_b
+    )
+    force = smooth_force(valve, state.position, state.speed, state.pressure_a, state.pressure_b)
+    speed = acceleration = mass_a = mass_b = energy_a = energy_b = 0.0
+    if actuator.effects_on:
+        balance = np.zeros(TERMS)
+        add_laws(actuator.effects, state, balance)
+        force += balance[FORCE] + dry_friction_force(phase, balance[DRY])
+        mass_a, mass_b = balance[MASS_A], balance[MASS_B]
+        energy_a, energy_b = balance[ENERGY_A], balance[ENERGY_B]
+    if is_moving(phase):
+        speed = state.speed
+        acceleration = force / valve.moving_mass
+    work_a = state.pressure_a * valve.piston_area * speed
+    work_b = -state.pressure_b * valve.piston_area * speed
+    return ActuatorRates(
+        speed,
+        acceleration,
+        in_a - out_a + mass_a,
+        in_energy_a - out_energy_a - work_a + energy_a,
+        in_b - out_b + mass_b,
+        in_energy_b - out_energy_b - work_b + energy_b,
+        in_a + in_b,
+        in_energy_a + in_energy_b,
+        out_a + out_b,
+        out_energy_a + out_energy_b,
+        mass_a + mass_b,
+        energy_a + energy_b,
+        work_a + work_b,
+    )

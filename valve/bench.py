@@ -1,0 +1,235 @@
+"""The valve alone on its test bench."""
+
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.kernel import kernel
+from apesim.march import (
+    LOG_HEAD,
+    LOG_ROWS,
+    TOLERANCE,
+    Accuracy,
+    enter,
+    events,
+    march,
+    observe,
+    power,
+    rates,
+    respond,
+    watch,
+)
+from apesim.periodic import periodic_orbit
+from valve.actuator import (
+    MODES,
+    PHASE,
+    SCALE,
+    STATES,
+    Actuator,
+    actuator_of,
+    actuator_rates,
+    closed_at_rest,
+    in_domain,
+    state_of,
+)
+from valve.measures import closing_stroke, opening_stroke
+from valve.motion import actuator_enters, actuator_events, actuator_responds, actuator_watches
+from valve.piston import HELD_CLOSED
+
+SUPPLIED, SUPPLIED_ENTHALPY, VENTED, VENTED_ENTHALPY, OTHER_MASS, OTHER_ENERGY, WORK = range(STATES, STATES + 7)
+SIZE = STATES + 7
+STEP_MOST = 0.2e-3
+TRACE = (
+    "lift [m]",
+    "velocity [m/s]",
+    "pressure_a [Pa abs]",
+    "pressure_b [Pa abs]",
+    "temperature_a [K]",
+    "temperature_b [K]",
+)
+"""Columns of a trace, after ``time [s]``; the velocity is positive as the valve closes."""
+
+
+class Bench(NamedTuple):
+    """The bench, for the kernels."""
+
+    actuator: Actuator
+    supply: tuple[float, float]
+    """Control air: pressure [Pa abs], temperature [K]."""
+
+
+class BenchRun(NamedTuple):
+    """One run of the bench."""
+
+    opening: object
+    """`valve.measures.Stroke`"""
+    closing: object
+    control_air: float
+    """Through the supply sides of both solenoids [kg]."""
+    closure: dict
+    """Mass and energy, relative to what was supplied; work on the piston as a ledger against its quadrature."""
+    times: np.ndarray
+    """[s], shape (n,)"""
+    trace: np.ndarray
+    """Columns `TRACE`, shape (n, 6)."""
+    orbit: object
+    """`apesim.periodic.Orbit` of a repeated pulse, else None."""
+    status: int
+    """`apesim.march.Status`"""
+    steps: int
+
+
+@rates.for_type(Bench)
+@kernel
+def bench_rates(p, t, y, mode, dy):
+    """Rates of the bench; see `apesim.march.rates`."""
+    if not in_domain(p.actuator, y):
+        return False
+    r = actuator_rates(p.actuator, t, y, mode, p.supply)
+    for i in range(SIZE):
+        dy[i] = r[i]
+    return True
+
+
+@events.for_type(Bench)
+@kernel
+def bench_events(p, t, y, mode, g):
+    """Events of the bench."""
+    actuator_events(p.actuator, y, mode, p.supply, g)
+
+
+@respond.for_type(Bench)
+@kernel
+def bench_responds(p, tables, event, t, y, mode):
+    """Responses of the bench."""
+    actuator_responds(p.actuator, tables, event, y, mode, p.supply)
+
+
+@watch.for_type(Bench)
+@kernel
+def bench_watches(p, t, y, dy, mode, w):
+    """Watches of the bench."""
+    actuator_watches(p.actuator, y, dy[1], mode, w)
+
+
+@enter.for_type(Bench)
+@kernel
+def bench_enters(p, tables, t, t_end, y, mode):
+    """Modes of a smooth stretch."""
+    actuator_enters(p.actuator, tables, t, t_end, y, mode)
+
+
+@power.for_type(Bench)
+@kernel
+def bench_power(p, t, y):
+    """Power of the chambers on the piston [W]."""
+    state = state_of(p.actuator, y, p.supply)
+    return (state.pressure_a - state.pressure_b) * p.actuator.valve.piston_area * state.speed
+
+
+@observe.for_type(Bench)
+@kernel
+def bench_observes(p, t, y, mode, row):
+    """A row of the trace."""
+    state = state_of(p.actuator, y, p.supply)
+    row[0] = p.actuator.valve.stroke - state.position
+    row[1] = state.speed
+    row[2], row[3] = state.pressure_a, state.pressure_b
+    row[4], row[5] = state.temperature_a, state.temperature_b
+
+
+def bench_of(machine, edges, period=inf):
+    """The bench with a machine's valve and supply.
+
+    Parameters
+    ----------
+    machine : NamedTuple
+        With the sections ``air``, ``ambient``, ``supply``, ``valve``, ``groove`` and ``effects``.
+    edges : (n,) float array
+        Energise, release, energise, ... ascending [s].
+    period : float
+        At which they repeat [s].
+
+    Returns
+    -------
+    Bench, valve.actuator.ActuatorTables
+    """
+    actuator, tables = actuator_of(machine, edges, period)
+    return Bench(actuator, machine.supply.control()), tables
+
+
+def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOLERANCE):
+    """One run: from rest with a single pulse, or the periodic state of a repeated one.
+
+    Parameters
+    ----------
+    machine : NamedTuple
+        See `bench_of`.
+    pulse : float
+        Time for which the solenoids are energised, from t = 0 [s].
+    until : float, optional
+        End of a single run; twice the pulse if left out [s].
+    period : float
+        Of a repeated pulse [s]; inf: it is single.
+    sample : float
+        Between two rows of the trace [s].
+    tolerance : float
+
+    Returns
+    -------
+    BenchRun
+    """
+    repeated = period < inf
+    p, tables = bench_of(machine, [0.0, pulse], period)
+    end = period if repeated else 2.0 * pulse if until is None else until
+    kinks = tables.kinks(0.0, end)
+    accuracy = Accuracy(tolerance, STEP_MOST, np.array(SCALE))
+    y = np.zeros(SIZE)
+    y[:STATES] = closed_at_rest(p.actuator, p.supply)
+    mode = np.zeros(MODES)
+    mode[PHASE] = HELD_CLOSED
+    orbit = None
+    if repeated:
+        orbit = periodic_orbit(p, tables, y, mode, kinks, accuracy)
+        y, mode = orbit.y.copy(), orbit.mode.copy()
+    start = y.copy()
+    log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
+    times = np.append(np.arange(0.0, end, sample), end)
+    trace = np.empty((len(times), len(TRACE)))
+    outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
+    log = log[: outcome.logged]
+    if repeated:
+        later = log.copy()
+        later[:, 0] += period
+        log = np.concatenate((log, later))
+    horizon = 2.0 * end if repeated else end
+    opening = opening_stroke(log, 0.0, horizon)
+    closing = closing_stroke(log, pulse, horizon)
+    return BenchRun(opening, closing, y[SUPPLIED], closure(start, y, outcome.work), times, trace, orbit, *outcome[:2])
+
+
+def closure(start, y, quadrature):
+    """How well mass, energy and work of a run close.
+
+    Parameters
+    ----------
+    start, y : (SIZE,) float array
+        State at the start and at the end.
+    quadrature : float
+        Work on the piston over the dense output [J].
+
+    Returns
+    -------
+    dict
+        ``mass`` and ``energy`` relative to what was supplied, ``work`` relative to its own size.
+    """
+    d = y - start
+    mass = d[2] + d[4] - (d[SUPPLIED] - d[VENTED] + d[OTHER_MASS])
+    energy = d[3] + d[5] + d[WORK] - (d[SUPPLIED_ENTHALPY] - d[VENTED_ENTHALPY] + d[OTHER_ENERGY])
+    work = quadrature - d[WORK]
+    return {
+        "mass": abs(mass / d[SUPPLIED]) if d[SUPPLIED] else abs(mass),
+        "energy": abs(energy / d[SUPPLIED_ENTHALPY]) if d[SUPPLIED_ENTHALPY] else abs(energy),
+        "work": abs(work / d[WORK]) if d[WORK] else abs(work),
+    }

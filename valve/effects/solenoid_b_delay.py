@@ -1,0 +1,41 @@
+"""Solenoid B follows later than solenoid A."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from apesim.effect import Effect
+from apesim.quantities import Quantity
+
+
+class SolenoidBDelay(NamedTuple):
+    """A delay of solenoid B alone."""
+
+    time: Annotated[float, Quantity("ms", -1, 1, "scatter of switching times of like valves")] = 0.0
+
+
+def adjust(effect, actuator, tables):
+    """Shift solenoid B's opening curve in time; not to before the command.
+
+    Parameters
+    ----------
+    effect : SolenoidBDelay
+    actuator : valve.actuator.Actuator
+    tables : valve.actuator.ActuatorTables
+
+    Returns
+    -------
+    valve.actuator.Actuator, valve.actuator.ActuatorTables
+    """
+    return actuator, tables._replace(curve_b=tables.curve_b + np.array([max(effect.time, -tables.curve_b[0, 0]), 0.0]))
+
+
+EFFECT = Effect(
+    "solenoid_b_delay",
+    SolenoidBDelay,
+    equation="x_B(t) = x(t - time)",
+    source="normally open and normally closed valves differ in their springs",
+    seen_in="start of the pressure change in chamber B; confused with a delay of solenoid A",
+    isolated_by="both chamber pressures against the coil current",
+    adjust=adjust,
+)

@@ -1,0 +1,82 @@
+"""Delay time, full stroke time, seating speed and fluctuation of a stroke (Fig. 7)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.march import LOG_HEAD, WATCH
+from valve.motion import MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
+
+NEVER = float("nan")
+
+
+class Stroke(NamedTuple):
+    """Measures of an opening or a closing; NaN where the motion did not come to it.
+
+    A stroke that starts from less than full lift has no delay time and no full stroke time, but a seating speed.
+    """
+
+    delay: float = NEVER
+    """t_d: command edge to 1 % of the stroke [s]."""
+    stroke_time: float = NEVER
+    """t_f: from there to the first contact with the far stop [s]."""
+    seating_speed: float = NEVER
+    """v_e: speed just before that contact [m/s]."""
+    fluctuation: float = NEVER
+    """(peak speed - lowest later speed before contact)/peak."""
+    reverses: bool = False
+    """Whether the motion turns back before contact."""
+    contact: float = NEVER
+    """Time of the first contact [s]."""
+
+
+def stroke_of(log, command, until, began, met):
+    """Measures of the stroke that follows a command edge.
+
+    Parameters
+    ----------
+    log : (l, 3 + n) float array
+        Of a march, see `apesim.march.march`; columns 3 and 4 are position and speed.
+    command, until : float
+        The edge, and where the search ends [s].
+    began : tuple of int
+        Code and sign of the watch at 1 % of the stroke.
+    met : int
+        Event code of the far stop.
+
+    Returns
+    -------
+    Stroke
+    """
+    time, code, sign, speed = log[:, 0], log[:, 1], log[:, 2], log[:, LOG_HEAD + 1]
+    after = (time >= command) & (time <= until)
+    starts = time[after & (code == began[0]) & (sign == began[1])]
+    start = float(starts[0]) if len(starts) else NEVER
+    contacts = np.flatnonzero(after & (code == met))
+    if not len(contacts):
+        return Stroke(delay=start - command)
+    contact = float(time[contacts[0]])
+    seating = float(speed[contacts[0]])
+    towards = after & (time < contact) & (code == WATCH + SPEED_EXTREMUM) & (speed * seating > 0.0)
+    speeds = np.append(np.abs(speed[towards]), abs(seating))
+    peak = int(np.argmax(speeds))
+    turned = bool(np.any((time > start) & (time < contact) & (code == TURNED)))
+    lowest = 0.0 if turned else speeds[peak:].min()
+    return Stroke(
+        start - command,
+        contact - start,
+        abs(seating),
+        float((speeds[peak] - lowest) / speeds[peak]),
+        turned,
+        contact,
+    )
+
+
+def opening_stroke(log, command, until):
+    """Measures of an opening; see `stroke_of`."""
+    return stroke_of(log, command, until, (WATCH + ONE_PERCENT, 1.0), MET_OPEN)
+
+
+def closing_stroke(log, command, until):
+    """Measures of a closing; see `stroke_of`."""
+    return stroke_of(log, command, until, (WATCH + NEAR_OPEN, -1.0), MET_CLOSED)

@@ -1,0 +1,33 @@
+"""What the valve's effects see, and the terms of the balances that they add to."""
+
+from typing import NamedTuple
+
+from apesim.air import Ambient, Gas
+from valve.piston import Valve
+
+FORCE, DRY, BREAKAWAY, MASS_A, ENERGY_A, MASS_B, ENERGY_B, TERMS = range(8)
+"""Force on the piston [N], to closed; dry friction while moving and what holds at rest [N], both without sign; mass
+[kg/s] and energy [W] into chamber A and chamber B; how many terms there are."""
+
+
+class ValveState(NamedTuple):
+    """State of the valve at an instant."""
+
+    gas: Gas
+    ambient: Ambient
+    valve: Valve
+    position: float
+    """L [m]."""
+    speed: float
+    """[m/s]"""
+    pressure_a: float
+    """[Pa abs]"""
+    temperature_a: float
+    """[K]"""
+    volume_a: float
+    """[m3]"""
+    pressure_b: float
+    temperature_b: float
+    volume_b: float
+    supply_pressure: float
+    supply_temperature: float
