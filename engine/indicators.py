@@ -1,0 +1,251 @@
+"""What comes out of an operating point: work, air, efficiencies, true valve angles, and how well it closes."""
+
+from math import nan
+
+import numpy as np
+
+from apesim.air import ANR_DENSITY, exergy, full_admission_work, isentropic_work
+from apesim.march import LOG_HEAD
+from engine.breathing import DEGREE, TURN, angle_to_lift
+from engine.cycle import (
+    CYLINDER_ENERGY,
+    CYLINDER_MASS,
+    EXHAUST_BACK,
+    EXHAUSTED,
+    EXHAUSTED_ENTHALPY,
+    FED,
+    FED_ENTHALPY,
+    GROOVE,
+    GROOVE_BACK,
+    GROOVE_ENTHALPY,
+    OTHER_ENERGY,
+    OTHER_MASS,
+    RECEIVER_ENERGY,
+    RECEIVER_MASS,
+    SUPPLIED,
+    SUPPLIED_ENTHALPY,
+    VALVE_WORK,
+    VENTED,
+    VENTED_ENTHALPY,
+    WORK,
+)
+from engine.cylinder import CAM, IDEAL_VALVE
+from engine.friction import friction_mean_effective_pressure, mean_piston_speed
+from engine.kinematics import cylinder_volume, swept_volume
+from valve.chamber import chamber_state
+from valve.groove import area_table, lap_of
+from valve.measures import closing_stroke, opening_stroke
+from valve.motion import CORNER, MET_CLOSED, MET_OPEN
+
+JOULE_PER_KWH = 3.6e6
+INDICATORS = {
+    "speed_rpm": ("r/min", "speed"),
+    "indicated_torque_Nm": ("N m", "mean indicated torque"),
+    "brake_torque_Nm": ("N m", "mean brake torque"),
+    "indicated_power_W": ("W", "indicated power"),
+    "brake_power_W": ("W", "brake power"),
+    "imep_Pa": ("Pa", "indicated mean effective pressure"),
+    "bmep_Pa": ("Pa", "brake mean effective pressure"),
+    "fmep_Pa": ("Pa", "friction mean effective pressure"),
+    "engine_air_kg_per_cycle": ("kg", "net air through the groove in a cycle"),
+    "control_air_kg_per_cycle": ("kg", "net air through the supply sides of the solenoids in a cycle"),
+    "groove_back_flow_kg_per_cycle": ("kg", "air that flows back through the groove in a cycle"),
+    "exhaust_back_flow_kg_per_cycle": ("kg", "air that flows in through the exhaust valve in a cycle"),
+    "specific_air_kg_per_kWh": ("kg/kWh", "all air over brake work"),
+    "specific_engine_air_kg_per_kWh": ("kg/kWh", "engine air over brake work"),
+    "indicated_specific_air_kg_per_kWh": ("kg/kWh", "all air over indicated work"),
+    "air_L_per_min_ANR": ("L/min", "all air at the standard reference atmosphere ANR (ISO 8778)"),
+    "exergy_efficiency": ("1", "brake work over isothermal work R T ln r of all air"),
+    "isentropic_efficiency": ("1", "brake work over isentropic work of all air"),
+    "full_admission_efficiency": ("1", "brake work over full-admission work R T (1 - 1/r) of all air"),
+    "valve_open_deg": ("deg", "crank angle at which the lift rises through the lap"),
+    "valve_close_deg": ("deg", "crank angle at which the lift falls through the lap"),
+    "full_open_deg": ("deg", "crank angle of contact with the open stop"),
+    "closed_deg": ("deg", "crank angle of contact with the closed stop"),
+    "peak_lift_m": ("m", "highest lift"),
+    "opening_seating_speed_m_s": ("m/s", "speed just before contact with the open stop"),
+    "closing_seating_speed_m_s": ("m/s", "speed just before contact with the closed stop"),
+    "fluctuation": ("1", "(peak speed - lowest later speed before contact)/peak, opening stroke"),
+    "closing_fluctuation": ("1", "(peak speed - lowest later speed before contact)/peak, closing stroke"),
+    "peak_cylinder_pressure_Pa": ("Pa abs", "highest cylinder pressure"),
+    "intake_pressure_fluctuation_Pa": ("Pa", "highest less lowest pressure before the groove"),
+    "converged": ("1", "whether the state repeats: 1 yes, 0 no"),
+    "period_cycles": ("1", "cycles after which the state repeats: 1 or 2; 0: not seen to repeat"),
+    "cycles": ("1", "cycles marched to the periodic state"),
+    "periodic_change": ("1", "largest change of a state over the last cycle, relative"),
+    "mass_closure": ("1", "mass not accounted for over a cycle, relative to the air through the engine"),
+    "energy_closure": ("1", "energy not accounted for over a cycle, relative to the enthalpy through the engine"),
+    "work_by_quadrature_change": ("1", "indicated work by quadrature of the dense output against the ledger, relative"),
+    "work_tolerance_change": ("1", "change of the cycle's work at ten times the tolerance, relative"),
+    "tolerance": ("1", "of a step"),
+}
+"""Name of each indicator, as in files: its unit and what it is."""
+FLAGS = ("converged",)
+COUNTS = ("period_cycles", "cycles")
+
+
+def ratio(numerator, denominator):
+    """A quotient, or NaN where the denominator is not positive."""
+    return numerator / denominator if denominator > 0.0 else nan
+
+
+def valve_angles(machine, run):
+    """True opening and closing of the intake.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    run : engine.steady.SteadyRun
+
+    Returns
+    -------
+    dict
+        ``valve_open_deg``, ``valve_close_deg``, ``full_open_deg``, ``closed_deg``, ``peak_lift_m``, seating speeds and
+        fluctuations. NaN: it never comes to it.
+    """
+    p, log = run.p, run.log
+    table = area_table(machine.groove, machine.valve.stroke)
+    if p.engine.intake == CAM:
+        cam = p.engine.cam
+        aside = angle_to_lift(cam, lap_of(table))
+        found = (cam.opens + aside, cam.closes - aside, cam.opens + cam.flank, cam.closes, cam.lift)
+        return _angles(*found) | _no_strokes()
+    if p.engine.intake == IDEAL_VALVE:
+        found = (p.open_target, p.close_target, p.open_target, p.close_target, machine.valve.stroke)
+        return _angles(*found) | _no_strokes()
+    period = TURN / p.speed
+    doubled = np.concatenate((log, log))
+    doubled[len(log) :, 0] += period
+    release = (machine.command.release - machine.command.energise) / p.speed
+    opening = opening_stroke(doubled, 0.0, 2.0 * period)
+    closing = closing_stroke(doubled, release, 2.0 * period)
+    lift = np.minimum(machine.valve.stroke - doubled[:, LOG_HEAD], machine.valve.stroke)
+    code, speed, time = doubled[:, 1], doubled[:, LOG_HEAD + 1], doubled[:, 0]
+    at_lap = (code == CORNER) & (np.abs(lift - lap_of(table)) < 1e-6 * machine.valve.stroke)
+    opened = time[at_lap & (speed < 0.0)]
+    opened = opened[0] if len(opened) else nan
+    shut = time[at_lap & (speed > 0.0) & (time > opened)]
+    closed = time[(code == MET_CLOSED) & (time > opened)]
+    full = time[(code == MET_OPEN) & (time >= opened) & (time < opened + period)]
+    times = (opened, shut[0] if len(shut) else nan, full[0] if len(full) else nan, closed[0] if len(closed) else nan)
+    return _angles(*(p.start + p.speed * t for t in times), lift.max()) | {
+        "opening_seating_speed_m_s": opening.seating_speed,
+        "closing_seating_speed_m_s": closing.seating_speed,
+        "fluctuation": opening.fluctuation,
+        "closing_fluctuation": closing.fluctuation,
+    }
+
+
+def _angles(opens, closes, full_open, closed, lift):
+    return {
+        "valve_open_deg": opens / DEGREE,
+        "valve_close_deg": closes / DEGREE,
+        "full_open_deg": full_open / DEGREE,
+        "closed_deg": closed / DEGREE,
+        "peak_lift_m": lift,
+    }
+
+
+def _no_strokes():
+    names = ("opening_seating_speed_m_s", "closing_seating_speed_m_s", "fluctuation", "closing_fluctuation")
+    return dict.fromkeys(names, nan)
+
+
+def peak_pressure(run):
+    """Highest cylinder pressure, over its extrema and the ends of all smooth stretches [Pa abs]."""
+    gas, log = run.p.actuator.gas, run.log
+    pressures = []
+    for row in log:
+        volume, _ = cylinder_volume(run.p.crank, run.p.start + run.p.speed * row[0])
+        y = row[LOG_HEAD:]
+        pressures.append(chamber_state(gas, y[CYLINDER_MASS], y[CYLINDER_ENERGY], volume)[0])
+    return max(pressures)
+
+
+def closure(run):
+    """Mass and energy that the cycle's ledger does not account for, relative to what goes through the engine.
+
+    Returns
+    -------
+    mass, energy : float
+    """
+    p, d, end = run.p, run.end - run.start, run.end
+    finite = p.receiver_volume > 0.0
+    mass_in, energy_in = (end[FED], end[FED_ENTHALPY]) if finite else (end[GROOVE], end[GROOVE_ENTHALPY])
+    if not (finite and p.control_from_receiver):
+        mass_in, energy_in = mass_in + end[SUPPLIED], energy_in + end[SUPPLIED_ENTHALPY]
+    stored = d[2] + d[4] + d[CYLINDER_MASS] + d[RECEIVER_MASS]
+    stored_energy = d[3] + d[5] + d[CYLINDER_ENERGY] + d[RECEIVER_ENERGY]
+    mass = stored - (mass_in - end[EXHAUSTED] - end[VENTED] + end[OTHER_MASS])
+    energy = stored_energy - (
+        energy_in - end[EXHAUSTED_ENTHALPY] - end[VENTED_ENTHALPY] + end[OTHER_ENERGY] - end[WORK] - end[VALVE_WORK]
+    )
+    through = end[GROOVE] + end[SUPPLIED] + end[GROOVE_BACK] + end[EXHAUST_BACK]
+    enthalpy = abs(end[GROOVE_ENTHALPY]) + abs(end[SUPPLIED_ENTHALPY])
+    return abs(ratio(mass, through)), abs(ratio(energy, enthalpy))
+
+
+def indicators(machine, run):
+    """All scalar results of an operating point.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    run : engine.steady.SteadyRun
+
+    Returns
+    -------
+    dict
+        Keys as in `INDICATORS`, SI but for the units that the keys name. NaN: undefined.
+    """
+    p, end, orbit = run.p, run.end, run.orbit
+    gas, ambient, supply = p.actuator.gas, machine.ambient, machine.supply
+    turns = p.speed / TURN
+    work = end[WORK]
+    swept = swept_volume(p.engine)
+    peak = peak_pressure(run)
+    fmep = friction_mean_effective_pressure(p.engine.friction, peak, mean_piston_speed(p.engine.stroke, p.speed))
+    brake = work - fmep * swept
+    engine_air, control_air = end[GROOVE], end[SUPPLIED]
+    air = engine_air + control_air
+
+    def ideal(law):
+        return engine_air * law(gas, supply.temperature, supply.pressure / ambient.pressure) + control_air * law(
+            gas, p.control[1], p.control[0] / ambient.pressure
+        )
+
+    mass_closure, energy_closure = closure(run)
+    receiver = run.trace[:, 8]
+    return {
+        "speed_rpm": float(f"{turns * 60.0:.12g}"),  # so that 1000 rpm is 1000 again
+        "indicated_torque_Nm": work / TURN,
+        "brake_torque_Nm": brake / TURN,
+        "indicated_power_W": work * turns,
+        "brake_power_W": brake * turns,
+        "imep_Pa": work / swept,
+        "bmep_Pa": brake / swept,
+        "fmep_Pa": fmep,
+        "engine_air_kg_per_cycle": engine_air,
+        "control_air_kg_per_cycle": control_air,
+        "groove_back_flow_kg_per_cycle": end[GROOVE_BACK],
+        "exhaust_back_flow_kg_per_cycle": end[EXHAUST_BACK],
+        "specific_air_kg_per_kWh": ratio(air * JOULE_PER_KWH, brake),
+        "specific_engine_air_kg_per_kWh": ratio(engine_air * JOULE_PER_KWH, brake),
+        "indicated_specific_air_kg_per_kWh": ratio(air * JOULE_PER_KWH, work),
+        "air_L_per_min_ANR": air * turns / ANR_DENSITY * 60e3,
+        "exergy_efficiency": ratio(max(brake, 0.0), ideal(exergy)) if brake > 0.0 else nan,
+        "isentropic_efficiency": ratio(brake, ideal(isentropic_work)) if brake > 0.0 else nan,
+        "full_admission_efficiency": ratio(brake, ideal(full_admission_work)) if brake > 0.0 else nan,
+        **valve_angles(machine, run),
+        "peak_cylinder_pressure_Pa": peak,
+        "intake_pressure_fluctuation_Pa": float(receiver.max() - receiver.min()),
+        "converged": int(orbit.converged),
+        "period_cycles": orbit.period,
+        "cycles": orbit.cycles,
+        "periodic_change": orbit.change,
+        "mass_closure": mass_closure,
+        "energy_closure": energy_closure,
+        "work_by_quadrature_change": abs(run.work_by_quadrature / work - 1.0) if work else nan,
+        "work_tolerance_change": run.work_change,
+        "tolerance": run.tolerance,
+    }

@@ -1,0 +1,101 @@
+"""A machine at a speed: what the kernels need to know, where a cycle's smooth stretches end, and where to start."""
+
+from math import isinf
+
+import numpy as np
+
+from apesim.air import internal_energy
+from apesim.effect import adjusted, chosen
+from engine.breathing import TURN, cam_corners, window_corners
+from engine.cycle import (
+    CYLINDER_ENERGY,
+    CYLINDER_MASS,
+    MODES,
+    RECEIVER_ENERGY,
+    RECEIVER_MASS,
+    SIZE,
+    Cycle,
+)
+from engine.cylinder import CAM, EPV
+from engine.effects import ENGINE_EFFECTS, EngineEffects
+from engine.kinematics import crank_of, cylinder_volume
+from valve.actuator import PHASE, actuator_of, closed_at_rest
+from valve.actuator import STATES as VALVE_STATES
+from valve.piston import HELD_CLOSED
+from valve.supply import RECEIVER
+
+
+def cycle_of(machine, speed):
+    """The kernels' view of a machine at a speed.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    speed : float
+        [rad/s]
+
+    Returns
+    -------
+    Cycle, valve.actuator.ActuatorTables
+    kinks : (n,) float array
+        Of a cycle, from its start at the energising; the last is its period [s].
+    """
+    engine, command = machine.engine, machine.command
+    period = TURN / speed
+    actuator, tables = actuator_of(machine, [0.0, (command.release - command.energise) / speed], period)
+    effects_on, effects = chosen(ENGINE_EFFECTS, machine.effects, EngineEffects)
+    infinite = isinf(engine.receiver.volume)
+    p = Cycle(
+        actuator,
+        (machine.supply.pressure, machine.supply.temperature),
+        machine.supply.control(),
+        int(machine.supply.control_air == RECEIVER),
+        0.0 if infinite else engine.receiver.volume,
+        engine,
+        crank_of(engine),
+        speed,
+        command.energise,
+        command.open_target,
+        command.close_target,
+        float(np.interp(actuator.valve.stroke, tables.groove[:, 0], tables.groove[:, 1])),
+        effects_on,
+        effects,
+    )
+    p, tables = adjusted(ENGINE_EFFECTS, effects, p, tables)
+    return p, tables, kinks_of_cycle(p, tables, period)
+
+
+def kinks_of_cycle(p, tables, period):
+    """Times from the start of a cycle at which a smooth stretch ends [s]."""
+    angles = [window_corners(p.engine.exhaust)]
+    times = [np.array([period])]
+    if p.engine.intake == EPV:
+        times.append(tables.kinks(0.0, period))
+    elif p.engine.intake == CAM:
+        angles.append(cam_corners(p.engine.cam, tables.groove[:, 0]))
+    else:
+        angles.append(np.array([p.open_target, p.close_target]))
+    times.append((np.concatenate(angles) - p.start) % TURN / p.speed)
+    times = np.unique(np.concatenate(times))
+    apart = np.append(np.diff(times) > 1e-12 * period, True)
+    return times[apart & (times > 1e-12 * period)]
+
+
+def charged_at_rest(p):
+    """A start: valve closed and at rest, receiver at supply pressure, cylinder at ambient.
+
+    Returns
+    -------
+    y : (SIZE,) float array
+    mode : (MODES,) float array
+    """
+    y, mode = np.zeros(SIZE), np.zeros(MODES)
+    gas, ambient = p.actuator.gas, p.actuator.ambient
+    y[:VALVE_STATES] = closed_at_rest(p.actuator, p.supply if p.control_from_receiver else p.control)
+    volume, _ = cylinder_volume(p.crank, p.start)
+    y[CYLINDER_MASS] = ambient.pressure * volume / (gas.gas_constant * ambient.temperature)
+    y[CYLINDER_ENERGY] = y[CYLINDER_MASS] * internal_energy(gas, ambient.temperature)
+    y[RECEIVER_MASS] = p.supply[0] * p.receiver_volume / (gas.gas_constant * p.supply[1])
+    y[RECEIVER_ENERGY] = y[RECEIVER_MASS] * internal_energy(gas, p.supply[1])
+    mode[PHASE] = HELD_CLOSED
+    return y, mode

@@ -1,0 +1,88 @@
+"""One operating point at its periodic steady state."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, Status, march
+from apesim.periodic import CYCLES_MOST, PERIODIC_TOLERANCE, Orbit, periodic_orbit
+from engine.breathing import DEGREE
+from engine.cycle import SCALE, STATES, STEP_MOST, TRACE, WORK, Cycle
+from engine.operating_point import charged_at_rest, cycle_of
+
+
+class SteadyRun(NamedTuple):
+    """The last cycle of a march to the periodic state."""
+
+    p: Cycle
+    orbit: Orbit
+    start: np.ndarray
+    """State at the start of the cycle, (SIZE,)."""
+    end: np.ndarray
+    """State at its end; the ledger is that of the cycle."""
+    log: np.ndarray
+    """See `apesim.march.march`."""
+    angles: np.ndarray
+    """Crank angles of the trace [rad], (n,)."""
+    trace: np.ndarray
+    """Columns `engine.cycle.TRACE`, (n, 11)."""
+    work_by_quadrature: float
+    """[J]"""
+    work_change: float
+    """Of the cycle's work when the tolerance is ten times as large, relative."""
+    tolerance: float
+    status: int
+    steps: int
+
+
+def run_steady(
+    machine, speed, tolerance=TOLERANCE, angle_step=0.5 * DEGREE, most=CYCLES_MOST, steady=PERIODIC_TOLERANCE
+):
+    """March an operating point to its periodic steady state, and through one more cycle that is noted.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    speed : float
+        [rad/s]
+    tolerance : float
+    angle_step : float
+        Between two rows of the trace [rad].
+    most : int
+        Cycles at most.
+    steady : float
+        Largest change of a state over a cycle that counts as periodic, relative.
+
+    Returns
+    -------
+    SteadyRun
+    """
+    p, tables, kinks = cycle_of(machine, speed)
+    accuracy = Accuracy(tolerance, STEP_MOST, np.array(SCALE))
+    orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy, steady, most)
+    angles = p.start + np.arange(0.0, 2.0 * np.pi + 0.5 * angle_step, angle_step)
+    times = np.minimum((angles - p.start) / speed, kinks[-1])
+
+    def noted(accuracy, times):
+        y, mode = orbit.y.copy(), orbit.mode.copy()
+        log, trace = np.empty((LOG_ROWS, LOG_HEAD + STATES)), np.full((len(times), len(TRACE)), np.nan)
+        outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
+        return y, log[: outcome.logged], trace, outcome
+
+    end, log, trace, outcome = noted(accuracy, times)
+    coarse = noted(accuracy._replace(tolerance=10.0 * tolerance), times[:0])[0]
+    work = end[WORK]
+    return SteadyRun(
+        p,
+        orbit,
+        orbit.y,
+        end,
+        log,
+        angles,
+        trace,
+        outcome.work,
+        abs(coarse[WORK] / work - 1.0) if work else float("nan"),
+        tolerance,
+        int(outcome.status if orbit.status == Status.DONE else orbit.status),
+        outcome.steps,
+    )

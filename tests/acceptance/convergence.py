@@ -1,0 +1,115 @@
+"""The solver's error against its tolerance, on the bench and over one cycle of the engine.
+
+``python tests/acceptance/convergence.py`` draws ``convergence.png`` beside itself.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path(__file__).parents[n]) for n in (1, 2)]
+
+from machines import RPM, machine
+
+from apesim.march import LOG_HEAD, LOG_ROWS, Accuracy, march
+from engine import cycle
+from engine.breathing import DEGREE
+from engine.operating_point import cycle_of
+from engine.steady import run_steady
+from valve import actuator, bench
+from valve.measures import closing_stroke, opening_stroke
+from valve.motion import MET_CLOSED, MET_OPEN
+from valve.piston import HELD_CLOSED
+
+TOLERANCES = 10.0 ** -np.arange(4.0, 11.25, 0.5)
+FINEST = 1e-13
+SPEED, PULSE = 800.0 * RPM, 50e-3
+LONGEST_STEP = {"bench": bench.STEP_MOST, "engine": min(cycle.STEP_MOST, cycle.TURN_MOST / SPEED)}
+"""As the runs have it [s]."""
+
+
+def marched(p, tables, y, mode, kinks, tolerance, longest_step, scale):
+    """Log of a march; the state in y is the end's on return."""
+    log = np.empty((LOG_ROWS, LOG_HEAD + len(scale)))
+    accuracy = Accuracy(tolerance, longest_step, np.array(scale))
+    outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, np.empty(0), np.empty((0, 0)))
+    assert outcome.status == 0
+    return log[: outcome.logged]
+
+
+def bench_measures(tolerance, longest_step):
+    """Of the default valve with a pulse of 50 ms, by name."""
+    p, tables = bench.bench_of(machine(), [0.0, PULSE])
+    y, mode = np.zeros(bench.SIZE), np.zeros(actuator.MODES)
+    y[: actuator.STATES], mode[actuator.PHASE] = actuator.closed_at_rest(p.actuator, p.supply), HELD_CLOSED
+    log = marched(p, tables, y, mode, tables.kinks(0.0, 2.0 * PULSE), tolerance, longest_step, actuator.SCALE)
+    strokes = {"opening": opening_stroke(log, 0.0, PULSE), "closing": closing_stroke(log, PULSE, 2.0 * PULSE)}
+    return {
+        f"{name} {field.replace('_', ' ')}": getattr(stroke, field)
+        for name, stroke in strokes.items()
+        for field in ("delay", "stroke_time", "seating_speed")
+    }
+
+
+def cycle_from(start):
+    """A function: results of one cycle of the default engine from a given state, by name."""
+    p, tables, kinks = cycle_of(machine(), SPEED)
+
+    def results(tolerance, longest_step):
+        y, mode = start.y.copy(), start.mode.copy()
+        log = marched(p, tables, y, mode, kinks, tolerance, longest_step, cycle.SCALE)
+        time, code = log[:, :2].T
+        angle = (p.start + SPEED * time) / DEGREE
+        return {
+            "work of the cycle": y[cycle.WORK],
+            "air of the cycle": y[cycle.GROOVE],
+            "angle of contact, open": angle[code == MET_OPEN][0],
+            "angle of contact, closed": angle[code == MET_CLOSED][0],
+        }
+
+    return results
+
+
+def convergence_table(longest_step=None):
+    """Errors against the finest tolerance.
+
+    Parameters
+    ----------
+    longest_step : float, optional
+        In place of `LONGEST_STEP` [s].
+
+    Returns
+    -------
+    tolerances : (n,) float array
+    errors : dict
+        By machine (``bench``, ``engine``) and result: relative errors, (n,) float array.
+    """
+    start = run_steady(machine(), SPEED, tolerance=1e-10).orbit
+    errors = {}
+    for name, results in (("bench", bench_measures), ("engine", cycle_from(start))):
+        longest = longest_step or LONGEST_STEP[name]
+        true = results(FINEST, LONGEST_STEP[name])
+        found = [results(tolerance, longest) for tolerance in TOLERANCES]
+        errors[name] = {key: np.array([abs(one[key] / true[key] - 1.0) for one in found]) for key in true}
+    return TOLERANCES, errors
+
+
+def draw(path):
+    """Draw the table as a figure."""
+    from matplotlib.figure import Figure
+
+    tolerances, errors = convergence_table()
+    figure = Figure(figsize=(10.0, 4.5), layout="constrained")
+    for axes, (name, results) in zip(figure.subplots(1, 2, sharey=True), errors.items(), strict=True):
+        for key, error in results.items():
+            axes.loglog(tolerances, error, ".-", label=key)
+        axes.loglog(tolerances, tolerances, "k:", label="error = tolerance")
+        axes.set(title=name, xlabel="tolerance of a step [1]", ylabel=f"relative error against {FINEST:g} [1]")
+        axes.legend(fontsize="small")
+    figure.savefig(path, dpi=150)
+
+
+if __name__ == "__main__":
+    draw(Path(__file__).with_name("convergence.png"))

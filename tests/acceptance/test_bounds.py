@@ -1,0 +1,160 @@
+"""No machine beats what thermodynamics allows, whatever its parameters; and limits that are known exactly.
+
+Exergy bounds every run, taken at the hottest of supply, wall and back-flowing gas; isentropic work bounds adiabatic
+runs into which nothing flows back. Full admission is a reference, which the engine without expansion comes up to.
+"""
+
+from math import inf, pi
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from machines import AMBIENT, RPM, machine, settled
+from scipy.optimize import brentq
+
+from apesim.air import exergy, full_admission_work, isentropic_work
+from engine.breathing import DEGREE
+from engine.cycle import EXHAUST_BACK, GROOVE, GROOVE_BACK, SUPPLIED, WORK
+from engine.friction import Friction
+from engine.indicators import closure, indicators
+from engine.kinematics import crank_of, cylinder_volume
+from engine.steady import run_steady
+
+CLOSURE = 1e-9
+
+
+def reals(low, high):
+    return st.floats(low, high, allow_nan=False)
+
+
+@st.composite
+def machines(draw):
+    """A machine and its speed [r/min]."""
+    stroke = draw(reals(60e-3, 160e-3))
+    opens = draw(reals(-60.0, 30.0))
+    closes = opens + draw(reals(25.0, 170.0))
+    flank = min(25.0, 0.5 * (closes - opens)) * DEGREE
+    exhaust_opens, exhaust_closes = draw(reals(120.0, 200.0)), draw(reals(260.0, 350.0))
+    area = draw(reals(20e-6, 400e-6))
+    hot = draw(st.booleans())
+    return machine(
+        intake=draw(st.sampled_from(("epv", "cam", "ideal"))),
+        supply=draw(reals(0.2, 3.0)),
+        temperature=draw(reals(250.0, 350.0)),
+        energise=opens,
+        release=closes,
+        targets=(opens, closes),
+        receiver=draw(st.sampled_from((inf, 0.3, 1.0, 10.0))),
+        control_air=draw(st.sampled_from(("regulator", "receiver"))),
+        engine__bore=draw(reals(50e-3, 150e-3)),
+        engine__stroke=stroke,
+        engine__rod_length=stroke * draw(reals(1.2, 3.0)),
+        engine__pin_offset=stroke * draw(reals(-0.15, 0.15)),
+        engine__compression_ratio=draw(reals(5.0, 30.0)),
+        groove__effective_area=area,
+        engine__cam__opens=opens * DEGREE,
+        engine__cam__closes=closes * DEGREE,
+        engine__cam__flank=flank,
+        engine__exhaust__effective_area=area * draw(reals(0.5, 5.0)),
+        engine__exhaust__opens=exhaust_opens * DEGREE,
+        engine__exhaust__closes=exhaust_closes * DEGREE,
+        effects__cylinder_wall_heat__h=hot * draw(reals(1.0, 500.0)),
+        effects__cylinder_wall_heat__wall_temperature=draw(reals(250.0, 350.0)),
+    ), draw(reals(200.0, 2400.0))
+
+
+def ideal_work(law, a_machine, run, temperature):
+    """By a law of `apesim.air`, of all the air that the engine takes from the supply [J]."""
+    air = run.end[GROOVE] + (run.end[SUPPLIED] if run.p.control_from_receiver else 0.0)
+    return air * law(run.p.actuator.gas, temperature, a_machine.supply.pressure / a_machine.ambient.pressure)
+
+
+@settings(max_examples=150, derandomize=True, deadline=None, database=None, suppress_health_check=[*HealthCheck])
+@given(machines())
+def test_no_machine_beats_exergy_and_every_one_closes(drawn):
+    a_machine, rpm = drawn
+    run = run_steady(a_machine, rpm * RPM, angle_step=10.0 * DEGREE, most=120)
+    assert run.status == 0
+    assume(run.orbit.converged)
+    mass, energy = closure(run)
+    assert mass < CLOSURE
+    assert energy < CLOSURE
+    work, heat = run.end[WORK], a_machine.effects.cylinder_wall_heat
+    hottest = max(
+        a_machine.supply.temperature,
+        heat.wall_temperature if heat.h else 0.0,
+        a_machine.ambient.temperature if run.end[EXHAUST_BACK] > 0.0 else 0.0,
+    )
+    if work > 0.0:
+        assert work <= ideal_work(exergy, a_machine, run, hottest)
+        if not heat.h and run.end[GROOVE_BACK] == run.end[EXHAUST_BACK] == 0.0:
+            assert work <= ideal_work(isentropic_work, a_machine, run, a_machine.supply.temperature)
+
+
+SLOW_AND_WIDE = {
+    "intake": "ideal",
+    "groove__effective_area": 5e-4,
+    "engine__exhaust__effective_area": 5e-4,
+    "engine__exhaust__flank": 0.1 * DEGREE,
+}
+LOSSES = 3e-3
+"""Next to none in groove and exhaust valve."""
+
+
+@pytest.mark.parametrize("supply", [0.4, 1.0])
+def test_full_expansion_and_recompression_come_close_to_isentropic_and_not_above(supply):
+    """Cut-off from where the isentrope comes to ambient pressure at BDC; the exhaust valve closes from where what stays
+    is recompressed to the supply's pressure at TDC, and there the groove opens."""
+    ratio = ((supply * 1e6 + AMBIENT) / AMBIENT) ** (1.0 / 1.4)
+    crank = crank_of(machine(engine__compression_ratio=50.0).engine)
+    full = cylinder_volume(crank, pi)[0]
+    assert crank.clearance * ratio < full / ratio
+    angle = {
+        volume: brentq(lambda a, volume=volume: cylinder_volume(crank, a)[0] - volume, 0.0, pi) / DEGREE
+        for volume in (full / ratio, crank.clearance * ratio)
+    }
+    cut_off, close = angle[full / ratio], 360.0 - angle[crank.clearance * ratio]
+    a_machine = machine(
+        supply=supply,
+        targets=(0.0, cut_off),
+        engine__compression_ratio=50.0,
+        engine__exhaust__opens=180.0 * DEGREE,
+        engine__exhaust__closes=close * DEGREE,
+        **SLOW_AND_WIDE,
+    )
+    run = settled(a_machine, 100.0, angle_step=10.0 * DEGREE)
+    share = run.end[WORK] / ideal_work(isentropic_work, a_machine, run, a_machine.supply.temperature)
+    assert 1.0 - LOSSES < share < 1.0
+
+
+def test_admission_over_the_whole_stroke_tends_to_the_full_admission_efficiency_from_below():
+    """What is missing is the filling of the clearance: (1 - p0/p) V_c/k over the volume swept, 1.3 %."""
+    a_machine = machine(
+        targets=(0.0, 180.0),
+        engine__compression_ratio=50.0,
+        engine__exhaust__opens=180.0 * DEGREE,
+        engine__exhaust__closes=360.0 * DEGREE,
+        **SLOW_AND_WIDE,
+    )
+    run = settled(a_machine, 100.0, angle_step=10.0 * DEGREE)
+    share = run.end[WORK] / ideal_work(full_admission_work, a_machine, run, a_machine.supply.temperature)
+    filling = (1.0 - AMBIENT / a_machine.supply.pressure) / 1.4 / 49.0
+    assert share < 1.0
+    assert share == pytest.approx(1.0 / (1.0 + filling), abs=LOSSES)
+
+
+def test_an_infinite_receiver_is_the_limit_of_a_very_large_one():
+    infinite, large = (
+        indicators(a_machine, settled(a_machine, 800.0, angle_step=10.0 * DEGREE))
+        for a_machine in (machine(receiver=volume, engine__receiver__feed_area=10000e-6) for volume in (inf, 1e4))
+    )
+    for name in ("indicated_torque_Nm", "engine_air_kg_per_cycle", "peak_cylinder_pressure_Pa"):
+        assert large[name] == pytest.approx(infinite[name], rel=1e-4)
+
+
+def test_without_friction_brake_is_indicated():
+    a_machine = machine(engine__friction=Friction(0.0, 0.0, 0.0, 0.0))
+    found = indicators(a_machine, settled(a_machine, 800.0))
+    assert found["brake_torque_Nm"] == found["indicated_torque_Nm"]
+    assert found["brake_power_W"] == found["indicated_power_W"]
+    assert found["fmep_Pa"] == 0.0

@@ -1,0 +1,139 @@
+"""Wall heat and blow-by: nothing at strength zero, their laws by hand, their ledgers, and which way they push."""
+
+import numpy as np
+import pytest
+from machines import AMBIENT, RPM, machine, settled
+
+from apesim.air import Ambient, gas_of
+from apesim.effect import law
+from engine.breathing import DEGREE
+from engine.cycle import OTHER_ENERGY, OTHER_MASS, TRACE
+from engine.cylinder import ENERGY, MASS, TERMS, CylinderState
+from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS
+from engine.effects.blow_by import BlowBy
+from engine.effects.cylinder_wall_heat import ANNAND, COMPRESSOR, HOHENBERG, WOSCHNI, CylinderWallHeat
+from engine.indicators import indicators
+
+FINE = 0.05 * DEGREE
+PISTON = 0.25 * np.pi * 0.085**2
+SPEED = 1000.0 * RPM
+
+
+def cylinder(pressure, temperature, volume):
+    a_machine = machine()
+    return CylinderState(gas_of(a_machine.air), Ambient(), a_machine.engine, SPEED, 0.3, volume, pressure, temperature)
+
+
+def added(effect, pressure=5e5, temperature=280.0, volume=200e-6):
+    balance = np.zeros(TERMS)
+    law(effect, cylinder(pressure, temperature, volume), balance)
+    return balance
+
+
+def test_the_library_names_the_engine_s_effects_once():
+    names = [effect.name for effect in ALL_EFFECTS]
+    assert len(set(names)) == len(names)
+    assert [effect.name for effect in ENGINE_EFFECTS] == ["cylinder_wall_heat", "blow_by"]
+    for effect in ENGINE_EFFECTS:
+        assert effect.equation
+        assert effect.source
+        assert not effect.is_on(effect.parameters())
+
+
+IDLE = {
+    "effects__cylinder_wall_heat__wall_temperature": 400.0,
+    "effects__cylinder_wall_heat__correlation": ANNAND,
+}
+
+
+@pytest.mark.parametrize("on", [{}, {"effects__blow_by__area": 0.5e-6}])
+def test_wall_heat_of_no_strength_changes_no_bit(on):
+    plain, idle = (settled(machine(receiver=1.0, **values), 800.0) for values in (on, on | IDLE))
+    assert np.array_equal(plain.end, idle.end)
+    assert np.array_equal(plain.trace, idle.trace)
+
+
+def test_blow_by_of_no_strength_changes_no_bit_where_another_effect_is_on():
+    """All laws stand behind one guard: with wall heat on, that of blow-by is asked too."""
+    heated = settled(machine(effects__cylinder_wall_heat__h=200.0), 800.0)
+    assert np.array_equal(added(BlowBy(0.0)), np.zeros(TERMS))
+    assert heated.end[OTHER_MASS] == 0.0
+    assert heated.end[OTHER_ENERGY] != 0.0
+
+
+@pytest.mark.parametrize(
+    ("correlation", "coefficient"),
+    [
+        pytest.param(WOSCHNI, 158.785, id="3.26 x 0.085^-0.2 x 500^0.8 x 280^-0.55 x 6.688^0.8"),
+        pytest.param(HOHENBERG, 266.472, id="130 x 0.0002^-0.06 x 5^0.8 x 280^-0.4 x 4.3333^0.8"),
+        pytest.param(ANNAND, 423.30, id="0.5 x 88648^0.7 x 0.024759/0.085"),
+        pytest.param(COMPRESSOR, 114.15, id="0.053 x 88648^0.8 x 0.71^0.6 x 0.024759/0.085"),
+    ],
+)
+def test_correlations_at_a_hand_computed_state(correlation, coefficient):
+    """5 bar, 280 K, 200 cm3, bore 85 mm, 2.9333 m/s: 6.2209 kg/m3, Sutherland's 1.7497e-5 Pa s, 0.024759 W/(m K)."""
+    area = 2.0 * PISTON + 4.0 * 200e-6 / 0.085
+    heat = added(CylinderWallHeat(0.0, 1.0, correlation, 300.0))[ENERGY]
+    assert heat / (area * 20.0) == pytest.approx(coefficient, rel=2e-5)
+
+
+def test_a_constant_and_a_share_of_a_correlation_add_up():
+    one, other, both = (
+        added(CylinderWallHeat(*strengths, HOHENBERG, 300.0))[ENERGY]
+        for strengths in ((50.0, 0.0), (0.0, 2.0), (50.0, 2.0))
+    )
+    assert one == pytest.approx(50.0 * (2.0 * PISTON + 4.0 * 200e-6 / 0.085) * 20.0, rel=1e-12)
+    assert both == pytest.approx(one + other, rel=1e-12)
+
+
+def test_heat_flows_from_hot_to_cold():
+    wall = CylinderWallHeat(100.0, 1.0, WOSCHNI, 300.0)
+    assert added(wall, temperature=299.0)[ENERGY] > 0.0 > added(wall, temperature=301.0)[ENERGY]
+    assert added(wall, temperature=300.0)[ENERGY] == 0.0
+    assert added(wall)[MASS] == 0.0
+
+
+def test_blow_by_is_choked_flow_out_of_the_cylinder_with_its_enthalpy():
+    """0.5 mm2 at 5 bar and 280 K: 0.68473 S p/sqrt(R T)."""
+    mass, energy = added(BlowBy(0.5e-6))
+    assert mass == pytest.approx(-0.684731 * 0.5e-6 * 5e5 / np.sqrt(287.05 * 280.0), rel=1e-6)
+    assert energy == pytest.approx(mass * 1004.675 * 280.0, rel=1e-9)
+
+
+def test_blow_by_sucks_ambient_air_into_a_cylinder_below_ambient():
+    mass, energy = added(BlowBy(0.5e-6), pressure=0.3 * AMBIENT, temperature=200.0)
+    assert mass == pytest.approx(0.684731 * 0.5e-6 * AMBIENT / np.sqrt(287.05 * 293.15), rel=1e-6)
+    assert energy == pytest.approx(mass * 1004.675 * 293.15, rel=1e-9)
+
+
+def test_constant_wall_heat_is_the_integral_over_the_trace_and_adds_work():
+    h, wall = 200.0, 300.0
+    adiabatic = settled(machine(), 800.0)
+    run = settled(machine(effects__cylinder_wall_heat__h=h), 800.0, angle_step=FINE)
+    column = {name.split(" [")[0]: run.trace[:, i] for i, name in enumerate(TRACE)}
+    area = 2.0 * PISTON + 4.0 * column["cylinder_volume"] / 0.085
+    rate = h * area * (wall - column["cylinder_temperature"])
+    heat = np.trapezoid(rate, run.angles) / run.p.speed
+    assert run.end[OTHER_ENERGY] == pytest.approx(heat, rel=1e-5)
+    assert heat > 0.0
+    assert adiabatic.end[-1] < run.end[-1] < adiabatic.end[-1] + heat
+
+
+def test_blow_by_takes_mass_and_all_still_closes():
+    tight = settled(machine(), 800.0)
+    a_machine = machine(effects__blow_by__area=0.5e-6)
+    run = settled(a_machine, 800.0)
+    found = indicators(a_machine, run)
+    assert run.end[OTHER_MASS] < 0.0
+    assert run.end[-1] < tight.end[-1]
+    assert found["engine_air_kg_per_cycle"] > indicators(machine(), tight)["engine_air_kg_per_cycle"]
+    assert found["mass_closure"] < 1e-12
+    assert found["energy_closure"] < 1e-11
+
+
+@pytest.mark.parametrize("correlation", [WOSCHNI, HOHENBERG, ANNAND, COMPRESSOR])
+def test_an_engine_runs_with_each_correlation(correlation):
+    a_machine = machine(effects__cylinder_wall_heat__factor=1.0, effects__cylinder_wall_heat__correlation=correlation)
+    run = settled(a_machine, 800.0)
+    assert run.end[OTHER_ENERGY] > 0.0
+    assert indicators(a_machine, run)["energy_closure"] < 1e-11
