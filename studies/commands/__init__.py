@@ -1,0 +1,1 @@
+"""What the commands do, one module for each group of them; imported when a command is called."""

@@ -1,0 +1,215 @@
+"""Commands of the engine."""
+
+import sys
+import time
+from math import isnan
+
+import numpy as np
+
+from apesim.archive import command_line
+from apesim.kernel import is_cold
+from apesim.march import Status
+from apesim.quantities import Choice, Culprit, InputError, Quantity, parse, parse_range
+from engine.breathing import DEGREE
+from engine.cycle import TRACE
+from engine.cylinder import INTAKES
+from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
+from engine.steady import run_steady
+from studies.commands.machine import load_machine
+from studies.commands.tables import COMPILING, table_of, write_traces
+from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+
+SPEED = Quantity("rpm", 1, 30000, "command line")
+INTAKE = Choice(INTAKES, "command line")
+SHOWN = (
+    ("brake torque", "brake_torque_Nm", 1.0, "N m"),
+    ("indicated torque", "indicated_torque_Nm", 1.0, "N m"),
+    ("brake power", "brake_power_W", 1e-3, "kW"),
+    ("imep", "imep_Pa", 1e-5, "bar"),
+    ("engine air", "engine_air_kg_per_cycle", 1e3, "g/cycle"),
+    ("control air", "control_air_kg_per_cycle", 1e3, "g/cycle"),
+    ("all air", "air_L_per_min_ANR", 1.0, "L/min ANR"),
+    ("specific air, gross", "specific_air_kg_per_kWh", 1.0, "kg/kWh"),
+    ("specific air, engine air only", "specific_engine_air_kg_per_kWh", 1.0, "kg/kWh"),
+    ("exergy efficiency", "exergy_efficiency", 100.0, "%"),
+    ("isentropic efficiency", "isentropic_efficiency", 100.0, "%"),
+    ("full-admission efficiency", "full_admission_efficiency", 100.0, "%"),
+    ("lift crosses the lap, opening", "valve_open_deg", 1.0, "deg"),
+    ("open stop", "full_open_deg", 1.0, "deg"),
+    ("lift crosses the lap, closing", "valve_close_deg", 1.0, "deg"),
+    ("closed stop", "closed_deg", 1.0, "deg"),
+    ("peak lift", "peak_lift_m", 1e3, "mm"),
+    ("seating speed, opening", "opening_seating_speed_m_s", 1.0, "m/s"),
+    ("seating speed, closing", "closing_seating_speed_m_s", 1.0, "m/s"),
+    ("fluctuation, opening", "fluctuation", 1.0, "-"),
+    ("peak cylinder pressure", "peak_cylinder_pressure_Pa", 1e-6, "MPa abs"),
+)
+CLOSURES = {
+    "mass": "mass_closure",
+    "energy": "energy_closure",
+    "work_by_quadrature": "work_by_quadrature_change",
+    "work_at_tenfold_tolerance": "work_tolerance_change",
+}
+
+
+def engine_point(console, machine_file, settings, speed, csv):
+    """One operating point; see `apesim engine run --help`.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    machine = load_machine(machine_file, settings)
+    speed = parse(speed, SPEED, where="--speed", file=COMMAND_LINE)
+    if is_cold():
+        console.message(COMPILING)
+    run_steady(machine, speed, most=1)  # compiles, or loads what is compiled
+    start = time.perf_counter()
+    run = run_steady(machine, speed)
+    values = indicators(machine, run) if run.status == Status.DONE else dict.fromkeys(INDICATORS, float("nan"))
+    wall = time.perf_counter() - start
+    warnings = warnings_of(run, values)
+    data = {name: value for name, value in values.items() if name not in CLOSURES.values()}
+    data |= {name: bool(data[name] == 1) for name in FLAGS}
+    data |= {name: int(np.nan_to_num(data[name])) for name in COUNTS}
+    data["closure"] = {name: values[key] for name, key in CLOSURES.items()}
+    data |= {"wall_time_s": wall, "warnings": warnings}
+    if csv:
+        rows = np.column_stack((run.angles / DEGREE, run.trace))
+        write_traces(csv, ("crank_angle [deg]", *TRACE), rows)
+    rows = [(name, _number(values[key] * factor), unit) for name, key, factor, unit in SHOWN]
+    title = f"{INTAKES[machine.engine.intake]} at {values['speed_rpm']:g} r/min"
+    closes = (
+        f"{run.orbit.cycles} cycles to a period of {run.orbit.period}, last change {run.orbit.change:.1e}; closure of "
+        f"mass {values['mass_closure']:.1e}, of energy {values['energy_closure']:.1e}; work by quadrature "
+        f"{values['work_by_quadrature_change']:.1e}, at tenfold tolerance {values['work_tolerance_change']:.1e}; "
+        f"tolerance {run.tolerance:g}; {wall * 1e3:.0f} ms"
+    )
+    console.result(data, table_of(title, ("", "value", "unit"), rows), closes)
+    for warning in warnings:
+        console.message(f"warning: {warning}")
+    return DONE if run.status == Status.DONE and run.orbit.converged else INCOMPLETE
+
+
+def _number(value):
+    return "-" if isnan(value) else f"{value:.5g}"
+
+
+def warnings_of(run, values):
+    """What a user should know of an operating point.
+
+    Parameters
+    ----------
+    run : engine.steady.SteadyRun
+    values : dict
+        See `engine.indicators.indicators`.
+
+    Returns
+    -------
+    list of str
+    """
+    if run.status != Status.DONE:
+        return [f"the march ended early: {Status(run.status).remedy}"]
+    warnings = []
+    if not run.orbit.converged:
+        warnings.append(
+            f"not periodic after {run.orbit.cycles} cycles: the state still changes by {run.orbit.change:.1e}"
+        )
+    elif run.orbit.period == 2:
+        warnings.append("the state repeats only every second cycle; one cycle of the two is shown")
+    if values["brake_torque_Nm"] <= 0.0:
+        warnings.append("brake work is not positive: what is related to it is null")
+    if isnan(values["full_open_deg"]):
+        warnings.append(f"the valve does not open fully: peak lift {values['peak_lift_m'] * 1e3:.3g} mm")
+    if isnan(values["closed_deg"]):
+        warnings.append("the valve does not reach its closed stop")
+    return warnings
+
+
+def sweep_command(console, machine_file, settings, speed, intake, out, jobs, shard, resume, overwrite, figures):
+    """A sweep; see `apesim engine sweep --help`.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from studies import sweep
+    from studies.plots import sweep_figures
+
+    machine = load_machine(machine_file, settings)
+    speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
+    intakes = [parse(name, INTAKE, where="--intake", file=COMMAND_LINE) for name in intake.split(",")]
+    shard = _shard(shard)
+    if is_cold():
+        console.message(COMPILING)
+    options = {"jobs": jobs, "shard": shard, "resume": resume, "overwrite": overwrite}
+    try:
+        with console.progress("sweep") as report:
+            command = command_line(["apesim", *sys.argv[1:]])
+            result = sweep.run_sweep(machine, speeds, intakes, out, command=command, report=report, **options)
+    except KeyboardInterrupt:
+        console.message("interrupted; what is done is kept, go on with the same command and --resume")
+        raise
+    drawn = sweep_figures(result.archive, out.with_suffix(".figures")) if figures else []
+    data = {
+        "archive": str(out),
+        "figures": [str(path) for path in drawn],
+        "runs": len(result.archive.runs),
+        "faults": result.faults,
+        "wall_time_s": result.seconds,
+    }
+    where = f"{out}: {data['runs']} runs in {result.seconds:.1f} s" + (
+        f"; figures in {drawn[0].parent}/" if drawn else ""
+    )
+    console.result(data, sweep_table(result.archive), where)
+    for fault in result.faults:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if result.faults else DONE
+
+
+def _shard(text):
+    """(i, N) of a text i/N."""
+    if text is None:
+        return None
+    number, slash, of = text.partition("/")
+    if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
+        raise InputError([Culprit(COMMAND_LINE, "--shard", f"{text!r} is no share of the work", "write e.g. 1/4")])
+    return int(number), int(of)
+
+
+def sweep_table(archive):
+    """Brake torque and gross specific air of every intake over speed.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    from studies.plots import intakes_of, runs_of
+
+    v = archive.variables
+    names = intakes_of(archive)
+    cells = {
+        (column, name, v["speed_rpm"].values[run]): v[column].values[run]
+        for column in ("brake_torque_Nm", "specific_air_kg_per_kWh")
+        for name in names
+        for run in runs_of(archive, name)
+    }
+
+    def shown(column, name, speed, digits):
+        value = cells.get((column, name, speed), float("nan"))
+        return "-" if isnan(value) else f"{value:.{digits}f}"
+
+    rows = [
+        [f"{speed:g}"]
+        + [shown("brake_torque_Nm", name, speed, 2) for name in names]
+        + [shown("specific_air_kg_per_kWh", name, speed, 1) for name in names]
+        for speed in sorted(set(v["speed_rpm"].values.tolist()))
+    ]
+    header = ["r/min", *(f"{name} [N m]" for name in names), *(f"{name} [kg/kWh]" for name in names)]
+    return table_of("Brake torque, and all air over brake work, over speed", header, rows)

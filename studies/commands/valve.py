@@ -1,0 +1,111 @@
+"""Commands of the valve's bench."""
+
+import time
+
+import numpy as np
+
+from apesim.kernel import is_cold
+from apesim.march import TOLERANCE, Status
+from apesim.quantities import Quantity, parse
+from studies.commands.machine import load_machine
+from studies.commands.tables import COMPILING, table_of, write_traces
+from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from valve.bench import TRACE, run_bench
+
+TIME = Quantity("ms", 0.01, 60000, "command line")
+RATE = Quantity("Hz", 0.1, 1000, "command line")
+
+
+def bench_run(console, machine_file, settings, supply, temperature, pulse, until, repeat, csv):
+    """One bench run; see `apesim valve run --help`.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    given = [("supply.pressure", supply), ("supply.temperature", temperature)]
+    assignments = [f"{key}={value}" for key, value in given if value is not None]
+    machine = load_machine(machine_file, [*(settings or ()), *assignments])
+    pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
+    until = parse(until, TIME, where="--until", file=COMMAND_LINE) if until else None
+    period = _period(repeat, pulse, until)
+    if is_cold():
+        console.message(COMPILING)
+    run_bench(machine, pulse, until, period)  # compiles, or loads what is compiled
+    start = time.perf_counter()
+    run = run_bench(machine, pulse, until, period)
+    wall = time.perf_counter() - start
+    warnings = _warnings(run)
+    data = {
+        "opening": _stroke(run.opening),
+        "closing": _stroke(run.closing),
+        "control_air_kg": run.control_air,
+        "closure": run.closure,
+        "tolerance": TOLERANCE,
+        "converged": run.orbit.converged if run.orbit else None,
+        "period_cycles": run.orbit.period if run.orbit else None,
+        "cycles": run.orbit.cycles if run.orbit else None,
+        "wall_time_s": wall,
+        "warnings": warnings,
+    }
+    if csv:
+        write_traces(csv, ("time [s]", *TRACE), np.column_stack((run.times, run.trace)))
+    rows = [
+        (name, *(f"{factor * getattr(stroke, field):.5g}" for stroke in (run.opening, run.closing)), unit)
+        for name, field, factor, unit in (
+            ("delay time", "delay", 1e3, "ms"),
+            ("full stroke time", "stroke_time", 1e3, "ms"),
+            ("seating speed", "seating_speed", 1.0, "m/s"),
+            ("fluctuation", "fluctuation", 1.0, "-"),
+        )
+    ]
+    control = (
+        f"control air {run.control_air * 1e3:.5g} g; closure of mass {run.closure['mass']:.1e}, of energy "
+        f"{run.closure['energy']:.1e}; work by quadrature {run.closure['work']:.1e}; tolerance {TOLERANCE:g}"
+    )
+    console.result(data, table_of("One bench run", ("", "opening", "closing", "unit"), rows), control)
+    for warning in warnings:
+        console.message(f"warning: {warning}")
+    failed = run.status != Status.DONE or (run.orbit is not None and not run.orbit.converged)
+    return INCOMPLETE if failed else DONE
+
+
+def _period(repeat, pulse, until):
+    """Period of a repeated pulse, or infinity [s]."""
+    from apesim.quantities import Culprit, InputError
+
+    if repeat is None:
+        return float("inf")
+    period = 1.0 / parse(repeat, RATE, where="--repeat", file=COMMAND_LINE)
+    if until is not None:
+        raise InputError([Culprit(COMMAND_LINE, "--until", "does not go with --repeat", "leave one of them out")])
+    if pulse >= period:
+        right = f"less than the period, {period * 1e3:g} ms"
+        raise InputError([Culprit(COMMAND_LINE, "--pulse", "is longer than the period of --repeat", right)])
+    return period
+
+
+def _stroke(stroke):
+    return {
+        "delay_s": stroke.delay,
+        "stroke_time_s": stroke.stroke_time,
+        "seating_speed_m_s": stroke.seating_speed,
+        "fluctuation": stroke.fluctuation,
+        "reverses": stroke.reverses,
+    }
+
+
+def _warnings(run):
+    """What a user should know of a bench run."""
+    warnings = []
+    if run.status != Status.DONE:
+        warnings.append(f"the march ended early: {Status(run.status).remedy}")
+    if run.orbit and not run.orbit.converged:
+        warnings.append(f"not periodic after {run.orbit.cycles} cycles")
+    if run.orbit and run.orbit.period == 2:
+        warnings.append("the motion repeats only every second cycle")
+    for name, stroke in (("opening", run.opening), ("closing", run.closing)):
+        if np.isnan(stroke.contact):
+            warnings.append(f"the {name} stroke is not completed")
+    return warnings

@@ -1,0 +1,134 @@
+"""What a command shows, and how it ends: exit codes, one line per culprit, progress with time left."""
+
+import contextlib
+import json
+import math
+import sys
+import traceback
+
+import typer
+
+DONE, FAULT_OF_OURS, BAD_INPUT, INCOMPLETE, INTERRUPTED = 0, 1, 2, 3, 130
+COMMAND_LINE = "command line"
+
+# The ancestor of all errors of the command-line parser; typer exports none of its classes but this one.
+ParserError = typer.BadParameter.__mro__[2]
+
+
+class Console:
+    """Standard output for results, standard error for messages.
+
+    Parameters
+    ----------
+    as_json : bool
+        Results are one JSON object, and nothing else.
+    quiet : bool
+        No messages.
+    """
+
+    def __init__(self, as_json=False, quiet=False):
+        self.as_json = as_json
+        self.quiet = quiet
+
+    def result(self, data, *renderables):
+        """Show a result: data as JSON, else renderables (texts, rich tables)."""
+        if self.as_json:
+            print(json.dumps(plain(data), ensure_ascii=False, allow_nan=False))
+            return
+        from rich.console import Console as Terminal
+
+        terminal = Terminal(width=None if sys.stdout.isatty() else 120, highlight=False)
+        for renderable in renderables:
+            terminal.print(renderable, markup=False, soft_wrap=isinstance(renderable, str))
+
+    def message(self, text):
+        """A line on standard error."""
+        if not self.quiet:
+            print(text, file=sys.stderr, flush=True)
+
+    @contextlib.contextmanager
+    def progress(self, what):
+        """Progress with time left on a terminal; yields ``report(done, total)``."""
+        if self.quiet or not sys.stderr.isatty():
+            yield lambda done, total: None
+            return
+        from rich.console import Console as Terminal
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("left"))
+        with Progress(*columns, console=Terminal(stderr=True)) as progress:
+            task = progress.add_task(what, total=None)
+            yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+def plain(data):
+    """Data as JSON knows it: NaN and infinity are null, numpy's numbers Python's."""
+    if isinstance(data, dict):
+        return {key: plain(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [plain(value) for value in data]
+    if hasattr(data, "tolist"):
+        return plain(data.tolist())
+    if isinstance(data, float) and not math.isfinite(data):
+        return None
+    return data
+
+
+def main_of(app):
+    """Run a command line and say how it ended.
+
+    Parameters
+    ----------
+    app : typer.Typer
+
+    Returns
+    -------
+    int
+        0 done, 1 a fault of ours, 2 bad input, 3 the work ended with points failed or archives differ or are damaged,
+        130 interrupted.
+    """
+    try:
+        return app(standalone_mode=False) or DONE
+    except ParserError as error:
+        return _bad_input(_parser_line(error))
+    except (KeyboardInterrupt, typer.Abort):
+        print("interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return DONE
+    except Exception as error:
+        known = _known(error)
+        if known is not None:
+            return known
+        traceback.print_exc()
+        print("apesim: this is a fault of ours; please report it with the lines above", file=sys.stderr)
+        return FAULT_OF_OURS
+
+
+def _known(error):
+    """Exit code of an error that says itself what is wrong; None for any other."""
+    from apesim.quantities import InputError
+
+    if isinstance(error, InputError):
+        return _bad_input(str(error))
+    if "apesim.archive" in sys.modules:  # imported only where it can have been raised
+        from apesim.archive import ArchiveError, DamagedError
+
+        if isinstance(error, ArchiveError):
+            print(error, file=sys.stderr)
+            return INCOMPLETE if isinstance(error, DamagedError) else BAD_INPUT
+    return None
+
+
+def _bad_input(lines):
+    print(lines, file=sys.stderr)
+    return BAD_INPUT
+
+
+def _parser_line(error):
+    """The parser's error on one line: what is wrong, and where the right form stands."""
+    context = getattr(error, "ctx", None)
+    command = context.command_path if context else "apesim"
+    message = " ".join(error.format_message().split()).rstrip(".")
+    return f"{COMMAND_LINE}: {message[:1].lower()}{message[1:]}; see {command} --help"

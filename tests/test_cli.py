@@ -1,0 +1,273 @@
+"""The command line as a user meets it: exit codes, one line per culprit, JSON and nothing else."""
+
+import csv
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studies.cli import app
+from studies.console import main_of
+
+FAST = ["--speed", "800 rpm, 1000 rpm", "--intake", "cam,ideal"]
+
+
+@pytest.fixture
+def apesim(monkeypatch, capsys, tmp_path):
+    """Runs a command in an empty folder; returns exit code, standard output and standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["apesim", *arguments])
+        code = main_of(app)
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+PROMISED = """
+speed_rpm indicated_torque_Nm brake_torque_Nm indicated_power_W brake_power_W imep_Pa engine_air_kg_per_cycle
+control_air_kg_per_cycle specific_air_kg_per_kWh specific_engine_air_kg_per_kWh indicated_specific_air_kg_per_kWh
+air_L_per_min_ANR exergy_efficiency isentropic_efficiency full_admission_efficiency valve_open_deg valve_close_deg
+full_open_deg closed_deg peak_lift_m opening_seating_speed_m_s closing_seating_speed_m_s peak_cylinder_pressure_Pa
+fluctuation converged period_cycles cycles closure wall_time_s warnings
+""".split()
+
+
+def test_engine_run_gives_every_promised_key_as_one_json_object(apesim):
+    code, out, _ = apesim("engine", "run", "--speed", "1000 rpm", "--json")
+    data = json.loads(out)
+    assert code == 0
+    assert set(PROMISED) <= set(data)
+    assert data["speed_rpm"] == 1000.0
+    assert data["converged"] is True
+    assert 0.0 <= data["closure"]["mass"] < 1e-6 and 0.0 <= data["closure"]["energy"] < 1e-6
+    assert 0.0 < data["wall_time_s"] < 60.0
+
+
+def test_a_ratio_over_work_that_is_not_positive_is_null_with_a_warning(apesim):
+    code, out, err = apesim("engine", "run", "--speed", "2000 rpm", "--json")
+    data = json.loads(out)
+    assert code == 0
+    assert data["brake_torque_Nm"] < 0.0
+    assert data["specific_air_kg_per_kWh"] is None and data["exergy_efficiency"] is None
+    assert data["full_open_deg"] is None
+    assert any("not positive" in warning for warning in data["warnings"])
+    assert "not positive" in err
+
+
+def test_engine_traces_have_the_promised_columns_and_fit_the_result(apesim):
+    _, out, _ = apesim("engine", "run", "--speed", "1000 rpm", "--json", "--csv", "traces.csv")
+    with open("traces.csv", newline="") as file:
+        header, *rows = csv.reader(file)
+    promised = (
+        "crank_angle [deg],cylinder_pressure [Pa abs],cylinder_temperature [K],lift [m],velocity [m/s],"
+        "pressure_a [Pa abs],pressure_b [Pa abs],groove_flow [kg/s],torque [N m]"
+    )
+    assert header[:9] == promised.split(",")
+    table = np.array(rows, dtype=float)
+    mean_torque = np.trapezoid(table[:, 8], table[:, 0]) / 360.0
+    assert mean_torque == pytest.approx(json.loads(out)["indicated_torque_Nm"], rel=1e-4)
+
+
+def test_valve_run_gives_the_papers_measures_and_its_traces(apesim):
+    code, out, _ = apesim(
+        "valve", "run", "--supply", "0.4 MPa gauge", "--temperature", "287 K", "--json", "--csv", "v.csv"
+    )
+    data = json.loads(out)
+    assert code == 0
+    assert data["opening"]["delay_s"] == pytest.approx(5.59512e-3, rel=2e-5)
+    assert data["closing"]["seating_speed_m_s"] == pytest.approx(1.35425, rel=2e-5)
+    assert set(data["closing"]) >= {"delay_s", "stroke_time_s", "seating_speed_m_s", "fluctuation"}
+    assert data["control_air_kg"] > 0.0 and data["closure"]["mass"] < 1e-9
+    header = Path("v.csv").read_text().splitlines()[0]
+    assert header == (
+        "time [s],lift [m],velocity [m/s],pressure_a [Pa abs],pressure_b [Pa abs],temperature_a [K],temperature_b [K]"
+    )
+
+
+def test_a_repeated_pulse_is_brought_to_its_periodic_state(apesim):
+    code, out, _ = apesim("valve", "run", "--pulse", "25 ms", "--repeat", "20 Hz", "--json")
+    data = json.loads(out)
+    assert code == 0 and data["converged"] and data["period_cycles"] == 1
+    for name in ("delay_s", "stroke_time_s", "seating_speed_m_s"):
+        assert data["opening"][name] == pytest.approx(data["closing"][name], rel=1e-6)
+
+
+def test_a_pulse_too_short_to_open_is_told(apesim):
+    code, out, err = apesim("valve", "run", "--pulse", "2 ms", "--json")
+    assert code == 0
+    assert json.loads(out)["opening"]["stroke_time_s"] is None
+    assert "opening stroke is not completed" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["engine", "run", "--speed", "1000"], ["--speed", "no unit", "rpm"]),
+        (["engine", "run", "--speed", "1000 mm"], ["--speed", "cannot be converted", "rpm"]),
+        (["engine", "run"], ["command line", "--speed", "--help"]),
+        (["engine", "rum"], ["command line", "rum", "--help"]),
+        (["engine", "run", "--speed", "1000 rpm", "--set", "engine.bore=90"], ["--set", "engine.bore", "mm"]),
+        (["engine", "run", "--speed", "1000 rpm", "--set", "engine.bor=90 mm"], ["--set", "engine.bor", "engine.bore"]),
+        (["engine", "run", "--speed", "1000 rpm", "--set", "engine.bore"], ["--set", "KEY=VALUE"]),
+        (["engine", "run", "--speed", "1000 rpm", "--machine", "no.toml"], ["no.toml"]),
+        (["engine", "sweep", "--speed", "300:100:50 rpm"], ["--speed", "300:100:50"]),
+        (["engine", "sweep", "--intake", "epv,cams"], ["--intake", "cams", "cam"]),
+        (["engine", "sweep", "--shard", "3/2"], ["--shard", "1/4"]),
+        (["engine", "sweep", "--jobs", "0"], ["command line", "--jobs"]),
+        (["valve", "run", "--supply", "0.4 MPa"], ["supply.pressure", "gauge", "abs"]),
+        (["valve", "run", "--pulse", "50 ms", "--repeat", "30 Hz"], ["--pulse", "period"]),
+        (["valve", "run", "--repeat", "30 Hz", "--pulse", "10 ms", "--until", "1 s"], ["--until", "--repeat"]),
+        (["archive", "info", "no.h5"], ["no.h5", "no such file"]),
+        (["archive", "diff", "no.h5"], ["command line", "--help"]),
+    ],
+)
+def test_bad_input_ends_with_2_and_one_line_that_tells_the_right_form(apesim, arguments, told):
+    code, out, err = apesim(*arguments)
+    assert code == 2
+    assert out == ""
+    assert len(err.strip().splitlines()) == 1
+    assert "Traceback" not in err
+    for part in told:
+        assert part in err
+
+
+def test_each_culprit_has_its_own_line(apesim):
+    Path("m.toml").write_text('[engine]\nbore = 90\nbohr = "1 mm"\n')
+    code, _, err = apesim("machine", "--check", "m.toml")
+    assert code == 2
+    assert sorted(line.split(": ")[1] for line in err.splitlines()) == ["engine.bohr", "engine.bore"]
+
+
+def test_machine_prints_what_it_reads(apesim):
+    code, out, _ = apesim("machine", "--set", "engine.bore=90 mm")
+    assert code == 0 and 'bore = "90 mm"' in out
+    Path("m.toml").write_text(out)
+    assert apesim("machine", "--check", "m.toml")[0] == 0
+    assert apesim("machine", "--machine", "m.toml")[1] == out
+
+
+def test_a_fault_of_ours_ends_with_1(apesim, monkeypatch):
+    def broken(*_, **__):
+        raise ZeroDivisionError("broken for the test")
+
+    monkeypatch.setattr("studies.commands.engine.run_steady", broken)
+    code, _, err = apesim("engine", "run", "--speed", "1000 rpm")
+    assert code == 1 and "fault of ours" in err and "broken for the test" in err
+
+
+def test_an_interrupt_ends_with_130(apesim, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("studies.commands.engine.run_steady", interrupted)
+    assert apesim("engine", "run", "--speed", "1000 rpm")[0] == 130
+
+
+def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
+    from engine import steady
+    from studies.commands import engine
+
+    monkeypatch.setattr(engine, "run_steady", lambda machine, speed, **_: steady.run_steady(machine, speed, most=2))
+    code, out, err = apesim("engine", "run", "--speed", "1000 rpm", "--json")
+    data = json.loads(out)
+    assert code == 3
+    assert data["converged"] is False and data["period_cycles"] == 0
+    assert "not periodic" in err
+
+
+def test_an_interrupted_sweep_keeps_what_is_done_and_says_how_to_go_on(apesim, monkeypatch):
+    from studies import sweep
+
+    monkeypatch.setattr(sweep, "CHUNK", 1)
+    compute, calls = sweep.compute, []
+
+    def interrupted(points):
+        calls.append(points)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return compute(points)
+
+    monkeypatch.setattr(sweep, "compute", interrupted)
+    code, _, err = apesim("engine", "sweep", *FAST, "--no-figures")
+    assert code == 130 and "--resume" in err
+    assert len(list(Path("sweep.h5.shards").glob("*.h5"))) == 1  # the first call warms up
+    code, _, err = apesim("engine", "sweep", *FAST, "--no-figures")
+    assert code == 2 and "--resume" in err
+    calls.clear()
+    monkeypatch.setattr(sweep, "compute", lambda points: calls.append(points) or compute(points))
+    assert apesim("engine", "sweep", *FAST, "--no-figures", "--resume")[0] == 0
+    assert [len(points) for points in calls[1:]] == [1, 1, 1]
+    monkeypatch.setattr(sweep, "compute", compute)
+    assert apesim("engine", "sweep", *FAST, "--no-figures", "--out", "whole.h5")[0] == 0
+    assert apesim("archive", "diff", "sweep.h5", "whole.h5")[0] == 0
+
+
+def test_quiet_says_nothing_on_standard_error(apesim):
+    code, out, err = apesim("engine", "run", "--speed", "2000 rpm", "--quiet")
+    assert code == 0 and err == ""
+    assert "brake torque" in out
+
+
+def test_a_sweep_leaves_an_archive_figures_and_a_table(apesim):
+    code, out, _ = apesim("engine", "sweep", *FAST)
+    assert code == 0
+    assert "800" in out and "cam [N m]" in out
+    figures = sorted(path.name for path in Path("sweep.figures").iterdir())
+    assert figures == [
+        f"{n}.{e}" for n in ("cycle_traces", "indicator_diagrams", "torque_and_air") for e in ("pdf", "png")
+    ]
+    assert not Path("sweep.h5.shards").exists()
+    code, out, _ = apesim("archive", "info", "sweep.h5", "--json")
+    info = json.loads(out)
+    assert info["runs"] == 4 and info["missing_runs"] == []
+    assert info["provenance"]["command"].startswith("apesim engine sweep --speed")
+    assert apesim("archive", "verify", "sweep.h5")[0] == 0
+
+
+def test_a_sweep_does_not_replace_an_archive_unasked(apesim):
+    assert apesim("engine", "sweep", *FAST, "--no-figures", "--quiet")[0] == 0
+    code, _, err = apesim("engine", "sweep", *FAST, "--no-figures")
+    assert code == 2 and "--overwrite" in err
+    assert apesim("engine", "sweep", *FAST, "--no-figures", "--overwrite")[0] == 0
+
+
+def test_archives_that_differ_end_with_3_and_name_what_differs(apesim):
+    apesim("engine", "sweep", *FAST, "--no-figures", "--out", "a.h5")
+    apesim("engine", "sweep", *FAST, "--no-figures", "--out", "b.h5")
+    apesim("engine", "sweep", *FAST, "--no-figures", "--out", "c.h5", "--set", "engine.bore=90 mm")
+    assert apesim("archive", "diff", "a.h5", "b.h5")[0] == 0
+    code, out, _ = apesim("archive", "diff", "a.h5", "c.h5", "--json")
+    names = {row["name"] for row in json.loads(out)["differences"]}
+    assert code == 3
+    assert {"engine.bore", "brake_torque_Nm"} <= names
+
+
+def test_a_damaged_archive_ends_with_3(apesim):
+    apesim("engine", "sweep", *FAST, "--no-figures")
+    path = Path("sweep.h5")
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    assert apesim("archive", "verify", "sweep.h5")[0] == 3
+
+
+def test_shards_of_a_sweep_join_to_the_whole(apesim):
+    apesim("engine", "sweep", *FAST, "--no-figures", "--out", "whole.h5")
+    for part in ("1", "2"):
+        assert apesim("engine", "sweep", *FAST, "--no-figures", "--shard", f"{part}/2", "--out", f"{part}.h5")[0] == 0
+    code, out, _ = apesim("archive", "merge", "1.h5", "--out", "half.h5", "--json")
+    assert code == 3 and json.loads(out)["missing_runs"]
+    assert apesim("archive", "merge", "1.h5", "2.h5", "--out", "joined.h5")[0] == 0
+    assert apesim("archive", "diff", "whole.h5", "joined.h5")[0] == 0
+
+
+def test_export_writes_what_a_spreadsheet_reads(apesim):
+    apesim("engine", "sweep", *FAST, "--no-figures")
+    assert apesim("archive", "export", "sweep.h5", "--out", "csv")[0] == 0
+    header = Path("csv/runs.csv").read_text().splitlines()[0]
+    assert "brake_torque_Nm [N m]" in header

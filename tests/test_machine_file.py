@@ -1,0 +1,160 @@
+"""Every key of the machine file refuses what is wrong, in one line that names file, key and right form."""
+
+import math
+
+import numpy as np
+import pytest
+
+from apesim.quantities import Choice, Curve, InputError, Pressure, Quantity
+from apesim.quantities.settings import dumps, load, schema
+from engine.machine import Machine
+
+LEAVES = list(schema(Machine))
+WITH_UNIT = [leaf for leaf in LEAVES if isinstance(leaf.declaration, Quantity) and leaf.declaration.unit]
+BARE = [leaf for leaf in LEAVES if isinstance(leaf.declaration, Quantity) and not leaf.declaration.unit]
+BINDING = """
+air.model ambient.pressure ambient.temperature supply.pressure supply.temperature supply.control_air
+supply.control_pressure valve.stroke valve.moving_mass valve.piston_area valve.clearance_volume valve.spring_rate
+valve.viscous_friction valve.solenoid.effective_area valve.solenoid.dead_time valve.solenoid.ramp_time
+valve.solenoid.opening_curve groove.effective_area groove.lap groove.area_curve engine.bore engine.stroke
+engine.rod_length engine.pin_offset engine.compression_ratio engine.intake engine.cam.opens engine.cam.closes
+engine.cam.lift engine.cam.flank engine.exhaust.effective_area engine.exhaust.opens engine.exhaust.closes
+engine.exhaust.flank engine.receiver.volume engine.receiver.feed_area engine.friction.constant
+engine.friction.peak_pressure engine.friction.piston_speed engine.friction.piston_speed_squared command.energise
+command.release command.open_target command.close_target effects.coulomb_friction.force
+effects.coulomb_friction.breakaway effects.ring_leakage.area effects.solenoid_b_delay.time effects.bounce.restitution
+effects.cylinder_wall_heat.h effects.blow_by.area
+""".split()
+
+
+def write_machine(folder, key, value):
+    *sections, name = key.split(".")
+    path = folder / "machine.toml"
+    path.write_text(f"[{'.'.join(sections)}]\n{name} = {value}\n")
+    return path
+
+
+def culprits_of(path):
+    with pytest.raises(InputError) as caught:
+        load(Machine, path)
+    lines = str(caught.value).splitlines()
+    assert len(lines) == len(caught.value.culprits)
+    assert all(line.startswith(f"{path}: ") for line in lines)
+    return {culprit.key: culprit for culprit in caught.value.culprits}
+
+
+def leaf_id(leaf):
+    return leaf.key
+
+
+def test_the_promised_keys_are_there():
+    assert set(BINDING) <= {leaf.key for leaf in LEAVES}
+
+
+def test_every_key_has_a_range_and_a_source():
+    for leaf in LEAVES:
+        assert leaf.declaration.source.strip(), leaf.key
+        assert leaf.declaration.range_text.strip(), leaf.key
+
+
+@pytest.mark.parametrize("leaf", WITH_UNIT, ids=leaf_id)
+def test_a_bare_number_is_refused_where_a_unit_is_due(leaf, tmp_path):
+    culprit = culprits_of(write_machine(tmp_path, leaf.key, "1"))[leaf.key]
+    assert "has no unit" in culprit.wrong
+    assert leaf.declaration.unit in culprit.right
+
+
+@pytest.mark.parametrize("leaf", WITH_UNIT, ids=leaf_id)
+def test_a_unit_of_another_dimension_is_refused(leaf, tmp_path):
+    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"1 cd"'))[leaf.key]
+    assert "cannot be converted" in culprit.wrong
+    assert leaf.declaration.unit in culprit.right
+
+
+@pytest.mark.parametrize("leaf", WITH_UNIT + BARE, ids=leaf_id)
+@pytest.mark.parametrize("raw", ["true", '"nan"', "nan", "[1, 2]", '"much"', '"1e400"', "{ a = 1 }"])
+def test_what_is_no_finite_number_is_refused(leaf, raw, tmp_path):
+    assert culprits_of(write_machine(tmp_path, leaf.key, raw))[leaf.key].right
+
+
+@pytest.mark.parametrize("leaf", WITH_UNIT + BARE, ids=leaf_id)
+def test_a_value_beyond_the_range_is_refused_and_the_range_told(leaf, tmp_path):
+    declaration = leaf.declaration
+    beyond = declaration.low - 1.0 if math.isinf(declaration.high) else declaration.high * 2.0 + 1.0
+    kind = " abs" if isinstance(declaration, Pressure) else ""
+    raw = f'"{beyond!r} {declaration.unit}{kind}"' if declaration.unit else repr(beyond)
+    culprit = culprits_of(write_machine(tmp_path, leaf.key, raw))[leaf.key]
+    assert "out of range" in culprit.wrong
+    assert declaration.range_text in culprit.right
+
+
+@pytest.mark.parametrize("leaf", [x for x in LEAVES if isinstance(x.declaration, Pressure)], ids=leaf_id)
+def test_a_pressure_must_say_gauge_or_abs(leaf, tmp_path):
+    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"0.5 MPa"'))[leaf.key]
+    assert "gauge" in culprit.right and "abs" in culprit.right
+
+
+@pytest.mark.parametrize("leaf", [x for x in LEAVES if isinstance(x.declaration, Choice)], ids=leaf_id)
+def test_an_unknown_word_is_refused_and_the_words_told(leaf, tmp_path):
+    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"something"'))[leaf.key]
+    assert all(option in culprit.right for option in leaf.declaration.options)
+
+
+@pytest.mark.parametrize("leaf", [x for x in LEAVES if isinstance(x.declaration, Curve)], ids=leaf_id)
+def test_a_curve_that_is_not_there_is_refused(leaf, tmp_path):
+    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"nowhere.csv"'))[leaf.key]
+    assert "nowhere.csv" in culprit.wrong
+    assert ",".join(leaf.declaration.columns) in culprit.right
+
+
+@pytest.mark.parametrize("leaf", LEAVES, ids=leaf_id)
+def test_a_misspelt_key_is_refused_with_the_nearest_right_one(leaf, tmp_path):
+    key = leaf.key[:-1] + ("x" if leaf.key[-1] != "x" else "y")
+    if len(leaf.key.rpartition(".")[2]) == 1:
+        key = leaf.key + "h"
+    culprit = culprits_of(write_machine(tmp_path, key, '"1 mm"'))[key]
+    assert "unknown key" in culprit.wrong
+    assert leaf.key.rpartition(".")[2] in culprit.right
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "blamed"),
+    [
+        ("engine.rod_length", '"44 mm"', "engine.rod_length"),
+        ("groove.lap", '"9 mm"', "groove.lap"),
+        ("command.release", '"-5 deg"', "command.release"),
+        ("command.close_target", '"400 deg"', "command.close_target"),
+        ("engine.cam.flank", '"40 deg"', "engine.cam.flank"),
+        ("engine.exhaust.closes", '"165 deg"', "engine.exhaust.closes"),
+        ("groove.area_curve", '{ "lift [mm]" = [0, 9], "effective_area [mm^2]" = [10, 150] }', "groove.area_curve"),
+        (
+            "valve.solenoid.opening_curve",
+            '{ "time [ms]" = [0, 3], "opening [-]" = [0, 0.9] }',
+            "valve.solenoid.opening_curve",
+        ),
+    ],
+)
+def test_what_only_several_keys_show_is_refused(key, value, blamed, tmp_path):
+    assert culprits_of(write_machine(tmp_path, key, value))[blamed].right
+
+
+def test_all_faults_are_told_at_once(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text('[engine]\nbore = 90\nstroke = "88 kg"\nintake = "valve"\nbohr = "1 mm"\n')
+    assert set(culprits_of(path)) == {"engine.bore", "engine.stroke", "engine.intake", "engine.bohr"}
+
+
+def test_the_printed_default_reads_back_bit_for_bit(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text(dumps(Machine()))
+    again = {leaf.key: leaf.default for leaf in schema(Machine, load(Machine, path))}
+    for leaf in LEAVES:
+        np.testing.assert_array_equal(again[leaf.key], leaf.default, err_msg=leaf.key)
+
+
+def test_a_table_that_is_present_switches_its_effect_on(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text('[effects.blow_by]\narea = "0.5 mm^2"\n')
+    assert load(Machine, path).effects.blow_by.area == 0.5e-6
+    path.write_text("[effects.blow_by]\n")
+    assert "area" in culprits_of(path)["effects.blow_by"].right

@@ -1,0 +1,37 @@
+"""The installed program finds its own packages, whatever lies in the user's folder."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+DECOYS = ("engine.py", "valve.py", "studies.py", "march.py", "steady.py")
+
+
+def test_the_wheel_works_in_a_folder_that_holds_an_engine_py(tmp_path):
+    source = tmp_path / "source"
+    tracked = ("pyproject.toml", "README.md", "LICENSE", "apesim", "valve", "engine", "studies")
+    source.mkdir()
+    subprocess.run(["cp", "-r", *(ROOT / name for name in tracked), source], check=True)
+    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
+    subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", tmp_path / "wheel", source], check=True)
+    [wheel] = (tmp_path / "wheel").glob("*.whl")
+    installed = tmp_path / "installed"
+    subprocess.run([*pip, "install", "--no-deps", "--target", installed, wheel], check=True)
+    folder = tmp_path / "work"
+    folder.mkdir()
+    for name in DECOYS:
+        (folder / name).write_text("raise SystemExit('the wrong module was imported')\n")
+    environment = os.environ | {"PYTHONPATH": str(installed)}
+    command = [sys.executable, installed / "bin" / "apesim", "engine", "run", "--speed", "1000 rpm", "--json"]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert '"converged": true' in done.stdout
+    where = "import sys; sys.path.remove(''); import engine; print(engine.__file__)"
+    assert (
+        str(installed)
+        in subprocess.run(
+            [sys.executable, "-c", where], cwd=folder, env=environment, capture_output=True, text=True, check=True
+        ).stdout
+    )
