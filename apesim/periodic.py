@@ -15,6 +15,8 @@ PATIENCE = 60
 BURST = 15
 """Plain cycles before the march is helped by Newton's method, and between two such helps."""
 NO_TIMES, NO_TRACE = np.empty(0), np.empty((0, 0))
+LOOSE = 1e-9
+"""A state whose map differs from the identity by less is held, as a piston on its stop."""
 NUDGE = 1e-3
 """Relative change of a state for a difference of the cycle's map."""
 
@@ -125,7 +127,10 @@ def _newton(p, tables, y, mode, kinks, accuracy):
         slopes[:, i] = (image[:n] - other[:n]) / sizes / NUDGE
     if np.abs(np.linalg.eigvals(slopes)).max() > 1.0 + accuracy.tolerance / NUDGE:
         return None, n + 1
-    step = np.linalg.lstsq(np.eye(n) - slopes, (image - y)[:n] / sizes, rcond=1e-9)[0]
+    gap = np.eye(n) - slopes
+    free = np.flatnonzero(np.abs(gap).max(axis=1) > LOOSE)
+    step = np.zeros(n)
+    step[free] = np.linalg.lstsq(gap[np.ix_(free, free)], ((image - y)[:n] / sizes)[free], rcond=1e-9)[0]
     better = y.copy()
     better[:n] += np.clip(step, -0.3, 0.3) * sizes
     return better, n + 1
@@ -134,8 +139,7 @@ def _newton(p, tables, y, mode, kinks, accuracy):
 def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLERANCE, most=CYCLES_MOST):
     """March to the periodic state, helped by Newton's method where plain cycles converge slowly.
 
-    What a Newton step found is kept only where it repeats itself better, and is always confirmed by plain cycles,
-    so that an unstable orbit is not mistaken for a steady one.
+    What a Newton step found is kept only where the plain cycles after it come nearer to a period than those before it.
 
     Parameters
     ----------
@@ -158,25 +162,24 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
     -------
     Orbit
     """
-    done = 0
+    done, kept = 0, None
     while True:
         y, mode, status, cycles, change, change_of_two = _plain_cycles(
-            p, tables, y, mode, kinks, accuracy, tolerance, min(BURST, most - done)
+            p, tables, y, mode, kinks, accuracy, tolerance, max(1, min(BURST, most - done))
         )
         done += cycles
         period = _period(change, change_of_two, tolerance, NOISE * accuracy.tolerance, done)
+        astray = kept is not None and not period and not (status == Status.DONE and change < 0.5 * kept[2])
+        if astray:
+            y, mode, change, change_of_two, status = *kept, Status.DONE
         if status != Status.DONE or period or done >= most:
             break
-        found, cycles = _newton(p, tables, y, mode, kinks, accuracy)
-        done += cycles
+        found, kept = None, None
+        if not astray:
+            found, cycles = _newton(p, tables, y, mode, kinks, accuracy)
+            done += cycles
         if found is not None:
-            image, mode_image, status = _cycle(p, tables, found, mode, kinks, accuracy)
-            done += 1
-            if (
-                status == Status.DONE
-                and mode_image[0] == mode[0]
-                and distance(image, found, accuracy.scale) < 0.5 * change
-            ):
-                y, mode = image, mode_image
+            kept = y, mode, change, change_of_two
+            y = found
     y[accuracy.scale.shape[0] :] = 0.0
     return Orbit(y, mode, bool(period), period, done, change, change_of_two, status)

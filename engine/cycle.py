@@ -1,6 +1,5 @@
 """The coupled cycle: valve, receiver and cylinder in one march."""
 
-from math import pi
 from typing import NamedTuple
 
 import numpy as np
@@ -57,8 +56,7 @@ MODES = INTAKE_OPEN + 1
 PRESSURE_EXTREMUM = 3
 """Watch: extremum of the cylinder pressure."""
 STEP_MOST = 0.2e-3
-TURN_MOST = pi / 180.0
-"""Longest step [s], and longest turn of the crank in a step [rad]."""
+"""Longest step [s]: no contact and start from rest of a valve fit into it unseen."""
 SCALE = valve_actuator.SCALE + 4 * (valve_actuator.GAS_SCALE,)
 TRACE = (
     "cylinder_pressure [Pa abs]",

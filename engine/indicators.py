@@ -35,7 +35,7 @@ from engine.kinematics import cylinder_volume, swept_volume
 from valve.chamber import chamber_state
 from valve.groove import area_table, lap_of
 from valve.measures import closing_stroke, opening_stroke
-from valve.motion import CORNER, MET_CLOSED, MET_OPEN
+from valve.motion import CORNER
 
 JOULE_PER_KWH = 3.6e6
 INDICATORS = {
@@ -125,9 +125,7 @@ def valve_angles(machine, run):
     opened = time[at_lap & (speed < 0.0)]
     opened = opened[0] if len(opened) else nan
     shut = time[at_lap & (speed > 0.0) & (time > opened)]
-    closed = time[(code == MET_CLOSED) & (time > opened)]
-    full = time[(code == MET_OPEN) & (time >= opened) & (time < opened + period)]
-    times = (opened, shut[0] if len(shut) else nan, full[0] if len(full) else nan, closed[0] if len(closed) else nan)
+    times = (opened, shut[0] if len(shut) else nan, opening.contact, closing.contact)
     return _angles(*(p.start + p.speed * t for t in times), lift.max()) | {
         "opening_seating_speed_m_s": opening.seating_speed,
         "closing_seating_speed_m_s": closing.seating_speed,

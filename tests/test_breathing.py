@@ -37,6 +37,12 @@ def test_raised_cosine_is_its_plain_twin(window, angle):
     assert raised_cosine(angle, *window) == pytest.approx(plain_raised_cosine(angle, *window), abs=1e-11)
 
 
+def test_raised_cosine_is_its_plain_twin_all_around():
+    window = Exhaust()[1:]
+    for angle in np.arange(-30.0, 400.0, 0.05) * DEGREE:
+        assert raised_cosine(angle, *window) == pytest.approx(plain_raised_cosine(angle, *window), abs=1e-11)
+
+
 @given(ANGLES)
 def test_an_angle_is_brought_into_one_turn(angle):
     inside = within_turn(angle)

@@ -26,7 +26,7 @@ from valve.piston import HELD_CLOSED
 TOLERANCES = 10.0 ** -np.arange(4.0, 11.25, 0.5)
 FINEST = 1e-13
 SPEED, PULSE = 800.0 * RPM, 50e-3
-LONGEST_STEP = {"bench": bench.STEP_MOST, "engine": min(cycle.STEP_MOST, cycle.TURN_MOST / SPEED)}
+LONGEST_STEP = {"bench": bench.STEP_MOST, "engine": cycle.STEP_MOST}
 """As the runs have it [s]."""
 
 

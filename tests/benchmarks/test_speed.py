@@ -1,0 +1,200 @@
+"""How long the usual runs take, and what a fixed step and a general solver take for the same.
+
+``python -m pytest tests/benchmarks/test_speed.py`` prints a table; nothing here fails on time. Warm, least of several.
+The fixed step is the method of doi 10.1631/jzus.A0820373: Runge-Kutta of order 4 at 0.01 ms, contacts met to a step.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from machines import RPM, machine
+
+from apesim.march import (
+    EVENTS,
+    LOG_HEAD,
+    LOG_ROWS,
+    TOLERANCE,
+    Accuracy,
+    enter,
+    events,
+    march,
+    rates,
+    respond,
+)
+from engine import cycle
+from engine.operating_point import cycle_of
+from engine.steady import run_steady
+from valve import actuator, bench
+from valve.motion import CORNER, MET_CLOSED, MET_OPEN
+from valve.piston import HELD_CLOSED
+
+PULSE, END = 50e-3, 100e-3
+FIXED_STEP = 0.01e-3
+REPEATS = 30
+
+
+def least_time(run, repeats=REPEATS):
+    """Shortest of several runs [s], and the last result; one run before them is not counted."""
+    run()
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        result = run()
+        times.append(time.perf_counter() - start)
+    return min(times), result
+
+
+class BenchCycle:
+    """One opening and closing of the default valve in 100 ms, three ways; each returns the times of both contacts."""
+
+    def __init__(self):
+        self.p, self.tables = bench.bench_of(machine(), [0.0, PULSE])
+        self.kinks = self.tables.kinks(0.0, END)
+
+    def start(self):
+        y, mode = np.zeros(bench.SIZE), np.zeros(actuator.MODES)
+        y[: actuator.STATES] = actuator.closed_at_rest(self.p.actuator, self.p.supply)
+        mode[actuator.PHASE] = HELD_CLOSED
+        return y, mode
+
+    def adaptive(self, tolerance, log_rows=0):
+        """Our march; no log: nothing is looked up."""
+        y, mode = self.start()
+        log = np.empty((log_rows, LOG_HEAD + actuator.STATES))
+        accuracy = Accuracy(tolerance, bench.STEP_MOST, np.array(actuator.SCALE))
+        trace = np.empty((0, len(bench.TRACE)))
+        outcome = march(self.p, self.tables, 0.0, y, mode, self.kinks, accuracy, log, np.empty(0), trace)
+        code, at = log[: outcome.logged, 1], log[: outcome.logged, 0]
+        return at[(code == MET_OPEN) | (code == MET_CLOSED)]
+
+    def fixed(self):
+        """Runge-Kutta of order 4, compiled."""
+        y, mode = self.start()
+        return fixed_steps(self.p, self.tables, y, mode, self.kinks)
+
+    def lsoda(self, tolerance):
+        """SciPy's LSODA from event to event, around the compiled rates."""
+        (y, mode), p, contacts, t = self.start(), self.p, [], 0.0
+        dy, g = np.empty_like(y), np.full(EVENTS, -1.0)
+
+        def slope(t, y):
+            rates(p, t, y, mode, dy)
+            return dy.copy()
+
+        def event(i):
+            def value(t, y):
+                events(p, t, y, mode, g)
+                return g[i]
+
+            value.terminal, value.direction = True, 1.0
+            return value
+
+        watched = [event(i) for i in range(CORNER)]
+        atol = tolerance * np.append(np.array([9e-3, 1.0, 1e-5, 1.0, 1e-5, 1.0]), np.ones(7))
+        for kink in self.kinks:
+            enter(p, self.tables, t, kink, y, mode)
+            while t < kink:
+                step = solve_ivp(slope, (t, kink), y, "LSODA", events=watched, rtol=tolerance, atol=atol)
+                t, y = step.t[-1], step.y[:, -1].copy()
+                if step.status == 1:
+                    (which,) = (i for i, found in enumerate(step.t_events) if len(found))
+                    respond(p, self.tables, which, t, y, mode)
+                    contacts += [t] if which in (MET_OPEN, MET_CLOSED) else []
+        return np.array(contacts)
+
+
+@numba.njit(error_model="numpy")
+def fixed_steps(p, tables, y, mode, kinks):
+    n = y.shape[0]
+    k, trial, g = np.zeros((4, n)), np.empty(n), np.full(EVENTS, -1.0)
+    contacts = np.empty(8)
+    met, t = 0, 0.0
+    for kink in kinks:
+        enter(p, tables, t, kink, y, mode)
+        steps = round((kink - t) / FIXED_STEP)
+        h = (kink - t) / max(steps, 1)
+        for _ in range(steps):
+            rates(p, t, y, mode, k[0])
+            for s in range(1, 4):
+                c = 1.0 if s == 3 else 0.5
+                for i in range(n):
+                    trial[i] = y[i] + c * h * k[s - 1, i]
+                rates(p, t + c * h, trial, mode, k[s])
+            for i in range(n):
+                y[i] += h / 6.0 * (k[0, i] + 2.0 * (k[1, i] + k[2, i]) + k[3, i])
+            t += h
+            events(p, t, y, mode, g)
+            for event in range(EVENTS):
+                if g[event] > 0.0:
+                    if event <= MET_OPEN and met < 8:
+                        contacts[met] = t
+                        met += 1
+                    respond(p, tables, event, t, y, mode)
+                    break
+    return contacts[:met]
+
+
+def bench_rows():
+    one = BenchCycle()
+    true = one.adaptive(1e-12, LOG_ROWS)
+    found = {
+        "march, 1e-6": (lambda: one.adaptive(1e-6), one.adaptive(1e-6, LOG_ROWS), REPEATS),
+        f"march, {TOLERANCE:g} (default)": (
+            lambda: one.adaptive(TOLERANCE),
+            one.adaptive(TOLERANCE, LOG_ROWS),
+            REPEATS,
+        ),
+        "RK4, 0.01 ms, compiled": (one.fixed, one.fixed(), REPEATS),
+        "LSODA (SciPy), 1e-6": (lambda: one.lsoda(1e-6), one.lsoda(1e-6), 3),
+    }
+    return {name: (least_time(run, repeats)[0], np.abs(at - true).max()) for name, (run, at, repeats) in found.items()}
+
+
+def revolution():
+    """One noted revolution's time and that of one without a note, at 1000 r/min from the periodic state [s]."""
+    speed = 1000.0 * RPM
+    p, tables, kinks = cycle_of(machine(receiver=1.0), speed)
+    orbit = run_steady(machine(receiver=1.0), speed).orbit
+    accuracy = Accuracy(TOLERANCE, cycle.STEP_MOST, np.array(cycle.SCALE))
+    log, trace = np.empty((0, LOG_HEAD + cycle.STATES)), np.empty((0, len(cycle.TRACE)))
+
+    def run():
+        y, mode = orbit.y.copy(), orbit.mode.copy()
+        return march(p, tables, 0.0, y, mode, kinks, accuracy, log, np.empty(0), trace)
+
+    return least_time(run)[0]
+
+
+def test_speed(capsys):
+    rows = bench_rows()
+    ours = rows["march, 1e-6"][0]
+    lines = [f"{'bench, one stroke cycle of 100 ms':38s}{'time':>12s}{'ratio':>9s}{'contacts off by':>18s}"]
+    lines += [
+        f"  {name:36s}{seconds * 1e3:9.3f} ms{seconds / ours:9.2f}{error * 1e6:15.4f} us"
+        for name, (seconds, error) in rows.items()
+    ]
+    turn = revolution()
+    lines += ["", f"{'engine at 1000 r/min, receiver 1 L':38s}{'time':>12s}{'cycles':>9s}"]
+    lines += [f"  {'one revolution, ' + format(TOLERANCE, 'g') + ' (default)':36s}{turn * 1e3:9.3f} ms{1:9d}"]
+    for name, options in (("epv", {}), ("cam", {"intake": "cam"}), ("ideal", {"intake": "ideal"})):
+        a_machine = machine(receiver=1.0, **options)
+        seconds, run = least_time(lambda a_machine=a_machine: run_steady(a_machine, 1000.0 * RPM), 5)
+        lines += [f"  {'operating point, ' + name:36s}{seconds * 1e3:9.3f} ms{run.orbit.cycles:9d}"]
+        assert run.orbit.converged
+    with capsys.disabled():
+        print("\n" + "\n".join(lines))
+    assert all(error < 10.0 * FIXED_STEP for _, error in rows.values())
+
+
+@pytest.mark.parametrize("intake", ["epv", "cam", "ideal"])
+def test_operating_point(benchmark, intake):
+    a_machine = machine(intake=intake, receiver=1.0)
+    assert benchmark(run_steady, a_machine, 1000.0 * RPM).orbit.converged
