@@ -30,6 +30,8 @@ Settings = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output, nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no messages on standard error.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an archive that is there.")]
+Figures = Annotated[bool, typer.Option(help="Draw the figures, into F.figures.")]
 ArchivePath = Annotated[Path, typer.Argument(metavar="F.h5", help="Archive.")]
 
 
@@ -76,6 +78,54 @@ def valve_run(
     )
 
 
+@valve_app.command("map")
+def valve_map(
+    pressure: Annotated[
+        str, typer.Option(metavar="RANGE", help="Control pressures, start:stop:step or list.")
+    ] = "0.1:1.9:0.2 MPa gauge",
+    temperature: Annotated[str, typer.Option(metavar="RANGE", help="Of the control air.")] = "250:322:8 K",
+    pulse: Annotated[str, typer.Option(metavar="TIME", help="For which the solenoids are energised.")] = "50 ms",
+    out: Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")] = Path("valve_map.h5"),
+    overwrite: Overwrite = False,
+    figures: Figures = True,
+    machine_file: MachineFile = None,
+    settings: Settings = None,
+    json: Json = False,
+    quiet: Quiet = False,
+):
+    """Delay time, stroke time, seating speed, fluctuation over pressure and temperature."""
+    from studies.commands.valve import map_command
+
+    console = Console(json, quiet)
+    raise typer.Exit(
+        map_command(console, machine_file, settings, pressure, temperature, pulse, out, overwrite, figures)
+    )
+
+
+@valve_app.command("limit")
+def valve_limit(
+    pressure: Annotated[
+        str, typer.Option(metavar="RANGE", help="Control pressures, start:stop:step or list.")
+    ] = "0.1:1.9:0.2 MPa gauge",
+    temperature: Annotated[str, typer.Option(metavar="RANGE", help="Of the control air.")] = "250 K, 287 K, 322 K",
+    duty: Annotated[str, typer.Option(metavar="RANGE", help="Share of the period energised.")] = "0.3, 0.5",
+    out: Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")] = Path("valve_limit.h5"),
+    overwrite: Overwrite = False,
+    figures: Figures = True,
+    machine_file: MachineFile = None,
+    settings: Settings = None,
+    json: Json = False,
+    quiet: Quiet = False,
+):
+    """The highest rate at which every stroke is complete, in periodic operation."""
+    from studies.commands.valve import limit_command
+
+    console = Console(json, quiet)
+    raise typer.Exit(
+        limit_command(console, machine_file, settings, pressure, temperature, duty, out, overwrite, figures)
+    )
+
+
 @engine_app.command("run")
 def engine_run(
     speed: Annotated[str, typer.Option(metavar="N", help='E.g. "1000 rpm".')],
@@ -99,8 +149,8 @@ def engine_sweep(
     jobs: Annotated[int | None, typer.Option(metavar="N", min=1, help="Processes.")] = None,
     shard: Annotated[str | None, typer.Option(metavar="i/N", help="Only every N-th point from the i-th.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted sweep.")] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an archive that is there.")] = False,
-    figures: Annotated[bool, typer.Option(help="Draw the figures, into F.figures.")] = True,
+    overwrite: Overwrite = False,
+    figures: Figures = True,
     machine_file: MachineFile = None,
     settings: Settings = None,
     json: Json = False,
@@ -163,13 +213,14 @@ def export(
 def merge(
     paths: Annotated[list[Path], typer.Argument(metavar="F.h5...", help="Archives of the parts of one sweep.")],
     out: Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")],
+    overwrite: Overwrite = False,
     json: Json = False,
     quiet: Quiet = False,
 ):
     """Join the archives of `--shard` jobs."""
     from studies.commands.archive import merge_archives
 
-    raise typer.Exit(merge_archives(Console(json, quiet), paths, out))
+    raise typer.Exit(merge_archives(Console(json, quiet), paths, out, overwrite))
 
 
 def main():

@@ -18,6 +18,7 @@ from engine.cylinder import INTAKES
 from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from engine.machine import Machine
 from engine.steady import run_steady
+from studies.output import refuse_to_replace
 from studies.pool import run_tasks, workers_for
 
 ANGLE_STEP = 0.5 * DEGREE
@@ -235,12 +236,6 @@ def _complete(out, points, machine, provenance, jobs, report):
         finished += len(chunk)
         report(finished, len(points))
     return faults
-
-
-def refuse_to_replace(out):
-    """Raise `ArchiveError` where the target exists."""
-    if out.exists():
-        raise ArchiveError(out, "exists already", "choose another --out, or remove it (a sweep takes --overwrite)")
 
 
 def _clear(out, resume, overwrite):

@@ -11,7 +11,7 @@ from engine.cylinder import CAM, EPV, IDEAL_VALVE
 from engine.indicators import indicators
 from engine.machine import Machine
 from engine.steady import run_steady
-from studies.plots import sweep_figures
+from studies.figures.sweep import sweep_figures
 from studies.sweep import STATUS_MEANINGS, faults_of, plan, run_sweep
 
 RPM = np.pi / 30.0

@@ -1,11 +1,12 @@
 """Commands that look into archives."""
 
-from apesim.archive import read, write
+from apesim.archive import read
 from apesim.archive.comparison import diff, provenance_differences
 from apesim.archive.inspection import export, info, verify
-from apesim.archive.shards import lock, merge, missing_runs
+from apesim.archive.shards import merge, missing_runs
 from studies.commands.tables import table_of
 from studies.console import DONE, INCOMPLETE
+from studies.output import publish
 
 
 def show_info(console, path):
@@ -59,14 +60,10 @@ def export_archive(console, path, folder):
     console.result({"files": [str(p) for p in paths]}, f"{folder}: {len(paths)} files")
 
 
-def merge_archives(console, paths, out):
+def merge_archives(console, paths, out, overwrite):
     """Join the archives of a sweep's shards; returns the exit code."""
-    from studies.sweep import refuse_to_replace
-
-    with lock(out):
-        refuse_to_replace(out)
-        archive = merge([read(path) for path in paths], paths)
-        write(archive, out)
+    archive = merge([read(path) for path in paths], paths)
+    publish(archive, out, overwrite)
     gaps = missing_runs(archive)
     console.result(
         {"archive": str(out), "runs": len(archive.runs), "missing_runs": gaps},

@@ -136,7 +136,7 @@ def sweep_command(console, machine_file, settings, speed, intake, out, jobs, sha
         Exit code.
     """
     from studies import sweep
-    from studies.plots import sweep_figures
+    from studies.figures.sweep import sweep_figures
 
     machine = load_machine(machine_file, settings)
     speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
@@ -190,7 +190,7 @@ def sweep_table(archive):
     -------
     rich.table.Table
     """
-    from studies.plots import intakes_of, runs_of
+    from studies.figures.sweep import intakes_of, runs_of
 
     v = archive.variables
     names = intakes_of(archive)

@@ -1,53 +1,13 @@
-"""Figures of archives: PNG to look at, PDF to print."""
-
-from pathlib import Path
-
-import matplotlib
-
-matplotlib.use("Agg")
+"""Figures of a sweep."""
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from engine.cylinder import INTAKES
+from studies.figures.style import draw
 
-STYLE = {
-    "figure.dpi": 110,
-    "savefig.dpi": 160,
-    "font.size": 9.5,
-    "axes.titlesize": 10,
-    "axes.grid": True,
-    "grid.color": "0.9",
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "lines.linewidth": 1.6,
-    "pdf.fonttype": 42,
-    "svg.hashsalt": "apesim",
-}
 COLOURS = {"epv": "#c1440e", "cam": "#2a6f97", "ideal": "#3a3a3a"}
 NAMES = {"epv": "electro-pneumatic valve", "cam": "cam", "ideal": "ideal valve"}
-
-
-def save(figure, folder, name):
-    """Write a figure as PNG and PDF, the same bytes each time.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    folder : path
-    name : str
-
-    Returns
-    -------
-    list of Path
-    """
-    paths = [Path(folder) / f"{name}.png", Path(folder) / f"{name}.pdf"]
-    figure.savefig(paths[0], metadata={"Software": None})
-    figure.savefig(paths[1], metadata={"CreationDate": None, "Producer": None, "Creator": None})
-    plt.close(figure)
-    return paths
 
 
 def sweep_figures(archive, folder):
@@ -63,13 +23,8 @@ def sweep_figures(archive, folder):
     -------
     list of Path
     """
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    with plt.rc_context(STYLE):
-        return [
-            *save(torque_and_air(archive), folder, "torque_and_air"),
-            *save(indicator_diagrams(archive), folder, "indicator_diagrams"),
-            *save(cycle_traces(archive), folder, "cycle_traces"),
-        ]
+    figures = {"torque_and_air": torque_and_air, "indicator_diagrams": indicator_diagrams, "cycle_traces": cycle_traces}
+    return draw({name: lambda make=make: make(archive) for name, make in figures.items()}, folder)
 
 
 def intakes_of(archive):

@@ -1,0 +1,1 @@
+"""Figures of archives; the only place that draws: style (how they look), sweep, valve."""

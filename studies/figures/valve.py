@@ -1,0 +1,190 @@
+"""Figures of the valve alone: maps over pressure and temperature, velocity traces, working limits."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from studies.figures.style import draw
+
+MAPS = {
+    "delay_time": ("delay_s", 1e3, "delay time [ms]"),
+    "stroke_time": ("stroke_time_s", 1e3, "full stroke time [ms]"),
+    "seating_speed": ("seating_speed_m_s", 1.0, "seating speed [m/s]"),
+    "fluctuation": ("fluctuation", 1.0, "fluctuation of the speed [-]"),
+}
+
+
+def map_figures(archive, ambient_pressure, folder):
+    """All figures of a valve map.
+
+    Parameters
+    ----------
+    archive : Archive
+        See `studies.valve_map.map_valve`.
+    ambient_pressure : float
+        Gauge pressures stand above it [Pa abs].
+    folder : path
+        Made if it does not exist.
+
+    Returns
+    -------
+    list of Path
+    """
+    figures = {
+        name: lambda column=column, factor=factor, label=label: contours(
+            archive, ambient_pressure, column, factor, label
+        )
+        for name, (column, factor, label) in MAPS.items()
+    }
+    figures["velocity"] = lambda: velocities(archive, ambient_pressure)
+    return draw(figures, folder)
+
+
+def grid_of(archive, ambient_pressure):
+    """Axes of a map: gauge pressures [MPa] and temperatures [K]."""
+    v = archive.variables
+    pressures = np.unique(v["supply_pressure"].values)
+    return (pressures - ambient_pressure) / 1e6, np.unique(v["supply_temperature"].values)
+
+
+def contours(archive, ambient_pressure, column, factor, label):
+    """A measure over pressure and temperature, for opening and closing.
+
+    Parameters
+    ----------
+    archive : Archive
+    ambient_pressure : float
+        [Pa abs]
+    column : str
+        Name of the measure without its stroke.
+    factor : float
+        From SI to the unit of the label.
+    label : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    pressures, temperatures = grid_of(archive, ambient_pressure)
+    shape = (len(pressures), len(temperatures))
+    values = {
+        stroke: archive.variables[f"{stroke}_{column}"].values.reshape(shape).T * factor
+        for stroke in ("opening", "closing")
+    }
+    figure, axes = plt.subplots(1, 2, figsize=(9.2, 3.7), layout="constrained", sharey=True)
+    if min(shape) < 2:
+        return _lines(figure, axes, values, pressures, temperatures, label)
+    low, high = (function([function(v) for v in values.values()]) for function in (np.nanmin, np.nanmax))
+    levels = MaxNLocator(11).tick_values(low, high)
+    for axis, (stroke, field) in zip(axes, values.items(), strict=True):
+        filled = axis.contourf(pressures, temperatures, field, levels, cmap="viridis")
+        lines = axis.contour(pressures, temperatures, field, levels, colors="white", linewidths=0.6)
+        axis.clabel(lines, fmt="%.3g", fontsize=7.5)
+        axis.set(xlabel="control pressure [MPa gauge]", title=stroke)
+        axis.grid(False)
+    axes[0].set_ylabel("control air temperature [K]")
+    figure.colorbar(filled, ax=axes, label=label, format="%.3g")
+    return figure
+
+
+def _lines(figure, axes, values, pressures, temperatures, label):
+    """What `contours` shows, for a grid with one pressure or one temperature only."""
+    along_pressure = len(pressures) >= len(temperatures)
+    x, name = (pressures, "control pressure [MPa gauge]") if along_pressure else (temperatures, "temperature [K]")
+    for axis, (stroke, field) in zip(axes, values.items(), strict=True):
+        axis.plot(x, field.ravel(), marker="o", ms=3)
+        axis.set(xlabel=name, title=stroke)
+    axes[0].set_ylabel(label)
+    return figure
+
+
+def velocities(archive, ambient_pressure, most=5):
+    """Velocity of the opening and closing piston at several pressures, at the temperature in the middle (Fig. 9).
+
+    Parameters
+    ----------
+    archive : Archive
+    ambient_pressure : float
+        [Pa abs]
+    most : int
+        Traces at most.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    v = archive.variables
+    pressures, temperatures = grid_of(archive, ambient_pressure)
+    middle = len(temperatures) // 2
+    shown = np.unique(np.linspace(0, len(pressures) - 1, most).round().astype(int))
+    time = v["time"].values * 1e3
+    release = float(archive.provenance["pulse_s"]) * 1e3
+    figure, axes = plt.subplots(1, 2, figsize=(9.2, 3.7), layout="constrained", sharey=True)
+    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(shown)))
+    last = 0.0
+    for colour, number in zip(colours, shown, strict=True):
+        velocity = v["velocity"].values[number * len(temperatures) + middle]
+        moving = np.flatnonzero((np.abs(velocity) > 0.0) & (time < release))
+        last = max(last, time[moving[-1]] if len(moving) else 0.0)
+        for axis, start, sign in zip(axes, (0.0, release), (-1.0, 1.0), strict=True):
+            axis.plot(time - start, sign * velocity, color=colour, lw=1.3, label=f"{pressures[number]:.3g}")
+    for axis, name in zip(axes, ("opening", "closing"), strict=True):
+        axis.set(xlabel="time after the command [ms]", title=f"{name}, {temperatures[middle]:g} K")
+        axis.set_xlim(0.0, last + 2.0)
+        axis.set_ylim(bottom=0.0)
+    axes[0].set_ylabel("speed of the piston [m/s]")
+    axes[1].legend(title="control pressure\n[MPa gauge]", fontsize=8.5)
+    return figure
+
+
+def limit_figures(archive, ambient_pressure, folder):
+    """The figure of a map of working limits.
+
+    Parameters
+    ----------
+    archive : Archive
+        See `studies.limit.limit_map`.
+    ambient_pressure : float
+        [Pa abs]
+    folder : path
+
+    Returns
+    -------
+    list of Path
+    """
+    return draw({"working_limit": lambda: limits(archive, ambient_pressure)}, folder)
+
+
+def limits(archive, ambient_pressure):
+    """Working limit over pressure, for each temperature and duty, against the paper's 30 Hz and 2000 r/min.
+
+    Parameters
+    ----------
+    archive : Archive
+    ambient_pressure : float
+        [Pa abs]
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    pressure = (v["supply_pressure"] - ambient_pressure) / 1e6
+    temperatures, duties = np.unique(v["supply_temperature"]), np.unique(v["duty"])
+    figure, axis = plt.subplots(figsize=(7.8, 4.2), layout="constrained")
+    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(duties)))
+    styles = ["-", "--", ":", "-."]
+    for duty, colour in zip(duties, colours, strict=True):
+        for number, temperature in enumerate(temperatures):
+            chosen = (v["duty"] == duty) & (v["supply_temperature"] == temperature)
+            label = f"duty {duty:g}, {temperature:g} K"
+            style = styles[number % len(styles)]
+            axis.plot(pressure[chosen], v["limit_hz"][chosen], color=colour, ls=style, marker="o", ms=3, label=label)
+    axis.axhline(30.0, color="0.3", lw=0.9, label="30 Hz = 1800 r/min")
+    axis.axhline(2000.0 / 60.0, color="0.3", lw=0.9, ls="--", label="33.3 Hz = 2000 r/min")
+    axis.set(xlabel="control pressure [MPa gauge]", ylabel="highest working rate [Hz]", title="Every stroke complete")
+    axis.set_ylim(bottom=0.0)
+    side = axis.secondary_yaxis("right", functions=(lambda hz: 60.0 * hz, lambda rpm: rpm / 60.0))
+    side.set_ylabel("engine speed, one event a revolution [r/min]")
+    figure.legend(fontsize=8.5, loc="outside right upper")
+    return figure

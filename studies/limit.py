@@ -1,0 +1,147 @@
+"""The highest rate at which the valve still completes every stroke."""
+
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.archive import Archive, Variable
+from apesim.kernel import sources_hash
+from apesim.march import Status
+from apesim.quantities.settings import dumps
+from studies.valve_map import with_supply
+from valve.bench import run_bench
+
+CRITERION = (
+    "in its periodic state the piston meets the open stop and the closed stop in every cycle, "
+    "and every cycle repeats the one before"
+)
+LOWEST, HIGHEST, RESOLUTION = 1.0, 1000.0, 0.01
+"""Rates between which the limit is looked for, and how closely [Hz]."""
+STEP_UP = 1.25
+
+
+class Limit(NamedTuple):
+    """A working limit."""
+
+    limit: float
+    """Highest rate found to be complete [Hz]; NaN: none is."""
+    complete_again: float
+    """A rate above the limit at which strokes are complete again [Hz]; NaN: none was met in the scan."""
+    marches: int
+    """Periodic states computed."""
+
+
+def is_complete(machine, rate, duty):
+    """Whether every stroke is complete at a rate, in the periodic state.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    rate : float
+        [Hz]
+    duty : float
+        Share of the period for which the solenoids are energised.
+
+    Returns
+    -------
+    bool
+    """
+    period = 1.0 / rate
+    run = run_bench(machine, duty * period, period=period)
+    if run.status != Status.DONE or not run.orbit.converged or run.orbit.period != 1:
+        return False
+    # Contacts later than a period after their command belong to another cycle's stroke.
+    return run.opening.contact <= period and run.closing.contact <= (1.0 + duty) * period
+
+
+def working_limit(machine, duty=0.5, resolution=RESOLUTION):
+    """Highest working rate of the valve: scanned upwards in steps of a quarter, then bisected.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    duty : float
+        Share of the period for which the solenoids are energised.
+    resolution : float
+        [Hz]
+
+    Returns
+    -------
+    Limit
+    """
+    rates = LOWEST * STEP_UP ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(STEP_UP)) + 1)
+    marches, good, bad, again = 0, nan, nan, nan
+    for rate in rates:
+        marches += 1
+        complete = is_complete(machine, rate, duty)
+        if complete and np.isnan(bad):
+            good = rate
+        elif complete:
+            again = rate
+            break
+        elif np.isnan(bad):
+            bad = rate
+        elif rate > 2.0 * bad:
+            break
+    if np.isnan(good) or np.isnan(bad):
+        return Limit(good, again, marches)
+    while bad - good > resolution:
+        middle = 0.5 * (good + bad)
+        marches += 1
+        if is_complete(machine, middle, duty):
+            good = middle
+        else:
+            bad = middle
+    return Limit(good, again, marches)
+
+
+def limit_map(machine, pressures, temperatures, duties, command="", report=None):
+    """Working limits over pressure, temperature and duty.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    pressures : sequence of float
+        [Pa abs]
+    temperatures : sequence of float
+        [K]
+    duties : sequence of float
+    command : str
+        The command line, for the archive.
+    report : function, optional
+        Called with the numbers of points done and in all.
+
+    Returns
+    -------
+    Archive
+    """
+    grid = [(p, t, d) for p in pressures for t in temperatures for d in duties]
+    limits = []
+    for done, (pressure, temperature, duty) in enumerate(grid):
+        limits.append(working_limit(with_supply(machine, pressure, temperature), duty))
+        if report:
+            report(done + 1, len(grid))
+    limit = np.array([found.limit for found in limits])
+
+    def column(values, unit, description):
+        return Variable(("run",), np.asarray(values), unit, description)
+
+    variables = {
+        "run": column(np.arange(len(grid)), "1", "number of the run"),
+        "supply_pressure": column([p for p, _, _ in grid], "Pa abs", "pressure of the control air"),
+        "supply_temperature": column([t for _, t, _ in grid], "K", "temperature of the control air"),
+        "duty": column([d for _, _, d in grid], "1", "share of the period for which the solenoids are energised"),
+        "limit_hz": column(limit, "Hz", f"highest working rate: {CRITERION}"),
+        "limit_rpm": column(60.0 * limit, "r/min", "the same as engine speed, one event a revolution"),
+        "complete_again_hz": column(
+            [found.complete_again for found in limits], "Hz", "a rate above the limit that is complete again"
+        ),
+    }
+    provenance = {
+        "command": command,
+        "kernels": sources_hash(),
+        "criterion": CRITERION,
+        "resolution_hz": str(RESOLUTION),
+    }
+    return Archive(dumps(machine), provenance, variables)

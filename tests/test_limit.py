@@ -1,0 +1,49 @@
+"""The working limit of the valve is where its strokes stop being complete."""
+
+import numpy as np
+import pytest
+
+from engine.machine import Machine
+from studies.figures.valve import limit_figures
+from studies.limit import CRITERION, RESOLUTION, is_complete, limit_map, working_limit
+from studies.valve_map import with_supply
+
+AMBIENT = Machine().ambient.pressure
+
+
+@pytest.mark.parametrize("pressure", [0.2e6, 1.0e6])
+@pytest.mark.parametrize("duty", [0.3, 0.5])
+def test_strokes_are_complete_just_below_the_limit_and_not_just_above(pressure, duty):
+    machine = with_supply(Machine(), AMBIENT + pressure, 287.0)
+    limit = working_limit(machine, duty).limit
+    assert is_complete(machine, limit, duty)
+    assert not is_complete(machine, limit + 2.0 * RESOLUTION, duty)
+
+
+def test_opening_and_closing_change_places_with_the_duty():
+    # The springs are antisymmetric, so a short pulse to open is a short pause to close.
+    machine = with_supply(Machine(), AMBIENT + 0.4e6, 287.0)
+    assert working_limit(machine, 0.3).limit == pytest.approx(working_limit(machine, 0.7).limit, rel=2e-3)
+
+
+def test_the_limit_falls_with_viscous_friction_and_rises_with_the_solenoids_area():
+    machine = Machine()
+    valve = machine.valve
+    solenoid = valve.solenoid._replace(effective_area=2.0 * valve.solenoid.effective_area)
+    plain = working_limit(machine).limit
+    assert working_limit(machine._replace(valve=valve._replace(viscous_friction=400.0))).limit < plain
+    assert working_limit(machine._replace(valve=valve._replace(solenoid=solenoid))).limit > plain
+
+
+def test_a_valve_that_its_springs_hold_has_no_limit():
+    machine = with_supply(Machine(), AMBIENT + 2e3, 287.0)
+    stiff = machine._replace(valve=machine.valve._replace(spring_rate=1e5))
+    assert np.isnan(working_limit(stiff).limit)
+
+
+def test_the_archive_states_its_criterion_and_counts_a_turn_an_event(tmp_path):
+    archive = limit_map(Machine(), [AMBIENT + 0.3e6], [287.0], [0.3, 0.5])
+    assert archive.provenance["criterion"] == CRITERION
+    limit, speed = (archive.variables[name].values for name in ("limit_hz", "limit_rpm"))
+    np.testing.assert_allclose(speed, 60.0 * limit)
+    assert all(path.stat().st_size > 5000 for path in limit_figures(archive, AMBIENT, tmp_path))
