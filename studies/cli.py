@@ -53,6 +53,21 @@ def machine(
         print_machine(console, machine_file, settings)
 
 
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder to make.")],
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Write into a folder that is not empty.")] = False,
+    machine_file: MachineFile = None,
+    settings: Settings = None,
+    json: Json = False,
+    quiet: Quiet = False,
+):
+    """Repeat the paper, doi 10.1631/jzus.A0820373: its figures and a table of its claims."""
+    from studies.commands.paper import paper_command
+
+    raise typer.Exit(paper_command(Console(json, quiet), machine_file, settings, out, overwrite))
+
+
 @valve_app.command("run")
 def valve_run(
     supply: Annotated[str | None, typer.Option(metavar="P", help='Control pressure, e.g. "0.49 MPa gauge".')] = None,

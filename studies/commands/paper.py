@@ -1,0 +1,62 @@
+"""The command that repeats the paper."""
+
+import json
+import sys
+import time
+
+from apesim.archive import ArchiveError, command_line
+from apesim.kernel import is_cold
+from apesim.quantities import parse_range
+from studies.commands.machine import load_machine
+from studies.commands.tables import COMPILING, table_of
+from studies.commands.valve import PRESSURE, TEMPERATURE
+from studies.console import DONE, plain
+from studies.output import publish
+from studies.valve_map import PRESSURES, PULSE, TEMPERATURES, map_valve
+from valve.bench import run_bench
+
+
+def paper_command(console, machine_file, settings, folder, overwrite):
+    """Repeat the paper; see `apesim paper --help`.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from studies.figures.paper import CAPTIONS, paper_figures
+    from studies.paper.claims import all_claims
+    from studies.paper.page import write_page
+
+    machine = load_machine(machine_file, settings)
+    _make(folder, overwrite)
+    if is_cold():
+        console.message(COMPILING)
+    run_bench(machine, PULSE)  # compiles, or loads what is compiled
+    start = time.perf_counter()
+    pressures = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure)
+    with console.progress("paper") as report:
+        command = command_line(["apesim", *sys.argv[1:]])
+        archive = map_valve(machine, pressures, parse_range(TEMPERATURES, TEMPERATURE), PULSE, command, report)
+    claims = all_claims(machine, archive)
+    drawn = paper_figures(machine, archive, folder)
+    publish(archive, folder / "valve_map.h5", overwrite=True)
+    told = [plain(claim._asdict()) for claim in claims]
+    (folder / "claims.json").write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    page = write_page(claims, CAPTIONS, folder)
+    wall = time.perf_counter() - start
+    data = {"claims": told, "page": str(page), "figures": [str(path) for path in drawn], "wall_time_s": wall}
+    rows = [(claim.claim, claim.paper, claim.ours, claim.verdict) for claim in claims]
+    table = table_of("The paper's claims", ("claim", "paper", "model", "verdict"), rows, left=(0, 1, 2, 3))
+    console.result(data, table, f"{page}: {len(claims)} claims, {len(CAPTIONS)} figures in {wall:.1f} s")
+    return DONE
+
+
+def _make(folder, overwrite):
+    """Make the folder; raise `ArchiveError` where it holds something."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArchiveError(folder, f"cannot be made: {error.strerror}", "choose another folder") from None
+    if any(folder.iterdir()) and not overwrite:
+        raise ArchiveError(folder, "is not empty", "choose another --out, or give --overwrite")

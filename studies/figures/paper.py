@@ -1,0 +1,88 @@
+"""Figures of the paper, doi 10.1631/jzus.A0820373, as the model gives them."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from studies.figures.style import draw
+from studies.figures.valve import contours, velocities
+from studies.valve_map import with_supply
+from valve.bench import run_bench
+
+PULSE = 50e-3
+TEMPERATURE = 287.0
+CAPTIONS = {
+    "fig06_lift": "Fig. 6. Lift at the paper's three pressures, 50 ms pulse, 287 K; without the measured curves.",
+    "fig07_measures": "Fig. 7. What delay time, full stroke time and seating speed are.",
+    "fig08_delay_time": "Fig. 8. Delay time over pressure and temperature.",
+    "fig09_velocity": "Fig. 9. Velocity of the piston at several pressures.",
+    "fig10_stroke_time": "Fig. 10. Full stroke time over pressure and temperature.",
+    "fig11_seating_speed": "Fig. 11. Seating speed over pressure and temperature.",
+}
+
+
+def paper_figures(machine, archive, folder):
+    """All figures of the paper that the valve's model gives.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    archive : Archive
+        The map over the paper's grid.
+    folder : path
+        Made if it does not exist.
+
+    Returns
+    -------
+    list of Path
+    """
+    ambient = machine.ambient.pressure
+    figures = {
+        "fig06_lift": lambda: lifts(machine),
+        "fig07_measures": lambda: measures(machine),
+        "fig08_delay_time": lambda: contours(archive, ambient, "delay_s", 1e3, "delay time [ms]"),
+        "fig09_velocity": lambda: velocities(archive, ambient),
+        "fig10_stroke_time": lambda: contours(archive, ambient, "stroke_time_s", 1e3, "full stroke time [ms]"),
+        "fig11_seating_speed": lambda: contours(archive, ambient, "seating_speed_m_s", 1.0, "seating speed [m/s]"),
+    }
+    return draw(figures, folder)
+
+
+def lifts(machine):
+    """Lift over time at 0.16, 0.40 and 0.49 MPa gauge (Fig. 6)."""
+    figure, axis = plt.subplots(figsize=(6.4, 3.7), layout="constrained")
+    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.8, 3))
+    for pressure, colour in zip((0.16, 0.40, 0.49), colours, strict=True):
+        supplied = with_supply(machine, machine.ambient.pressure + pressure * 1e6, TEMPERATURE)
+        run = run_bench(supplied, PULSE)
+        axis.plot(run.times * 1e3, run.trace[:, 0] * 1e3, color=colour, label=f"{pressure:.2f} MPa gauge")
+    axis.axvspan(0.0, PULSE * 1e3, color="0.94", zorder=0, label="solenoids energised")
+    axis.set(xlabel="time [ms]", ylabel="lift [mm]")
+    axis.set_xlim(0.0, 2e3 * PULSE)
+    axis.set_ylim(bottom=0.0)
+    axis.legend(fontsize=8.5, loc="upper right")
+    return figure
+
+
+def measures(machine):
+    """The measures of an opening stroke, at 1.0 MPa gauge (Fig. 7)."""
+    run = run_bench(with_supply(machine, machine.ambient.pressure + 1.0e6, TEMPERATURE), PULSE, sample=2e-5)
+    stroke = run.opening
+    delay, contact = stroke.delay * 1e3, stroke.contact * 1e3
+    time, lift, speed = run.times * 1e3, run.trace[:, 0] * 1e3, -run.trace[:, 1]
+    speed = np.where(time < contact, speed, np.nan)
+    figure, (above, below) = plt.subplots(2, 1, figsize=(6.4, 4.6), layout="constrained", sharex=True)
+    above.plot(time, lift, color="#c1440e")
+    below.plot(time, speed, color="#2a6f97")
+    for axis in (above, below):
+        for instant in (delay, contact):
+            axis.axvline(instant, color="0.6", lw=0.8, ls="--")
+        axis.set_ylim(bottom=0.0)
+    for start, end, name in ((0.0, delay, "$t_d$"), (delay, contact, "$t_f$")):
+        above.annotate("", (start, 7.4), (end, 7.4), arrowprops={"arrowstyle": "<->", "color": "0.3"})
+        above.annotate(name, (0.5 * (start + end) - 0.6, 7.5), ha="center", va="bottom")
+    below.annotate("$v_e$", (contact, stroke.seating_speed), (contact + 0.4, stroke.seating_speed), va="center")
+    below.plot(contact, stroke.seating_speed, "o", color="#2a6f97")
+    above.set(ylabel="lift [mm]")
+    below.set(ylabel="speed [m/s]", xlabel="time after the command [ms]")
+    below.set_xlim(0.0, contact + 2.0)
+    return figure

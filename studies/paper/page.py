@@ -1,0 +1,86 @@
+"""The paper's figures and claims on one page."""
+
+from importlib.metadata import version
+from pathlib import Path
+
+import jinja2
+
+from apesim.archive import ArchiveError
+
+TEMPLATE = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<title>The paper, repeated and judged</title>
+<style>
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(30rem, 1fr)); gap: 1.5rem; }
+figure { margin: 0; } img { width: 100%; } figcaption { font-size: .9rem; color: #444; }
+table { border-collapse: collapse; font-size: .92rem; width: 100%; }
+th, td { text-align: left; vertical-align: top; padding: .4rem .6rem; border-bottom: 1px solid #ddd; }
+.verdict { white-space: nowrap; font-weight: 600; }
+.reproduced { color: #1b7837; } .contradicted { color: #b2182b; } .calibrated { color: #8a6d00; }
+.not { color: #666; } small { color: #555; }
+</style>
+<h1>The paper, repeated and judged</h1>
+<p><i>Simulation and experimental study of electro-pneumatic valve used in air-powered engine</i>,
+<a href="https://doi.org/10.1631/jzus.A0820373">doi 10.1631/jzus.A0820373</a>. Pressures of the control air are
+gauge, as in the paper; the equations are used with absolute ones. apesim {{ version }}.</p>
+<h2>Claims</h2>
+<p>
+{% for verdict, count in counts.items() %}{{ count }} {{ verdict }}{{ ", " if not loop.last else "." }}{% endfor %}
+</p>
+<table>
+<tr><th>where</th><th>the paper</th><th>its number or trend</th><th>the model</th><th>verdict</th></tr>
+{% for claim in claims %}
+<tr><td>{{ claim.where }}</td><td>{{ claim.claim }}<br><small>{{ claim.remark }}</small></td><td>{{ claim.paper }}</td>
+<td>{{ claim.ours }}</td><td class="verdict {{ claim.verdict.split()[0] }}">{{ claim.verdict }}</td></tr>
+{% endfor %}
+</table>
+<h2>Figures</h2>
+<div class="figures">
+{% for name, caption in captions.items() %}
+<figure><img src="{{ name }}.png" alt="{{ caption }}">
+<figcaption>{{ caption }} <a href="{{ name }}.pdf">PDF</a></figcaption></figure>
+{% endfor %}
+</div>
+</html>
+"""
+
+
+def write_page(claims, captions, folder):
+    """Write the page beside its figures.
+
+    Parameters
+    ----------
+    claims : list of studies.paper.claims.Claim
+    captions : dict of str
+        By name of the figure.
+    folder : path
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ArchiveError
+        It cannot be written.
+    """
+    verdicts = [claim.verdict for claim in claims]
+    text = (
+        jinja2.Environment(autoescape=True)
+        .from_string(TEMPLATE)
+        .render(
+            claims=claims,
+            captions=captions,
+            counts={verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)},
+            version=version("apesim"),
+        )
+    )
+    path = Path(folder) / "index.html"
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another folder") from None
+    return path
