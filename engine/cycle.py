@@ -7,7 +7,7 @@ import numpy as np
 from apesim.air import flow_between, heat_capacity
 from apesim.effect import add_laws
 from apesim.kernel import kernel
-from apesim.march import enter, events, observe, power, rates, respond, watch
+from apesim.slots import enter, events, observe, power, rates, respond, watch
 from engine.breathing import TURN, raised_cosine
 from engine.cylinder import CAM, ENERGY, EPV, IDEAL_VALVE, MASS, TERMS, CylinderState, Engine, indicated_power
 from engine.effects import EngineEffects

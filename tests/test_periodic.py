@@ -6,8 +6,9 @@ import pytest
 from test_march import NoTables, cached_apart
 
 from apesim.kernel import kernel
-from apesim.march import Accuracy, Status, enter, rates
+from apesim.march import Accuracy, Status
 from apesim.periodic import BURST, NOISE, distance, periodic_orbit
+from apesim.slots import enter, rates
 
 TOLERANCE = 1e-7
 

@@ -6,21 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.kernel import kernel
-from apesim.march import (
-    LOG_HEAD,
-    LOG_ROWS,
-    TOLERANCE,
-    Accuracy,
-    enter,
-    events,
-    march,
-    observe,
-    power,
-    rates,
-    respond,
-    watch,
-)
+from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
 from apesim.periodic import periodic_orbit
+from apesim.slots import enter, events, observe, power, rates, respond, watch
 from valve.actuator import (
     MODES,
     PHASE,

@@ -17,18 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from machines import RPM, machine
 
-from apesim.march import (
-    EVENTS,
-    LOG_HEAD,
-    LOG_ROWS,
-    TOLERANCE,
-    Accuracy,
-    enter,
-    events,
-    march,
-    rates,
-    respond,
-)
+from apesim.march import EVENTS, LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
+from apesim.slots import enter, events, rates, respond
 from engine import cycle
 from engine.operating_point import cycle_of
 from engine.steady import run_steady
