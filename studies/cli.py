@@ -141,6 +141,27 @@ def valve_limit(
     )
 
 
+@valve_app.command("fit")
+def valve_fit(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with a measured.toml.")],
+    free: Annotated[
+        list[str],
+        typer.Option(metavar="KEY[=LOW:HIGH]", help="Key of the machine to identify, with bounds. Repeatable."),
+    ],
+    method: Annotated[
+        str, typer.Option(metavar="NAME", help="least-squares, or ga: the paper's genetic algorithm.")
+    ] = "least-squares",
+    machine_file: MachineFile = None,
+    settings: Settings = None,
+    json: Json = False,
+    quiet: Quiet = False,
+):
+    """Identify parameters from measured lift (Eq. 11), with their uncertainty."""
+    from studies.commands.fit import fit_command
+
+    raise typer.Exit(fit_command(Console(json, quiet), machine_file, settings, folder, free, method))
+
+
 @engine_app.command("run")
 def engine_run(
     speed: Annotated[str, typer.Option(metavar="N", help='E.g. "1000 rpm".')],

@@ -1,0 +1,161 @@
+"""Measured data: what is good is read in SI, what is wrong is told all at once."""
+
+import numpy as np
+import pytest
+from machines import AMBIENT, machine
+
+from apesim.quantities import InputError
+from studies.commands.tables import write_traces
+from studies.measured import read_measured
+from valve.bench import TRACE, run_bench
+
+RUN = '[[run]]\ndata = "a.csv"\nsupply = "0.40 MPa gauge"\ntemperature = "287 K"\npulse = "50 ms"\nrole = "fit"\n'
+ROWS = "".join(f"{0.5 * i},{0.01 * i}\n" for i in range(10))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Writes files into a folder; returns it."""
+
+    def write(toml, **files):
+        (tmp_path / "measured.toml").write_text(toml)
+        for name, text in ({"a": f"time [ms],lift [mm]\n{ROWS}"} | files).items():
+            (tmp_path / f"{name}.csv").write_text(text)
+        return tmp_path
+
+    return write
+
+
+def faults(folder):
+    """The lines of what is wrong with a folder, less its path."""
+    with pytest.raises(InputError) as caught:
+        read_measured(folder, AMBIENT)
+    lines = str(caught.value).replace(f"{folder}/", "").splitlines()
+    assert len(lines) == len(caught.value.culprits)
+    return lines
+
+
+def test_a_folder_is_read_in_si(folder):
+    toml = f'bench = "valve"\n[sensor.lift]\nnoise = "0.03 mm"\n[sensor.pressure_a]\nnoise = "2 kPa"\n{RUN}name = "p"\n'
+    header = "lift [um],time [s],pressure_a [bar gauge],pressure_b [kPa abs],temperature_a [degC]\n"
+    rows = "".join(f"{i},{i}e-3,{i},{100 + i},{i}\n" for i in range(-2, 10))
+    measured = read_measured(folder(toml, a=header + rows), AMBIENT)
+    [run] = measured.runs
+    steps = np.arange(-2, 10)
+    assert measured.noise == pytest.approx({"lift": 3e-5, "pressure_a": 2000.0})
+    assert (run.name, run.role, run.temperature, run.pulse) == ("p", "fit", 287.0, 0.05)
+    assert run.supply == 0.4e6 + AMBIENT
+    assert run.times == pytest.approx(steps * 1e-3)
+    assert run.channels["lift"] == pytest.approx(steps * 1e-6)
+    assert run.channels["pressure_a"] == pytest.approx(steps * 1e5 + AMBIENT)
+    assert run.channels["pressure_b"] == pytest.approx(1e5 + steps * 1e3)
+    assert run.channels["temperature_a"] == pytest.approx(steps + 273.15)
+
+
+def test_roles_names_and_temperature_have_defaults(folder):
+    toml = 'bench = "valve"\n[[run]]\ndata = "a.csv"\nsupply = "5 bar abs"\npulse = "0.05 s"\n'
+    [run] = read_measured(folder(toml), AMBIENT).of("fit")
+    assert run.name == "a.csv"
+    assert np.isnan(run.temperature)
+
+
+def test_what_we_write_we_read(folder):
+    run = run_bench(machine(supply=0.4), 50e-3, 100e-3)
+    where = folder(f'bench = "valve"\n{RUN}')
+    write_traces(where / "a.csv", ("time [s]", *TRACE), np.column_stack((run.times, run.trace)))
+    [read] = read_measured(where, AMBIENT).runs
+    assert np.array_equal(read.times, run.times)
+    for column, header in enumerate(TRACE):
+        assert np.array_equal(read.channels[header.split(" [")[0]], run.trace[:, column])
+
+
+def test_every_fault_is_told_at_once(folder):
+    toml = """
+bench = "valv"
+colour = "red"
+[sensor.lfit]
+[sensor.lift]
+noise = "0.03"
+nose = 1
+[[run]]
+data = "a.csv"
+supply = "0.40 MPa"
+pulse = 50
+role = "train"
+pules = "50 ms"
+[[run]]
+data = "b.csv"
+name = ""
+"""
+    lines = faults(folder(toml, a="time [ms],lft [mm]\n1,2\n"))
+    assert lines == [
+        "measured.toml: colour: unknown key; valid here: bench, sensor, run",
+        "measured.toml: bench: 'valv' is no bench known here; write bench = \"valve\"",
+        "measured.toml: sensor.lfit: unknown key; did you mean lift?",
+        "measured.toml: sensor.lift.nose: unknown key; did you mean noise?",
+        lines[4],
+        "measured.toml: run 1.pules: unknown key; did you mean pulse?",
+        "measured.toml: run 1.supply: '0.40 MPa' says neither gauge nor abs; "
+        'write "0.40 MPa gauge" or "0.40 MPa abs"',
+        lines[7],
+        'measured.toml: run 1.role: \'train\' is no option; write "fit", "gate" or "check"',
+        "a.csv: lft: unknown key; did you mean lift?",
+        'a.csv: no column of a sensor; name one in the header, e.g. "lift [mm]"',
+        'measured.toml: run 2.supply: is not given; write supply = "0.4 MPa gauge"',
+        'measured.toml: run 2.pulse: is not given; write pulse = "50 ms"',
+        "measured.toml: run 2.name: '' is no text; write name = \"p040\"",
+        lines[14],
+    ]
+    assert lines[4].startswith("measured.toml: sensor.lift.noise: '0.03' has no unit; ")
+    assert lines[7].startswith("measured.toml: run 1.pulse: 50 has no unit; ")
+    assert lines[14].startswith("b.csv: there is no file ")
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("time,lift [mm]\n" + ROWS, 'a.csv: time: has no unit; write "time [ms]" in the header'),
+        ("time [ms],lift [bar]\n" + ROWS, "a.csv: lift: 'bar' is no unit of lift; write \"lift [mm]\" in the header"),
+        (
+            "time [ms],pressure_a [kPa]\n" + ROWS,
+            "a.csv: pressure_a: 'kPa' says neither gauge nor abs; write \"pressure_a [kPa abs]\" in the header",
+        ),
+        (
+            "time [ms],lift [mm]\n0,nan\n",
+            "a.csv: lift: 'nan' in row 1 is no finite number; give a number in every cell",
+        ),
+        ("time [ms],lift [mm]\n0,1e999\n", "a.csv: lift: row 1 is too large, not finite; give finite numbers"),
+        ("time [ms],lift [mm]\n1,1\n1,2\n", "a.csv: time: does not rise in row 2; sort the rows, one of equals"),
+        (
+            "time [ms],lift [mm],lift [m]\n" + ROWS.replace("\n", ",1\n"),
+            "a.csv: lift: stands in several columns; keep one of them",
+        ),
+        ("lift [mm]\n1\n", 'a.csv: time: there is no such column; name it in the header: "time [ms]"'),
+        (
+            "time [ms],lift [mm]\n0,1\n1,2\n",
+            "a.csv: time: 2 rows up to 1 ms; give at least 8 rows, some after t = 0, when the solenoids are energised",
+        ),
+    ],
+)
+def test_a_wrong_csv_is_told(folder, text, line):
+    assert faults(folder(f'bench = "valve"\n{RUN}', a=text)) == [line]
+
+
+@pytest.mark.parametrize(
+    ("toml", "starts"),
+    [
+        ("bench = ", "measured.toml: end of document: no TOML: "),
+        ('bench = "valve"\nrun = 3\n', "measured.toml: run: no list of runs; "),
+        ('bench = "engine"\n' + RUN, "measured.toml: bench: 'engine' is no bench known here; "),
+        (f'bench = "valve"\nsensor = 1\n{RUN}', "measured.toml: sensor: 1 is no table; write [sensor.lift]"),
+        (f'bench = "valve"\nsensor.lift = 1\n{RUN}', "measured.toml: sensor.lift: 1 is no table; "),
+        (f'bench = "valve"\n{RUN.replace("a.csv", " ")}', "measured.toml: run 1.data: ' ' is no text; "),
+    ],
+)
+def test_a_wrong_file_is_told(folder, toml, starts):
+    assert faults(folder(toml))[0].startswith(starts)
+
+
+def test_a_folder_without_the_file_is_told(tmp_path):
+    [line] = faults(tmp_path)
+    assert line.endswith("give a folder with measured.toml and the CSV files that it names")

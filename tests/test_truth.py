@@ -1,0 +1,60 @@
+"""The independent simulator: it is independent, it repeats the published solution, and the compiled bench agrees."""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+import truth
+from machines import AMBIENT, agrees, machine, reference
+from truth.valve import POSITION, PRESSURE_A, TEMPERATURE_B, Bench, noise, simulate
+
+from valve.bench import run_bench
+
+PACKAGES = {"apesim", "valve", "engine", "studies"}
+FILES = sorted(Path(truth.__file__).parent.rglob("*.py"))
+ROWS = reference("reference-valve.csv")
+ERROR = 2e-5
+
+
+def imported(path):
+    """Top-level names that a file imports; a relative import counts as its own package."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield node.module.split(".")[0]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_the_truth_imports_nothing_from_what_it_judges(path):
+    assert not PACKAGES & set(imported(path))
+    assert not {"__import__", "importlib"} & set(path.read_text().replace("(", " ").split())
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row['supply [MPa gauge]']} MPa, {row['temperature [K]']} K")
+def test_the_truth_repeats_the_published_solution(row):
+    bench = Bench(AMBIENT + 1e6 * float(row["supply [MPa gauge]"]), float(row["temperature [K]"]))
+    run = simulate(bench, 50e-3, 100e-3)
+    found = [(stroke[0] * 1e3, stroke[1] * 1e3, stroke[2]) for stroke in (run.opening, run.closing)]
+    assert all(agrees(a, b, ERROR) for a, b in zip(sum(found, ()), list(row.values())[2:], strict=True))
+
+
+@pytest.mark.parametrize("supply", [0.16, 0.4, 1.9])
+def test_the_compiled_bench_agrees_with_the_truth(supply):
+    run = run_bench(machine(supply=supply), 50e-3, 100e-3, sample=5e-5)
+    states = simulate(Bench(AMBIENT + 1e6 * supply), 50e-3, 100e-3).states(run.times)
+    assert np.abs(run.trace[:, 0] - (9e-3 - states[POSITION])).max() < 1e-6
+    assert run.trace[:, 2] == pytest.approx(states[PRESSURE_A], rel=1e-4)
+    assert run.trace[:, 5] == pytest.approx(states[TEMPERATURE_B], rel=1e-4)
+
+
+def test_a_pulse_too_short_for_a_stroke_has_none():
+    run = simulate(Bench(), 4e-3, 30e-3)
+    assert np.isnan(run.opening.stroke_time)
+
+
+def test_noise_has_the_deviation_and_colour_it_says():
+    drawn = noise(200_000, 3e-5, np.random.default_rng(1), 0.9)
+    assert drawn.std() == pytest.approx(3e-5, rel=0.03)
+    assert np.corrcoef(drawn[1:], drawn[:-1])[0, 1] == pytest.approx(0.9, abs=0.01)
