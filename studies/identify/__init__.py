@@ -1,0 +1,20 @@
+"""Identification: parameters of a machine from measured data, through the simulator.
+
+The default is bounded least squares from several starts, with the colour of the noise taken off, 95 % intervals by
+profile likelihood, and a warning where the data cannot tell parameters apart. The other method is the genetic
+algorithm of doi 10.1631/jzus.A0820373, Table 2, which minimises Eq. 11.
+
+The noise of a sensor is taken for AR(1): ``e_i = colour * e_(i-1) + white``. Its standard deviation is the stated one,
+else from repeats, else from what is left at the optimum; its colour is from repeats, else from what is left.
+
+The sum of squares bends wherever the simulated contact passes a sample, the more the redder the noise, so that there
+are several minima close together: a profile that meets a better point starts the fit again from there.
+
+In the order in which they build on one another: noise, simulation, genetic, fit.
+"""
+
+from studies.identify.fit import Identified, identify
+from studies.identify.noise import whiten
+from studies.identify.simulation import Free, predict, run_of, with_value
+
+__all__ = ["Free", "Identified", "identify", "predict", "run_of", "whiten", "with_value"]

@@ -1,0 +1,247 @@
+"""Least squares from several starts, and intervals by profile likelihood."""
+
+from math import inf, isnan, nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from apesim.quantities import Culprit, InputError
+from studies.identify.genetic import genetic
+from studies.identify.noise import is_white, noise_model, rough_noise
+from studies.identify.simulation import Problem
+from studies.measured import FIT
+
+STARTS = 3
+DEVIATIONS = 1.959964
+"""Half the width of a 95 % interval, in standard deviations."""
+ALIKE = 0.99
+MOST_RESTARTS = 5
+
+
+class Identified(NamedTuple):
+    """What the data say of the free parameters, SI, by key."""
+
+    parameters: dict
+    interval_95: dict
+    """Low and high end; None from a method that has none."""
+    correlation: Any
+    """(p, p) float array in the order of the parameters, or None."""
+    objective: float
+    """Eq. 11 over all fitted samples of lift [m]; NaN without any."""
+    noise: dict
+    """Standard deviation [SI] and colour, by sensor."""
+    evaluations: int
+    """Simulations of one run each."""
+    warnings: list
+    machine: Any
+    """With the parameters found."""
+    converged: bool
+
+
+def _minimise(problem, x, noise, tolerance, held=None):
+    """Bounded least squares from a start; the parameter `held` stays where it is. Returns x, cost and success."""
+    from scipy.optimize import least_squares
+
+    x = np.array(x)
+    moving = [j for j in range(len(x)) if j != held]
+    if not moving:
+        return x, float(np.sum(problem.whitened(x, noise) ** 2)), True
+
+    def whole(part):
+        full = x.copy()
+        full[moving] = part
+        return full
+
+    low, high = problem.bounds[:, moving]
+    margin = 1e-9 * (high - low)
+    found = least_squares(
+        lambda part: problem.whitened(whole(part), noise),
+        np.clip(x[moving], low + margin, high - margin),
+        lambda part: problem.jacobian(whole(part), noise, moving),
+        bounds=(low, high),
+        x_scale="jac",
+        xtol=tolerance,
+        ftol=tolerance,
+        gtol=1e-10,
+        max_nfev=30,
+    )
+    return whole(found.x), 2.0 * found.cost, bool(found.success)
+
+
+def _starts(free):
+    """Where the fits start: the machine's values, and points spread by a Halton sequence; shape (STARTS, p)."""
+    from scipy.stats import qmc
+
+    spread = qmc.Halton(len(free), scramble=False).random(STARTS + 1)[2:]
+    starts = [[f.start / f.scale for f in free]]
+    for point in spread:
+        starts.append([])
+        for f, u in zip(free, point, strict=True):
+            value = f.start * 4.0 ** (u - 0.5) if f.local else f.low + u * (f.high - f.low)
+            starts[-1].append(min(max(value, f.low), f.high) / f.scale)
+    return np.array(starts)
+
+
+def _along(best, slopes, j, away):
+    """The optimum with parameter j moved, and the others as the slopes say: as powers of it where all is positive."""
+    target = best[j] + away
+    guess = best + slopes * away
+    if best[j] > 0.0 and target > 0.0:
+        powers = best > 0.0
+        exponents = slopes[powers] * best[j] / best[powers]
+        guess[powers] = best[powers] * np.exp(np.clip(exponents * np.log(target / best[j]), -20.0, 20.0))
+    guess[j] = target
+    return guess
+
+
+def _profile_end(problem, best, cost, noise, j, side, curvature):
+    """End of a parameter's profile-likelihood interval.
+
+    Parameters
+    ----------
+    problem : Problem
+    best : (p,) float array
+        The optimum.
+    cost : float
+        Sum of squares there.
+    noise : dict
+    j : int
+    side : {-1, 1}
+    curvature : (p, p) float array
+        Of half the sum of squares.
+
+    Returns
+    -------
+    end : float
+    at_bound : bool
+    better : (p,) float array or None
+        A point of a smaller sum of squares, if one was met.
+    """
+    limit = problem.bounds[(side + 1) // 2, j] - best[j]
+    covariance = np.linalg.inv(curvature)
+    away, inner, outer = side * DEVIATIONS * np.sqrt(covariance[j, j]), 0.0, inf
+    for _ in range(20):
+        if abs(away) >= abs(limit):
+            away = limit
+        guess = np.clip(_along(best, covariance[:, j] / covariance[j, j], j, away), *problem.bounds)
+        point, other, _ = _minimise(problem, guess, noise, 1e-5, held=j)
+        if other < cost - 0.05:
+            return nan, False, point
+        deviations = np.sqrt(max(other - cost, 0.0))
+        if abs(deviations - DEVIATIONS) < 0.01:
+            break
+        if deviations < DEVIATIONS:
+            if away == limit:
+                return best[j] + limit, True, None
+            inner = abs(away)
+        else:
+            outer = abs(away)
+        # The root of the likelihood's loss is all but linear, unless a simulation changes its character on the way.
+        size = abs(away) * min(DEVIATIONS / max(deviations, 1e-3), 10.0)
+        away = side * (size if inner < size < outer else 0.5 * (inner + min(outer, abs(limit))))
+        if outer - inner < 1e-6 * outer:
+            break
+    return best[j] + away, False, None
+
+
+def _intervals(problem, best, cost, noise, curvature):
+    """Both ends of every parameter's interval; or a better point, if one is met. See `_profile_end`."""
+    intervals = []
+    for j in range(len(best)):
+        ends = [_profile_end(problem, best, cost, noise, j, side, curvature) for side in (-1, 1)]
+        for _, _, better in ends:
+            if better is not None:
+                return intervals, better
+        intervals.append(ends)
+    return intervals, None
+
+
+def identify(machine, measured, free, method="least-squares", report=None):
+    """Parameters of a machine from measured data; only runs with the role "fit" are looked at.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    measured : studies.measured.Measured
+    free : sequence of Free
+        See `studies.commands.fit.free_parameters`.
+    method : {"least-squares", "ga"}
+    report : callable, optional
+        ``report(done, total)``, told of the number of simulations.
+
+    Returns
+    -------
+    Identified
+    """
+    problem = Problem(machine, measured.of(FIT), free, report)
+    _refuse(problem, measured, method)
+    if method == "ga":
+        x = genetic(problem)
+        noise, warnings = noise_model(problem, x, measured.noise)
+        return _identified(
+            problem, x, None, None, noise, [*warnings, "the genetic algorithm states no uncertainty"], True
+        )
+    rough = rough_noise(problem, measured.noise)
+    fits = [_minimise(problem, x, rough, 1e-4) for x in _starts(free)]
+    best, _, _ = _minimise(problem, min(fits, key=lambda fit: fit[1])[0], rough, 1e-6)
+    noise, warnings = noise_model(problem, best, measured.noise)
+    for _ in range(MOST_RESTARTS):
+        best, cost, success = _minimise(problem, best, noise, 1e-8)
+        jacobian = problem.jacobian(best, noise)
+        curvature = jacobian.T @ jacobian
+        curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)
+        intervals, better = _intervals(problem, best, cost, noise, curvature)
+        if better is None:
+            break
+        best = better
+    success = success and better is None
+    if not success:
+        warnings.append("the fit has not converged; give narrower bounds or free fewer parameters")
+    if not is_white(problem, best, noise):
+        warnings.append("what is left at the optimum is not AR(1) noise; the intervals may be too narrow")
+    covariance = np.linalg.inv(curvature)
+    deviations = np.sqrt(np.diag(covariance))
+    return _identified(
+        problem, best, intervals, covariance / np.outer(deviations, deviations), noise, warnings, success
+    )
+
+
+def _refuse(problem, measured, method):
+    """Raises `InputError` where there is nothing to fit, or no one value of a free parameter."""
+    culprits = []
+    if not problem.blocks or (method == "ga" and "lift" not in problem.sensors):
+        wrong = "no run of the role fit has " + ("lift" if method == "ga" else "lift or chamber pressures")
+        culprits.append(Culprit(measured.folder, "run", wrong, 'measure "lift [mm]", and write role = "fit"'))
+    for key, field in (("supply.pressure", "supply"), ("supply.temperature", "temperature")):
+        given = {value for run in problem.runs if not isnan(value := getattr(run, field))}
+        if key in [f.key for f in problem.free] and len(given) > 1:
+            culprits.append(
+                Culprit(measured.folder, key, "differs between the runs", "fit runs of one value, or hold it")
+            )
+    if culprits:
+        raise InputError(culprits)
+
+
+def _identified(problem, x, intervals, correlation, noise, warnings, converged):
+    """The outcome, with warnings of what the data cannot tell."""
+    keys = [f.key for f in problem.free]
+    for j, key in enumerate(keys if intervals else ()):
+        if any(at_bound for _, at_bound, _ in intervals[j]):
+            warnings.append(f"{key}: its 95 % interval runs into a bound; these data do not hold it")
+        for i in range(j):
+            if abs(correlation[i, j]) > ALIKE:
+                warnings.append(f"{keys[i]} and {key} cannot be told apart: correlation {correlation[i, j]:+.4f}")
+    return Identified(
+        dict(zip(keys, (x * problem.scale).tolist(), strict=True)),
+        {
+            key: tuple(float(end * problem.scale[j]) for end, _, _ in intervals[j]) if intervals else None
+            for j, key in enumerate(keys)
+        },
+        correlation,
+        problem.objective(x),
+        {sensor: tuple(map(float, pair)) for sensor, pair in noise.items()},
+        problem.evaluations,
+        warnings,
+        problem.machine_at(x),
+        converged,
+    )

@@ -1,0 +1,28 @@
+"""The genetic algorithm of doi 10.1631/jzus.A0820373, Table 2."""
+
+import numpy as np
+
+from apesim.quantities import Culprit, InputError
+
+POPULATION, GENERATIONS = 20, 80
+
+
+def genetic(problem, generations=GENERATIONS, seed=0):
+    """The parameters of least Eq. 11, by a genetic algorithm of floating-point strings; shape (p,), scaled."""
+    try:
+        from pymoo.algorithms.soo.nonconvex.ga import GA
+        from pymoo.core.problem import ElementwiseProblem
+        from pymoo.optimize import minimize
+    except ImportError:
+        right = "pip install 'apesim[ga]', or leave --method out"
+        raise InputError([Culprit("command line", "--method", "the genetic algorithm needs pymoo", right)]) from None
+
+    class Evaluation(ElementwiseProblem):
+        def _evaluate(self, x, out, *args, **kwargs):
+            problem.forget()  # strings may be equal; each is simulated, as in the paper
+            out["F"] = problem.objective(x)
+
+    low, high = problem.bounds
+    strings = GA(pop_size=POPULATION, eliminate_duplicates=False)
+    found = minimize(Evaluation(n_var=len(low), n_obj=1, xl=low, xu=high), strings, ("n_gen", generations), seed=seed)
+    return np.atleast_1d(found.X)

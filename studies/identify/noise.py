@@ -1,0 +1,104 @@
+"""The noise of measured data: its standard deviation and its colour, AR(1) for each sensor."""
+
+import numpy as np
+
+FITTED = {"lift": 1e-8, "pressure_a": 1.0, "pressure_b": 1.0}
+"""Sensors that are fitted, and the error of the simulator, below which no noise is believed [SI]."""
+
+
+def whiten(residuals, times, deviation, colour):
+    """AR(1) noise made white, of standard deviation 1.
+
+    Parameters
+    ----------
+    residuals, times : (n,) float array
+    deviation : float
+        Of the noise.
+    colour : float
+        Correlation of neighbours a median interval apart; where intervals differ, it falls exponentially.
+
+    Returns
+    -------
+    (n,) float array
+    """
+    steps = np.diff(times)
+    usual = np.median(steps)
+    even = np.ptp(steps) < 0.01 * usual
+    r = np.full(len(steps), colour) if even else max(colour, 0.0) ** (steps / usual)
+    rest = (residuals[1:] - r * residuals[:-1]) / np.sqrt(1.0 - r**2)
+    return np.append(residuals[0], rest) / deviation
+
+
+def noise_model(problem, x, stated):
+    """Standard deviation and colour of each sensor's noise, and warnings.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : (p,) float array
+        The optimum.
+    stated : dict
+        Standard deviations that the user states [SI], by sensor.
+
+    Returns
+    -------
+    dict
+    warnings : list of str
+    """
+    noise, warnings = {}, []
+    for sensor in dict.fromkeys(problem.sensors):
+        pairs = [(run, r) for r, (run, of) in zip(problem.residuals(x), problem.blocks, strict=True) if of == sensor]
+        deviation, colour = _deviation_and_colour([r for _, r in pairs])
+        pure, pure_colour = _deviation_and_colour(_repeat_differences(pairs) or [r for _, r in pairs])
+        known = max(stated.get(sensor, pure), FITTED[sensor])
+        # Colour makes a standard deviation less certain: by this share.
+        chance = np.sqrt((1.0 + colour**2) / (1.0 - colour**2) / (2.0 * sum(len(r) for _, r in pairs)))
+        if deviation > (1.1 + 3.0 * chance) * known:
+            warnings.append(
+                f"{sensor}: the best fit is off by {deviation / known:.2f} times the noise; "
+                "the intervals are widened accordingly, but the model may lack something"
+            )
+            known, pure_colour = deviation, colour
+        noise[sensor] = known, pure_colour
+    return noise, warnings
+
+
+def _deviation_and_colour(errors):
+    """Of AR(1) noise in several stretches."""
+    power = sum(float(e @ e) for e in errors)
+    lagged = sum(float(e[1:] @ e[:-1]) for e in errors)
+    return np.sqrt(power / sum(map(len, errors))), min(max(lagged / power, -0.99), 0.999) if power else 0.0
+
+
+def _repeat_differences(pairs):
+    """Noise of runs that share a name, a pulse, a supply and times: what they differ by from their mean."""
+    groups = {}
+    for run, r in pairs:
+        groups.setdefault((run.name, run.pulse, run.supply, run.times.tobytes()), []).append(r)
+    found = []
+    for repeats in groups.values():
+        if len(repeats) > 1:
+            found += list((np.array(repeats) - np.mean(repeats, axis=0)) * np.sqrt(len(repeats) / (len(repeats) - 1)))
+    return found
+
+
+def rough_noise(problem, stated):
+    """White noise, from the second differences where it is not stated."""
+    noise = {}
+    for sensor in dict.fromkeys(problem.sensors):
+        bends = np.concatenate([np.diff(run.channels[sensor], 2) for run, of in problem.blocks if of == sensor])
+        noise[sensor] = max(stated.get(sensor, np.sqrt(np.mean(bends**2) / 6.0)), FITTED[sensor]), 0.0
+    return noise
+
+
+def is_white(problem, x, noise):
+    """Whether the whitened residuals have no correlation left over 20 lags (Ljung and Box), at 0.1 %."""
+    from scipy.stats import chi2
+
+    for r, (run, sensor) in zip(problem.residuals(x), problem.blocks, strict=True):
+        e = whiten(r, run.times, *noise[sensor])
+        n, lags = len(e), np.arange(1, min(20, len(e) // 4) + 1)
+        correlation = np.array([e[lag:] @ e[:-lag] for lag in lags]) / (e @ e)
+        if n * (n + 2) * np.sum(correlation**2 / (n - lags)) > chi2.isf(1e-3, len(lags)):
+            return False
+    return True

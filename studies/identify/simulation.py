@@ -1,0 +1,171 @@
+"""Measured runs through the simulator: what it predicts for them, and how far that is from what was measured."""
+
+from math import isnan, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.march import Status
+from apesim.quantities import Quantity
+from studies.identify.noise import FITTED, whiten
+from valve.bench import TRACE, run_bench
+
+COLUMN = {header.split(" [")[0]: i for i, header in enumerate(TRACE)}
+STEP = 1e-3
+"""Of a finite difference, as a share of a parameter's scale."""
+
+
+class Free(NamedTuple):
+    """A free parameter, SI."""
+
+    key: str
+    declaration: Quantity
+    low: float
+    high: float
+    start: float
+    scale: float
+    local: bool
+    """Whether starts stay within a factor of two of the machine's value; else they lie all over the range."""
+
+
+def with_value(tree, key, value):
+    """A machine with another value, SI, at a key with dots."""
+    name, _, rest = key.partition(".")
+    return tree._replace(**{name: with_value(getattr(tree, name), rest, value) if rest else value})
+
+
+def run_of(machine, run):
+    """The machine with the supply of a measured run, which is that of the control air, too."""
+    supply = machine.supply._replace(pressure=run.supply, control_pressure=nan)
+    if not isnan(run.temperature):
+        supply = supply._replace(temperature=run.temperature)
+    return machine._replace(supply=supply)
+
+
+def predict(machine, run, sensors):
+    """What ideal sensors would see of a measured run.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+        With the supply of the run, see `run_of`.
+    run : studies.measured.MeasuredRun
+    sensors : iterable of str
+
+    Returns
+    -------
+    dict
+        (n,) float arrays at the times of the run, by sensor; NaN if the simulation ended early.
+    bench : valve.bench.BenchRun
+    """
+    until = float(run.times[-1])
+    bench = run_bench(machine, run.pulse, until, sample=min(max(until / 1e4, 2e-5), 1e-4))
+    if bench.status != Status.DONE:
+        return {sensor: np.full(len(run.times), nan) for sensor in sensors}, bench
+    lift = _lift_at(machine.valve.stroke, bench)
+    found = {
+        sensor: lift(run.times)
+        if sensor == "lift"
+        else np.interp(run.times, bench.times, bench.trace[:, COLUMN[sensor]])
+        for sensor in sensors
+    }
+    return found, bench
+
+
+def _lift_at(stroke, bench):
+    """Lift as a function of time: cubic Hermite between the rows of the trace and the first contacts."""
+    times, lift, speed = bench.times, bench.trace[:, COLUMN["lift"]], -bench.trace[:, COLUMN["velocity"]]
+    for measures, met, sign in ((bench.opening, stroke, 1.0), (bench.closing, 0.0, -1.0)):
+        if not isnan(measures.contact):
+            at = np.searchsorted(times, measures.contact)
+            times = np.insert(times, at, [measures.contact] * 2)
+            lift = np.insert(lift, at, [met] * 2)
+            # The speed jumps: before contact it is the seating speed, after it what the stop leaves of it.
+            after = speed[at] if at < len(speed) else 0.0
+            speed = np.insert(speed, at, [sign * measures.seating_speed, after])
+
+    def at(t):
+        i = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
+        h = times[i + 1] - times[i]
+        s = np.clip((t - times[i]) / np.where(h > 0.0, h, 1.0), 0.0, 1.0)
+        rise = lift[i + 1] - lift[i]
+        cubic = (speed[i] * (1.0 - s) - speed[i + 1] * s) * h - rise * (1.0 - 2.0 * s)
+        return lift[i] + s * (rise + (1.0 - s) * cubic)
+
+    return at
+
+
+class Problem:
+    """Measured runs against their simulation, as a function of the scaled free parameters.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    runs : sequence of studies.measured.MeasuredRun
+    free : sequence of Free
+    report : callable, optional
+        Told of the number of simulations after each.
+    """
+
+    def __init__(self, machine, runs, free, report=None):
+        self.machine, self.runs, self.free, self.report = machine, runs, free, report
+        self.evaluations = 0
+        self.scale = np.array([f.scale for f in free])
+        self.bounds = np.array([[f.low, f.high] for f in free]).T / self.scale
+        self.blocks = [(run, sensor) for run in runs for sensor in FITTED if sensor in run.channels]
+        self.sensors = [sensor for _, sensor in self.blocks]
+        self._last = None, None
+
+    def machine_at(self, x, run=None):
+        """The machine with the parameters, and with the supply of a run, if one is given."""
+        machine = self.machine if run is None else run_of(self.machine, run)
+        for free, value in zip(self.free, np.asarray(x) * self.scale, strict=True):
+            machine = with_value(machine, free.key, float(np.clip(value, free.low, free.high)))
+        return machine
+
+    def residuals(self, x):
+        """Simulation less measurement, an array for each of `blocks` [SI]; large where a simulation ends early."""
+        if self._last[0] is not None and np.array_equal(self._last[0], x):
+            return self._last[1]
+        found = []
+        for run in self.runs:
+            sensors = [sensor for sensor in FITTED if sensor in run.channels]
+            values, _ = predict(self.machine_at(x, run), run, sensors)
+            self.evaluations += 1
+            if self.report:
+                self.report(self.evaluations, None)
+            for sensor in sensors:
+                measured = run.channels[sensor]
+                error = values[sensor] - measured
+                found.append(np.where(np.isnan(error), 10.0 * np.abs(measured).max(), error))
+        self._last = np.array(x), found
+        return found
+
+    def forget(self):
+        """Simulate anew, even where the last simulation was."""
+        self._last = None, None
+
+    def objective(self, x):
+        """Eq. 11 over all fitted samples of lift [m]; NaN without any."""
+        lift = [r for r, sensor in zip(self.residuals(x), self.sensors, strict=True) if sensor == "lift"]
+        errors = np.concatenate([[], *lift])
+        return float(np.sqrt(np.sum(errors**2)) / (len(errors) - 1)) if len(errors) else nan
+
+    def whitened(self, x, noise):
+        """All residuals in standard deviations, the colour of their noise taken off; shape (n,)."""
+        blocks = zip(self.residuals(x), self.blocks, strict=True)
+        return np.concatenate([whiten(r, run.times, *noise[sensor]) for r, (run, sensor) in blocks])
+
+    def jacobian(self, x, noise, only=None):
+        """Sensitivities of `whitened` by forward differences, shape (n, p) or (n, len(only))."""
+        base = self.whitened(x, noise)
+        kept = self._last
+        columns = []
+        for j in range(len(x)) if only is None else only:
+            step = min(STEP, 0.25 * (self.bounds[1, j] - self.bounds[0, j]))
+            step = step if x[j] + step <= self.bounds[1, j] else -step
+            moved = np.array(x)
+            moved[j] += step
+            columns.append((self.whitened(moved, noise) - base) / step)
+        self._last = kept
+        return np.column_stack(columns)
