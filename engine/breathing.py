@@ -8,6 +8,8 @@ import numpy as np
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 
+VOLUME_MOST = 1.0
+"""Largest finite receiver; up to here a periodic state is found within 2e-6 [m3]."""
 DEGREE = pi / 180.0
 TURN = 2.0 * pi
 
@@ -50,6 +52,12 @@ class Receiver(NamedTuple):
         float, Quantity("L", 0.01, inf, 'chosen; "inf": intake pressure is constant, there is no receiver')
     ] = 1.0e-3
     feed_area: Annotated[float, Quantity("mm^2", 0.1, 10000, "chosen; from the regulator, effective")] = 200.0e-6
+
+    def faults(self):
+        """Faults that the range does not show."""
+        if VOLUME_MOST < self.volume < inf:
+            wrong = "is so large that its pressure takes millions of cycles to settle"
+            yield "volume", wrong, f'at most {VOLUME_MOST * 1e3:g} L, or "inf"'
 
 
 @kernel

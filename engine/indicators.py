@@ -207,9 +207,11 @@ def indicators(machine, run):
     engine_air, control_air = end[GROOVE], end[SUPPLIED]
     air = engine_air + control_air
 
+    drawn = p.supply if p.control_from_receiver else p.control
+
     def ideal(law):
         return engine_air * law(gas, supply.temperature, supply.pressure / ambient.pressure) + control_air * law(
-            gas, p.control[1], p.control[0] / ambient.pressure
+            gas, drawn[1], drawn[0] / ambient.pressure
         )
 
     mass_closure, energy_closure = closure(run)

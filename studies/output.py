@@ -8,8 +8,15 @@ from apesim.archive.shards import lock
 
 def refuse_to_replace(out):
     """Raise `ArchiveError` where a target exists."""
+    refuse_folder(out)
     if Path(out).exists():
         raise ArchiveError(out, "exists already", "choose another --out, or give --overwrite")
+
+
+def refuse_folder(out):
+    """Raise `ArchiveError` where a target is a folder, which no archive can replace."""
+    if Path(out).is_dir():
+        raise ArchiveError(out, "is a folder", "give the name of a file, e.g. sweep.h5")
 
 
 def publish(archive, out, overwrite=False):
@@ -27,6 +34,7 @@ def publish(archive, out, overwrite=False):
     ArchiveError
         It exists, or another process writes it.
     """
+    refuse_folder(out)
     with lock(out):
         if not overwrite:
             refuse_to_replace(out)

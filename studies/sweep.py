@@ -18,7 +18,7 @@ from engine.cylinder import INTAKES
 from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from engine.machine import Machine
 from engine.steady import run_steady
-from studies.output import refuse_to_replace
+from studies.output import refuse_folder, refuse_to_replace
 from studies.pool import run_tasks, workers_for
 
 ANGLE_STEP = 0.5 * DEGREE
@@ -204,8 +204,11 @@ def run_sweep(
         "kernels": sources_hash(),
         "runs_planned": str(len(points)),
     }
+    refuse_folder(out)
     if shard:
         points = points[shard[0] - 1 :: shard[1]]
+        if not points:
+            raise ArchiveError(out, "its share of the work is empty", f"give --shard i/N with N at most {len(speeds)}")
     with lock(out):
         _clear(out, resume, overwrite)
         compute(points[:1])  # one process compiles; and the time of the others is that of computing

@@ -271,3 +271,34 @@ def test_export_writes_what_a_spreadsheet_reads(apesim):
     assert apesim("archive", "export", "sweep.h5", "--out", "csv")[0] == 0
     header = Path("csv/runs.csv").read_text().splitlines()[0]
     assert "brake_torque_Nm [N m]" in header
+
+
+@pytest.mark.parametrize("command", [["engine", "sweep", *FAST], ["valve", "map"], ["valve", "limit"]])
+def test_a_folder_is_no_archive(apesim, command):
+    code, _, err = apesim(*command, "--out", ".", "--overwrite")
+    assert code == 2 and "is a folder" in err and "Traceback" not in err
+
+
+def test_an_empty_share_of_the_work_is_told(apesim):
+    code, _, err = apesim("engine", "sweep", *FAST, "--shard", "9/9")
+    assert code == 2 and "share of the work is empty" in err
+
+
+def test_a_supply_on_the_command_line_is_not_overruled_by_the_machines_control_pressure(apesim):
+    plain = apesim("valve", "run", "--supply", "0.49 MPa gauge", "--json")[1]
+    other = apesim(
+        *("valve", "run", "--supply", "0.49 MPa gauge", "--json", "--set", "supply.control_pressure=1 MPa gauge")
+    )[1]
+    assert json.loads(plain)["opening"] == json.loads(other)["opening"]
+
+
+def test_efficiency_counts_control_air_at_the_pressure_it_is_drawn_at(apesim):
+    drawn = ["engine", "run", "--speed", "800 rpm", "--json", "--set", "supply.control_air=receiver"]
+    plain = json.loads(apesim(*drawn)[1])
+    other = json.loads(apesim(*drawn, "--set", "supply.control_pressure=3 MPa abs")[1])
+    assert plain["exergy_efficiency"] == other["exergy_efficiency"]
+
+
+def test_a_receiver_too_large_to_settle_is_refused(apesim):
+    code, _, err = apesim("engine", "run", "--speed", "1000 rpm", "--set", "engine.receiver.volume=1e8 L")
+    assert code == 2 and "engine.receiver.volume" in err and "inf" in err

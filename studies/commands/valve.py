@@ -32,6 +32,8 @@ def bench_run(console, machine_file, settings, supply, temperature, pulse, until
     """
     given = [("supply.pressure", supply), ("supply.temperature", temperature)]
     assignments = [f"{key}={value}" for key, value in given if value is not None]
+    if supply is not None:
+        assignments.append("supply.control_pressure=")  # the machine's own would stand against it
     machine = load_machine(machine_file, [*(settings or ()), *assignments])
     pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
     until = parse(until, TIME, where="--until", file=COMMAND_LINE) if until else None
