@@ -287,7 +287,8 @@ def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
                 watch(p, t + h, trial, k[6], mode, w_end)
                 logged = _locate_watches(p, t, h, c, mode, at, slope, g, w, w_end, log, logged)
                 work += _quadrature(p, t, h, c, at)
-            sampled = _sample(p, t, h, end, c, mode, at, times, trace, sampled)
+            if sampling:
+                sampled = _sample(p, t, h, end, c, mode, at, times, trace, sampled)
             t = end
             _copy(trial, y)
             if event < 0:
