@@ -141,6 +141,29 @@ def valve_limit(
     )
 
 
+@valve_app.command("discharge")
+def valve_discharge(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Discharge tests: CSV of time and pressure.")],
+    volume: Annotated[str, typer.Option(metavar="V", help='Of the vessel, e.g. "50 cm^3".')],
+    temperature: Annotated[
+        str | None, typer.Option(metavar="T", help="Of the air at the start; ambient if left out.")
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="F.csv", help="Curve to write.")] = Path("curve.csv"),
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a curve that is there.")] = False,
+    machine_file: MachineFile = None,
+    settings: Settings = None,
+    json: Json = False,
+    quiet: Quiet = False,
+):
+    """Effective area of a solenoid valve from discharge tests (Eq. 10), with its uncertainty."""
+    from studies.commands.discharge import discharge_command
+
+    console = Console(json, quiet)
+    raise typer.Exit(
+        discharge_command(console, machine_file, settings, files, volume, temperature, out, overwrite) or 0
+    )
+
+
 @valve_app.command("fit")
 def valve_fit(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with a measured.toml.")],
