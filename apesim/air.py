@@ -144,7 +144,7 @@ def internal_energy(gas, temperature):
 
 @kernel
 def temperature_of(gas, energy):
-    """Temperature of a specific internal energy [J/kg]; three Newton steps where cp depends on it [K]."""
+    """Temperature of a specific internal energy [J/kg]; four Newton steps where cp depends on it [K]."""
     t = energy * gas.per_heat_capacity
     if gas.perfect:
         for _ in range(4):

@@ -214,6 +214,9 @@ def indicators(machine, run):
             gas, drawn[1], drawn[0] / ambient.pressure
         )
 
+    def efficiency(law):
+        return ratio(brake, ideal(law)) if brake > 0.0 else nan
+
     mass_closure, energy_closure = closure(run)
     receiver = run.trace[:, 8]
     return {
@@ -233,9 +236,9 @@ def indicators(machine, run):
         "specific_engine_air_kg_per_kWh": ratio(engine_air * JOULE_PER_KWH, brake),
         "indicated_specific_air_kg_per_kWh": ratio(air * JOULE_PER_KWH, work),
         "air_L_per_min_ANR": air * turns / ANR_DENSITY * 60e3,
-        "exergy_efficiency": ratio(max(brake, 0.0), ideal(exergy)) if brake > 0.0 else nan,
-        "isentropic_efficiency": ratio(brake, ideal(isentropic_work)) if brake > 0.0 else nan,
-        "full_admission_efficiency": ratio(brake, ideal(full_admission_work)) if brake > 0.0 else nan,
+        "exergy_efficiency": efficiency(exergy),
+        "isentropic_efficiency": efficiency(isentropic_work),
+        "full_admission_efficiency": efficiency(full_admission_work),
         **valve_angles(machine, run),
         "peak_cylinder_pressure_Pa": peak,
         "intake_pressure_fluctuation_Pa": float(receiver.max() - receiver.min()),
