@@ -32,13 +32,13 @@ REMEDIES = {
     Status.DONE: "done",
     Status.STEP_TOO_SMALL: "the step fell below 1e-14 s: a state left its domain; look for an area too large for its "
     "volume",
-    Status.TOO_MANY_EVENTS: "more than 2000 events: a contact or a dry friction chatters; lower the restitution",
+    Status.TOO_MANY_EVENTS: "more than 2000 events: a contact, dry friction or a flow chatters; lower the restitution",
     Status.TOO_MANY_STEPS: "more than 2 million steps: the volumes are too small for their areas, or the time too long",
 }
 
 TOLERANCE = 1e-7
 """Default tolerance of a step."""
-EVENTS = 6
+EVENTS = 12
 """Room for the values of events and of watches."""
 KINK, WATCH = -1, 100
 """Codes in the log: the end of a smooth stretch; watch number n is WATCH + n."""
@@ -59,6 +59,10 @@ class Accuracy(NamedTuple):
     """Longest step [s]."""
     scale: np.ndarray
     """One for each integrated state; the ledger behind them is not controlled."""
+
+    def tenfold(self):
+        """Ten times the tolerance, and the longest step as far up as order 5 has it: what changes is the error."""
+        return self._replace(tolerance=10.0 * self.tolerance, step_most=10.0**0.2 * self.step_most)
 
 
 class Outcome(NamedTuple):

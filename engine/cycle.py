@@ -1,63 +1,61 @@
 """The coupled cycle: valve, receiver and cylinder in one march."""
 
-from typing import NamedTuple
-
 import numpy as np
 
-from apesim.air import flow_between, heat_capacity
+from apesim.air import heat_capacity
 from apesim.effect import add_laws
 from apesim.kernel import kernel
 from apesim.slots import enter, events, observe, power, rates, respond, watch
-from engine.breathing import TURN, raised_cosine
-from engine.cylinder import CAM, ENERGY, EPV, IDEAL_VALVE, MASS, TERMS, CylinderState, Engine, indicated_power
-from engine.effects import EngineEffects
-from engine.kinematics import Crank, cylinder_volume
-from valve import actuator as valve_actuator
-from valve.actuator import (
-    AREA,
-    AREA_SLOPE,
-    PHASE,
-    PIECE,
-    Actuator,
-    ActuatorRates,
-    actuator_rates,
-    state_of,
-)
-from valve.chamber import chamber_state
-from valve.groove import piece_of
-from valve.motion import actuator_enters, actuator_events, actuator_responds, actuator_watches, take_piece
-from valve.piston import is_moving
-
-CYLINDER_MASS, CYLINDER_ENERGY, RECEIVER_MASS, RECEIVER_ENERGY = range(valve_actuator.STATES, valve_actuator.STATES + 4)
-STATES = valve_actuator.STATES + 4
-(
-    SUPPLIED,
-    SUPPLIED_ENTHALPY,
-    VENTED,
-    VENTED_ENTHALPY,
-    OTHER_MASS,
-    OTHER_ENERGY,
-    VALVE_WORK,
-    GROOVE,
-    GROOVE_ENTHALPY,
-    GROOVE_BACK,
+from engine.breathing import TURN
+from engine.cycle_state import (
+    CYLINDER_ENERGY,
+    CYLINDER_MASS,
+    EXHAUST_BACK,
     EXHAUSTED,
     EXHAUSTED_ENTHALPY,
-    EXHAUST_BACK,
     FED,
     FED_ENTHALPY,
+    GROOVE,
+    GROOVE_BACK,
+    GROOVE_ENTHALPY,
+    GROOVE_FLOW,
+    INTAKE_OPEN,
+    OTHER_ENERGY,
+    OTHER_MASS,
+    RECEIVER_ENERGY,
+    RECEIVER_MASS,
+    SUPPLIED,
+    SUPPLIED_ENTHALPY,
+    VALVE_WORK,
+    VENTED,
+    VENTED_ENTHALPY,
     WORK,
-) = range(STATES, STATES + 16)
-"""The ledger: control air, vents, effects, work on the valve's piston; engine air through the groove and what of it
-flowed back, exhaust and what of it flowed back, feed of the receiver; work on the engine's piston. kg and J."""
-SIZE = STATES + 16
-INTAKE_OPEN = valve_actuator.MODES
-MODES = INTAKE_OPEN + 1
+    Cycle,
+    control_air,
+    cylinder_state,
+    receiver_state,
+)
+from engine.cylinder import CAM, ENERGY, EPV, MASS, TERMS, indicated_power
+from engine.gas_exchange import (
+    breathing,
+    change_regime,
+    exchange_enters,
+    exchange_events,
+    intake_lift,
+    set_groove_regime,
+)
+from valve import actuator as valve_actuator
+from valve import motion as valve_motion
+from valve.actuator import PHASE, PIECE, ActuatorRates, actuator_rates, state_of
+from valve.groove import piece_of
+from valve.motion import CORNER, actuator_enters, actuator_events, actuator_responds, actuator_watches, take_piece
+from valve.piston import is_moving
+from valve.solenoid_flow import FLOWS
+
+FLOW = valve_motion.FLOW + FLOWS
+"""First event of the flows through groove, exhaust valve and feed: into another regime."""
 PRESSURE_EXTREMUM = 3
 """Watch: extremum of the cylinder pressure."""
-STEP_MOST = 0.2e-3
-"""Longest step [s]: no contact and start from rest of a valve fit into it unseen."""
-SCALE = valve_actuator.SCALE + 4 * (valve_actuator.GAS_SCALE,)
 TRACE = (
     "cylinder_pressure [Pa abs]",
     "cylinder_temperature [K]",
@@ -74,89 +72,6 @@ TRACE = (
 """Columns of a trace, after ``crank_angle [deg]``; velocity is that of the lift, torque is indicated."""
 
 
-class Cycle(NamedTuple):
-    """A machine at a speed, as numbers for the kernels."""
-
-    actuator: Actuator
-    supply: tuple[float, float]
-    """Engine air: pressure [Pa abs], temperature [K]."""
-    control: tuple[float, float]
-    """Control air from the regulator."""
-    control_from_receiver: int
-    receiver_volume: float
-    """[m3]; 0: infinite."""
-    engine: Engine
-    crank: Crank
-    speed: float
-    """[rad/s]"""
-    start: float
-    """Crank angle at the start of a cycle, where the solenoids are energised [rad]."""
-    open_target: float
-    close_target: float
-    full_area: float
-    """Of the groove at full lift [m2]."""
-    effects_on: int
-    effects: EngineEffects
-
-
-@kernel
-def cylinder_state(p, t, y):
-    """State of the cylinder, and the slope of its volume [m3/rad]."""
-    angle = p.start + p.speed * t
-    volume, slope = cylinder_volume(p.crank, angle)
-    gas = p.actuator.gas
-    pressure, temperature = chamber_state(gas, y[CYLINDER_MASS], y[CYLINDER_ENERGY], volume)
-    return CylinderState(gas, p.actuator.ambient, p.engine, p.speed, angle, volume, pressure, temperature), slope
-
-
-@kernel
-def receiver_state(p, y):
-    """Pressure [Pa abs] and temperature [K] before the groove."""
-    if p.receiver_volume > 0.0:
-        return chamber_state(p.actuator.gas, y[RECEIVER_MASS], y[RECEIVER_ENERGY], p.receiver_volume)
-    return p.supply
-
-
-@kernel
-def control_air(p, y):
-    """Pressure [Pa abs] and temperature [K] before the solenoids."""
-    if p.control_from_receiver:
-        return receiver_state(p, y)
-    return p.control
-
-
-@kernel
-def intake_lift(p, angle, y):
-    """Lift of the intake [m]."""
-    if p.engine.intake == EPV:
-        return p.actuator.valve.stroke - y[0]
-    cam = p.engine.cam
-    return cam.lift * raised_cosine(angle, cam.opens, cam.closes, cam.flank)
-
-
-@kernel
-def intake_area(p, angle, y, mode):
-    """Effective area of the groove [m2]."""
-    if p.engine.intake == IDEAL_VALVE:
-        return p.full_area * mode[INTAKE_OPEN]
-    return max(0.0, mode[AREA] + mode[AREA_SLOPE] * intake_lift(p, angle, y))
-
-
-@kernel
-def breathing(p, y, mode, cylinder):
-    """Flows through groove and exhaust valve, each with its enthalpy [kg/s, W]."""
-    gas, engine, ambient = p.actuator.gas, p.engine, p.actuator.ambient
-    pressure, temperature = receiver_state(p, y)
-    area = intake_area(p, cylinder.angle, y, mode)
-    groove, groove_enthalpy = flow_between(gas, area, pressure, temperature, cylinder.pressure, cylinder.temperature)
-    valve = engine.exhaust
-    area = valve.effective_area * raised_cosine(cylinder.angle, valve.opens, valve.closes, valve.flank)
-    exhaust, exhaust_enthalpy = flow_between(
-        gas, area, cylinder.pressure, cylinder.temperature, ambient.pressure, ambient.temperature
-    )
-    return groove, groove_enthalpy, exhaust, exhaust_enthalpy
-
-
 @rates.for_type(Cycle)
 @kernel
 def cycle_rates(p, t, y, mode, dy):
@@ -165,9 +80,9 @@ def cycle_rates(p, t, y, mode, dy):
         return False
     if p.receiver_volume > 0.0 and (y[RECEIVER_MASS] <= 0.0 or y[RECEIVER_ENERGY] <= 0.0):
         return False
-    gas = p.actuator.gas
     cylinder, slope = cylinder_state(p, t, y)
-    groove, groove_enthalpy, exhaust, exhaust_enthalpy = breathing(p, y, mode, cylinder)
+    receiver = receiver_state(p, y)
+    groove, groove_enthalpy, exhaust, exhaust_enthalpy, fed, fed_enthalpy = breathing(p, y, mode, cylinder, receiver)
     valve = ActuatorRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if p.engine.intake == EPV:
         if not valve_actuator.in_domain(p.actuator, y):
@@ -179,12 +94,8 @@ def cycle_rates(p, t, y, mode, dy):
         add_laws(p.effects, cylinder, balance)
         mass, energy = balance[MASS], balance[ENERGY]
     work = cylinder.pressure * slope * p.speed
-    fed = fed_enthalpy = drawn = drawn_enthalpy = 0.0
+    drawn = drawn_enthalpy = 0.0
     if p.receiver_volume > 0.0:
-        pressure, temperature = receiver_state(p, y)
-        fed, fed_enthalpy = flow_between(
-            gas, p.engine.receiver.feed_area, p.supply[0], p.supply[1], pressure, temperature
-        )
         drawn, drawn_enthalpy = groove, groove_enthalpy
         if p.control_from_receiver:
             drawn += valve.supplied
@@ -209,16 +120,22 @@ def cycle_rates(p, t, y, mode, dy):
 @events.for_type(Cycle)
 @kernel
 def cycle_events(p, t, y, mode, g):
-    """Events of the engine: those of its valve."""
+    """Events of the engine: those of its valve, and flows into another regime."""
     if p.engine.intake == EPV:
         actuator_events(p.actuator, y, mode, control_air(p, y), g)
+    exchange_events(p, t, y, mode, FLOW, g)
 
 
 @respond.for_type(Cycle)
 @kernel
 def cycle_responds(p, tables, event, t, y, mode):
-    """Responses of the engine: those of its valve."""
+    """Responses of the engine: those of its valve, and the flows' regimes."""
+    if event >= FLOW:
+        change_regime(p, t, y, mode, GROOVE_FLOW + event - FLOW)
+        return
     actuator_responds(p.actuator, tables, event, y, mode, control_air(p, y))
+    if event == CORNER:
+        set_groove_regime(p, t, y, mode)
 
 
 @watch.for_type(Cycle)
@@ -239,15 +156,16 @@ def cycle_watches(p, t, y, dy, mode, w):
 @kernel
 def cycle_enters(p, tables, t, t_end, y, mode):
     """Modes of a smooth stretch: the valve's; or which piece of the groove's table a cam is on, or whether the ideal
-    valve is open."""
+    valve is open; the flows' regimes."""
     middle = p.start + p.speed * 0.5 * (t + t_end)
     if p.engine.intake == EPV:
-        actuator_enters(p.actuator, tables, t, t_end, y, mode)
+        actuator_enters(p.actuator, tables, t, t_end, y, mode, control_air(p, y))
     elif p.engine.intake == CAM:
         mode[PIECE] = piece_of(tables.groove, intake_lift(p, middle, y))
         take_piece(tables, mode)
     else:
         mode[INTAKE_OPEN] = 1.0 if (middle - p.open_target) % TURN < p.close_target - p.open_target else 0.0
+    exchange_enters(p, t, t_end, y, mode)
 
 
 @power.for_type(Cycle)
@@ -263,8 +181,8 @@ def cycle_power(p, t, y):
 def cycle_observes(p, t, y, mode, row):
     """A row of the trace."""
     cylinder, slope = cylinder_state(p, t, y)
-    groove, _, exhaust, _ = breathing(p, y, mode, cylinder)
-    receiver_pressure, _ = receiver_state(p, y)
+    receiver = receiver_state(p, y)
+    groove, _, exhaust, _, _, _ = breathing(p, y, mode, cylinder, receiver)
     row[0], row[1] = cylinder.pressure, cylinder.temperature
     if p.engine.intake == EPV:
         valve = state_of(p.actuator, y, control_air(p, y))
@@ -278,4 +196,4 @@ def cycle_observes(p, t, y, mode, row):
             row[2] = intake_lift(p, cylinder.angle, y)
     row[6] = groove
     row[7] = indicated_power(cylinder.pressure, p.actuator.ambient.pressure, slope, 1.0)
-    row[8], row[9], row[10] = receiver_pressure, exhaust, cylinder.volume
+    row[8], row[9], row[10] = receiver[0], exhaust, cylinder.volume

@@ -4,10 +4,10 @@ from math import nan
 
 import numpy as np
 
-from apesim.air import ANR_DENSITY, exergy, full_admission_work, isentropic_work
+from apesim.air import ANR_DENSITY, enthalpy
 from apesim.march import LOG_HEAD
 from engine.breathing import DEGREE, TURN, angle_to_lift
-from engine.cycle import (
+from engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_BACK,
@@ -31,6 +31,7 @@ from engine.cycle import (
 )
 from engine.cylinder import CAM, IDEAL_VALVE
 from engine.friction import friction_mean_effective_pressure, mean_piston_speed
+from engine.ideal_work import exergy, full_admission_work, isentropic_work
 from engine.kinematics import cylinder_volume, swept_volume
 from valve.chamber import chamber_state
 from valve.groove import area_table, lap_of
@@ -77,6 +78,7 @@ INDICATORS = {
     "energy_closure": ("1", "energy not accounted for over a cycle, relative to the enthalpy through the engine"),
     "work_by_quadrature_change": ("1", "indicated work by quadrature of the dense output against the ledger, relative"),
     "work_tolerance_change": ("1", "change of the cycle's work at ten times the tolerance, relative"),
+    "air_tolerance_change": ("1", "change of the engine air at ten times the tolerance, relative"),
     "tolerance": ("1", "of a step"),
 }
 """Name of each indicator, as in files: its unit and what it is."""
@@ -179,8 +181,9 @@ def closure(run):
         energy_in - end[EXHAUSTED_ENTHALPY] - end[VENTED_ENTHALPY] + end[OTHER_ENERGY] - end[WORK] - end[VALVE_WORK]
     )
     through = end[GROOVE] + end[SUPPLIED] + end[GROOVE_BACK] + end[EXHAUST_BACK]
-    enthalpy = abs(end[GROOVE_ENTHALPY]) + abs(end[SUPPLIED_ENTHALPY])
-    return abs(ratio(mass, through)), abs(ratio(energy, enthalpy))
+    back = end[EXHAUST_BACK] * enthalpy(p.actuator.gas, p.actuator.ambient.temperature)
+    carried = abs(end[GROOVE_ENTHALPY]) + abs(end[SUPPLIED_ENTHALPY]) + back
+    return abs(ratio(mass, through)), abs(ratio(energy, carried))
 
 
 def indicators(machine, run):
@@ -250,5 +253,6 @@ def indicators(machine, run):
         "energy_closure": energy_closure,
         "work_by_quadrature_change": abs(run.work_by_quadrature / work - 1.0) if work else nan,
         "work_tolerance_change": run.work_change,
+        "air_tolerance_change": run.air_change,
         "tolerance": run.tolerance,
     }

@@ -6,13 +6,15 @@ import numpy as np
 
 from apesim.air import internal_energy
 from apesim.effect import adjusted, chosen
-from engine.breathing import TURN, cam_corners, window_corners
-from engine.cycle import (
+from apesim.march import TOLERANCE, Accuracy
+from engine.breathing import DEGREE, TURN, cam_corners, window_corners
+from engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     MODES,
     RECEIVER_ENERGY,
     RECEIVER_MASS,
+    SCALE,
     SIZE,
     Cycle,
 )
@@ -21,8 +23,12 @@ from engine.effects import ENGINE_EFFECTS, EngineEffects
 from engine.kinematics import crank_of, cylinder_volume
 from valve.actuator import PHASE, actuator_of, closed_at_rest
 from valve.actuator import STATES as VALVE_STATES
+from valve.bench import STEP_MOST
 from valve.piston import HELD_CLOSED
 from valve.supply import RECEIVER
+
+TURN_MOST = 2.0 * DEGREE
+"""Longest step [rad]."""
 
 
 def cycle_of(machine, speed):
@@ -79,6 +85,11 @@ def kinks_of_cycle(p, tables, period):
     times = np.unique(np.concatenate(times))
     apart = np.append(np.diff(times) > 1e-12 * period, True)
     return times[apart & (times > 1e-12 * period)]
+
+
+def accuracy_at(speed, tolerance=TOLERANCE):
+    """`apesim.march.Accuracy` of an engine at a speed [rad/s]."""
+    return Accuracy(tolerance, min(STEP_MOST, TURN_MOST / speed), np.array(SCALE))
 
 
 def charged_at_rest(p):

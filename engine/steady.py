@@ -4,11 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, Status, march
+from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Status, march
 from apesim.periodic import CYCLES_MOST, PERIODIC_TOLERANCE, Orbit, periodic_orbit
 from engine.breathing import DEGREE
-from engine.cycle import SCALE, STATES, STEP_MOST, TRACE, WORK, Cycle
-from engine.operating_point import charged_at_rest, cycle_of
+from engine.cycle import TRACE
+from engine.cycle_state import GROOVE, STATES, WORK, Cycle
+from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
 
 
 class SteadyRun(NamedTuple):
@@ -29,7 +30,9 @@ class SteadyRun(NamedTuple):
     work_by_quadrature: float
     """[J]"""
     work_change: float
-    """Of the cycle's work when the tolerance is ten times as large, relative."""
+    """Of the cycle's work at tenfold tolerance, see `apesim.march.Accuracy.tenfold`; relative."""
+    air_change: float
+    """The same of the air through the groove."""
     tolerance: float
     status: int
     steps: int
@@ -58,7 +61,7 @@ def run_steady(
     SteadyRun
     """
     p, tables, kinks = cycle_of(machine, speed)
-    accuracy = Accuracy(tolerance, STEP_MOST, np.array(SCALE))
+    accuracy = accuracy_at(speed, tolerance)
     orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy, steady, most)
     angles = p.start + np.arange(0.0, 2.0 * np.pi + 0.5 * angle_step, angle_step)
     times = np.minimum((angles - p.start) / speed, kinks[-1])
@@ -70,8 +73,7 @@ def run_steady(
         return y, log[: outcome.logged], trace, outcome
 
     end, log, trace, outcome = noted(accuracy, times)
-    coarse = noted(accuracy._replace(tolerance=10.0 * tolerance), times[:0])[0]
-    work = end[WORK]
+    coarse = noted(accuracy.tenfold(), times[:0])[0]
     return SteadyRun(
         p,
         orbit,
@@ -81,8 +83,15 @@ def run_steady(
         angles,
         trace,
         outcome.work,
-        abs(coarse[WORK] / work - 1.0) if work else float("nan"),
+        _change(coarse[WORK], end[WORK]),
+        _change(coarse[GROOVE], end[GROOVE]),
         tolerance,
         int(outcome.status if orbit.status == Status.DONE else orbit.status),
         outcome.steps,
     )
+
+
+def _change(value, reference):
+    if value == reference:
+        return 0.0
+    return abs(value / reference - 1.0) if reference else float("nan")

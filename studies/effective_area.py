@@ -17,7 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.air import flow_function, heat_capacity, heat_capacity_ratio
+from apesim.air import heat_capacity, heat_capacity_ratio
+from apesim.restriction import flow_function
 
 DEVIATIONS = 1.959964
 """Half the width of a 95 % interval, in standard deviations."""

@@ -7,7 +7,8 @@ from machines import AMBIENT, RPM, machine, settled
 from apesim.air import Ambient, gas_of
 from apesim.effect import law
 from engine.breathing import DEGREE
-from engine.cycle import OTHER_ENERGY, OTHER_MASS, TRACE
+from engine.cycle import TRACE
+from engine.cycle_state import OTHER_ENERGY, OTHER_MASS
 from engine.cylinder import ENERGY, MASS, TERMS, CylinderState
 from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS
 from engine.effects.blow_by import BlowBy

@@ -218,6 +218,14 @@ def test_mass_and_energy_close_even_far_from_the_periodic_state(options):
     assert found["energy_closure"] < 1e-11
 
 
+def test_mass_and_energy_close_where_the_groove_never_opens():
+    a_machine = machine(intake="cam", engine__cam__lift=0.5e-3)
+    found = indicators(a_machine, settled(a_machine, 800.0))
+    assert found["engine_air_kg_per_cycle"] == 0.0
+    assert found["mass_closure"] < 1e-12
+    assert found["energy_closure"] < 1e-11
+
+
 def test_closure_sees_what_is_missing():
     a_machine = machine()
     run = settled(a_machine, 800.0)

@@ -5,7 +5,9 @@ import pytest
 from test_bench import BenchMachine
 
 from apesim.air import internal_energy
-from apesim.march import KINK, LOG_HEAD, LOG_ROWS, WATCH, Accuracy, Status, march
+from apesim.flow_function import NEARLY_EQUAL
+from apesim.march import EVENTS, KINK, LOG_HEAD, LOG_ROWS, WATCH, Status, march
+from apesim.restriction import ROOM
 from valve.actuator import (
     AREA,
     AREA_SLOPE,
@@ -14,7 +16,6 @@ from valve.actuator import (
     PIECE,
     PIECE_HIGH,
     PIECE_LOW,
-    SCALE,
     START,
     STATES,
     X_A,
@@ -22,10 +23,12 @@ from valve.actuator import (
     X_B,
     X_B_SLOPE,
     closed_at_rest,
+    state_of,
 )
-from valve.bench import SIZE, STEP_MOST, bench_of
+from valve.bench import SIZE, accuracy_of, bench_of
 from valve.motion import (
     CORNER,
+    FLOW,
     LEFT,
     MET_CLOSED,
     MET_OPEN,
@@ -40,6 +43,7 @@ from valve.motion import (
 )
 from valve.piston import HELD_CLOSED, HELD_OPEN, STUCK, TO_CLOSED, TO_OPEN
 from valve.solenoid import energised_fraction
+from valve.solenoid_flow import FLOWS, beside
 
 GROOVE_ROWS = np.array([[0.0, 0.0], [3e-3, 40e-6], [5e-3, 300e-6]])
 
@@ -52,7 +56,7 @@ def marched(machine, pulse, until, tolerance=1e-9):
     mode[PHASE] = HELD_CLOSED
     start = y.copy()
     log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
-    accuracy = Accuracy(tolerance, STEP_MOST, np.array(SCALE))
+    accuracy = accuracy_of(tolerance)
     kinks = tables.kinks(0.0, until)
     outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, np.empty(0), np.empty((0, 6)))
     return log[: outcome.logged], y, mode, start, outcome.status
@@ -70,15 +74,15 @@ def instant(position, speed, p_a, p_b, phase, machine=None):
         mass = p_gas * volume / (gas.gas_constant * 290.0)
         y[2 + 2 * i : 4 + 2 * i] = mass, mass * internal_energy(gas, 290.0)
     mode[PHASE] = phase
-    actuator_enters(p.actuator, tables, 0.0, 1e-3, y, mode)
+    actuator_enters(p.actuator, tables, 0.0, 1e-3, y, mode, p.supply)
     return p, tables, y, mode
 
 
 def values(*state):
     p, _, y, mode = instant(*state)
-    g = np.full(5, np.nan)
+    g = np.full(EVENTS, np.nan)
     actuator_events(p.actuator, y, mode, p.supply, g)
-    return g
+    return g[:FLOW]
 
 
 # --- events ---
@@ -172,7 +176,7 @@ def test_on_entering_a_stretch_the_solenoids_lines_run_from_end_to_end():
     kinks = np.append(0.0, tables.kinks(0.0, 30e-3))
     for t, t_end in pairwise(kinks):
         mode = np.zeros(MODES)
-        actuator_enters(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode)
+        actuator_enters(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode, p.supply)
         assert mode[START] == t
         for x, slope, curve in ((X_A, X_A_SLOPE, tables.curve_a), (X_B, X_B_SLOPE, tables.curve_b)):
             for share in (0.0, 0.4, 1.0):
@@ -195,13 +199,33 @@ def test_watches_change_their_sign_at_1_percent_from_either_end_and_with_the_acc
 
 def test_a_pulse_goes_through_all_phases_in_order():
     log, y, mode, _, status = marched(BenchMachine(), 50e-3, 100e-3)
-    codes = [int(c) for c in log[:, 1] if c not in (KINK, WATCH + SPEED_EXTREMUM)]
+    flows = range(FLOW, FLOW + FLOWS)
+    codes = [int(c) for c in log[:, 1] if c not in (KINK, WATCH + SPEED_EXTREMUM, *flows)]
     opening = [LEFT, WATCH + ONE_PERCENT, CORNER, WATCH + NEAR_OPEN, MET_OPEN]
     closing = [LEFT, WATCH + NEAR_OPEN, CORNER, WATCH + ONE_PERCENT, MET_CLOSED]
     # At full lift the piston stands on the groove's last row; nothing lies beyond.
     assert [c for c in codes if c != CORNER] == [c for c in opening + closing if c != CORNER]
     assert codes.count(CORNER) == 2
     assert (status, mode[PHASE], y[0], y[1]) == (Status.DONE, HELD_CLOSED, 9e-3, 0.0)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10])
+def test_flows_change_their_regime_where_their_pressures_say_so(tolerance):
+    """Choking, r = 0.999 and equal pressure are met within their room, and a pulse meets each flow's in both ways."""
+    p, _ = bench_of(BenchMachine(), [0.0, 50e-3])
+    log, *_ = marched(BenchMachine(), 50e-3, 100e-3, tolerance)
+    gas, changes = p.actuator.gas, log[(log[:, 1] >= FLOW) & (log[:, 1] < FLOW + FLOWS)]
+    ends = np.array([gas.critical_ratio, NEARLY_EQUAL, 1.0])
+    met = {flow: [] for flow in range(FLOWS)}
+    for row in changes:
+        flow = int(row[1]) - FLOW
+        p_1, _, p_2, _ = beside(state_of(p.actuator, row[LOG_HEAD:], p.supply), flow)
+        away = np.abs(ends - min(p_1, p_2) / max(p_1, p_2))
+        # The state at the event is that of the step, not of the interpolant that located it.
+        assert away.min() < 1.1 * ROOM + 10.0 * tolerance
+        met[flow].append(ends[away.argmin()])
+    assert all({gas.critical_ratio, NEARLY_EQUAL} <= set(ends_met) for ends_met in met.values())
+    assert sum(map(len, met.values())) < 30
 
 
 def test_corners_of_the_groove_are_met_where_they_are():

@@ -7,7 +7,7 @@ import pytest
 from machines import AMBIENT, RPM, machine
 
 from engine.breathing import DEGREE, cam_corners
-from engine.cycle import CYLINDER_ENERGY, CYLINDER_MASS, RECEIVER_ENERGY, RECEIVER_MASS, SIZE
+from engine.cycle_state import CYLINDER_ENERGY, CYLINDER_MASS, RECEIVER_ENERGY, RECEIVER_MASS, SIZE
 from engine.kinematics import cylinder_volume
 from engine.operating_point import charged_at_rest, cycle_of
 from valve.actuator import PHASE

@@ -6,20 +6,19 @@ import numpy as np
 import pytest
 from machines import RPM, machine, settled
 
-from apesim.march import TOLERANCE, Accuracy
+from apesim.march import TOLERANCE
 from apesim.periodic import PERIODIC_TOLERANCE, distance, periodic_orbit
 from engine.breathing import DEGREE
-from engine.cycle import (
+from engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     RECEIVER_ENERGY,
     RECEIVER_MASS,
     SCALE,
     STATES,
-    STEP_MOST,
 )
 from engine.indicators import indicators
-from engine.operating_point import charged_at_rest, cycle_of
+from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
 from engine.steady import run_steady
 
 COARSE = 5.0 * DEGREE
@@ -31,8 +30,7 @@ def orbit_from(change_start, a_machine, rpm):
     p, tables, kinks = cycle_of(a_machine, rpm * RPM)
     y, mode = charged_at_rest(p)
     change_start(y)
-    accuracy = Accuracy(TOLERANCE, STEP_MOST, np.array(SCALE))
-    return periodic_orbit(p, tables, y, mode, kinks, accuracy)
+    return periodic_orbit(p, tables, y, mode, kinks, accuracy_at(rpm * RPM))
 
 
 def hot_and_full(y):
@@ -96,6 +94,7 @@ def test_the_work_is_sure_by_quadrature_and_by_another_tolerance(rpm):
     run = settled(machine(receiver=1.0), rpm)
     assert run.work_by_quadrature == pytest.approx(run.end[-1], rel=1e-6)
     assert 0.0 < run.work_change < 1e-5
+    assert 0.0 < run.air_change < 1e-5
 
 
 @pytest.mark.parametrize(("rpm", "exhaust_area"), [(800.0, 20e-6), (1500.0, 100e-6), (2300.0, 100e-6)])

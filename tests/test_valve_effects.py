@@ -5,8 +5,8 @@ import pytest
 from test_bench import LIFT, PRESSURE_A, PRESSURE_B, VELOCITY, BenchMachine, numbers
 from test_motion import marched
 
-from apesim.air import flow_between
 from apesim.march import LOG_HEAD, Status
+from apesim.restriction import flow_between
 from valve.actuator import MODES, PHASE, X_B, X_B_SLOPE, actuator_rates, closed_at_rest, state_of
 from valve.bench import bench_of, run_bench
 from valve.effects import VALVE_EFFECTS, ValveEffects
@@ -108,11 +108,12 @@ def test_the_piston_starts_where_the_force_exceeds_the_larger_of_friction_and_br
 
 
 def rates_at(phase, machine, position=4e-3):
-    p, _ = bench_of(machine, [0.0, PULSE])
+    p, tables = bench_of(machine, [0.0, PULSE])
     y = np.append(closed_at_rest(p.actuator, p.supply), np.zeros(7))
     y[0], y[1] = position, 1.2 * np.sign(phase)
     mode = np.zeros(MODES)
     mode[PHASE] = phase
+    actuator_enters(p.actuator, tables, 0.0, 1e-6, y, mode, p.supply)
     return p, y, actuator_rates(p.actuator, 0.0, y, mode, p.supply)
 
 
@@ -187,7 +188,7 @@ def test_a_solenoid_b_that_would_be_earlier_than_its_command_keeps_its_lines():
     p, tables = bench_of(machine._replace(effects=ValveEffects(solenoid_b_delay=SolenoidBDelay(-1e-3))), [0.0, PULSE])
     for t, t_end in pairwise(tables.kinks(0.0, 2.0 * PULSE)):
         mode = np.zeros(MODES)
-        actuator_enters(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode)
+        actuator_enters(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode, p.supply)
         middle = 0.5 * (t + t_end)
         expected = energised_fraction(tables.edges, tables.period, tables.curve_b, middle)
         assert mode[X_B] + mode[X_B_SLOPE] * (middle - t) == pytest.approx(expected, abs=1e-9)

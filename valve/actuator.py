@@ -7,7 +7,7 @@ import numpy as np
 from apesim.air import Ambient, Gas, gas_of, internal_energy
 from apesim.effect import add_laws, adjusted, chosen
 from apesim.kernel import kernel
-from valve.chamber import chamber_flows, chamber_state
+from valve.chamber import chamber_state
 from valve.effects import VALVE_EFFECTS, ValveEffects
 from valve.groove import area_table
 from valve.piston import (
@@ -19,13 +19,16 @@ from valve.piston import (
     volume_b,
 )
 from valve.solenoid import kinks_of, opening_curve
+from valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_flow
 from valve.terms import DRY, ENERGY_A, ENERGY_B, FORCE, MASS_A, MASS_B, TERMS, ValveState
 
 STATES = 6
 """Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, the same of chamber B."""
-PHASE, PIECE, PIECE_LOW, PIECE_HIGH, AREA, AREA_SLOPE, START, X_A, X_A_SLOPE, X_B, X_B_SLOPE, MODES = range(12)
+PHASE, PIECE, PIECE_LOW, PIECE_HIGH, AREA, AREA_SLOPE, START, X_A, X_A_SLOPE, X_B, X_B_SLOPE, REGIME = range(12)
+MODES = REGIME + FLOWS
 """Modes: phase of the piston; piece of the groove's table, its ends [m], its line as area [m2] at lift 0 and slope [m];
-start of the stretch [s], energised fraction of each solenoid there and its slope [1/s]; how many modes there are."""
+start of the stretch [s], energised fraction of each solenoid there and its slope [1/s]; from REGIME on, those of the
+flows through the solenoids, see `apesim.restriction`; how many modes there are."""
 GAS_SCALE = 1e-30
 SCALE = (9e-3, 1.0, GAS_SCALE, GAS_SCALE, GAS_SCALE, GAS_SCALE)
 """Scale of the error of each state beside its own size: the paper's stroke, 1 m/s; gas states are relative."""
@@ -185,7 +188,7 @@ def actuator_rates(actuator, t, y, mode, supply):
     t : float
         [s]
     y : (>= 6,) float array
-    mode : (>= 11,) float array
+    mode : (>= MODES,) float array
     supply : tuple of float
         Control air: pressure [Pa abs], temperature [K].
 
@@ -193,19 +196,16 @@ def actuator_rates(actuator, t, y, mode, supply):
     -------
     ActuatorRates
     """
-    valve, gas = actuator.valve, actuator.gas
+    valve = actuator.valve
     phase = mode[PHASE]
     state = state_of(actuator, y, supply)
-    ambient = (actuator.ambient.pressure, actuator.ambient.temperature)
     area = valve.solenoid.effective_area
     x_a = mode[X_A] + mode[X_A_SLOPE] * (t - mode[START])
     x_b = mode[X_B] + mode[X_B_SLOPE] * (t - mode[START])
-    in_a, in_energy_a, out_a, out_energy_a = chamber_flows(
-        gas, area * (1.0 - x_a), area * x_a, supply, ambient, state.pressure_a, state.temperature_a
-    )
-    in_b, in_energy_b, out_b, out_energy_b = chamber_flows(
-        gas, area * x_b, area * (1.0 - x_b), supply, ambient, state.pressure_b, state.temperature_b
-    )
+    in_a, in_energy_a = solenoid_flow(state, SUPPLY_A, mode[REGIME + SUPPLY_A], area * (1.0 - x_a))
+    out_a, out_energy_a = solenoid_flow(state, VENT_A, mode[REGIME + VENT_A], area * x_a)
+    in_b, in_energy_b = solenoid_flow(state, SUPPLY_B, mode[REGIME + SUPPLY_B], area * x_b)
+    out_b, out_energy_b = solenoid_flow(state, VENT_B, mode[REGIME + VENT_B], area * (1.0 - x_b))
     force = smooth_force(valve, state.position, state.speed, state.pressure_a, state.pressure_b)
     speed = acceleration = mass_a = mass_b = energy_a = energy_b = 0.0
     if actuator.effects_on:

@@ -27,7 +27,8 @@ from valve.piston import HELD_CLOSED
 
 SUPPLIED, SUPPLIED_ENTHALPY, VENTED, VENTED_ENTHALPY, OTHER_MASS, OTHER_ENERGY, WORK = range(STATES, STATES + 7)
 SIZE = STATES + 7
-STEP_MOST = 0.2e-3
+STEP_MOST = 0.5e-3
+"""Longest step [s]: no contact and start from rest of a valve fit into it unseen."""
 TRACE = (
     "lift [m]",
     "velocity [m/s]",
@@ -105,7 +106,7 @@ def bench_watches(p, t, y, dy, mode, w):
 @kernel
 def bench_enters(p, tables, t, t_end, y, mode):
     """Modes of a smooth stretch."""
-    actuator_enters(p.actuator, tables, t, t_end, y, mode)
+    actuator_enters(p.actuator, tables, t, t_end, y, mode, p.supply)
 
 
 @power.for_type(Bench)
@@ -147,6 +148,11 @@ def bench_of(machine, edges, period=inf):
     return Bench(actuator, machine.supply.control()), tables
 
 
+def accuracy_of(tolerance=TOLERANCE):
+    """`apesim.march.Accuracy` of the bench."""
+    return Accuracy(tolerance, STEP_MOST, np.array(SCALE))
+
+
 def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOLERANCE):
     """One run: from rest with a single pulse, or the periodic state of a repeated one.
 
@@ -172,7 +178,7 @@ def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOL
     p, tables = bench_of(machine, [0.0, pulse], period)
     end = period if repeated else 2.0 * pulse if until is None else until
     kinks = tables.kinks(0.0, end)
-    accuracy = Accuracy(tolerance, STEP_MOST, np.array(SCALE))
+    accuracy = accuracy_of(tolerance)
     y = np.zeros(SIZE)
     y[:STATES] = closed_at_rest(p.actuator, p.supply)
     mode = np.zeros(MODES)

@@ -1,4 +1,5 @@
-"""How the piston's motion breaks up into smooth stretches: contacts, starts from rest, corners of tables."""
+"""How the piston's motion breaks up into smooth stretches: contacts, starts from rest, corners of tables,
+regimes of flow."""
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from valve.actuator import (
     PIECE,
     PIECE_HIGH,
     PIECE_LOW,
+    REGIME,
     START,
     X_A,
     X_A_SLOPE,
@@ -21,11 +23,12 @@ from valve.actuator import (
 from valve.groove import piece_line, piece_of
 from valve.piston import HELD_CLOSED, HELD_OPEN, STUCK, TO_OPEN, is_moving, land, overcome, smooth_force, start_moving
 from valve.solenoid import energised_fraction
+from valve.solenoid_flow import FLOWS, beyond, following, open_share, regime_in_stretch
 from valve.terms import BREAKAWAY, FORCE, TERMS
 
-MET_CLOSED, MET_OPEN, LEFT, TURNED, CORNER = range(5)
+MET_CLOSED, MET_OPEN, LEFT, TURNED, CORNER, FLOW = range(6)
 """Events: contact with the closed and the open stop, start from rest, speed through zero, corner of the groove's
-table."""
+table; from FLOW on, one of the `FLOWS` through the solenoids into another regime."""
 ONE_PERCENT, NEAR_OPEN, SPEED_EXTREMUM = range(3)
 """Watches: 1 % of the stroke from closed and from open, extremum of the speed."""
 DETECTED = 0.01
@@ -49,6 +52,9 @@ def actuator_events(actuator, y, mode, supply, g):
     phase = mode[PHASE]
     stroke = actuator.valve.stroke
     moving = is_moving(phase)
+    state = state_of(actuator, y, supply)
+    for flow in range(FLOWS):
+        g[FLOW + flow] = beyond(state, flow, mode[REGIME + flow])
     g[MET_CLOSED] = y[0] - stroke if moving else -1.0
     g[MET_OPEN] = -y[0] if moving else -1.0
     g[TURNED] = -phase * y[1] if moving else -1.0
@@ -57,7 +63,7 @@ def actuator_events(actuator, y, mode, supply, g):
         g[LEFT] = -1.0
         g[CORNER] = max(mode[PIECE_LOW] - lift, lift - mode[PIECE_HIGH])
     else:
-        force, breakaway = rest_forces(actuator, state_of(actuator, y, supply))
+        force, breakaway = rest_forces(actuator, state)
         g[LEFT] = overcome(phase, force, breakaway)
         g[CORNER] = -1.0
 
@@ -90,6 +96,9 @@ def actuator_responds(actuator, tables, event, y, mode, supply):
     elif event == CORNER:
         mode[PIECE] += 1.0 if mode[PHASE] == TO_OPEN else -1.0
         take_piece(tables, mode)
+    elif event >= FLOW:
+        flow = event - FLOW
+        mode[REGIME + flow] = following(state_of(actuator, y, supply), flow, mode[REGIME + flow])
 
 
 @kernel
@@ -110,13 +119,18 @@ def actuator_watches(actuator, y, acceleration, mode, w):
 
 
 @kernel
-def actuator_enters(actuator, tables, t, t_end, y, mode):
-    """Set what the valve keeps over a stretch: the piece of the groove's table, the solenoids' lines."""
+def actuator_enters(actuator, tables, t, t_end, y, mode, supply):
+    """Set what the valve keeps over a stretch: piece of the groove's table, the solenoids' lines, regimes of flow."""
     mode[PIECE] = piece_of(tables.groove, actuator.valve.stroke - y[0])
     take_piece(tables, mode)
     mode[START] = t
     x_a = energised_fraction(tables.edges, tables.period, tables.curve_a, t)
     x_b = energised_fraction(tables.edges, tables.period, tables.curve_b, t)
-    mode[X_A], mode[X_B] = x_a, x_b
-    mode[X_A_SLOPE] = (energised_fraction(tables.edges, tables.period, tables.curve_a, t_end) - x_a) / (t_end - t)
-    mode[X_B_SLOPE] = (energised_fraction(tables.edges, tables.period, tables.curve_b, t_end) - x_b) / (t_end - t)
+    x_a_end = energised_fraction(tables.edges, tables.period, tables.curve_a, t_end)
+    x_b_end = energised_fraction(tables.edges, tables.period, tables.curve_b, t_end)
+    mode[X_A], mode[X_A_SLOPE] = x_a, (x_a_end - x_a) / (t_end - t)
+    mode[X_B], mode[X_B_SLOPE] = x_b, (x_b_end - x_b) / (t_end - t)
+    state = state_of(actuator, y, supply)
+    for flow in range(FLOWS):
+        shares = open_share(flow, x_a, x_b), open_share(flow, x_a_end, x_b_end)
+        mode[REGIME + flow] = regime_in_stretch(state, flow, *shares)

@@ -2,10 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
-from apesim.air import flow_between
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
+from apesim.restriction import flow_between
 from engine.cylinder import ENERGY, MASS
 
 

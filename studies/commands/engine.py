@@ -49,6 +49,7 @@ CLOSURES = {
     "energy": "energy_closure",
     "work_by_quadrature": "work_by_quadrature_change",
     "work_at_tenfold_tolerance": "work_tolerance_change",
+    "air_at_tenfold_tolerance": "air_tolerance_change",
 }
 
 
@@ -83,7 +84,8 @@ def engine_point(console, machine_file, settings, speed, csv):
     closes = (
         f"{run.orbit.cycles} cycles to a period of {run.orbit.period}, last change {run.orbit.change:.1e}; closure of "
         f"mass {values['mass_closure']:.1e}, of energy {values['energy_closure']:.1e}; work by quadrature "
-        f"{values['work_by_quadrature_change']:.1e}, at tenfold tolerance {values['work_tolerance_change']:.1e}; "
+        f"{values['work_by_quadrature_change']:.1e}, at tenfold tolerance {values['work_tolerance_change']:.1e}, "
+        f"air {values['air_tolerance_change']:.1e}; "
         f"tolerance {run.tolerance:g}; {wall * 1e3:.0f} ms"
     )
     console.result(data, table_of(title, ("", "value", "unit"), rows), closes)

@@ -14,9 +14,9 @@ if __name__ == "__main__":
 from machines import RPM, machine
 
 from apesim.march import LOG_HEAD, LOG_ROWS, Accuracy, march
-from engine import cycle
+from engine import cycle_state
 from engine.breathing import DEGREE
-from engine.operating_point import cycle_of
+from engine.operating_point import accuracy_at, cycle_of
 from engine.steady import run_steady
 from valve import actuator, bench
 from valve.measures import closing_stroke, opening_stroke
@@ -25,9 +25,8 @@ from valve.piston import HELD_CLOSED
 
 TOLERANCES = 10.0 ** -np.arange(4.0, 11.25, 0.5)
 FINEST = 1e-13
-SPEED, PULSE = 800.0 * RPM, 50e-3
-LONGEST_STEP = {"bench": bench.STEP_MOST, "engine": cycle.STEP_MOST}
-"""As the runs have it [s]."""
+SPEEDS, PULSE = (800.0, 3000.0), 50e-3
+"""Of the engine [r/min]; of the bench [s]."""
 
 
 def marched(p, tables, y, mode, kinks, tolerance, longest_step, scale):
@@ -53,20 +52,19 @@ def bench_measures(tolerance, longest_step):
     }
 
 
-def cycle_from(start):
-    """A function: results of one cycle of the default engine from a given state, by name."""
-    p, tables, kinks = cycle_of(machine(), SPEED)
+def cycle_at(speed):
+    """A function: results of one cycle of the default engine from its periodic state at a speed [rad/s], by name."""
+    start = run_steady(machine(), speed, tolerance=1e-10).orbit
+    p, tables, kinks = cycle_of(machine(), speed)
 
     def results(tolerance, longest_step):
         y, mode = start.y.copy(), start.mode.copy()
-        log = marched(p, tables, y, mode, kinks, tolerance, longest_step, cycle.SCALE)
+        log = marched(p, tables, y, mode, kinks, tolerance, longest_step, cycle_state.SCALE)
         time, code = log[:, :2].T
-        angle = (p.start + SPEED * time) / DEGREE
-        return {
-            "work of the cycle": y[cycle.WORK],
-            "air of the cycle": y[cycle.GROOVE],
-            "angle of contact, open": angle[code == MET_OPEN][0],
-            "angle of contact, closed": angle[code == MET_CLOSED][0],
+        angle = (p.start + speed * time) / DEGREE
+        met = {name: angle[code == which] for name, which in (("open", MET_OPEN), ("closed", MET_CLOSED))}
+        return {"work of the cycle": y[cycle_state.WORK], "air of the cycle": y[cycle_state.GROOVE]} | {
+            f"angle of contact, {name}": angles[0] for name, angles in met.items() if len(angles)
         }
 
     return results
@@ -78,20 +76,20 @@ def convergence_table(longest_step=None):
     Parameters
     ----------
     longest_step : float, optional
-        In place of `LONGEST_STEP` [s].
+        In place of that of the runs [s].
 
     Returns
     -------
     tolerances : (n,) float array
     errors : dict
-        By machine (``bench``, ``engine``) and result: relative errors, (n,) float array.
+        By machine (bench, engine at a speed) and result: relative errors, (n,) float array.
     """
-    start = run_steady(machine(), SPEED, tolerance=1e-10).orbit
     errors = {}
-    for name, results in (("bench", bench_measures), ("engine", cycle_from(start))):
-        longest = longest_step or LONGEST_STEP[name]
-        true = results(FINEST, LONGEST_STEP[name])
-        found = [results(tolerance, longest) for tolerance in TOLERANCES]
+    cases = {"bench": (bench_measures, bench.accuracy_of())}
+    cases |= {f"engine, {rpm:g} r/min": (cycle_at(rpm * RPM), accuracy_at(rpm * RPM)) for rpm in SPEEDS}
+    for name, (results, usual) in cases.items():
+        true = results(FINEST, usual.step_most)
+        found = [results(tolerance, longest_step or usual.step_most) for tolerance in TOLERANCES]
         errors[name] = {key: np.array([abs(one[key] / true[key] - 1.0) for one in found]) for key in true}
     return TOLERANCES, errors
 
@@ -101,8 +99,8 @@ def draw(path):
     from matplotlib.figure import Figure
 
     tolerances, errors = convergence_table()
-    figure = Figure(figsize=(10.0, 4.5), layout="constrained")
-    for axes, (name, results) in zip(figure.subplots(1, 2, sharey=True), errors.items(), strict=True):
+    figure = Figure(figsize=(13.0, 4.5), layout="constrained")
+    for axes, (name, results) in zip(figure.subplots(1, len(errors), sharey=True), errors.items(), strict=True):
         for key, error in results.items():
             axes.loglog(tolerances, error, ".-", label=key)
         axes.loglog(tolerances, tolerances, "k:", label="error = tolerance")

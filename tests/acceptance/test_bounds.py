@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from machines import AMBIENT, RPM, machine, settled
 from scipy.optimize import brentq
 
-from apesim.air import exergy, full_admission_work, isentropic_work
 from engine.breathing import DEGREE
-from engine.cycle import EXHAUST_BACK, GROOVE, GROOVE_BACK, SUPPLIED, WORK
+from engine.cycle_state import EXHAUST_BACK, GROOVE, GROOVE_BACK, SUPPLIED, WORK
 from engine.friction import Friction
+from engine.ideal_work import exergy, full_admission_work, isentropic_work
 from engine.indicators import closure, indicators
 from engine.kinematics import crank_of, cylinder_volume
 from engine.steady import run_steady

@@ -12,7 +12,8 @@ from machines import machine, settled
 
 from apesim.air import CANTERA
 from engine.breathing import DEGREE
-from engine.cycle import EXHAUST_BACK, GROOVE, GROOVE_BACK, TRACE, WORK
+from engine.cycle import TRACE
+from engine.cycle_state import EXHAUST_BACK, GROOVE, GROOVE_BACK, WORK
 from engine.kinematics import cylinder_volume
 
 ERROR, WORK_ERROR = 2e-5, 1e-4

@@ -17,14 +17,15 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from machines import RPM, machine
 
-from apesim.march import EVENTS, LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
+from apesim.march import EVENTS, LOG_HEAD, LOG_ROWS, TOLERANCE, march
 from apesim.slots import enter, events, rates, respond
-from engine import cycle
-from engine.operating_point import cycle_of
+from engine import cycle, cycle_state
+from engine.operating_point import accuracy_at, cycle_of
 from engine.steady import run_steady
 from valve import actuator, bench
-from valve.motion import CORNER, MET_CLOSED, MET_OPEN
+from valve.motion import CORNER, FLOW, MET_CLOSED, MET_OPEN
 from valve.piston import HELD_CLOSED
+from valve.solenoid_flow import FLOWS
 
 PULSE, END = 50e-3, 100e-3
 FIXED_STEP = 0.01e-3
@@ -59,7 +60,7 @@ class BenchCycle:
         """Our march; no log: nothing is looked up."""
         y, mode = self.start()
         log = np.empty((log_rows, LOG_HEAD + actuator.STATES))
-        accuracy = Accuracy(tolerance, bench.STEP_MOST, np.array(actuator.SCALE))
+        accuracy = bench.accuracy_of(tolerance)
         trace = np.empty((0, len(bench.TRACE)))
         outcome = march(self.p, self.tables, 0.0, y, mode, self.kinks, accuracy, log, np.empty(0), trace)
         code, at = log[: outcome.logged, 1], log[: outcome.logged, 0]
@@ -87,15 +88,15 @@ class BenchCycle:
             value.terminal, value.direction = True, 1.0
             return value
 
-        watched = [event(i) for i in range(CORNER)]
+        watched = {i: event(i) for i in range(FLOW + FLOWS) if i != CORNER}
         atol = tolerance * np.append(np.array([9e-3, 1.0, 1e-5, 1.0, 1e-5, 1.0]), np.ones(7))
         for kink in self.kinks:
             enter(p, self.tables, t, kink, y, mode)
             while t < kink:
-                step = solve_ivp(slope, (t, kink), y, "LSODA", events=watched, rtol=tolerance, atol=atol)
+                step = solve_ivp(slope, (t, kink), y, "LSODA", events=[*watched.values()], rtol=tolerance, atol=atol)
                 t, y = step.t[-1], step.y[:, -1].copy()
                 if step.status == 1:
-                    (which,) = (i for i, found in enumerate(step.t_events) if len(found))
+                    (which,) = (i for i, found in zip(watched, step.t_events, strict=True) if len(found))
                     respond(p, self.tables, which, t, y, mode)
                     contacts += [t] if which in (MET_OPEN, MET_CLOSED) else []
         return np.array(contacts)
@@ -153,8 +154,8 @@ def revolution():
     speed = 1000.0 * RPM
     p, tables, kinks = cycle_of(machine(receiver=1.0), speed)
     orbit = run_steady(machine(receiver=1.0), speed).orbit
-    accuracy = Accuracy(TOLERANCE, cycle.STEP_MOST, np.array(cycle.SCALE))
-    log, trace = np.empty((0, LOG_HEAD + cycle.STATES)), np.empty((0, len(cycle.TRACE)))
+    accuracy = accuracy_at(speed)
+    log, trace = np.empty((0, LOG_HEAD + cycle_state.STATES)), np.empty((0, len(cycle.TRACE)))
 
     def run():
         y, mode = orbit.y.copy(), orbit.mode.copy()

@@ -1,0 +1,56 @@
+from functools import cache
+from math import log
+
+import cantera
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from apesim.air import CANTERA, Air, gas_of
+from engine.ideal_work import exergy, full_admission_work, isentropic_work
+
+IDEAL_GAS = gas_of(Air())
+PERFECT_GAS = gas_of(Air(model=CANTERA))
+GASES = pytest.mark.parametrize("gas", [IDEAL_GAS, PERFECT_GAS], ids=["ideal", "cantera"])
+JOULES_PER_KWH = 3.6e6
+
+
+@cache
+def cantera_air():
+    return cantera.Solution("air.yaml")
+
+
+@pytest.mark.parametrize(
+    ("pressure", "full", "isentropic", "isothermal"),
+    [(0.6e6, 51.3, 30.5, 23.9), (1.0e6, 47.5, 25.4, 18.6), (2.0e6, 45.0, 21.3, 14.3), (3.0e6, 44.3, 19.7, 12.6)],
+)
+def test_the_air_an_ideal_machine_takes_for_a_kilowatt_hour(pressure, full, isentropic, isothermal):
+    ratio = pressure / 1e5
+    for work, consumption in ((full_admission_work, full), (isentropic_work, isentropic), (exergy, isothermal)):
+        assert JOULES_PER_KWH / work(IDEAL_GAS, 293.15, ratio) == pytest.approx(consumption, abs=0.05)
+
+
+@GASES
+def test_no_machine_beats_exergy_and_expansion_beats_full_admission(gas):
+    for ratio in (1.5, 5.0, 30.0):
+        works = [work(gas, 293.15, ratio) for work in (full_admission_work, isentropic_work, exergy)]
+        assert works == sorted(works)
+        assert works[0] > 0.0
+
+
+@settings(deadline=None)
+@given(st.floats(250.0, 600.0), st.floats(1.1, 30.0))
+def test_isentropic_work_with_cp_of_t_keeps_canteras_entropy(temperature, ratio):
+    air = cantera_air()
+    air.TP = temperature, ratio * 1e5
+    h, s = air.enthalpy_mass, air.entropy_mass
+    air.SP = s, 1e5
+    # Cantera solves for the entropy to 1e-9 of it, some 7000 J/(kg K), which is 1e-5 * T of enthalpy.
+    near = 7e-6 * temperature + 1e-9 * h if h > 0 else 7e-6 * temperature + 1e-3
+    assert isentropic_work(PERFECT_GAS, temperature, ratio) == pytest.approx(h - air.enthalpy_mass, abs=near)
+
+
+def test_isentropic_work_with_constant_cp_is_the_textbook_formula():
+    work = 1.4 / 0.4 * 287.05 * 300.0 * (1.0 - (1.0 / 8.0) ** (0.4 / 1.4))
+    assert isentropic_work(IDEAL_GAS, 300.0, 8.0) == pytest.approx(work, rel=1e-14)
+    assert exergy(IDEAL_GAS, 300.0, 8.0) == pytest.approx(287.05 * 300.0 * log(8.0), rel=1e-14)
