@@ -1,5 +1,6 @@
 """The highest rate at which the valve still completes every stroke."""
 
+from itertools import product
 from math import nan
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ from apesim.archive import Archive, Variable
 from apesim.kernel import sources_hash
 from apesim.march import Status
 from apesim.quantities.settings import dumps
-from studies.valve_map import with_supply
+from studies.valve_map import supply_columns, with_supply
 from valve.bench import run_bench
 
 CRITERION = (
@@ -116,7 +117,7 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None)
     -------
     Archive
     """
-    grid = [(p, t, d) for p in pressures for t in temperatures for d in duties]
+    grid = list(product(pressures, temperatures, duties))
     limits = []
     for done, (pressure, temperature, duty) in enumerate(grid):
         limits.append(working_limit(with_supply(machine, pressure, temperature), duty))
@@ -128,9 +129,7 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None)
         return Variable(("run",), np.asarray(values), unit, description)
 
     variables = {
-        "run": column(np.arange(len(grid)), "1", "number of the run"),
-        "supply_pressure": column([p for p, _, _ in grid], "Pa abs", "pressure of the control air"),
-        "supply_temperature": column([t for _, t, _ in grid], "K", "temperature of the control air"),
+        **supply_columns(grid),
         "duty": column([d for _, _, d in grid], "1", "share of the period for which the solenoids are energised"),
         "limit_hz": column(limit, "Hz", f"highest working rate: {CRITERION}"),
         "limit_rpm": column(60.0 * limit, "r/min", "the same as engine speed, one event a revolution"),

@@ -1,5 +1,7 @@
 """The valve over pressure and temperature of its control air (Figs. 8-11 of doi 10.1631/jzus.A0820373)."""
 
+from itertools import product
+
 import numpy as np
 
 from apesim.archive import Archive, Variable
@@ -49,6 +51,27 @@ def with_supply(machine, pressure, temperature):
     return machine._replace(supply=supply)
 
 
+def supply_columns(grid):
+    """The axis of runs, and the control air of each.
+
+    Parameters
+    ----------
+    grid : sequence of tuple
+        Pressure [Pa abs] and temperature [K] of each run; what stands behind them is passed over.
+
+    Returns
+    -------
+    dict of str to Variable
+    """
+    return {
+        "run": Variable(("run",), np.arange(len(grid)), "1", "number of the run"),
+        "supply_pressure": Variable(("run",), np.array([p for p, *_ in grid]), "Pa abs", "pressure of the control air"),
+        "supply_temperature": Variable(
+            ("run",), np.array([t for _, t, *_ in grid]), "K", "temperature of the control air"
+        ),
+    }
+
+
 def map_valve(machine, pressures, temperatures, pulse=PULSE, command="", report=None):
     """Bench runs over a grid of pressures and temperatures.
 
@@ -71,17 +94,15 @@ def map_valve(machine, pressures, temperatures, pulse=PULSE, command="", report=
     Archive
         Run ``i len(temperatures) + j`` is pressure i and temperature j.
     """
-    grid = [(pressure, temperature) for pressure in pressures for temperature in temperatures]
+    grid = list(product(pressures, temperatures))
     runs = []
     for done, (pressure, temperature) in enumerate(grid):
         runs.append(run_bench(with_supply(machine, pressure, temperature), pulse, sample=SAMPLE))
         if report:
             report(done + 1, len(grid))
     variables = {
-        "run": Variable(("run",), np.arange(len(grid)), "1", "number of the run"),
+        **supply_columns(grid),
         "time": Variable(("time",), runs[0].times, "s", "time after the solenoids are energised"),
-        "supply_pressure": Variable(("run",), np.array([p for p, _ in grid]), "Pa abs", "pressure of the control air"),
-        "supply_temperature": Variable(("run",), np.array([t for _, t in grid]), "K", "temperature of the control air"),
         "status": Variable(
             ("run",),
             np.array([run.status for run in runs], dtype=np.int8),

@@ -104,6 +104,14 @@ def test_a_pulse_too_short_to_open_is_told(apesim):
     assert "opening stroke is not completed" in err
 
 
+def test_tables_show_a_dash_where_there_is_no_number(apesim):
+    _, out, _ = apesim("valve", "run", "--pulse", "2 ms")
+    assert "nan" not in out
+    assert next(line for line in out.splitlines() if "full stroke time" in line).split()[3:] == ["-", "-", "ms"]
+    _, out, _ = apesim(*"valve map --temperature 287K --pulse".split(), "2 ms", "--pressure", "0.4 MPa gauge")
+    assert "nan" not in out and "-" in out.splitlines()[4].split()
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [

@@ -16,7 +16,7 @@ from engine.cylinder import INTAKES
 from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from engine.steady import run_steady
 from studies.commands.machine import load_machine
-from studies.commands.tables import COMPILING, table_of, write_traces
+from studies.commands.tables import COMPILING, number, table_of, warm_up, write_traces
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
 SPEED = Quantity("rpm", 1, 30000, "command line")
@@ -63,9 +63,7 @@ def engine_point(console, machine_file, settings, speed, csv):
     """
     machine = load_machine(machine_file, settings)
     speed = parse(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    if is_cold():
-        console.message(COMPILING)
-    run_steady(machine, speed, most=1)  # compiles, or loads what is compiled
+    warm_up(console, run_steady, machine, speed, most=1)
     start = time.perf_counter()
     run = run_steady(machine, speed)
     values = indicators(machine, run) if run.status == Status.DONE else dict.fromkeys(INDICATORS, float("nan"))
@@ -79,7 +77,7 @@ def engine_point(console, machine_file, settings, speed, csv):
     if csv:
         rows = np.column_stack((run.angles / DEGREE, run.trace))
         write_traces(csv, ("crank_angle [deg]", *TRACE), rows)
-    rows = [(name, _number(values[key] * factor), unit) for name, key, factor, unit in SHOWN]
+    rows = [(name, number(values[key] * factor), unit) for name, key, factor, unit in SHOWN]
     title = f"{INTAKES[machine.engine.intake]} at {values['speed_rpm']:g} r/min"
     closes = (
         f"{run.orbit.cycles} cycles to a period of {run.orbit.period}, last change {run.orbit.change:.1e}; closure of "
@@ -92,10 +90,6 @@ def engine_point(console, machine_file, settings, speed, csv):
     for warning in warnings:
         console.message(f"warning: {warning}")
     return DONE if run.status == Status.DONE and run.orbit.converged else INCOMPLETE
-
-
-def _number(value):
-    return "-" if isnan(value) else f"{value:.5g}"
 
 
 def warnings_of(run, values):
@@ -204,8 +198,7 @@ def sweep_table(archive):
     }
 
     def shown(column, name, speed, digits):
-        value = cells.get((column, name, speed), float("nan"))
-        return "-" if isnan(value) else f"{value:.{digits}f}"
+        return number(cells.get((column, name, speed), float("nan")), f".{digits}f")
 
     rows = [
         [f"{speed:g}"]

@@ -25,13 +25,11 @@ def load_machine(machine_file, settings):
     return load(Machine, machine_file, settings or ())
 
 
-def print_machine(console, machine_file, settings):
-    """Print a machine as a commented machine file."""
-    text = dumps(load_machine(machine_file, settings))
+def machine_command(console, machine_file, settings, check):
+    """Print a machine as a commented machine file, or check one; raises `InputError` where it is wrong."""
+    machine = load_machine(check or machine_file, settings)
+    if check:
+        console.result({"file": str(check), "good": True}, f"{check}: good")
+        return
+    text = dumps(machine)
     console.result({"machine": text}, text.rstrip())
-
-
-def check_machine(console, path, settings):
-    """Check a machine file; raises `InputError` where it is wrong."""
-    load_machine(path, settings)
-    console.result({"file": str(path), "good": True}, f"{path}: good")

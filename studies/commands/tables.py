@@ -1,10 +1,30 @@
 """Tables on the terminal, and traces as CSV."""
 
 import csv
+from math import isnan
 
 from apesim.archive import ArchiveError
+from apesim.kernel import is_cold
 
 COMPILING = "compiling the model for this processor: once, about 20 s"
+
+
+def warm_up(console, march, *arguments, **options):
+    """Run a march once, so that what is timed after it is compiled; tell where that takes long.
+
+    Parameters
+    ----------
+    console : studies.console.Console
+    march : function
+    """
+    if is_cold():
+        console.message(COMPILING)
+    march(*arguments, **options)
+
+
+def number(value, form=".5g"):
+    """A number as text; "-" where there is none."""
+    return "-" if isnan(value) else f"{value:{form}}"
 
 
 def table_of(title, header, rows, left=(0,)):
