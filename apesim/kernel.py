@@ -18,6 +18,7 @@ from pathlib import Path
 import llvmlite.binding
 import numba
 import numpy
+from numba.core import event
 from numba.core.caching import FunctionCache
 from numba.extending import overload
 
@@ -97,6 +98,34 @@ def cache_folder():
 def is_cold():
     """Whether the kernels still have to be compiled (once for each version of the sources)."""
     return not numba.config.DISABLE_JIT and not any(cache_folder().rglob("*.nbc"))
+
+
+@contextlib.contextmanager
+def when_compiling(tell):
+    """Within, call a function once as soon as anything has to be compiled; what is loaded from the cache has not.
+
+    Parameters
+    ----------
+    tell : function
+        Of nothing.
+    """
+    with event.install_listener("numba:compile", _Once(tell)):
+        yield
+
+
+class _Once(event.Listener):
+    """Calls a function when the first event starts."""
+
+    def __init__(self, tell):
+        self.tell = tell
+
+    def on_start(self, event):
+        tell, self.tell = self.tell, None
+        if tell:
+            tell()
+
+    def on_end(self, event):
+        pass
 
 
 class _SelfHealingCache(FunctionCache):

@@ -199,6 +199,27 @@ def test_a_damaged_cache_file_is_rebuilt(tmp_path, monkeypatch, suffix, damage):
     assert kept_files(tmp_path).keys() == sound.keys()
 
 
+# --- telling that something is compiled ---
+
+TOLD = """
+from apesim.kernel import when_compiling
+from engine.machine import Machine
+from engine.steady import run_steady
+from valve.bench import run_bench
+
+with when_compiling(lambda: print("compiling", end=" ")):
+    run_bench(Machine(), 20e-3) if KIND == "bench" else run_steady(Machine(), 100.0, most=1)
+"""
+
+
+@compiled_only
+def test_it_is_told_once_whenever_that_kind_of_march_has_to_be_compiled(tmp_path):
+    def told(kind):
+        return python(TOLD.replace("KIND", repr(kind)), ROOT, APESIM_CACHE_DIR=str(tmp_path))
+
+    assert [told(kind) for kind in ("engine", "engine", "bench", "bench")] == ["compiling", "", "compiling", ""]
+
+
 # --- functions chosen by type ---
 
 

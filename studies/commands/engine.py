@@ -7,7 +7,6 @@ from math import isnan
 import numpy as np
 
 from apesim.archive import command_line
-from apesim.kernel import is_cold
 from apesim.march import Status
 from apesim.quantities import Choice, Culprit, InputError, Quantity, parse, parse_range
 from engine.breathing import DEGREE
@@ -16,7 +15,7 @@ from engine.cylinder import INTAKES
 from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from engine.steady import run_steady
 from studies.commands.machine import load_machine
-from studies.commands.tables import COMPILING, number, table_of, warm_up, write_traces
+from studies.commands.tables import compiling, number, table_of, warm_up, write_traces
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
 SPEED = Quantity("rpm", 1, 30000, "command line")
@@ -138,11 +137,9 @@ def sweep_command(console, machine_file, settings, speed, intake, out, jobs, sha
     speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
     intakes = [parse(name, INTAKE, where="--intake", file=COMMAND_LINE) for name in intake.split(",")]
     shard = _shard(shard)
-    if is_cold():
-        console.message(COMPILING)
     options = {"jobs": jobs, "shard": shard, "resume": resume, "overwrite": overwrite}
     try:
-        with console.progress("sweep") as report:
+        with compiling(console), console.progress("sweep") as report:
             command = command_line(["apesim", *sys.argv[1:]])
             result = sweep.run_sweep(machine, speeds, intakes, out, command=command, report=report, **options)
     except KeyboardInterrupt:

@@ -4,9 +4,23 @@ import csv
 from math import isnan
 
 from apesim.archive import ArchiveError
-from apesim.kernel import is_cold
+from apesim.kernel import when_compiling
 
 COMPILING = "compiling the model for this processor: once, about 20 s"
+
+
+def compiling(console):
+    """Within, tell when the model has to be compiled, as for the first march ever of its kind.
+
+    Parameters
+    ----------
+    console : studies.console.Console
+
+    Returns
+    -------
+    context manager
+    """
+    return when_compiling(lambda: console.message(COMPILING))
 
 
 def warm_up(console, march, *arguments, **options):
@@ -17,9 +31,8 @@ def warm_up(console, march, *arguments, **options):
     console : studies.console.Console
     march : function
     """
-    if is_cold():
-        console.message(COMPILING)
-    march(*arguments, **options)
+    with compiling(console):
+        march(*arguments, **options)
 
 
 def number(value, form=".5g"):
