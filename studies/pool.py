@@ -1,7 +1,11 @@
 """Where work is done: in this process, or in several."""
 
+import contextlib
 import multiprocessing
+import multiprocessing.connection
 import os
+import signal
+import threading
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
@@ -66,18 +70,49 @@ def _until_broken(task, waiting, jobs):
     """Run until all is done or a worker dies; return what was not started and what was running then."""
     waiting = list(waiting)
     running = {}
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                item, tried = waiting.pop(0)
-                running[pool.submit(task, item)] = (item, tried)
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
-                item, tried = running[future]
-                try:
-                    result = future.result()
-                except BrokenProcessPool:
-                    return waiting, list(running.values())
-                del running[future]
-                yield item, result
+    context = multiprocessing.get_context("spawn")
+    lifeline, held = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_live_on, initargs=(lifeline,))
+    with lifeline, held, pool:
+        try:
+            while waiting or running:
+                while waiting and len(running) < jobs:
+                    item, tried = waiting.pop(0)
+                    with _deaf_to_interrupts():
+                        running[pool.submit(task, item)] = (item, tried)
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    item, tried = running[future]
+                    try:
+                        result = future.result()
+                    except BrokenProcessPool:
+                        return waiting, list(running.values())
+                    del running[future]
+                    yield item, result
+        except BaseException:
+            held.close()  # or the pool would wait for what its workers are at
+            raise
     return [], []
+
+
+def _live_on(lifeline):
+    """End this worker as soon as the other end of a pipe is closed, be it because the process that holds it died."""
+
+    def watch():
+        multiprocessing.connection.wait([lifeline])
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextlib.contextmanager
+def _deaf_to_interrupts():
+    """Processes that are started within never hear of Ctrl-C; who started them does, and ends them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,6 +1,10 @@
 """Work in one process or several gives the same, and a task that kills its worker is set aside."""
 
 import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -52,3 +56,39 @@ def test_a_short_job_is_not_worth_a_second_process():
     assert workers_for(2.0) == 1
     assert workers_for(1e6) == (os.cpu_count() or 1)
     assert workers_for(2.0, jobs=3) == 3
+
+
+LONG = """
+import time
+from pathlib import Path
+from studies.pool import run_tasks
+
+def long(path):
+    Path(path).touch()
+    time.sleep(60)
+
+if __name__ == "__main__":
+    list(run_tasks(long, ["first", "second"], 2))
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+@pytest.mark.parametrize(("end", "whole_group"), [(signal.SIGKILL, False), (signal.SIGINT, True)])
+def test_workers_end_with_their_parent_and_say_nothing(tmp_path, end, whole_group):
+    (tmp_path / "long.py").write_text(LONG)
+    parent = subprocess.Popen(
+        [sys.executable, "long.py"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1]), "PYTHONWARNINGS": "ignore"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    while not all((tmp_path / name).exists() for name in ("first", "second")):
+        assert parent.poll() is None
+    (os.killpg if whole_group else os.kill)(parent.pid, end)
+    # The pipe ends when the last process that holds it has ended.
+    _, err = parent.communicate(timeout=20)
+    assert err.count("Traceback") == (1 if whole_group else 0)
+    assert "SpawnProcess" not in err
