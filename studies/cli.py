@@ -36,6 +36,24 @@ app.add_typer(archive, name="archive")
 # What a command does is imported where it is called: --help answers at once.
 
 
+def show_version(asked: bool):
+    """Print the version and end, where it was asked for."""
+    if asked:
+        from importlib.metadata import version
+
+        print(f"apesim {version('apesim')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=show_version, is_eager=True, help="Print the version.")
+    ] = False,
+):
+    """Options of apesim itself."""
+
+
 @command(app)
 def machine(
     common: Common,

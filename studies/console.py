@@ -1,8 +1,10 @@
 """What a command shows, and how it ends: exit codes, one line per culprit, progress with time left."""
 
 import contextlib
+import errno
 import json
 import math
+import os
 import sys
 import traceback
 
@@ -38,8 +40,10 @@ class Console:
         from rich.console import Console as Terminal
 
         terminal = Terminal(width=None if sys.stdout.isatty() else 120, highlight=False)
-        for renderable in renderables:
-            terminal.print(renderable, markup=False, soft_wrap=isinstance(renderable, str))
+        with terminal.capture() as captured:
+            for renderable in renderables:
+                terminal.print(renderable, markup=False, soft_wrap=isinstance(renderable, str))
+        print(captured.get(), end="")  # rich itself would end the process where nobody listens any more
 
     def message(self, text):
         """A line on standard error."""
@@ -88,15 +92,15 @@ def main_of(app):
         130 interrupted.
     """
     try:
-        return app(standalone_mode=False) or DONE
+        with contextlib.redirect_stdout(_Output(sys.stdout)):
+            code = _run(app)
+            sys.stdout.flush()
+        return code
     except ParserError as error:
         return _bad_input(_parser_line(error))
     except (KeyboardInterrupt, typer.Abort):
         print("interrupted", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:
-        sys.stderr.close()
-        return DONE
     except Exception as error:
         known = _known(error)
         if known is not None:
@@ -106,8 +110,52 @@ def main_of(app):
         return FAULT_OF_OURS
 
 
+class OutputError(Exception):
+    """Standard output cannot be written; its cause says why."""
+
+
+class _Output:
+    """Standard output, its errors told from those of other files."""
+
+    def __init__(self, stream):
+        self._stream = stream
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def write(self, text):
+        try:
+            return self._stream.write(text)
+        except OSError as error:
+            raise OutputError from error
+
+    def flush(self):
+        try:
+            self._stream.flush()
+        except OSError as error:
+            raise OutputError from error
+
+
+def _run(app):
+    """Run a command line; its own parser would end in its own ways."""
+    command = typer.main.get_command(app)
+    try:
+        with command.make_context("apesim", sys.argv[1:]) as context:
+            return command.invoke(context) or DONE
+    except typer.Exit as end:
+        return end.exit_code
+    except ParserError as error:
+        context = getattr(error, "ctx", None)
+        if not context or error.message != context.get_help():
+            raise
+        print(error.message)  # a group was called without a command
+        return DONE
+
+
 def _known(error):
     """Exit code of an error that says itself what is wrong; None for any other."""
+    if isinstance(error, OutputError):
+        return _unheard(error.__cause__)
     from apesim.quantities import InputError
 
     if isinstance(error, InputError):
@@ -119,6 +167,16 @@ def _known(error):
             print(error, file=sys.stderr)
             return INCOMPLETE if isinstance(error, DamagedError) else BAD_INPUT
     return None
+
+
+def _unheard(error):
+    """Exit code where standard output fails; that nobody listens any more, as behind head, is no fault."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())  # or the interpreter's last flush would fail as well
+    os.close(nowhere)
+    if error.errno == errno.EPIPE:
+        return DONE
+    return _bad_input(f"standard output: cannot be written: {error.strerror}; make room, or send it elsewhere")
 
 
 def _bad_input(lines):

@@ -2,7 +2,10 @@
 
 import csv
 import json
+import os
+import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -159,6 +162,49 @@ def test_machine_prints_what_it_reads(apesim):
     assert apesim("machine", "--machine", "m.toml")[1] == out
 
 
+PROGRAM = [sys.executable, "-c", "from studies.cli import main; main()"]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device is always full here")
+@pytest.mark.parametrize("arguments", [["machine"], ["machine", "--json"], ["--help"], ["valve", "run", "--help"], []])
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_device_is_told_on_one_line(arguments, unbuffered):
+    environment = {**ENVIRONMENT, "PYTHONUNBUFFERED": unbuffered}
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(
+            [*PROGRAM, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, env=environment, check=False
+        )
+    assert run.returncode == 2
+    [line] = run.stderr.splitlines()
+    assert line.startswith("standard output: cannot be written")
+
+
+@pytest.mark.parametrize("arguments", [["machine"], ["machine", "--json"], ["--help"], ["valve", "run", "--quiet"]])
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_nobody_listening_any_more_is_no_fault(arguments, unbuffered):
+    read, write = os.pipe()
+    os.close(read)
+    environment = {**ENVIRONMENT, "PYTHONUNBUFFERED": unbuffered}
+    run = subprocess.run(
+        [*PROGRAM, *arguments], stdout=write, stderr=subprocess.PIPE, text=True, env=environment, check=False
+    )
+    os.close(write)
+    assert (run.returncode, run.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("group", [[], ["valve"], ["engine"], ["archive"]])
+def test_a_group_alone_shows_its_help(apesim, group):
+    code, out, err = apesim(*group)
+    assert (code, err) == (0, "")
+    assert out == apesim(*group, "--help")[1]
+    assert len(out.splitlines()) > 8
+
+
+def test_the_version_is_the_packages(apesim):
+    assert apesim("--version") == (0, f"apesim {version('apesim')}\n", "")
+
+
 def test_a_fault_of_ours_ends_with_1(apesim, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("broken for the test")
@@ -173,7 +219,7 @@ def test_an_interrupt_ends_with_130(apesim, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("studies.commands.engine.run_steady", interrupted)
-    assert apesim("engine", "run", "--speed", "1000 rpm")[0] == 130
+    assert apesim("engine", "run", "--speed", "1000 rpm") == (130, "", "interrupted\n")
 
 
 def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
