@@ -9,18 +9,16 @@ A test tells nothing below `LEAST_RATIO` times ambient, where an error of the pr
 nothing once half the band is wider than `WIDEST` of the area at full opening.
 """
 
-import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.quantities import Culprit, InputError, Wrong, quoted, unit
-from apesim.quantities.files import csv_columns
-from apesim.quantities.units import NUMBER
+from apesim.quantities import Culprit, InputError
+from studies.columns import read_columns
 from studies.effective_area import DEVIATIONS, AreaFit, Record, fit_area, monotone, noise_before
 
-COLUMNS = {"time": ("ms", ""), "pressure": ("kPa", " abs")}
+COLUMNS = {"time": "ms", "pressure": "kPa abs"}
 FEWEST_BEFORE, FEWEST_AFTER = 10, 20
 MOST_SAMPLES = 4000
 LEAST_RATIO = 1.1
@@ -92,21 +90,8 @@ def read_test(path, ambient_pressure):
     InputError
         With a culprit for each fault.
     """
-    path, columns, culprits = Path(path), {}, []
-    try:
-        texts = csv_columns(path)
-    except Wrong as wrong:
-        right = wrong.right or 'give a CSV with the header "time [ms],pressure [kPa abs]"'
-        raise InputError([Culprit(str(path), "", wrong.wrong, right)]) from None
-    for name, (expected, suffix) in COLUMNS.items():
-        right = f'write "{name} [{expected}{suffix}]" in the header'
-        found = [(given, cells) for (column, given), cells in texts.items() if column == name]
-        try:
-            if len(found) != 1:
-                raise Wrong("stands in several columns" if found else "there is no such column", right)
-            columns[name] = _values(name, *found[0], ambient_pressure, right)
-        except Wrong as wrong:
-            culprits.append(Culprit(str(path), name, wrong.wrong, wrong.right))
+    path, right = Path(path), 'give a CSV with the header "time [ms],pressure [kPa abs]"'
+    columns, _, culprits = read_columns(path, COLUMNS, COLUMNS, ambient_pressure, right)
     if not culprits:
         culprits = [Culprit(str(path), *fault) for fault in _faults(**columns, ambient_pressure=ambient_pressure)]
     if culprits:
@@ -114,37 +99,8 @@ def read_test(path, ambient_pressure):
     return Record(path.name, columns["time"], columns["pressure"])
 
 
-def _values(name, given, cells, ambient_pressure, right):
-    """The SI values of a column; raises `Wrong`."""
-    if given is None:
-        raise Wrong("has no unit", right)
-    body, reference = given, 0.0
-    if name == "pressure":
-        body, _, kind = given.rpartition(" ")
-        if kind not in ("abs", "gauge"):
-            raise Wrong(f"{quoted(given)} says neither gauge nor abs", f"{right}, or gauge")
-        reference = ambient_pressure if kind == "gauge" else 0.0
-    try:
-        scale = unit(body)
-    except Wrong as wrong:
-        raise Wrong(wrong.wrong, right) from None
-    if scale.dimension != unit(COLUMNS[name][0]).dimension:
-        raise Wrong(f"{quoted(given)} is no unit of {name}", right)
-    for row, cell in enumerate(cells, 1):
-        if not re.fullmatch(NUMBER, cell.strip()):
-            raise Wrong(f"{quoted(cell)} in row {row} is no finite number", "give a number in every cell")
-    values = np.array([float(cell) for cell in cells]) * float(scale.factor) + float(scale.offset) + reference
-    if not np.all(np.isfinite(values)):
-        raise Wrong(f"row {int(np.argmin(np.isfinite(values))) + 1} is too large, not finite", "give finite numbers")
-    return values
-
-
 def _faults(time, pressure, ambient_pressure):
     """Key, fault and right form of columns that can be no discharge test."""
-    stuck = np.flatnonzero(np.diff(time) <= 0.0)
-    if len(stuck):
-        yield "time", f"does not rise in row {stuck[0] + 2}", "sort the rows, one of equals"
-        return
     before, after = int(np.sum(time <= 0.0)), int(np.sum(time > 0.0))
     if before < FEWEST_BEFORE or after < FEWEST_AFTER:
         right = f"give at least {FEWEST_BEFORE} until t = 0, which tell the noise, and {FEWEST_AFTER} after it"

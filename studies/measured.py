@@ -16,7 +16,6 @@ Inside all is SI and absolute. Time starts as the solenoids are energised; what 
 """
 
 import difflib
-import re
 import tomllib
 from math import nan
 from pathlib import Path
@@ -24,9 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.quantities import Choice, Culprit, InputError, Pressure, Quantity, Wrong, culprit, quoted, unit
-from apesim.quantities.files import csv_columns, text_of
-from apesim.quantities.units import NUMBER
+from apesim.quantities import Choice, Culprit, InputError, Pressure, Quantity, Wrong, culprit, quoted
+from apesim.quantities.files import text_of
+from studies.columns import TIME, read_columns
 
 FILE = "measured.toml"
 FIT, GATE, CHECK = ROLES = ("fit", "gate", "check")
@@ -49,8 +48,7 @@ SENSORS = {
     "temperature_b": Quantity("K", 1e-9, 100, FILE),
 }
 """What a sensor measures, and how its noise is given."""
-COLUMNS = {"time": "ms"} | {name: sensor.unit for name, sensor in SENSORS.items()}
-KINDS = ("abs", "gauge")
+COLUMNS = {TIME: "ms"} | {name: sensor.unit + " abs" * name.startswith("pressure") for name, sensor in SENSORS.items()}
 FEWEST_ROWS = 8
 
 
@@ -192,7 +190,7 @@ def _run(path, section, given, ambient_pressure, culprits):
     if len(culprits) > before:
         return None
     name, role = given.get("name", given["data"]), ROLES[values["role"]]
-    times = columns.pop("time")
+    times = columns.pop(TIME)
     return MeasuredRun(
         name, given["data"], values["supply"], values["temperature"], values["pulse"], role, times, columns
     )
@@ -200,61 +198,14 @@ def _run(path, section, given, ambient_pressure, culprits):
 
 def _columns(path, ambient_pressure, culprits):
     """The columns of a CSV, SI, by name."""
-    file, before = str(path), len(culprits)
-    try:
-        texts = csv_columns(path)
-    except Wrong as wrong:
-        right = wrong.right or 'give a CSV with the header "time [ms],lift [mm]", its path from the folder'
-        culprits.append(Culprit(file, "", wrong.wrong, right))
-        return {}
-    names = [name for name, _ in texts]
-    culprits += _unknown(file, "", names, COLUMNS)
-    for name in {name for name in names if names.count(name) > 1}:
-        culprits.append(Culprit(file, name, "stands in several columns", "keep one of them"))
-    if "time" not in names:
-        culprits.append(Culprit(file, "time", "there is no such column", 'name it in the header: "time [ms]"'))
-    if not SENSORS.keys() & set(names):
-        culprits.append(Culprit(file, "", "no column of a sensor", 'name one in the header, e.g. "lift [mm]"'))
-    columns = {}
-    for (name, given), cells in texts.items():
-        if name in COLUMNS:
-            try:
-                columns[name] = _values(name, given, cells, ambient_pressure)
-            except Wrong as wrong:
-                culprits.append(Culprit(file, name, wrong.wrong, wrong.right))
-    if len(culprits) == before:
-        times = columns["time"]
-        stuck = np.flatnonzero(np.diff(times) <= 0.0)
-        if len(stuck):
-            still = f"does not rise in row {stuck[0] + 2}"
-            culprits.append(Culprit(file, "time", still, "sort the rows, one of equals"))
-        elif len(times) < FEWEST_ROWS or times[-1] <= 0.0:
-            short = f"{len(times)} rows up to {times[-1] * 1e3:g} ms"
-            right = f"give at least {FEWEST_ROWS} rows, some after t = 0, when the solenoids are energised"
-            culprits.append(Culprit(file, "time", short, right))
+    file, example = str(path), 'give a CSV with the header "time [ms],lift [mm]", its path from the folder'
+    columns, names, wrong = read_columns(path, COLUMNS, (TIME,), ambient_pressure, example)
+    found = [*_unknown(file, "", names, COLUMNS), *wrong]
+    if names and not SENSORS.keys() & set(names):
+        found.append(Culprit(file, "", "no column of a sensor", 'name one in the header, e.g. "lift [mm]"'))
+    if not found and (len(columns[TIME]) < FEWEST_ROWS or columns[TIME][-1] <= 0.0):
+        short = f"{len(columns[TIME])} rows up to {columns[TIME][-1] * 1e3:g} ms"
+        right = f"give at least {FEWEST_ROWS} rows, some after t = 0, when the solenoids are energised"
+        found.append(Culprit(file, TIME, short, right))
+    culprits += found
     return columns
-
-
-def _values(name, given, cells, ambient_pressure):
-    """The SI values of a column; raises `Wrong`."""
-    expected, is_pressure = COLUMNS[name], name.startswith("pressure")
-    right = f'write "{name} [{expected}{" abs" * is_pressure}]" in the header'
-    if given is None:
-        raise Wrong("has no unit", right)
-    body, _, kind = given.rpartition(" ")
-    if is_pressure and kind not in KINDS:
-        raise Wrong(f"{quoted(given)} says neither gauge nor abs", right)
-    try:
-        scale = unit(body if is_pressure else given)
-    except Wrong as wrong:
-        raise Wrong(wrong.wrong, right) from None
-    if scale.dimension != unit(expected).dimension:
-        raise Wrong(f"{quoted(given)} is no unit of {name}", right)
-    for row, cell in enumerate(cells, 1):
-        if not re.fullmatch(NUMBER, cell.strip()):
-            raise Wrong(f"{quoted(cell)} in row {row} is no finite number", "give a number in every cell")
-    offset = float(scale.offset) + (ambient_pressure if kind == "gauge" else 0.0)
-    values = np.array([float(cell) for cell in cells]) * float(scale.factor) + offset
-    if not np.all(np.isfinite(values)):
-        raise Wrong(f"row {int(np.argmin(np.isfinite(values))) + 1} is too large, not finite", "give finite numbers")
-    return values

@@ -118,7 +118,8 @@ name = ""
         ("time [ms],lift [bar]\n" + ROWS, "a.csv: lift: 'bar' is no unit of lift; write \"lift [mm]\" in the header"),
         (
             "time [ms],pressure_a [kPa]\n" + ROWS,
-            "a.csv: pressure_a: 'kPa' says neither gauge nor abs; write \"pressure_a [kPa abs]\" in the header",
+            "a.csv: pressure_a: 'kPa' says neither gauge nor abs; write \"pressure_a [kPa abs]\" in the header, "
+            "or gauge",
         ),
         (
             "time [ms],lift [mm]\n0,nan\n",
@@ -130,7 +131,7 @@ name = ""
             "time [ms],lift [mm],lift [m]\n" + ROWS.replace("\n", ",1\n"),
             "a.csv: lift: stands in several columns; keep one of them",
         ),
-        ("lift [mm]\n1\n", 'a.csv: time: there is no such column; name it in the header: "time [ms]"'),
+        ("lift [mm]\n1\n", 'a.csv: time: there is no such column; write "time [ms]" in the header'),
         (
             "time [ms],lift [mm]\n0,1\n1,2\n",
             "a.csv: time: 2 rows up to 1 ms; give at least 8 rows, some after t = 0, when the solenoids are energised",

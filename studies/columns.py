@@ -1,0 +1,86 @@
+"""Columns of measured CSV files, in SI: the name and unit of each stand in its header, e.g. ``lift [mm]``."""
+
+import re
+
+import numpy as np
+
+from apesim.quantities import Culprit, Wrong, quoted, unit
+from apesim.quantities.files import csv_columns
+from apesim.quantities.units import NUMBER
+
+TIME = "time"
+KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
+
+
+def read_columns(path, declared, due, ambient_pressure, right):
+    """The declared columns of a CSV; others are left alone.
+
+    Parameters
+    ----------
+    path : path
+    declared : dict of str
+        The unit of each column by name, in any of its dimension; that of a pressure ends in `` abs``, and the file
+        says whether it is abs or gauge. Time has to rise.
+    due : sequence of str
+        Names that must be there.
+    ambient_pressure : float
+        What gauge pressures stand above [Pa].
+    right : str
+        What is told where the file is no CSV at all.
+
+    Returns
+    -------
+    columns : dict of (n,) float array
+        SI and absolute, by name; what is wrong is missing.
+    names : list of str
+        Of all columns in the file.
+    culprits : list of Culprit
+    """
+    file, culprits, columns = str(path), [], {}
+    try:
+        texts = csv_columns(path)
+    except Wrong as wrong:
+        return {}, [], [Culprit(file, "", wrong.wrong, wrong.right or right)]
+    names = [name for name, _ in texts]
+    for name, expected in declared.items():
+        given = [item for item in texts.items() if item[0][0] == name]
+        form = f'write "{name} [{expected}]" in the header'
+        if name in due and not given:
+            culprits.append(Culprit(file, name, "there is no such column", form))
+        if len(given) > 1:
+            culprits.append(Culprit(file, name, "stands in several columns", "keep one of them"))
+        elif given:
+            (_, own), cells = given[0]
+            try:
+                columns[name] = _values(name, own, cells, expected, ambient_pressure, form)
+            except Wrong as wrong:
+                culprits.append(Culprit(file, name, wrong.wrong, wrong.right))
+    stuck = np.flatnonzero(np.diff(columns.get(TIME, ())) <= 0.0)
+    if len(stuck) and not culprits:
+        culprits.append(Culprit(file, TIME, f"does not rise in row {stuck[0] + 2}", "sort the rows, one of equals"))
+    return columns, names, culprits
+
+
+def _values(name, given, cells, expected, ambient_pressure, right):
+    """The SI values of a column; raises `Wrong`."""
+    if given is None:
+        raise Wrong("has no unit", right)
+    body, kind = given, ABSOLUTE
+    if expected.endswith(ABSOLUTE):
+        body, _, kind = given.rpartition(" ")
+        if kind not in KINDS:
+            raise Wrong(f"{quoted(given)} says neither gauge nor abs", f"{right}, or gauge")
+    try:
+        scale = unit(body)
+    except Wrong as wrong:
+        raise Wrong(wrong.wrong, right) from None
+    if scale.dimension != unit(expected.removesuffix(f" {ABSOLUTE}")).dimension:
+        raise Wrong(f"{quoted(given)} is no unit of {name}", right)
+    for row, cell in enumerate(cells, 1):
+        if not re.fullmatch(NUMBER, cell.strip()):
+            raise Wrong(f"{quoted(cell)} in row {row} is no finite number", "give a number in every cell")
+    offset = float(scale.offset) + (ambient_pressure if kind == GAUGE else 0.0)
+    values = np.array([float(cell) for cell in cells]) * float(scale.factor) + offset
+    if not np.all(np.isfinite(values)):
+        raise Wrong(f"row {int(np.argmin(np.isfinite(values))) + 1} is too large, not finite", "give finite numbers")
+    return values
