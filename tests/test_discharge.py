@@ -16,8 +16,9 @@ from apesim.quantities.settings import load
 from engine.machine import Machine
 from studies.commands.discharge import discharge_command
 from studies.console import DONE, Console
-from studies.discharge import discharge, figure_arrays, read_test
-from studies.effective_area import Descent, Record, Vessel, effective_area, fall_per_area, fit_area, integrals
+from studies.discharge import Record, Vessel, discharge, figure_arrays, fit_area, read_test
+from studies.discharge.area import integrals
+from studies.discharge.vessel import Descent, effective_area, fall_per_area
 from valve.bench import run_bench
 
 R, K, ROOM = 287.05, 1.4, 293.15

@@ -40,8 +40,8 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
     int
         Exit code.
     """
-    from studies.discharge import HEADER, discharge
-    from studies.effective_area import Vessel
+    from studies.discharge import Vessel, discharge
+    from studies.discharge.evaluation import HEADER
 
     machine = load_machine(machine_file, settings)
     volume = parse(volume, VOLUME, where="--volume", file=COMMAND_LINE)
@@ -81,7 +81,7 @@ def _read(files, ambient_pressure):
 
 def _data(found, vessel):
     """The result as a dictionary."""
-    from studies.discharge import CUT_OFF, METHOD
+    from studies.discharge.evaluation import CUT_OFF, METHOD
 
     rows = zip(found.records, found.fits, found.ends, found.noise, strict=True)
     return {

@@ -1,8 +1,7 @@
-"""The effective area of a valve through which a vessel empties, from the vessel's noisy pressure.
+"""The effective area of a valve over time, from the noisy pressures of all its discharge tests at once.
 
-The law is Eq. 10 of doi 10.1631/jzus.A0820373, ``dp/dt = -S(t) f(p)`` with ``f`` of `fall_per_area`. It separates: with
-``Y(p) = integral of dp/f from p up to the initial pressure``, ``Y = integral of S dt``. So nothing noisy is
-differentiated: S(t), straight between knots, is fitted through the forward law to all samples of all tests at once.
+Nothing noisy is differentiated: S(t), straight between knots, is fitted through the forward law of
+`studies.discharge.vessel` to all samples of all tests.
 
 - Smoothing: S is a random walk from S(0) = 0, whose steps have the variance ``rate * h``. The rate is that of the
   largest marginal likelihood (empirical Bayes, fixed-point iteration), times `UNDERSMOOTHED`, so that smoothing takes
@@ -17,44 +16,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.air import heat_capacity, heat_capacity_ratio
-from apesim.restriction import flow_function
+from studies.discharge.records import noise_before
+from studies.discharge.vessel import Descent
 
 DEVIATIONS = 1.959964
 """Half the width of a 95 % interval, in standard deviations."""
 BIAS_LOST = 2.0
 """A second smoothing takes about half of what the first took off a corner, for the first has rounded it."""
 UNDERSMOOTHED = 4.0
-TABLE = 1500
-LEAST_RATIO = 1.02
-"""Lowest pressure over ambient of the table of the law."""
 ROUNDS = 40
 PILOT_KNOTS, KNOTS = 80, 120
 SETTLED = 1e-4
 """Largest change of S over its largest value at which the fit is done."""
-
-
-class Record(NamedTuple):
-    """A discharge test."""
-
-    name: str
-    times: np.ndarray
-    """After the switching command [s], shape (n,), ascending."""
-    pressures: np.ndarray
-    """[Pa abs], shape (n,)"""
-
-
-class Vessel(NamedTuple):
-    """What empties, and into what."""
-
-    volume: float
-    """[m3]"""
-    temperature: float
-    """Before the valve opens [K]."""
-    ambient_pressure: float
-    """[Pa]"""
-    gas: object
-    """`apesim.air.Gas`"""
 
 
 class AreaFit(NamedTuple):
@@ -74,109 +47,6 @@ class AreaFit(NamedTuple):
     """Fitted, at the samples of each test [Pa abs]."""
     rate: float
     """Of the random walk before the valve is open [m4/s]."""
-
-
-def temperatures(vessel, initial_pressure, pressures):
-    """Temperature of the gas that stays in an emptying vessel, adiabatic: Eq. 9 of doi 10.1631/jzus.A0820373.
-
-    Parameters
-    ----------
-    vessel : Vessel
-    initial_pressure : float
-        [Pa abs]
-    pressures : (n,) float array
-        Descending, by small steps if cp depends on the temperature [Pa abs].
-
-    Returns
-    -------
-    (n,) float array
-        [K]
-    """
-    gas, ratios = vessel.gas, np.asarray(pressures) / initial_pressure
-    k = gas.heat_capacity_ratio
-    t = vessel.temperature * ratios ** ((k - 1.0) / k)
-    if gas.perfect:  # d ln T = R/cp d ln p, from the initial state
-        for _ in range(4):
-            powers = gas.gas_constant / np.array([heat_capacity(gas, x) for x in t])
-            logs = np.log(ratios)
-            steps = np.append(0.0, np.cumsum(np.diff(logs) * (powers[1:] + powers[:-1]) / 2.0))
-            t = vessel.temperature * np.exp(steps - np.interp(0.0, -logs, steps))
-    return t
-
-
-def fall_per_area(vessel, initial_pressure, pressures):
-    """How fast the pressure falls per effective area: Eq. 10 of doi 10.1631/jzus.A0820373, solved for -dp/dt / S.
-
-    ``f = k psi p sqrt(R T) / V``, with T of Eq. 9 ``f = k psi sqrt(R T_ini) p^((3k-1)/(2k)) p_ini^((1-k)/(2k)) / V``.
-    Absolute pressures: with gauge ones the law is silently wrong.
-
-    Parameters
-    ----------
-    vessel : Vessel
-    initial_pressure : float
-        [Pa abs]
-    pressures : (n,) float array
-        As `temperatures` wants them [Pa abs].
-
-    Returns
-    -------
-    (n,) float array
-        [Pa/(s m2)]
-    """
-    gas, t = vessel.gas, temperatures(vessel, initial_pressure, pressures)
-    psi = np.array([flow_function(gas, vessel.ambient_pressure / p, x) for p, x in zip(pressures, t, strict=True)])
-    k = np.array([heat_capacity_ratio(gas, x) for x in t]) if gas.perfect else gas.heat_capacity_ratio
-    return k * psi * pressures * np.sqrt(gas.gas_constant * t) / vessel.volume
-
-
-def effective_area(vessel, initial_pressure, pressures, slopes):
-    """Effective area from a pressure and its slope: Eq. 10 of doi 10.1631/jzus.A0820373.
-
-    Parameters
-    ----------
-    vessel : Vessel
-    initial_pressure : float
-        [Pa abs]
-    pressures, slopes : (n,) float array
-        [Pa abs], [Pa/s]
-
-    Returns
-    -------
-    (n,) float array
-        Coefficient times geometric area, mu S [m2].
-    """
-    return -np.asarray(slopes) / fall_per_area(vessel, initial_pressure, np.asarray(pressures))
-
-
-class Descent:
-    """The pressure p(Y) of a vessel from which the time integral Y of an effective area [m2 s] has let out gas.
-
-    Parameters
-    ----------
-    vessel : Vessel
-    initial_pressure : float
-        At Y = 0 [Pa abs]; the table goes on a little above it.
-    """
-
-    def __init__(self, vessel, initial_pressure):
-        from scipy.interpolate import CubicHermiteSpline
-
-        low, high = LEAST_RATIO * vessel.ambient_pressure, 1.1 * initial_pressure
-        self.pressures = low + (high - low) * np.linspace(1.0, 0.0, TABLE) ** 2
-        falls = fall_per_area(vessel, initial_pressure, self.pressures)
-        steps = -np.diff(self.pressures) * (1.0 / falls[1:] + 1.0 / falls[:-1]) / 2.0
-        passed = np.append(0.0, np.cumsum(steps))
-        self.passed = passed - np.interp(-initial_pressure, -self.pressures, passed)
-        self._curve = CubicHermiteSpline(self.passed, self.pressures, -falls)
-
-    def pressure(self, passed):
-        """Pressure [Pa abs] and how fast it falls with Y [Pa/(m2 s)]."""
-        inside = np.clip(passed, self.passed[0], self.passed[-1])
-        return self._curve(inside), -self._curve(inside, 1)
-
-    def passed_at(self, pressures):
-        """Y at given pressures [m2 s]."""
-        return np.interp(-np.asarray(pressures), -self.pressures, self.passed)
 
 
 def integrals(times, knots):
@@ -203,21 +73,6 @@ def integrals(times, knots):
     matrix[rows, i] += u - u**2 / (2.0 * h[i])
     matrix[rows, i + 1] += u**2 / (2.0 * h[i])
     return matrix[:, 1:]
-
-
-def least_noise(record):
-    """Below which no noise is believed: that of the steps between neighbouring values, or of the law [Pa]."""
-    values = np.unique(record.pressures)
-    steps = np.diff(values).min() / np.sqrt(12.0) if len(values) > 1 else 0.0
-    return max(steps, 1e-7 * values[-1])
-
-
-def noise_before(record):
-    """Standard deviation [Pa] and colour (lag-one correlation where it is significant) before the valve is switched."""
-    before = record.pressures[record.times <= 0.0]
-    e = before - before.mean()
-    colour = float(e[1:] @ e[:-1] / max(e @ e, 1e-300))
-    return max(e.std(ddof=1), least_noise(record)), colour if colour > 2.0 / np.sqrt(len(e)) else 0.0
 
 
 def _knots(end, opened):

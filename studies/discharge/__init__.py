@@ -1,0 +1,15 @@
+"""The effective area of a solenoid valve from discharge tests: Eqs. 9 and 10 of doi 10.1631/jzus.A0820373.
+
+A vessel empties through the valve to atmosphere. A test tells nothing below a small multiple of the ambient pressure,
+and nothing once half the band is too wide a share of the area at full opening; both cut-offs are stated.
+
+In the order in which they build on one another: vessel (the law), records (the tests), area (the fit and its band),
+opening (the curve), collapse (of the curves of several tests), evaluation.
+"""
+
+from studies.discharge.area import fit_area
+from studies.discharge.evaluation import Discharge, discharge, figure_arrays
+from studies.discharge.records import Record, read_test
+from studies.discharge.vessel import Vessel
+
+__all__ = ["Discharge", "Record", "Vessel", "discharge", "figure_arrays", "fit_area", "read_test"]

@@ -1,0 +1,64 @@
+"""Whether the curves of several discharge tests fall on one another (Fig. 4 of doi 10.1631/jzus.A0820373)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.discharge.area import DEVIATIONS
+
+
+class Collapse(NamedTuple):
+    """How well the curves of several tests fall on one another, where all of them tell."""
+
+    rms: float
+    """Of the deviations from their mean, over the full area."""
+    largest_spread: float
+    """Between the highest and the lowest, over the full area."""
+    expected_spread: float
+    """What the noise alone makes of the largest spread, 95 %, over the full area."""
+    within_bands: float
+    """Share of points at which two curves differ by less than their bands allow, over all pairs; 95 % is due."""
+    agree: bool
+    """Whether no two differ anywhere by more than the noise does in 95 % of cases (simultaneous)."""
+
+
+def collapse_of(fits, end, full_area):
+    """How well the curves of several tests, at the same knots, fall on one another.
+
+    Parameters
+    ----------
+    fits : sequence of AreaFit
+    end : float
+        Until when all of them tell [s].
+    full_area : float
+        [m2]
+
+    Returns
+    -------
+    Collapse
+    """
+    part = slice(1, int(np.searchsorted(fits[0].knots, end, side="right")))
+    curves, halves = (np.stack([getattr(fit, name)[part] for fit in fits]) for name in ("area", "half_band"))
+    random = np.random.default_rng(0)
+    noise = []
+    for fit in fits:
+        values, vectors = np.linalg.eigh(fit.covariance[part, part])
+        factor = vectors * np.sqrt(np.clip(values, 0.0, None))
+        noise.append(random.standard_normal((1000, len(values))) @ factor.T)
+    deviations = [np.sqrt(np.diag(fit.covariance)[part]) for fit in fits]
+    pairs = [(i, j) for i in range(len(fits)) for j in range(i)]
+    drawn, within, largest = np.zeros(1000), [], 0.0
+    for i, j in pairs:
+        both = np.hypot(deviations[i], deviations[j])
+        drawn = np.maximum(drawn, np.max(np.abs(noise[i] - noise[j]) / both, axis=1))
+        wide = np.hypot(halves[i], halves[j])
+        within.append(np.abs(curves[i] - curves[j]) <= wide)
+        largest = max(largest, np.max(np.abs(curves[i] - curves[j]) / wide) * DEVIATIONS)
+    spreads = np.ptp(np.stack(noise), axis=0).max(axis=1)
+    return Collapse(
+        float(np.sqrt(np.mean((curves - curves.mean(axis=0)) ** 2)) / full_area),
+        float(np.ptp(curves, axis=0).max() / full_area),
+        float(np.quantile(spreads, 0.95) / full_area),
+        float(np.mean(within)),
+        bool(largest <= np.quantile(drawn, 0.95)),
+    )
