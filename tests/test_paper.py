@@ -8,8 +8,9 @@ import pytest
 
 from engine.machine import Machine
 from studies.figures.paper import CAPTIONS, paper_figures
-from studies.paper import claims
-from studies.paper.claims import CALIBRATED, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED
+from studies.paper import delay, design, stroke
+from studies.paper.claim import CALIBRATED, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED, grid_of
+from studies.paper.claims import all_claims
 from studies.paper.page import write_page
 from studies.valve_map import map_valve
 
@@ -23,7 +24,7 @@ def archive():
 
 @pytest.fixture(scope="module")
 def judged(archive):
-    return {claim.key: claim for claim in claims.all_claims(Machine(), archive)}
+    return {claim.key: claim for claim in all_claims(Machine(), archive)}
 
 
 @pytest.mark.parametrize(
@@ -85,20 +86,20 @@ def test_gauge_pressure_in_eq_10_gives_a_quarter_too_much_area(judged):
 def turned_round(archive, name):
     """The archive with a measure's order over the grid reversed: each trend is the opposite one."""
     variables = dict(archive.variables)
-    for stroke in ("opening", "closing"):
-        variable = variables[f"{stroke}_{name}"]
-        variables[f"{stroke}_{name}"] = replace(variable, values=variable.values[::-1].copy())
-    return claims.grid_of(replace(archive, variables=variables), AMBIENT)
+    for side in ("opening", "closing"):
+        variable = variables[f"{side}_{name}"]
+        variables[f"{side}_{name}"] = replace(variable, values=variable.values[::-1].copy())
+    return grid_of(replace(archive, variables=variables), AMBIENT)
 
 
 @pytest.mark.parametrize(
     ("name", "judge", "verdict"),
     [
-        ("delay_s", claims.delay_rises_with_pressure, CONTRADICTED),
-        ("delay_s", claims.delay_levels_off, CONTRADICTED),
-        ("delay_s", claims.delay_and_temperature, REPRODUCED),
-        ("fluctuation", claims.fluctuation_rises, CONTRADICTED),
-        ("stroke_time_s", claims.stroke_time_falls_with_temperature, CONTRADICTED),
+        ("delay_s", delay.delay_rises_with_pressure, CONTRADICTED),
+        ("delay_s", delay.delay_levels_off, CONTRADICTED),
+        ("delay_s", delay.delay_and_temperature, REPRODUCED),
+        ("fluctuation", stroke.fluctuation_rises, CONTRADICTED),
+        ("stroke_time_s", stroke.stroke_time_falls_with_temperature, CONTRADICTED),
     ],
 )
 def test_the_opposite_trend_gets_the_opposite_verdict(archive, name, judge, verdict):
@@ -106,17 +107,17 @@ def test_the_opposite_trend_gets_the_opposite_verdict(archive, name, judge, verd
 
 
 def test_a_curved_or_turning_grid_is_noticed(archive):
-    grid = claims.grid_of(archive, AMBIENT)
+    grid = grid_of(archive, AMBIENT)
     bent = grid._replace(opening=grid.opening | {"delay_s": grid.opening["delay_s"] ** 40})
-    assert claims.delay_is_linear(bent).verdict == CONTRADICTED
+    assert delay.delay_is_linear(bent).verdict == CONTRADICTED
     turning = grid._replace(opening=grid.opening | {"reverses": np.ones_like(grid.opening["reverses"])})
-    assert claims.piston_rebounds(turning).verdict == REPRODUCED
+    assert stroke.piston_rebounds(turning).verdict == REPRODUCED
 
 
 def test_a_sticky_piston_is_not_called_free(monkeypatch):
-    parameters = claims.CoulombFriction
-    monkeypatch.setattr(claims, "CoulombFriction", lambda *_: parameters(12.0, 12.0))
-    assert claims.friction_is_small(Machine()).verdict == CONTRADICTED
+    parameters = design.CoulombFriction
+    monkeypatch.setattr(design, "CoulombFriction", lambda *_: parameters(12.0, 12.0))
+    assert design.friction_is_small(Machine()).verdict == CONTRADICTED
 
 
 def test_the_page_shows_every_claim_and_figure(archive, judged, tmp_path):

@@ -53,7 +53,7 @@ def write_page(claims, captions, folder):
 
     Parameters
     ----------
-    claims : list of studies.paper.claims.Claim
+    claims : list of studies.paper.claim.Claim
     captions : dict of str
         By name of the figure.
     folder : path

@@ -1,0 +1,124 @@
+"""What the paper says of the delay time over pressure and temperature (Fig. 8)."""
+
+import numpy as np
+
+from studies.paper.claim import CALIBRATED, Claim, verdict_of
+from studies.valve_map import PULSE, with_supply
+from valve.bench import run_bench
+
+KNEE = 0.7e6
+"""Gauge pressure at which the delay time levels off, by the paper [Pa]."""
+
+
+def delay_rises_with_pressure(grid):
+    """t_d increases with p_in (Fig. 8)."""
+    steps = np.diff(grid.opening["delay_s"], axis=0) * 1e3
+    return Claim(
+        "delay_over_pressure",
+        "Fig. 8",
+        "The delay time rises with the control pressure.",
+        "rises",
+        f"rises at every temperature, by {steps.min():.3f} to {steps.max():.3f} ms a step of 0.2 MPa",
+        {"least_step_ms": steps.min(), "largest_step_ms": steps.max()},
+        verdict_of(np.all(steps > 0.0)),
+        "More air has to leave chamber A before the piston starts.",
+    )
+
+
+def delay_levels_off(grid):
+    """t_d rises steeply below 0.7 MPa and little above."""
+    delay = grid.opening["delay_s"].mean(axis=1) * 1e3
+    pressure = grid.pressure / 1e6
+    knee = int(np.argmin(np.abs(grid.pressure - KNEE)))
+    below = (delay[knee] - delay[0]) / (pressure[knee] - pressure[0])
+    above = (delay[-1] - delay[knee]) / (pressure[-1] - pressure[knee])
+    return Claim(
+        "delay_levels_off",
+        "Fig. 8",
+        "Below 0.7 MPa the delay time rises rapidly with pressure, above it little.",
+        "rapid, then little",
+        f"{below:.2f} ms/MPa below, {above:.3f} ms/MPa above",
+        {"below_ms_per_MPa": below, "above_ms_per_MPa": above},
+        verdict_of(below > 5.0 * above > 0.0),
+        "Judged by a slope at least five times as large.",
+    )
+
+
+def delay_and_temperature(grid):
+    """t_d increases with T_0 (Fig. 8)."""
+    change = (grid.opening["delay_s"][:, -1] - grid.opening["delay_s"][:, 0]) * 1e3
+    return Claim(
+        "delay_over_temperature",
+        "Fig. 8",
+        "The delay time rises with the control air's temperature.",
+        "rises",
+        f"falls at every pressure, by {-change.max():.2f} to {-change.min():.2f} ms from 250 to 322 K",
+        {"least_fall_ms": -change.max(), "largest_fall_ms": -change.min()},
+        verdict_of(np.all(change > 0.0)),
+        "Flow speeds up as the square root of temperature, and nothing in Eqs. 1-8 slows down with it; see "
+        "temperature_scaling.",
+    )
+
+
+def temperature_scaling(machine):
+    """Filling and venting at rest scale with 1/sqrt(T_0): a pressure is reached earlier in warmer air."""
+    valve = machine.valve
+    instant = valve._replace(
+        solenoid=valve.solenoid._replace(dead_time=0.0, ramp_time=1e-6, opening_curve=np.empty((0, 2)))
+    )
+    times = {}
+    for temperature in (250.0, 287.0, 322.0):
+        run = run_bench(
+            with_supply(machine, machine.ambient.pressure + 1.0e6, temperature)._replace(valve=instant),
+            PULSE,
+            until=3e-3,
+            sample=2e-6,
+        )
+        pressure = run.trace[:, 2]
+        times[temperature] = float(np.interp(-0.8 * pressure[0], -pressure, run.times))
+    scaled = np.array([time * np.sqrt(temperature) for temperature, time in times.items()])
+    spread = float(np.ptp(scaled) / scaled.mean())
+    told = ", ".join(f"{1e3 * time:.4f} ms at {temperature:g} K" for temperature, time in times.items())
+    return Claim(
+        "temperature_scaling",
+        "dimensional argument",
+        "Why the delay time cannot rise with temperature: a chamber's time scale is V/(S sqrt(R T_0)).",
+        "-",
+        f"chamber A falls to 0.8 of its pressure in {told}; times sqrt(T_0) equal within {spread:.0e}",
+        {f"time_s_at_{temperature:g}_K": time for temperature, time in times.items()} | {"spread": spread},
+        verdict_of(False),
+        "The piston held, the solenoids instant: nothing else in Eqs. 3-8 has a time. It carries the contradiction "
+        "delay_over_temperature.",
+    )
+
+
+def size_of_temperature(grid):
+    """At most 0.41 ms over 250...322 K."""
+    size = np.abs(grid.opening["delay_s"][:, -1] - grid.opening["delay_s"][:, 0]).max() * 1e3
+    return Claim(
+        "size_of_temperature",
+        "Fig. 8",
+        "Over 250 to 322 K the delay time changes by 0.41 ms at most.",
+        "0.41 ms",
+        f"{size:.2f} ms",
+        {"change_ms": size},
+        CALIBRATED,
+        "The solenoids' effective area, which the paper does not print, was chosen by this number.",
+    )
+
+
+def delay_is_linear(grid):
+    """t_d over T_0 is almost linear."""
+    delay, temperature = grid.opening["delay_s"], grid.temperature
+    chord = delay[:, :1] + (delay[:, -1:] - delay[:, :1]) * (temperature - temperature[0]) / np.ptp(temperature)
+    share = np.abs(delay - chord).max(axis=1) / np.abs(delay[:, -1] - delay[:, 0])
+    return Claim(
+        "delay_linear_in_temperature",
+        "Fig. 8",
+        "The delay time is almost linear in temperature.",
+        "almost linear",
+        f"within {share.max() * 100:.1f} % of the change from a straight line",
+        {"largest_deviation_share": share.max()},
+        verdict_of(share.max() < 0.1),
+        "Judged by a tenth of the change.",
+    )

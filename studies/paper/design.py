@@ -1,0 +1,106 @@
+"""What the paper says of the valve's design and experiments: working frequency, friction, springs, measured curves."""
+
+from studies.limit import working_limit
+from studies.paper.claim import CONTRADICTED, NOT_COMPUTABLE, Claim, verdict_of
+from studies.valve_map import PULSE, with_supply
+from valve.bench import run_bench
+from valve.effects.coulomb_friction import CoulombFriction
+
+
+def working_frequency(machine):
+    """About 30 Hz."""
+    ambient = machine.ambient.pressure
+    limits = {
+        (pressure, duty): working_limit(with_supply(machine, ambient + pressure * 1e6, 287.0), duty, 0.1).limit
+        for pressure in (0.16, 0.4, 1.0)
+        for duty in (0.3, 0.5)
+    }
+    told = "; ".join(f"{limits[p, 0.3]:.1f} and {limits[p, 0.5]:.1f} Hz at {p:g} MPa" for p in (0.16, 0.4, 1.0))
+    return Claim(
+        "working_frequency",
+        "abstract",
+        "The valve works up to about 30 Hz.",
+        "about 30 Hz",
+        f"every stroke complete, energised for 0.3 and 0.5 of the period: {told}",
+        {f"limit_hz_at_{p:g}_MPa_duty_{d:g}": value for (p, d), value in limits.items()},
+        verdict_of(all(value >= 30.0 for (p, d), value in limits.items() if p >= 0.4 and d == 0.5)),
+        "The paper names no duty. The limit depends on it more than on pressure.",
+    )
+
+
+def engine_speed():
+    """30 Hz are 2000 r/min."""
+    return Claim(
+        "engine_speed",
+        "abstract",
+        "30 Hz correspond to an engine speed of 2000 r/min.",
+        "2000 r/min",
+        "1800 r/min at one event a revolution; 2000 r/min are 33.3 Hz",
+        {"speed_rpm": 30.0 * 60.0, "rate_hz": 2000.0 / 60.0},
+        CONTRADICTED,
+        "Arithmetic.",
+    )
+
+
+def friction_is_small(machine):
+    """Coulomb friction below 1.1 N is negligible."""
+    supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
+    rubbed = supplied._replace(effects=supplied.effects._replace(coulomb_friction=CoulombFriction(1.1, 1.1)))
+    base, other = run_bench(supplied, PULSE).opening, run_bench(rubbed, PULSE).opening
+    changes = [getattr(other, f) / getattr(base, f) - 1.0 for f in ("delay", "stroke_time", "seating_speed")]
+    return Claim(
+        "friction_is_negligible",
+        "experimental validation",
+        "Coulomb friction is below 1.1 N and negligible.",
+        "negligible",
+        f"1.1 N change delay, stroke time and seating speed by {', '.join(f'{100 * c:+.2f} %' for c in changes)}",
+        dict(zip(("delay_change", "stroke_time_change", "seating_speed_change"), changes, strict=True)),
+        verdict_of(max(map(abs, changes)) < 0.01),
+        "At 0.40 MPa; judged by 1 %.",
+    )
+
+
+def springs_soften(machine):
+    """The springs' main function is to soften the impact."""
+    supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
+    free = supplied._replace(valve=supplied.valve._replace(spring_rate=0.0))
+    with_springs, without = run_bench(supplied, PULSE).opening, run_bench(free, PULSE).opening
+    change = with_springs.seating_speed / without.seating_speed - 1.0
+    return Claim(
+        "springs_soften_the_impact",
+        "system dynamics",
+        "The springs' main function is to soften the piston's impact.",
+        "softer",
+        f"seating speed {with_springs.seating_speed:.3f} m/s with springs, {without.seating_speed:.3f} m/s without "
+        f"({100 * change:+.1f} %)",
+        {"with_springs_m_s": with_springs.seating_speed, "without_m_s": without.seating_speed},
+        verdict_of(change < 0.0),
+        "They push in the first half of the stroke as much as they brake in the second.",
+    )
+
+
+def not_computable():
+    """Claims that rest on measurements which the paper does not give as numbers."""
+    told = "the measured curves survive as figures only"
+    return [
+        Claim(
+            "viscous_friction",
+            "experimental validation",
+            "The viscous friction coefficient is 111.08 N s/m.",
+            "111.08 N s/m",
+            told,
+            {"paper": 111.08},
+            NOT_COMPUTABLE,
+            "`apesim valve fit` finds it from data of the same kind.",
+        ),
+        Claim(
+            "time_error",
+            "Fig. 6",
+            "At 0.16 and 0.49 MPa simulated and measured lift differ by less than 1.2 ms.",
+            "below 1.2 ms",
+            told,
+            {"paper_ms": 1.2},
+            NOT_COMPUTABLE,
+            "`apesim valve fit` measures it on a user's check runs.",
+        ),
+    ]
