@@ -7,12 +7,13 @@ import time
 from apesim.archive import ArchiveError, command_line
 from apesim.kernel import is_cold
 from apesim.quantities import parse_range
+from apesim.quantities.settings import dumps
 from studies.commands.machine import load_machine
 from studies.commands.tables import COMPILING, table_of
 from studies.commands.valve import PRESSURE, TEMPERATURE
-from studies.console import DONE, plain
+from studies.console import DONE, INCOMPLETE, plain
 from studies.output import publish
-from studies.valve_map import PRESSURES, PULSE, TEMPERATURES, map_valve
+from studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve
 from valve.bench import run_bench
 
 
@@ -24,9 +25,12 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     int
         Exit code.
     """
-    from studies.figures.paper import CAPTIONS, paper_figures
+    from studies.discharge import discharge
+    from studies.figures.paper import captions_of, paper_figures
     from studies.paper.claims import all_claims
+    from studies.paper.discharge import discharge_tests
     from studies.paper.page import write_page
+    from studies.paper.subject import differences
 
     machine = load_machine(machine_file, settings)
     _make(folder, overwrite)
@@ -38,18 +42,33 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     with console.progress("paper") as report:
         command = command_line(["apesim", *sys.argv[1:]])
         archive = map_valve(machine, pressures, parse_range(TEMPERATURES, TEMPERATURE), PULSE, command, report)
-    claims = all_claims(machine, archive)
-    drawn = paper_figures(machine, archive, folder)
+    vessel, records = discharge_tests(machine)
+    found = discharge(vessel, records)
+    claims = all_claims(machine, archive, found)
+    drawn = paper_figures(machine, archive, found, folder)
     publish(archive, folder / "valve_map.h5", overwrite=True)
     told = [plain(claim._asdict()) for claim in claims]
     (folder / "claims.json").write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    page = write_page(claims, CAPTIONS, folder)
+    (folder / "machine.toml").write_text(dumps(machine), encoding="utf-8")
+    captions, different = captions_of(vessel), differences(machine)
+    page = write_page(claims, captions, different, folder)
+    faults = faults_of_map(archive)
     wall = time.perf_counter() - start
-    data = {"claims": told, "page": str(page), "figures": [str(path) for path in drawn], "wall_time_s": wall}
+    data = {
+        "claims": told,
+        "different_from_the_papers_valve": different,
+        "page": str(page),
+        "figures": [str(path) for path in drawn],
+        "faults": faults,
+        "wall_time_s": wall,
+    }
     rows = [(claim.claim, claim.paper, claim.ours, claim.verdict) for claim in claims]
     table = table_of("The paper's claims", ("claim", "paper", "model", "verdict"), rows, left=(0, 1, 2, 3))
-    console.result(data, table, f"{page}: {len(claims)} claims, {len(CAPTIONS)} figures in {wall:.1f} s")
-    return DONE
+    whose = f"judged on {claims[0].judged_on}"
+    console.result(data, table, whose, f"{page}: {len(claims)} claims, {len(captions)} figures in {wall:.1f} s")
+    for line in faults:
+        console.message(line)
+    return INCOMPLETE if faults else DONE
 
 
 def _make(folder, overwrite):

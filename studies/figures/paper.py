@@ -3,14 +3,20 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from studies.figures.discharge import areas, pressures
 from studies.figures.style import draw
 from studies.figures.valve import contours, velocities
+from studies.paper.discharge import NOISE, RATE, area_at
 from studies.valve_map import with_supply
 from valve.bench import run_bench
 
 PULSE = 50e-3
 TEMPERATURE = 287.0
+TESTS = "the model's own discharge tests ({volume:.3g} cm³, {noise:g} kPa noise, {rate:g} kHz), not measured ones"
 CAPTIONS = {
+    "fig03_discharge": f"Fig. 3. Pressure of the vessel from 0.4, 0.6 and 0.8 MPa gauge: {TESTS}.",
+    "fig04_effective_area": f"Fig. 4. Effective area by Eq. 10 from {TESTS}, each with its 95 % band, beside the area "
+    "that emptied the vessel.",
     "fig06_lift": "Fig. 6. Lift at the paper's three pressures, 50 ms pulse, 287 K; without the measured curves.",
     "fig07_measures": "Fig. 7. What delay time, full stroke time and seating speed are.",
     "fig08_delay_time": "Fig. 8. Delay time over pressure and temperature.",
@@ -20,7 +26,13 @@ CAPTIONS = {
 }
 
 
-def paper_figures(machine, archive, folder):
+def captions_of(vessel):
+    """The captions, with what was chosen for the discharge tests."""
+    chosen = {"volume": vessel.volume * 1e6, "noise": NOISE / 1e3, "rate": RATE / 1e3}
+    return {name: caption.format(**chosen) for name, caption in CAPTIONS.items()}
+
+
+def paper_figures(machine, archive, found, folder):
     """All figures of the paper that the valve's model gives.
 
     Parameters
@@ -28,6 +40,8 @@ def paper_figures(machine, archive, folder):
     machine : engine.machine.Machine
     archive : Archive
         The map over the paper's grid.
+    found : studies.discharge.Discharge
+        Of the model's own discharge tests.
     folder : path
         Made if it does not exist.
 
@@ -37,6 +51,8 @@ def paper_figures(machine, archive, folder):
     """
     ambient = machine.ambient.pressure
     figures = {
+        "fig03_discharge": lambda: pressures(found),
+        "fig04_effective_area": lambda: areas(found, lambda times: area_at(machine, times)),
         "fig06_lift": lambda: lifts(machine),
         "fig07_measures": lambda: measures(machine),
         "fig08_delay_time": lambda: contours(archive, ambient, "delay_s", 1e3, "delay time [ms]"),

@@ -79,12 +79,24 @@ def contours(archive, ambient_pressure, column, factor, label):
     for axis, (stroke, field) in zip(axes, values.items(), strict=True):
         filled = axis.contourf(pressures, temperatures, field, levels, cmap="viridis")
         lines = axis.contour(pressures, temperatures, field, levels, colors="white", linewidths=0.6)
-        axis.clabel(lines, fmt="%.3g", fontsize=7.5)
+        _label(axis, lines)
         axis.set(xlabel="control pressure [MPa gauge]", title=stroke)
         axis.grid(False)
     axes[0].set_ylabel("control air temperature [K]")
     figure.colorbar(filled, ax=axes, label=label, format="%.3g")
     return figure
+
+
+def _label(axis, lines):
+    """Levels on their lines, but for those that the frame would cut off or that would stand on one another."""
+    style, to_axes, kept = {"fmt": "%.3g", "fontsize": 7.5}, axis.transData + axis.transAxes.inverted(), {}
+    for text in axis.clabel(lines, inline=False, **style):
+        x, y = to_axes.transform(text.get_position())
+        apart = all(abs(x - u) > 0.04 or abs(y - v) > 0.1 for u, v in kept.values())
+        if apart and 0.04 < x < 0.96 and 0.04 < y < 0.96:
+            kept[text.get_text()] = x, y
+        text.remove()
+    axis.clabel(lines, [level for level in lines.levels if style["fmt"] % level in kept], **style)
 
 
 def _lines(figure, axes, values, pressures, temperatures, label):

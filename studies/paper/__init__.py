@@ -1,5 +1,5 @@
 """The paper, doi 10.1631/jzus.A0820373, repeated and judged.
 
 Claims by the part of the paper that makes them: delay, stroke, equations, design, of which claim says what they are and
-claims lists them all; page, with its figures.
+claims lists them all; discharge, the tests of Fig. 3 made by the model; subject, whose valve it is; page, with figures.
 """

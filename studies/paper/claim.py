@@ -21,7 +21,10 @@ class Claim(NamedTuple):
     values: dict
     """The model's numbers, SI unless the name says otherwise."""
     verdict: str
+    """On `judged_on`: of another valve than the paper's, it says whether that one does the same."""
     remark: str
+    judged_on: str = ""
+    """Whose valve, see `studies.paper.subject`."""
 
 
 class Grid(NamedTuple):

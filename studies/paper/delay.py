@@ -6,6 +6,8 @@ from studies.paper.claim import CALIBRATED, Claim, verdict_of
 from studies.valve_map import PULSE, with_supply
 from valve.bench import run_bench
 
+SIZE = 0.41
+"""Largest change of the delay time with temperature, by the paper [ms]."""
 KNEE = 0.7e6
 """Gauge pressure at which the delay time levels off, by the paper [Pa]."""
 
@@ -18,7 +20,7 @@ def delay_rises_with_pressure(grid):
         "Fig. 8",
         "The delay time rises with the control pressure.",
         "rises",
-        f"rises at every temperature, by {steps.min():.3f} to {steps.max():.3f} ms a step of 0.2 MPa",
+        f"changes by {steps.min():+.3f} to {steps.max():+.3f} ms a step of 0.2 MPa, over all temperatures",
         {"least_step_ms": steps.min(), "largest_step_ms": steps.max()},
         verdict_of(np.all(steps > 0.0)),
         "More air has to leave chamber A before the piston starts.",
@@ -52,8 +54,8 @@ def delay_and_temperature(grid):
         "Fig. 8",
         "The delay time rises with the control air's temperature.",
         "rises",
-        f"falls at every pressure, by {-change.max():.2f} to {-change.min():.2f} ms from 250 to 322 K",
-        {"least_fall_ms": -change.max(), "largest_fall_ms": -change.min()},
+        f"changes by {change.min():+.2f} to {change.max():+.2f} ms from 250 to 322 K, over all pressures",
+        {"lowest_change_ms": change.min(), "highest_change_ms": change.max()},
         verdict_of(np.all(change > 0.0)),
         "Flow speeds up as the square root of temperature, and nothing in Eqs. 1-8 slows down with it; see "
         "temperature_scaling.",
@@ -86,14 +88,14 @@ def temperature_scaling(machine):
         "-",
         f"chamber A falls to 0.8 of its pressure in {told}; times sqrt(T_0) equal within {spread:.0e}",
         {f"time_s_at_{temperature:g}_K": time for temperature, time in times.items()} | {"spread": spread},
-        verdict_of(False),
+        verdict_of(np.all(np.diff(list(times.values())) > 0.0)),
         "The piston held, the solenoids instant: nothing else in Eqs. 3-8 has a time. It carries the contradiction "
         "delay_over_temperature.",
     )
 
 
-def size_of_temperature(grid):
-    """At most 0.41 ms over 250...322 K."""
+def size_of_temperature(grid, chosen):
+    """At most 0.41 ms over 250...322 K; `chosen`: of the valve whose area was chosen by this number."""
     size = np.abs(grid.opening["delay_s"][:, -1] - grid.opening["delay_s"][:, 0]).max() * 1e3
     return Claim(
         "size_of_temperature",
@@ -102,8 +104,9 @@ def size_of_temperature(grid):
         "0.41 ms",
         f"{size:.2f} ms",
         {"change_ms": size},
-        CALIBRATED,
-        "The solenoids' effective area, which the paper does not print, was chosen by this number.",
+        CALIBRATED if chosen else verdict_of(abs(size - SIZE) < 0.1 * SIZE),
+        "The solenoids' effective area, which the paper does not print, was chosen by this number; another valve is "
+        "judged by a tenth of it.",
     )
 
 

@@ -20,12 +20,20 @@ table { border-collapse: collapse; font-size: .92rem; width: 100%; }
 th, td { text-align: left; vertical-align: top; padding: .4rem .6rem; border-bottom: 1px solid #ddd; }
 .verdict { white-space: nowrap; font-weight: 600; }
 .reproduced { color: #1b7837; } .contradicted { color: #b2182b; } .calibrated { color: #8a6d00; }
+.other { border-left: 4px solid #b2182b; padding-left: .8rem; }
 .not { color: #666; } small { color: #555; }
 </style>
 <h1>The paper, repeated and judged</h1>
 <p><i>Simulation and experimental study of electro-pneumatic valve used in air-powered engine</i>,
 <a href="https://doi.org/10.1631/jzus.A0820373">doi 10.1631/jzus.A0820373</a>. Pressures of the control air are
-gauge, as in the paper; the equations are used with absolute ones. apesim {{ version }}.</p>
+gauge, as in the paper; the equations are used with absolute ones. apesim {{ version }},
+<a href="machine.toml">machine.toml</a>.</p>
+{% if different %}
+<p class="other"><b>Judged on another valve than the paper's:</b> {{ different | join("; ") }}. "Reproduced" means that
+this valve does what the paper says of its own, "contradicted" that it does not: that is no verdict on the paper.</p>
+{% else %}
+<p>Judged on the paper's valve (Table 1), as the machine has it by default.</p>
+{% endif %}
 <h2>Claims</h2>
 <p>
 {% for verdict, count in counts.items() %}{{ count }} {{ verdict }}{{ ", " if not loop.last else "." }}{% endfor %}
@@ -48,7 +56,7 @@ gauge, as in the paper; the equations are used with absolute ones. apesim {{ ver
 """
 
 
-def write_page(claims, captions, folder):
+def write_page(claims, captions, different, folder):
     """Write the page beside its figures.
 
     Parameters
@@ -56,6 +64,8 @@ def write_page(claims, captions, folder):
     claims : list of studies.paper.claim.Claim
     captions : dict of str
         By name of the figure.
+    different : list of str
+        By what the valve is another one than the paper's, see `studies.paper.subject.differences`.
     folder : path
 
     Returns
@@ -74,6 +84,7 @@ def write_page(claims, captions, folder):
         .render(
             claims=claims,
             captions=captions,
+            different=different,
             counts={verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)},
             version=version("apesim"),
         )

@@ -31,7 +31,7 @@ def piston_rebounds(grid):
         f"turns back in {count} of {2 * grid.opening['reverses'].size} strokes",
         {"strokes_that_turn": count},
         verdict_of(count > 0),
-        "It slows down, but keeps its direction at every point of the paper's grid.",
+        "Judged by a single stroke of the paper's grid, opening or closing, that turns back before contact.",
     )
 
 
@@ -61,8 +61,8 @@ def stroke_time_falls_with_temperature(grid):
         "Fig. 10",
         "At constant pressure the full stroke time falls as the temperature rises.",
         "falls",
-        f"falls everywhere, by {-steps.max():.3f} to {-steps.min():.3f} ms a step of 8 K",
-        {"least_fall_ms": -steps.max(), "largest_fall_ms": -steps.min()},
+        f"changes by {steps.min():+.3f} to {steps.max():+.3f} ms a step of 8 K, over all pressures",
+        {"lowest_step_ms": steps.min(), "highest_step_ms": steps.max()},
         verdict_of(np.all(steps < 0.0)),
         "The same square root that the paper's delay time contradicts.",
     )
@@ -82,5 +82,6 @@ def strokes_alike(grid):
         f"differ by {least * 100:.1f} to {most * 100:.1f} % after a rest",
         {"least_difference": least, "largest_difference": most},
         verdict_of(most < 0.1),
-        "After a rest the chambers start from unlike states; in periodic full-stroke operation the strokes coincide.",
+        "Judged by a tenth. After a rest the chambers start from unlike states; in periodic full-stroke operation the "
+        "strokes coincide.",
     )

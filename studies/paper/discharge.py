@@ -1,0 +1,111 @@
+"""Discharge tests of the model's own solenoid (Fig. 3): the paper's measured ones survive as a figure only.
+
+A vessel is emptied by mass and energy balance through the solenoid as it opens, without Eqs. 9 and 10, which are what
+the tests are to show. Seeded noise is put on its pressure; what is made of the tests is made by `studies.discharge`.
+"""
+
+import numpy as np
+
+from apesim.air import flow_between, gas_of, internal_energy, temperature_of
+from studies.discharge import Record, Vessel
+from valve.solenoid import followed, opening_curve
+
+GAUGE = (0.4e6, 0.6e6, 0.8e6)
+"""The paper's initial pressures [Pa gauge]."""
+LENGTH = 50.0 / 9.0
+"""Volume of the vessel over the effective area [m], chosen: 50 cm3 for 9 mm2."""
+NOISE = 0.5e3
+"""Standard deviation, chosen: 0.05 % of a sensor of 1 MPa [Pa]."""
+RATE = 50e3
+"""Samples a second, chosen."""
+BEFORE, AFTER = 5e-3, 12e-3
+"""Recorded before the switch, and after the valve is open [s]."""
+
+
+def vessel_of(machine):
+    """The vessel, filled at the ambient temperature."""
+    ambient = machine.ambient
+    volume = LENGTH * machine.valve.solenoid.effective_area
+    return Vessel(volume, ambient.temperature, ambient.pressure, gas_of(machine.air))
+
+
+def area_at(machine, times):
+    """Effective area of the model's solenoid after it is switched at 0 [m2]; times and areas of shape (n,)."""
+    solenoid = machine.valve.solenoid
+    curve = opening_curve(solenoid)
+    return solenoid.effective_area * np.array([followed(curve, t) for t in times])
+
+
+def emptied(machine, vessel, initial_pressure, times):
+    """Pressure of a vessel that empties through the model's solenoid, by mass and energy balance (Eqs. 3-8).
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    vessel : Vessel
+    initial_pressure : float
+        [Pa abs]
+    times : (n,) float array
+        After the switch [s], ascending.
+
+    Returns
+    -------
+    (n,) float array
+        [Pa abs]
+    """
+    from scipy.integrate import solve_ivp
+
+    gas, solenoid = vessel.gas, machine.valve.solenoid
+    curve = opening_curve(solenoid)
+    r_per_volume = gas.gas_constant / vessel.volume
+
+    def rates(t, y):
+        mass, energy = y
+        temperature = temperature_of(gas, energy / mass)
+        area = solenoid.effective_area * followed(curve, t)
+        pressure = mass * temperature * r_per_volume
+        out, carried = flow_between(gas, area, pressure, temperature, vessel.ambient_pressure, vessel.temperature)
+        return -out, -carried
+
+    mass = initial_pressure / (r_per_volume * vessel.temperature)
+    start = np.array([mass, mass * internal_energy(gas, vessel.temperature)])
+    corners = np.unique(np.clip(np.append(0.0, curve[:, 0]), 0.0, times[-1]))
+    found = [np.full(np.sum(times <= 0.0), initial_pressure)]
+    for begin, end in zip(corners, [*corners[1:], times[-1]], strict=True):
+        within = times[(times > begin) & (times <= end)]
+        if end > begin:
+            asked = np.append(within, end)
+            solution = solve_ivp(rates, (begin, end), start, t_eval=np.unique(asked), rtol=1e-9, atol=1e-12)
+            start = solution.y[:, -1]
+            masses, energies = solution.y[:, : len(within)]
+            t = np.array([temperature_of(gas, u) for u in energies / masses])
+            found.append(masses * t * r_per_volume)
+    return np.concatenate(found)
+
+
+def discharge_tests(machine, noise=NOISE, rate=RATE, seed=0):
+    """Discharge tests of the model's solenoid from the paper's initial pressures.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    noise : float
+        Standard deviation [Pa].
+    rate : float
+        [1/s]
+    seed : int
+
+    Returns
+    -------
+    vessel : Vessel
+    records : list of Record
+    """
+    vessel, random = vessel_of(machine), np.random.default_rng(seed)
+    end = opening_curve(machine.valve.solenoid)[-1, 0] + AFTER
+    times = np.arange(-round(BEFORE * rate), round(end * rate) + 1) / rate
+    records = []
+    for gauge in GAUGE:
+        pressures = emptied(machine, vessel, vessel.ambient_pressure + gauge, times)
+        noisy = pressures + noise * random.standard_normal(len(times))
+        records.append(Record(f"{gauge / 1e6:g} MPa gauge", times, noisy))
+    return vessel, records
