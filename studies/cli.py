@@ -139,11 +139,12 @@ def valve_discharge(
     ] = None,
     out: Annotated[Path, typer.Option(metavar="F.csv", help="Curve to write.")] = Path("curve.csv"),
     overwrite: Overwrite = False,
+    figures: Figures = True,
 ):
     """Effective area of a solenoid valve from discharge tests (Eq. 10), with its uncertainty."""
     from studies.commands.discharge import discharge_command
 
-    return discharge_command(*common, files, volume, temperature, out, overwrite)
+    return discharge_command(*common, files, volume, temperature, out, overwrite, figures)
 
 
 @command(valve, "fit")

@@ -3,6 +3,7 @@
 import json
 from functools import cache
 from math import sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -271,6 +272,18 @@ def test_the_terminal_shows_a_table_and_the_rule(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "cut-off: told while p > 1.1 p_ambient" in out
     assert "effective area 9" in out or "effective area 8.9" in out
+
+
+def test_the_command_draws_pressures_and_areas_for_one_test_and_for_three(command, tmp_path):
+    records = records_of(ramp, 20e-6, 200.0, 20e3, 8e-3)
+    for number, some in enumerate((records, records[:1])):
+        data, _ = command(some, "20 cm^3", out=tmp_path / f"{number}.csv", figures=True)
+        drawn = {
+            tmp_path / f"{number}.figures" / f"{n}.{e}" for n in ("pressure", "effective_area") for e in ("png", "pdf")
+        }
+        assert {Path(path) for path in data["figures"]} == drawn
+        assert all(path.stat().st_size > 5000 for path in drawn)
+    assert command(records, "20 cm^3")[0]["figures"] == []
 
 
 def test_a_figure_gets_arrays_of_one_length():

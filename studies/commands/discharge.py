@@ -1,6 +1,7 @@
 """The command that turns discharge tests into an effective area."""
 
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -15,7 +16,7 @@ VOLUME = Quantity("cm^3", 1, 1e6, "command line")
 TEMPERATURE = Quantity("K", 150, 600, "command line")
 
 
-def discharge_command(console, machine_file, settings, files, volume, temperature, out, overwrite=False):
+def discharge_command(console, machine_file, settings, files, volume, temperature, out, overwrite=False, figures=False):
     """An opening curve from discharge tests; see `apesim valve discharge --help`.
 
     Parameters
@@ -34,6 +35,8 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
         Of the curve.
     overwrite : bool
         Replace one that is there.
+    figures : bool
+        Draw them, into a folder beside the curve.
 
     Returns
     -------
@@ -55,11 +58,24 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
     found = discharge(vessel, records)
     wall = time.perf_counter() - start
     write_traces(out, HEADER, found.curve * np.array([1e3, 1.0, 1e6, 1e6, 1e6]))
-    data = _data(found, vessel) | {"curve": str(out), "wall_time_s": wall, "warnings": found.warnings}
+    drawn = _drawn(found, out.with_suffix(".figures")) if figures else []
+    data = _data(found, vessel) | {
+        "curve": str(out),
+        "figures": [str(path) for path in drawn],
+        "wall_time_s": wall,
+        "warnings": found.warnings,
+    }
     console.result(data, *_shown(found, data))
     for warning in found.warnings:
         console.message(f"warning: {warning}")
     return DONE
+
+
+def _drawn(found, folder):
+    """The figures."""
+    from studies.figures.discharge import discharge_figures
+
+    return discharge_figures(found, folder)
 
 
 def _read(files, ambient_pressure):
@@ -137,3 +153,5 @@ def _shown(found, data):
     yield f"cut-off: {data['cut_off_rule']}"
     yield f"{data['curve']}: use with --set valve.solenoid.opening_curve={data['curve']}"
     yield f"and --set 'valve.solenoid.effective_area={area:.5g} mm^2'"
+    if data["figures"]:
+        yield f"figures in {Path(data['figures'][0]).parent}/"

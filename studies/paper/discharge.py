@@ -6,7 +6,8 @@ the tests are to show. Seeded noise is put on its pressure; what is made of the 
 
 import numpy as np
 
-from apesim.air import flow_between, gas_of, internal_energy, temperature_of
+from apesim.air import gas_of, internal_energy, temperature_of
+from apesim.restriction import flow_between
 from studies.discharge import Record, Vessel
 from valve.solenoid import followed, opening_curve
 
