@@ -1,7 +1,8 @@
 """Simulate air-powered engines whose intake is opened by an electro-pneumatic valve.
 
 The ground that all layers share, in the order in which they build on one another: kernel (the compile decorator),
-quantities (units, ranges, strict files), air (gas, flow through a restriction), effect (what an effect is), slots
+quantities (units, ranges, strict files), air (gas, its states), flow_function, restriction (flow
+through it), effect (what an effect is), slots
 (what a machine registers to be marched), stepper (a step), march (the one adaptive march), periodic (periodic states),
 archive (HDF5).
 

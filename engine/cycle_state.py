@@ -9,6 +9,7 @@ from engine.kinematics import Crank, cylinder_volume
 from valve import actuator as valve_actuator
 from valve.actuator import Actuator
 from valve.chamber import chamber_state
+from valve.ports import Ports
 
 CYLINDER_MASS, CYLINDER_ENERGY, RECEIVER_MASS, RECEIVER_ENERGY = range(valve_actuator.STATES, valve_actuator.STATES + 4)
 STATES = valve_actuator.STATES + 4
@@ -59,6 +60,11 @@ class Cycle(NamedTuple):
     close_target: float
     full_area: float
     """Of the groove at full lift [m2]."""
+    lap: float
+    """Of the groove [m]."""
+    has_ports: int
+    """1: the groove's area is that of its ports."""
+    ports: Ports
     effects_on: int
     effects: EngineEffects
 

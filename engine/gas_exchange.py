@@ -13,6 +13,7 @@ from engine.cycle_state import (
 )
 from engine.cylinder import EPV, IDEAL_VALVE
 from valve.actuator import AREA, AREA_SLOPE
+from valve.ports import ports_area
 
 FLOWS = FEED_FLOW - GROOVE_FLOW + 1
 
@@ -31,7 +32,10 @@ def intake_area(p, angle, y, mode):
     """Effective area of the groove [m2]."""
     if p.engine.intake == IDEAL_VALVE:
         return p.full_area * mode[INTAKE_OPEN]
-    return max(0.0, mode[AREA] + mode[AREA_SLOPE] * intake_lift(p, angle, y))
+    lift = intake_lift(p, angle, y)
+    if p.has_ports and mode[AREA_SLOPE] != 0.0:
+        return ports_area(p.ports, lift - p.lap)
+    return max(0.0, mode[AREA] + mode[AREA_SLOPE] * lift)
 
 
 @kernel

@@ -24,6 +24,7 @@ from engine.kinematics import crank_of, cylinder_volume
 from valve.actuator import PHASE, actuator_of, closed_at_rest
 from valve.actuator import STATES as VALVE_STATES
 from valve.bench import STEP_MOST
+from valve.groove import PORTS
 from valve.piston import HELD_CLOSED
 from valve.supply import RECEIVER
 
@@ -64,6 +65,9 @@ def cycle_of(machine, speed):
         command.open_target,
         command.close_target,
         float(np.interp(actuator.valve.stroke, tables.groove[:, 0], tables.groove[:, 1])),
+        machine.groove.lap,
+        int(machine.groove.geometry == PORTS and not len(machine.groove.area_curve)),
+        machine.groove.ports,
         effects_on,
         effects,
     )

@@ -6,7 +6,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from apesim.kernel import kernel
-from apesim.quantities import NO_CURVE, Curve, Quantity
+from apesim.quantities import NO_CURVE, Choice, Curve, Quantity
+from valve.ports import Ports, ports_table
+
+LINE, PORTS = 0, 1
 
 
 class Groove(NamedTuple):
@@ -16,8 +19,12 @@ class Groove(NamedTuple):
     lap: Annotated[float, Quantity("mm", 0, 40, "chosen; lift at which the groove begins to open")] = 1.0e-3
     area_curve: Annotated[
         np.ndarray,
-        Curve(("lift [mm]", "effective_area [mm^2]"), "measured; not given: linear from the lap to full lift"),
+        Curve(("lift [mm]", "effective_area [mm^2]"), "measured; not given: as the geometry has it"),
     ] = NO_CURVE
+    geometry: Annotated[
+        int, Choice(("line", "ports"), "chosen; line: linear from the lap to full lift, ports: as groove.ports has it")
+    ] = LINE
+    ports: Ports = Ports()
 
     def faults(self):
         """Faults that no single key shows."""
@@ -38,10 +45,13 @@ def area_table(groove, stroke):
     Returns
     -------
     (j, 2) float array
-        Lift [m] and effective area [m2]; linear in between, zero before the first knot, constant after the last.
+        Lift [m] and effective area [m2]; linear in between (with ports: see `valve.ports.ports_table`), zero before
+        the first knot, constant after the last.
     """
     if len(groove.area_curve):
         return np.ascontiguousarray(groove.area_curve)
+    if groove.geometry == PORTS:
+        return ports_table(groove.ports, groove.lap, stroke)
     return np.array([[groove.lap, 0.0], [stroke, groove.effective_area]])
 
 

@@ -1,0 +1,94 @@
+"""The groove's full geometry: an annular groove in the piston that passes over round ports in the cylinder's wall."""
+
+from math import acos, inf, pi, sqrt
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from apesim.kernel import kernel
+from apesim.quantities import Quantity
+
+HALVINGS = 200
+
+
+class Ports(NamedTuple):
+    """Round ports and what passes over them (groove.geometry = "ports"); lap is where the groove meets the ports."""
+
+    number: Annotated[float, Quantity("", 1, 100, "chosen; of the ports round the piston")] = 4.0
+    diameter: Annotated[float, Quantity("mm", 0.1, 100, "chosen: open at full lift behind a lap of 1 mm")] = 8.0e-3
+    groove_width: Annotated[
+        float, Quantity("mm", 0.1, 200, "chosen; a narrower groove than port never opens it whole")
+    ] = 8.0e-3
+    passage_area: Annotated[
+        float, Quantity("mm^2", 0.1, inf, 'chosen; narrowest section beside the ports, caps their area; "inf": no cap')
+    ] = 200.0e-6
+    discharge_coefficient: Annotated[
+        float, Quantity("", 0.01, 1, "chosen: sharp-edged ports; effective area over it")
+    ] = 0.75
+
+
+@kernel
+def segment_area(height, diameter):
+    """Area of a circle's segment of a height, 0 to the diameter [m2]."""
+    r = 0.5 * diameter
+    h = min(max(height, 0.0), diameter)
+    return r * r * acos(1.0 - h / r) - (r - h) * sqrt(h * (diameter - h))
+
+
+@kernel
+def ports_area(ports, travel):
+    """Effective area of the ports under the groove, without the passage's cap [m2].
+
+    A port is open between the groove's two edges: segment(travel) - segment(travel - width).
+
+    Parameters
+    ----------
+    ports : Ports
+    travel : float
+        Of the groove's leading edge beyond the ports' near side: lift less lap [m].
+
+    Returns
+    -------
+    float
+    """
+    under = segment_area(travel, ports.diameter) - segment_area(travel - ports.groove_width, ports.diameter)
+    return ports.discharge_coefficient * ports.number * under
+
+
+def ports_table(ports, lap, stroke):
+    """Lifts at which the law of the area changes, and the areas there.
+
+    Parameters
+    ----------
+    ports : Ports
+    lap, stroke : float
+        [m]
+
+    Returns
+    -------
+    (j, 2) float array
+        Lift [m] and effective area [m2], from the lap on. Where two rows have one area it is that in between; else
+        it is that of `ports_area`.
+    """
+    cap = ports.discharge_coefficient * ports.passage_area
+    width, diameter = ports.groove_width, ports.diameter
+    widest = 0.5 * (width + diameter)
+    corners = {0.0, min(width, diameter), widest, max(width, diameter), width + diameter, stroke - lap}
+    if ports_area(ports, widest) > cap:
+        corners |= {_travel_at(ports, cap, 0.0, widest), _travel_at(ports, cap, width + diameter, widest)}
+    travels = np.array(sorted(travel for travel in corners if 0.0 <= travel <= stroke - lap))
+    areas = np.array([min(ports_area(ports, travel), cap) for travel in travels])
+    areas[np.isclose(areas, cap, rtol=1e-12, atol=0.0)] = cap
+    whole = ports.discharge_coefficient * ports.number * 0.25 * pi * diameter**2
+    areas[np.isclose(areas, whole, rtol=1e-12, atol=0.0)] = whole
+    return np.column_stack((lap + travels, areas))
+
+
+def _travel_at(ports, area, low, high):
+    """Travel between low (area below) and high (above) at which the ports have an area [m]."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        low, high = (low, middle) if ports_area(ports, middle) > area else (middle, high)
+    return high
