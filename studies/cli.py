@@ -1,12 +1,13 @@
 """The command line of apesim."""
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from studies.console import main_of
+from studies.console import INTERRUPTED, main_of
 from studies.options import (
     ArchivePath,
     Common,
@@ -248,4 +249,7 @@ def merge(
 
 def main():
     """Entry point of the command `apesim`."""
-    sys.exit(main_of(app))
+    code = main_of(app)
+    if code == INTERRUPTED:
+        os._exit(code)  # what is at work in another thread need not come to its end
+    sys.exit(code)

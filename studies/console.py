@@ -6,12 +6,16 @@ import json
 import math
 import os
 import sys
+import threading
 import traceback
+from concurrent.futures import Future, wait
 
 import typer
 
 DONE, FAULT_OF_OURS, BAD_INPUT, INCOMPLETE, INTERRUPTED = 0, 1, 2, 3, 130
 COMMAND_LINE = "command line"
+PATIENCE = 1.0
+"""For which nothing is told of what is at work [s]."""
 
 # The ancestor of all errors of the command-line parser; typer exports none of its classes but this one.
 ParserError = typer.BadParameter.__mro__[2]
@@ -63,6 +67,40 @@ class Console:
         with Progress(*columns, console=Terminal(stderr=True)) as progress:
             task = progress.add_task(what, total=None)
             yield lambda done, total: progress.update(task, completed=done, total=total)
+
+    def run(self, what, function, *arguments, **options):
+        """Call a function in a thread of its own, so that Ctrl-C is heard at once whatever compiled code is at work.
+
+        Parameters
+        ----------
+        what : str
+            What is told on a terminal, with the time it has taken, where it takes longer than `PATIENCE`.
+        function : function
+
+        Returns
+        -------
+        object
+            What the function returns.
+        """
+        future = Future()
+
+        def call():
+            try:
+                future.set_result(function(*arguments, **options))
+            except BaseException as error:
+                future.set_exception(error)
+
+        threading.Thread(target=call, daemon=True).start()
+        wait([future], PATIENCE)
+        if future.done() or self.quiet or not sys.stderr.isatty():
+            return future.result()
+        from rich.console import Console as Terminal
+        from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+        columns = (TextColumn(what), SpinnerColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=Terminal(stderr=True), transient=True) as progress:
+            progress.add_task(what, total=None)
+            return future.result()
 
 
 def plain(data):

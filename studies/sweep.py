@@ -1,5 +1,6 @@
 """Sweep of operating points: speeds and intakes of one machine, into one archive."""
 
+import operator
 import time
 from pathlib import Path
 from typing import NamedTuple
@@ -160,7 +161,18 @@ def archive_of(points, results, machine, provenance):
 
 
 def run_sweep(
-    machine, speeds, intakes, out, *, jobs=None, shard=None, resume=False, overwrite=False, command="", report=None
+    machine,
+    speeds,
+    intakes,
+    out,
+    *,
+    jobs=None,
+    shard=None,
+    resume=False,
+    overwrite=False,
+    command="",
+    report=None,
+    warm_up=operator.call,
 ):
     """Run a sweep and write its archive; what is finished survives a kill.
 
@@ -184,6 +196,8 @@ def run_sweep(
         The command line, for the archive.
     report : function, optional
         Called with the numbers of points done and in all, whenever some are done.
+    warm_up : function
+        Calls a function with its arguments; it is given the first point, for which the model may have to be compiled.
 
     Returns
     -------
@@ -211,7 +225,7 @@ def run_sweep(
             raise ArchiveError(out, "its share of the work is empty", f"give --shard i/N with N at most {len(speeds)}")
     with lock(out):
         _clear(out, resume, overwrite)
-        compute(points[:1])  # one process compiles; and the time of the others is that of computing
+        warm_up(compute, points[:1])  # one process compiles; and the time of the others is that of computing
         start = time.perf_counter()
         faults = _complete(out, points, text, provenance, jobs, report or (lambda done, total: None))
         parts = read_shards(shards_folder(out), provenance["plan_hash"]).parts

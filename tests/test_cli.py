@@ -3,16 +3,19 @@
 import csv
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from importlib.metadata import version
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
 from studies.cli import app
-from studies.console import main_of
+from studies.console import Console, main_of
 
 FAST = ["--speed", "800 rpm, 1000 rpm", "--intake", "cam,ideal"]
 
@@ -220,6 +223,39 @@ def test_an_interrupt_ends_with_130(apesim, monkeypatch):
 
     monkeypatch.setattr("studies.commands.engine.run_steady", interrupted)
     assert apesim("engine", "run", "--speed", "1000 rpm") == (130, "", "interrupted\n")
+
+
+@pytest.mark.skipif(os.name != "posix" or bool(numba.config.DISABLE_JIT), reason="Ctrl-C of POSIX, while compiling")
+@pytest.mark.parametrize("command", [["run", "--speed", "1000 rpm"], ["sweep", *FAST, "--jobs", "2"]])
+def test_an_interrupt_is_heard_at_once_while_the_model_is_compiled(tmp_path, command):
+    run = subprocess.Popen(
+        [*PROGRAM, "engine", *command],
+        cwd=tmp_path,
+        env={**ENVIRONMENT, "APESIM_CACHE_DIR": str(tmp_path / "cache")},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert "compiling" in run.stderr.readline()
+    time.sleep(1.0)
+    run.send_signal(signal.SIGINT)
+    start = time.perf_counter()
+    _, err = run.communicate(timeout=60)
+    assert time.perf_counter() - start < 2.0
+    assert run.returncode == 130
+    assert err.endswith("interrupted\n") and "Traceback" not in err
+
+
+def test_on_a_terminal_a_long_march_shows_the_time_it_has_taken(monkeypatch, capsys):
+    monkeypatch.setattr("studies.console.PATIENCE", 0.05)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("TERM", "xterm")
+    assert Console().run("at work", lambda n: time.sleep(0.3) or n, 7) == 7
+    err = capsys.readouterr().err
+    assert "at work" in err and "0:00:00" in err
+    assert Console(quiet=True).run("at work", lambda n: time.sleep(0.3) or n, 8) == 8
+    assert Console().run("at work", lambda: 9) == 9
+    assert capsys.readouterr().err == ""
 
 
 def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):

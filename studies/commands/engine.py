@@ -1,5 +1,6 @@
 """Commands of the engine."""
 
+import functools
 import sys
 import time
 from math import isnan
@@ -15,7 +16,7 @@ from engine.cylinder import INTAKES
 from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from engine.steady import run_steady
 from studies.commands.machine import load_machine
-from studies.commands.tables import compiling, number, table_of, warm_up, write_traces
+from studies.commands.tables import number, table_of, warm_up, write_traces
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
 SPEED = Quantity("rpm", 1, 30000, "command line")
@@ -64,7 +65,7 @@ def engine_point(console, machine_file, settings, speed, csv):
     speed = parse(speed, SPEED, where="--speed", file=COMMAND_LINE)
     warm_up(console, run_steady, machine, speed, most=1)
     start = time.perf_counter()
-    run = run_steady(machine, speed)
+    run = console.run("to the periodic state", run_steady, machine, speed)
     values = indicators(machine, run) if run.status == Status.DONE else dict.fromkeys(INDICATORS, float("nan"))
     wall = time.perf_counter() - start
     warnings = warnings_of(run, values)
@@ -138,8 +139,9 @@ def sweep_command(console, machine_file, settings, speed, intake, out, jobs, sha
     intakes = [parse(name, INTAKE, where="--intake", file=COMMAND_LINE) for name in intake.split(",")]
     shard = _shard(shard)
     options = {"jobs": jobs, "shard": shard, "resume": resume, "overwrite": overwrite}
+    options["warm_up"] = functools.partial(warm_up, console)
     try:
-        with compiling(console), console.progress("sweep") as report:
+        with console.progress("sweep") as report:
             command = command_line(["apesim", *sys.argv[1:]])
             result = sweep.run_sweep(machine, speeds, intakes, out, command=command, report=report, **options)
     except KeyboardInterrupt:

@@ -9,20 +9,6 @@ from apesim.kernel import when_compiling
 COMPILING = "compiling the model for this processor: once, about 20 s"
 
 
-def compiling(console):
-    """Within, tell when the model has to be compiled, as for the first march ever of its kind.
-
-    Parameters
-    ----------
-    console : studies.console.Console
-
-    Returns
-    -------
-    context manager
-    """
-    return when_compiling(lambda: console.message(COMPILING))
-
-
 def warm_up(console, march, *arguments, **options):
     """Run a march once, so that what is timed after it is compiled; tell where that takes long.
 
@@ -31,8 +17,8 @@ def warm_up(console, march, *arguments, **options):
     console : studies.console.Console
     march : function
     """
-    with compiling(console):
-        march(*arguments, **options)
+    with when_compiling(lambda: console.message(COMPILING)):
+        console.run("first march", march, *arguments, **options)
 
 
 def number(value, form=".5g"):

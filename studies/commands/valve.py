@@ -33,9 +33,9 @@ def bench_run(console, machine_file, settings, supply, temperature, pulse, until
     pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
     until = parse(until, TIME, where="--until", file=COMMAND_LINE) if until else None
     period = _period(repeat, pulse, until)
-    warm_up(console, run_bench, machine, pulse, until, period)
+    warm_up(console, run_bench, machine, 10e-3)
     start = time.perf_counter()
-    run = run_bench(machine, pulse, until, period)
+    run = console.run("bench run", run_bench, machine, pulse, until, period)
     wall = time.perf_counter() - start
     warnings = _warnings(run)
     data = {
