@@ -14,6 +14,7 @@ import numba
 import numpy as np
 import pytest
 
+from apesim.archive.inspection import info as archive_info
 from studies.cli import app
 from studies.console import Console, main_of
 
@@ -317,6 +318,15 @@ def test_a_sweep_leaves_an_archive_figures_and_a_table(apesim):
     assert info["runs"] == 4 and info["missing_runs"] == []
     assert info["provenance"]["command"].startswith("apesim engine sweep --speed")
     assert apesim("archive", "verify", "sweep.h5")[0] == 0
+
+
+@pytest.mark.parametrize("model", ["ideal", "cantera"])
+def test_an_archive_names_the_version_of_cantera_where_its_air_was_used(tmp_path, model):
+    command = ["valve", "map", "--pressure", "0.5 MPa gauge", "--temperature", "287 K", "--set", f"air.model={model}"]
+    subprocess.run([*PROGRAM, *command, "--no-figures"], cwd=tmp_path, env=ENVIRONMENT, check=True, capture_output=True)
+    versions = archive_info(tmp_path / "valve_map.h5")["versions"]
+    assert versions.get("cantera") == (version("cantera") if model == "cantera" else None)
+    assert {"apesim", "numpy", "numba", "h5py", "hdf5", "python"} <= versions.keys()
 
 
 def test_a_sweep_does_not_replace_an_archive_unasked(apesim):

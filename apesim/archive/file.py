@@ -21,7 +21,9 @@ import math
 import os
 import platform
 import secrets
+import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -54,6 +56,8 @@ __all__ = [
 ]
 
 CHUNK_BYTES = 2**20
+PACKAGES = ("apesim", "numpy", "numba", "h5py", "cantera")
+"""Whose versions are noted where they are at work; Cantera is where its air is asked for."""
 
 
 def command_line(arguments: Sequence[str]) -> str:
@@ -81,11 +85,10 @@ def _surroundings() -> dict[str, str]:
         "platform": platform.platform(),
         "hdf5": h5py.version.hdf5_version,
     }
-    for package in ("apesim", "numpy", "numba", "h5py"):
-        try:
-            known[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            continue
+    for package in PACKAGES:
+        if package in sys.modules:
+            with suppress(importlib.metadata.PackageNotFoundError):
+                known[package] = importlib.metadata.version(package)
     return known
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from apesim.archive.file import Archive, ArchiveError, read, read_about
+from apesim.archive.file import PACKAGES, Archive, ArchiveError, read, read_about
 from apesim.archive.records import Variable, check_variable, validate
 from apesim.archive.shards import missing_runs
 from apesim.archive.untrusted import damage_named, load_variable, opened
@@ -73,9 +73,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         "format": provenance.get("format", ""),
         "format_version": provenance.get("format_version", ""),
         "created": provenance.get("created", ""),
-        "versions": {
-            k: provenance[k] for k in ("apesim", "python", "numpy", "numba", "h5py", "hdf5") if k in provenance
-        },
+        "versions": {k: provenance[k] for k in ("python", *PACKAGES, "hdf5") if k in provenance},
         "runs": len(runs),
         "first_run": runs[0] if runs else None,
         "last_run": runs[-1] if runs else None,
