@@ -50,6 +50,7 @@ __all__ = [
     "command_line",
     "read",
     "read_about",
+    "replace_file",
     "sha256",
     "validate",
     "write",
@@ -123,7 +124,7 @@ def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
     )
     path = Path(path)
     try:
-        _publish(path, _image(replace(archive, provenance=provenance)))
+        replace_file(path, _image(replace(archive, provenance=provenance)))
     except OSError as error:
         raise ArchiveError(
             path, f"could not be written ({error.strerror or error})", "make room or choose another folder"
@@ -131,7 +132,13 @@ def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
     return path
 
 
-def _publish(path: Path, content: memoryview) -> None:
+def replace_file(path: Path, content: bytes | memoryview) -> None:
+    """Write a file under another name and rename it: it is complete or absent, whatever ends the process.
+
+    Raises
+    ------
+    OSError
+    """
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     try:
         with open(temporary, "xb") as file:

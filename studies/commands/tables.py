@@ -1,9 +1,11 @@
 """Tables on the terminal, and traces as CSV."""
 
 import csv
+import io
 from math import isnan
+from pathlib import Path
 
-from apesim.archive import ArchiveError
+from apesim.archive import ArchiveError, replace_file
 from apesim.kernel import when_compiling
 
 COMPILING = "compiling the model for this processor: once, about 20 s"
@@ -53,7 +55,7 @@ def table_of(title, header, rows, left=(0,)):
 
 
 def write_traces(path, header, rows):
-    """Write traces as CSV, floats without loss.
+    """Write traces as CSV, floats without loss; the file is complete or absent.
 
     Parameters
     ----------
@@ -67,10 +69,15 @@ def write_traces(path, header, rows):
     ArchiveError
         The file cannot be written.
     """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows.tolist())
+    path, content = Path(path), text.getvalue().encode()
     try:
-        with open(path, "w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(header)
-            writer.writerows(rows.tolist())
+        if path.exists() and (path.is_symlink() or not path.is_file()):  # /dev/stdout, a pipe: no name to take over
+            path.write_bytes(content)
+        else:
+            replace_file(path, content)
     except OSError as error:
         raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another file") from None

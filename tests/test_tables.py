@@ -1,0 +1,40 @@
+"""Traces are written completely or not at all."""
+
+import os
+import threading
+
+import numpy as np
+import pytest
+
+from apesim.archive import ArchiveError
+from studies.commands.tables import write_traces
+
+HEADER, ROWS = ("time [s]", "lift [m]"), np.array([[0.0, 0.1], [1e-4, 1.0 / 3.0]])
+TEXT = "time [s],lift [m]\n0.0,0.1\n0.0001,0.3333333333333333\n"
+
+
+def test_a_file_that_is_replaced_is_never_cut_short(tmp_path):
+    path, before = tmp_path / "traces.csv", tmp_path / "before.csv"
+    path.write_text("what was there")
+    os.link(path, before)
+    write_traces(path, HEADER, ROWS)
+    assert path.read_text() == TEXT
+    assert before.read_text() == "what was there"
+    assert sorted(tmp_path.iterdir()) == [before, path]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+def test_a_pipe_is_written_and_stays_a_pipe(tmp_path):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    read = []
+    reader = threading.Thread(target=lambda: read.append(path.read_text()), daemon=True)
+    reader.start()
+    write_traces(path, HEADER, ROWS)
+    reader.join(timeout=10)
+    assert read == [TEXT] and path.is_fifo()
+
+
+def test_a_folder_that_is_missing_is_told(tmp_path):
+    with pytest.raises(ArchiveError, match="cannot be written"):
+        write_traces(tmp_path / "no" / "traces.csv", HEADER, ROWS)
