@@ -136,7 +136,7 @@ def sweep_command(console, machine_file, settings, speed, intake, out, jobs, sha
 
     machine = load_machine(machine_file, settings)
     speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    intakes = [parse(name, INTAKE, where="--intake", file=COMMAND_LINE) for name in intake.split(",")]
+    intakes = _intakes(intake)
     shard = _shard(shard)
     options = {"jobs": jobs, "shard": shard, "resume": resume, "overwrite": overwrite}
     options["warm_up"] = functools.partial(warm_up, console)
@@ -162,6 +162,17 @@ def sweep_command(console, machine_file, settings, speed, intake, out, jobs, sha
     for fault in result.faults:
         console.message(f"warning: {fault}")
     return INCOMPLETE if result.faults else DONE
+
+
+def _intakes(text):
+    """Codes of a list of intakes."""
+    codes = parse_range(text, INTAKE, where="--intake", file=COMMAND_LINE)
+    twice = [INTAKES[code] for code in dict.fromkeys(codes) if codes.count(code) > 1]
+    if twice:
+        raise InputError(
+            [Culprit(COMMAND_LINE, "--intake", f"{name} is given twice", "give it once") for name in twice]
+        )
+    return codes
 
 
 def _shard(text):

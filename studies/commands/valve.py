@@ -1,6 +1,7 @@
 """The command of one bench run."""
 
 import time
+from math import nan
 
 import numpy as np
 
@@ -25,11 +26,7 @@ def bench_run(console, machine_file, settings, supply, temperature, pulse, until
     int
         Exit code.
     """
-    given = [("supply.pressure", supply), ("supply.temperature", temperature)]
-    assignments = [f"{key}={value}" for key, value in given if value is not None]
-    if supply is not None:
-        assignments.append("supply.control_pressure=")  # the machine's own would stand against it
-    machine = load_machine(machine_file, [*(settings or ()), *assignments])
+    machine = _with_supply(load_machine(machine_file, settings), supply, temperature)
     pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
     until = parse(until, TIME, where="--until", file=COMMAND_LINE) if until else None
     period = _period(repeat, pulse, until)
@@ -70,6 +67,17 @@ def bench_run(console, machine_file, settings, supply, temperature, pulse, until
         console.message(f"warning: {warning}")
     failed = run.status != Status.DONE or (run.orbit is not None and not run.orbit.converged)
     return INCOMPLETE if failed else DONE
+
+
+def _with_supply(machine, supply, temperature):
+    """A machine with the supply of the command line; what is None stays as it is."""
+    given = {}
+    if supply is not None:
+        pressure = parse(supply, PRESSURE, machine.ambient.pressure, where="--supply", file=COMMAND_LINE)
+        given |= {"pressure": pressure, "control_pressure": nan}  # the machine's own would stand against it
+    if temperature is not None:
+        given["temperature"] = parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
+    return machine._replace(supply=machine.supply._replace(**given))
 
 
 def _period(repeat, pulse, until):
