@@ -29,7 +29,10 @@ app = typer.Typer(
 )
 valve = typer.Typer(no_args_is_help=True, help="The electro-pneumatic valve alone, on its test bench.")
 engine = typer.Typer(no_args_is_help=True, help="The engine that breathes through it.")
-archive = typer.Typer(no_args_is_help=True, help="Archives of results.")
+archive = typer.Typer(
+    no_args_is_help=True,
+    help="Archives of results. With --machine or --set, commands also say whether they were made with it.",
+)
 app.add_typer(valve, name="valve")
 app.add_typer(engine, name="engine")
 app.add_typer(archive, name="archive")
@@ -199,7 +202,7 @@ def info(common: Common, path: ArchivePath):
     """What an archive holds and where it comes from."""
     from studies.commands.archive import show_info
 
-    return show_info(common.console, path)
+    return show_info(*common, path)
 
 
 @command(archive)
@@ -207,7 +210,7 @@ def verify(common: Common, path: ArchivePath):
     """Check every checksum, unit and axis; exit code 3 if anything is wrong."""
     from studies.commands.archive import show_faults
 
-    return show_faults(common.console, path)
+    return show_faults(*common, path)
 
 
 @command(archive)
@@ -221,7 +224,7 @@ def diff(
     """Compare two archives; exit code 3 if they differ."""
     from studies.commands.archive import show_differences
 
-    return show_differences(common.console, path, other, rtol, atol)
+    return show_differences(*common, path, other, rtol, atol)
 
 
 @command(archive)
@@ -231,7 +234,7 @@ def export(
     """Write an archive as CSV, TOML and JSON files."""
     from studies.commands.archive import export_archive
 
-    return export_archive(common.console, path, out)
+    return export_archive(*common, path, out)
 
 
 @command(archive)
@@ -244,7 +247,7 @@ def merge(
     """Join the archives of `--shard` jobs."""
     from studies.commands.archive import merge_archives
 
-    return merge_archives(common.console, paths, out, overwrite)
+    return merge_archives(*common, paths, out, overwrite)
 
 
 def main():

@@ -358,6 +358,24 @@ def test_a_damaged_archive_ends_with_3(apesim):
     assert apesim("archive", "verify", "sweep.h5")[0] == 3
 
 
+def test_archive_commands_say_whether_an_archive_was_made_with_a_machine(apesim):
+    point = ["valve", "map", "--pressure", "0.5 MPa gauge", "--temperature", "287 K", "--no-figures"]
+    assert apesim(*point, "--out", "a.h5", "--set", "valve.moving_mass=0.04 kg")[0] == 0
+    Path("m.toml").write_text('[valve]\nmoving_mass = "40 g"\n')
+    for command in (["info", "a.h5"], ["verify", "a.h5"], ["diff", "a.h5", "a.h5"], ["export", "a.h5", "--out", "csv"]):
+        assert apesim("archive", *command, "--machine", "m.toml")[0] == 0
+        code, out, _ = apesim("archive", *command, "--machine", "m.toml", "--set", "valve.stroke=8 mm", "--json")
+        [*rows] = json.loads(out)["machine_differences"]
+        assert code == 3
+        assert {tuple(row.values()) for row in rows} == {("a.h5", "valve.stroke", "9 mm", "8 mm")}
+        code, out, _ = apesim("archive", *command, "--set", "valve.moving_mass=50 g")
+        assert code == 3
+        assert "a.h5: machine: valve.moving_mass is '0.04 kg', given '0.05 kg'" in out
+    code, out, _ = apesim(*"archive merge a.h5 --out b.h5 --set".split(), "valve.moving_mass=50 g")
+    assert code == 3 and "valve.moving_mass" in out
+    assert not Path("b.h5").exists()
+
+
 def test_shards_of_a_sweep_join_to_the_whole(apesim):
     apesim("engine", "sweep", *FAST, "--no-figures", "--out", "whole.h5")
     for part in ("1", "2"):

@@ -1,7 +1,11 @@
-"""Commands that look into archives."""
+"""Commands that look into archives.
 
-from apesim.archive import read
-from apesim.archive.comparison import diff, provenance_differences
+Each takes a machine, like every command: it then says in which keys the archives were made with another one, and ends
+with 3 if there are any; nothing is written then.
+"""
+
+from apesim.archive import read, read_about
+from apesim.archive.comparison import diff, machine_differences, provenance_differences
 from apesim.archive.inspection import export, info, verify
 from apesim.archive.shards import merge, missing_runs
 from studies.commands.tables import table_of
@@ -9,9 +13,47 @@ from studies.console import DONE, INCOMPLETE
 from studies.output import publish
 
 
-def show_info(console, path):
-    """Axes, variables and provenance of an archive."""
-    data = info(path)
+def other_machine(machine_file, settings, paths):
+    """Keys in which archives were made with another machine than the one of the command line.
+
+    Parameters
+    ----------
+    machine_file : path or None
+    settings : list of str or None
+        With neither, no machine is asked for.
+    paths : sequence of path
+
+    Returns
+    -------
+    list of dict
+        ``file``, ``key``, and the texts ``archive`` and ``given``.
+    """
+    if not machine_file and not settings:
+        return []
+    from apesim.quantities.settings import dumps
+    from studies.commands.machine import load_machine
+
+    given = dumps(load_machine(machine_file, settings))
+    return [
+        {"file": str(path), "key": row.name, "archive": row.a, "given": row.b}
+        for path in paths
+        for row in machine_differences(read_about(path)[0], given)
+    ]
+
+
+def _lines(others):
+    return [f"{row['file']}: machine: {row['key']} is {row['archive']!r}, given {row['given']!r}" for row in others]
+
+
+def _refused(console, others):
+    console.result({"machine_differences": others}, *_lines(others))
+    return INCOMPLETE
+
+
+def show_info(console, machine_file, settings, path):
+    """Axes, variables and provenance of an archive; returns the exit code."""
+    others = other_machine(machine_file, settings, [path])
+    data = info(path) | {"machine_differences": others}
     facts = [
         ("format", f"{data['format']} {data['format_version']}"),
         ("created", data["created"]),
@@ -27,41 +69,54 @@ def show_info(console, path):
         for variable in data["variables"]
     ]
     table = table_of("", ("variable", "axes", "unit", "what it is"), rows, left=(0, 1, 2, 3))
-    console.result(data, "\n".join(lines), table)
+    console.result(data, "\n".join(lines), table, *_lines(others))
+    return INCOMPLETE if others else DONE
 
 
-def show_faults(console, path):
+def show_faults(console, machine_file, settings, path):
     """Whether an archive is whole; returns the exit code."""
     faults = verify(path)
-    console.result({"file": str(path), "faults": faults}, *(faults or [f"{path}: whole"]))
-    return INCOMPLETE if faults else DONE
+    others = [] if faults else other_machine(machine_file, settings, [path])
+    data = {"file": str(path), "faults": faults, "machine_differences": others}
+    console.result(data, *(faults or _lines(others) or [f"{path}: whole"]))
+    return INCOMPLETE if faults or others else DONE
 
 
-def show_differences(console, path, other, rtol, atol):
+def show_differences(console, machine_file, settings, path, other, rtol, atol):
     """What differs between two archives; returns the exit code."""
+    others = other_machine(machine_file, settings, [path, other])
     rows = diff(path, other, rtol, atol)
     provenance = provenance_differences(path, other)
     data = {
         "differences": [row._asdict() for row in rows],
         "provenance": [row._asdict() for row in provenance],
+        "machine_differences": others,
     }
     names = ("what", "name", "run", "where", str(path), str(other), "samples")
     shown = [tuple("" if value is None else str(value) for value in row) for row in rows]
     if rows:
-        console.result(data, table_of("", names, shown, left=(0, 1)))
+        told = table_of("", names, shown, left=(0, 1))
     else:
-        console.result(data, f"no differences; {len(provenance)} entries of provenance differ")
-    return INCOMPLETE if rows else DONE
+        told = f"no differences; {len(provenance)} entries of provenance differ"
+    console.result(data, told, *_lines(others))
+    return INCOMPLETE if rows or others else DONE
 
 
-def export_archive(console, path, folder):
-    """Write an archive as CSV, TOML and JSON files."""
+def export_archive(console, machine_file, settings, path, folder):
+    """Write an archive as CSV, TOML and JSON files; returns the exit code."""
+    others = other_machine(machine_file, settings, [path])
+    if others:
+        return _refused(console, others)
     paths = export(path, folder)
     console.result({"files": [str(p) for p in paths]}, f"{folder}: {len(paths)} files")
+    return DONE
 
 
-def merge_archives(console, paths, out, overwrite):
+def merge_archives(console, machine_file, settings, paths, out, overwrite):
     """Join the archives of a sweep's shards; returns the exit code."""
+    others = other_machine(machine_file, settings, paths)
+    if others:
+        return _refused(console, others)
     archive = merge([read(path) for path in paths], paths)
     publish(archive, out, overwrite)
     gaps = missing_runs(archive)
