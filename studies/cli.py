@@ -12,6 +12,7 @@ from studies.options import (
     ArchivePath,
     Common,
     Figures,
+    Jobs,
     Out,
     Overwrite,
     Pressures,
@@ -124,13 +125,14 @@ def valve_limit(
     temperature: Temperatures = "250 K, 287 K, 322 K",
     duty: Annotated[str, typer.Option(metavar="RANGE", help="Share of the period energised.")] = "0.3, 0.5",
     out: Out = Path("valve_limit.h5"),
+    jobs: Jobs = None,
     overwrite: Overwrite = False,
     figures: Figures = True,
 ):
     """The highest rate at which every stroke is complete, in periodic operation."""
     from studies.commands.valve_grid import limit_command
 
-    return limit_command(*common, pressure, temperature, duty, out, overwrite, figures)
+    return limit_command(*common, pressure, temperature, duty, out, jobs, overwrite, figures)
 
 
 @command(valve, "discharge")
@@ -185,7 +187,7 @@ def engine_sweep(
     speed: Annotated[str, typer.Option(metavar="R", help="Range start:stop:step, or list.")] = "300:2400:100 rpm",
     intake: Annotated[str, typer.Option(metavar="LIST", help="Of epv, cam, ideal.")] = "epv,cam,ideal",
     out: Out = Path("sweep.h5"),
-    jobs: Annotated[int | None, typer.Option(metavar="N", min=1, help="Processes.")] = None,
+    jobs: Jobs = None,
     shard: Annotated[str | None, typer.Option(metavar="i/N", help="Only every N-th point from the i-th.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted sweep.")] = False,
     overwrite: Overwrite = False,

@@ -10,6 +10,7 @@ from apesim.archive import Archive, Variable
 from apesim.kernel import sources_hash
 from apesim.march import Status
 from apesim.quantities.settings import dumps
+from studies.pool import run_tasks, workers_for
 from studies.valve_map import supply_columns, with_supply
 from valve.bench import run_bench
 
@@ -20,6 +21,9 @@ CRITERION = (
 LOWEST, HIGHEST, RESOLUTION = 1.0, 1000.0, 0.01
 """Rates between which the limit is looked for, and how closely [Hz]."""
 STEP_UP = 1.25
+SECONDS_A_POINT = 0.4
+FOUND, NONE, DIED = range(3)
+OUTCOMES = f"{FOUND} found, {NONE} not even the lowest rate is complete, {DIED} its worker process died"
 
 
 class Limit(NamedTuple):
@@ -97,7 +101,12 @@ def working_limit(machine, duty=0.5, resolution=RESOLUTION):
     return Limit(good, again, marches)
 
 
-def limit_map(machine, pressures, temperatures, duties, command="", report=None):
+def _limit_at(point):
+    """`working_limit` of one point of a grid: number of the run, machine, duty."""
+    return working_limit(*point[1:])
+
+
+def limit_map(machine, pressures, temperatures, duties, command="", report=None, jobs=None):
     """Working limits over pressure, temperature and duty.
 
     Parameters
@@ -112,15 +121,22 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None)
         The command line, for the archive.
     report : function, optional
         Called with the numbers of points done and in all.
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
 
     Returns
     -------
     Archive
+        The same for any number of processes.
     """
     grid = list(product(pressures, temperatures, duties))
-    limits = []
-    for done, (pressure, temperature, duty) in enumerate(grid):
-        limits.append(working_limit(with_supply(machine, pressure, temperature), duty))
+    points = [(run, with_supply(machine, p, t), duty) for run, (p, t, duty) in enumerate(grid)]
+    limits = [Limit(nan, nan, 0)] * len(grid)
+    outcomes = np.full(len(grid), DIED, dtype=np.int8)
+    tasks = run_tasks(_limit_at, points, workers_for(SECONDS_A_POINT * len(grid), jobs))
+    for done, ((run, *_), found) in enumerate(tasks):
+        if found is not None:
+            limits[run], outcomes[run] = found, NONE if np.isnan(found.limit) else FOUND
         if report:
             report(done + 1, len(grid))
     limit = np.array([found.limit for found in limits])
@@ -136,6 +152,7 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None)
         "complete_again_hz": column(
             [found.complete_again for found in limits], "Hz", "a rate above the limit that is complete again"
         ),
+        "outcome": Variable(("run",), outcomes, "1", "what the search came to", OUTCOMES),
     }
     provenance = {
         "command": command,
@@ -144,3 +161,27 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None)
         "resolution_hz": str(RESOLUTION),
     }
     return Archive(dumps(machine), provenance, variables)
+
+
+def faults_of_limits(archive):
+    """One line for each point without a limit.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of str
+    """
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    told = {
+        NONE: f"not even {LOWEST:g} Hz is complete: the supply cannot move the piston",
+        DIED: "its worker process died; try --jobs 1",
+    }
+    return [
+        f"run {run} ({v['supply_pressure'][run] / 1e6:g} MPa abs, {v['supply_temperature'][run]:g} K, "
+        f"duty {v['duty'][run]:g}): {told[outcome]}"
+        for run, outcome in enumerate(v["outcome"])
+        if outcome != FOUND
+    ]

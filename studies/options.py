@@ -15,6 +15,9 @@ Pressures = Annotated[str, typer.Option(metavar="RANGE", help="Control pressures
 Temperatures = Annotated[str, typer.Option(metavar="RANGE", help="Of the control air.")]
 Pulse = Annotated[str, typer.Option(metavar="TIME", help="For which the solenoids are energised.")]
 Out = Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")]
+Jobs = Annotated[
+    int | None, typer.Option(metavar="N", min=1, help="Processes; as many as the work is worth if left out.")
+]
 ArchivePath = Annotated[Path, typer.Argument(metavar="F.h5", help="Archive.")]
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from engine.machine import Machine
 from studies.figures.valve import limit_figures
-from studies.limit import CRITERION, RESOLUTION, is_complete, limit_map, working_limit
+from studies.limit import CRITERION, RESOLUTION, faults_of_limits, is_complete, limit_map, working_limit
 from studies.valve_map import with_supply
 
 AMBIENT = Machine().ambient.pressure
@@ -47,3 +47,24 @@ def test_the_archive_states_its_criterion_and_counts_a_turn_an_event(tmp_path):
     limit, speed = (archive.variables[name].values for name in ("limit_hz", "limit_rpm"))
     np.testing.assert_allclose(speed, 60.0 * limit)
     assert all(path.stat().st_size > 5000 for path in limit_figures(archive, AMBIENT, tmp_path))
+
+
+def test_any_number_of_processes_finds_the_same_limits():
+    grid = [AMBIENT + 0.2e6, AMBIENT + 1.0e6], [287.0], [0.3, 0.5]
+    reports = []
+    one = limit_map(Machine(), *grid, jobs=1)
+    two = limit_map(Machine(), *grid, jobs=2, report=lambda *done: reports.append(done))
+    assert reports == [(done, 4) for done in (1, 2, 3, 4)]
+    assert one.variables.keys() == two.variables.keys()
+    for name, variable in one.variables.items():
+        np.testing.assert_array_equal(variable.values, two.variables[name].values)
+    for run, (pressure, duty) in enumerate((p, d) for p in grid[0] for d in grid[2]):
+        expected = working_limit(with_supply(Machine(), pressure, 287.0), duty).limit
+        assert two.variables["limit_hz"].values[run] == expected
+
+
+def test_points_without_a_limit_are_named():
+    machine = Machine()._replace(valve=Machine().valve._replace(spring_rate=1e5))
+    archive = limit_map(machine, [AMBIENT + 2e3], [287.0], [0.5])
+    [line] = faults_of_limits(archive)
+    assert "run 0 (0.103325 MPa abs, 287 K, duty 0.5)" in line and "not even 1 Hz" in line

@@ -3,8 +3,6 @@
 import sys
 import time
 
-import numpy as np
-
 from apesim.archive import command_line
 from apesim.quantities import Quantity, parse, parse_range
 from studies.commands.machine import load_machine
@@ -52,7 +50,7 @@ def map_command(console, machine_file, settings, pressure, temperature, pulse, o
     return INCOMPLETE if faults else DONE
 
 
-def limit_command(console, machine_file, settings, pressure, temperature, duty, out, overwrite, figures):
+def limit_command(console, machine_file, settings, pressure, temperature, duty, out, jobs, overwrite, figures):
     """Working limits of the valve; see `apesim valve limit --help`.
 
     Returns
@@ -61,13 +59,13 @@ def limit_command(console, machine_file, settings, pressure, temperature, duty, 
         Exit code.
     """
     from studies.figures.valve import limit_figures
-    from studies.limit import CRITERION, is_complete, limit_map
+    from studies.limit import CRITERION, faults_of_limits, is_complete, limit_map
 
     machine, *grid = _grid(machine_file, settings, pressure, temperature)
     duties = parse_range(duty, DUTY, where="--duty", file=COMMAND_LINE)
 
     def compute(**options):
-        return limit_map(machine, *grid, duties, **options)
+        return limit_map(machine, *grid, duties, jobs=jobs, **options)
 
     def draw(archive, folder):
         return limit_figures(archive, machine.ambient.pressure, folder) if figures else []
@@ -80,15 +78,15 @@ def limit_command(console, machine_file, settings, pressure, temperature, duty, 
         **{name: name for name in ("duty", "limit_hz", "limit_rpm")},
     }
     points = [{key: v[name][run] for key, name in keys.items()} for run in range(len(v["run"]))]
-    missing = int(np.isnan(v["limit_hz"]).sum())
-    lowest = float("nan") if missing else v["limit_hz"].min()
-    data = {"limit_hz": lowest, "limit_rpm": 60.0 * lowest, "criterion": CRITERION, "points": points} | told
+    faults = faults_of_limits(archive)
+    lowest = v["limit_hz"].min()  # NaN where one is missing
+    data = {"limit_hz": lowest, "limit_rpm": 60.0 * lowest, "criterion": CRITERION, "points": points, "faults": faults}
     rows = [(f"{p['duty']:g}", number(p["limit_hz"], ".2f"), number(p["limit_rpm"], ".0f")) for p in points]
     table = _table("Highest working rate", machine, v, ("duty", "limit [Hz]", "[r/min]"), rows)
-    console.result(data, table, f"criterion: {CRITERION}", _summary(told, f"{len(rows)} limits"))
-    if missing:
-        console.message(f"warning: at {missing} points not even 1 Hz is complete: the supply cannot move the piston")
-    return INCOMPLETE if missing else DONE
+    console.result(data | told, table, f"criterion: {CRITERION}", _summary(told, f"{len(rows)} limits"))
+    for fault in faults:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if faults else DONE
 
 
 def _grid(machine_file, settings, pressure, temperature):
