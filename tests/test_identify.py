@@ -87,10 +87,20 @@ def test_the_intervals_hold_the_truth_in_90_to_98_of_100_noises():
 def test_coloured_noise_widens_the_interval_and_it_still_holds_the_truth():
     found = [fit(measured_run(seed, colour=0.9), stated={"lift": NOISE}) for seed in range(100, 200)]
     assert 0.88 <= np.mean([holds(one) for one in found]) <= 1.0
+    assert max(one.evaluations for one in found) < 60
     widths = [high - low for one in found for low, high in [one.interval_95[BETA]]]
     low, high = fit(measured_run(0), stated={"lift": NOISE}).interval_95[BETA]
     assert np.median(widths) > 2.0 * (high - low)
     assert np.median([one.noise["lift"][1] for one in found]) == pytest.approx(0.9, abs=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("colour", [0.0, 0.5, 0.9, 0.97])
+def test_over_400_seeds_the_intervals_hold_the_truth_in_fewer_than_60_simulations(colour):
+    found = [fit(measured_run(seed, colour=colour), stated={"lift": NOISE}) for seed in range(1000, 1400)]
+    assert 0.92 <= np.mean([holds(one) for one in found]) <= 0.98
+    assert max(one.evaluations for one in found) < 60
+    assert all(one.converged for one in found)
 
 
 def test_unstated_noise_is_found():

@@ -16,6 +16,10 @@ DEVIATIONS = 1.959964
 """Half the width of a 95 % interval, in standard deviations."""
 ALIKE = 0.99
 MOST_RESTARTS = 5
+BASIN, FINE = 1e-2, 1e-5
+"""Relative tolerances, of parameters and sum of squares, with which a start is followed, and the best of them."""
+SHARP = 0.01
+"""Of half an interval: where its end is sought no further."""
 
 
 class Identified(NamedTuple):
@@ -124,7 +128,7 @@ def _profile_end(problem, best, cost, noise, j, side, curvature):
         if abs(away) >= abs(limit):
             away = limit
         guess = np.clip(_along(best, covariance[:, j] / covariance[j, j], j, away), *problem.bounds)
-        point, other, _ = _minimise(problem, guess, noise, 1e-5, held=j)
+        point, other, _ = _minimise(problem, guess, noise, FINE, held=j)
         if other < cost - 0.05:
             return nan, False, point
         deviations = np.sqrt(max(other - cost, 0.0))
@@ -139,7 +143,8 @@ def _profile_end(problem, best, cost, noise, j, side, curvature):
         # The root of the likelihood's loss is all but linear, unless a simulation changes its character on the way.
         size = abs(away) * min(DEVIATIONS / max(deviations, 1e-3), 10.0)
         away = side * (size if inner < size < outer else 0.5 * (inner + min(outer, abs(limit))))
-        if outer - inner < 1e-6 * outer:
+        if outer - inner < SHARP * outer:  # it jumps here
+            away = side * outer
             break
     return best[j] + away, False, None
 
@@ -182,11 +187,11 @@ def identify(machine, measured, free, method="least-squares", report=None):
             problem, x, None, None, noise, [*warnings, "the genetic algorithm states no uncertainty"], True
         )
     rough = rough_noise(problem, measured.noise)
-    fits = [_minimise(problem, x, rough, 1e-4) for x in _starts(free)]
-    best, _, _ = _minimise(problem, min(fits, key=lambda fit: fit[1])[0], rough, 1e-6)
+    fits = [_minimise(problem, x, rough, BASIN) for x in _starts(free)]
+    best, _, _ = _minimise(problem, min(fits, key=lambda fit: fit[1])[0], rough, FINE)
     noise, warnings = noise_model(problem, best, measured.noise)
     for _ in range(MOST_RESTARTS):
-        best, cost, success = _minimise(problem, best, noise, 1e-8)
+        best, cost, success = _minimise(problem, best, noise, FINE)
         jacobian = problem.jacobian(best, noise)
         curvature = jacobian.T @ jacobian
         curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)

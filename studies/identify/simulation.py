@@ -15,6 +15,10 @@ STEP = 1e-3
 """Of a finite difference, as a share of a parameter's scale."""
 
 
+KEPT = 16
+"""Points whose simulations are kept, so that a fit that goes on from one does not repeat them."""
+
+
 class Free(NamedTuple):
     """A free parameter, SI."""
 
@@ -114,7 +118,7 @@ class Problem:
         self.bounds = np.array([[f.low, f.high] for f in free]).T / self.scale
         self.blocks = [(run, sensor) for run in runs for sensor in FITTED if sensor in run.channels]
         self.sensors = [sensor for _, sensor in self.blocks]
-        self._last = None, None
+        self._kept = {}
 
     def machine_at(self, x, run=None):
         """The machine with the parameters, and with the supply of a run, if one is given."""
@@ -125,9 +129,9 @@ class Problem:
 
     def residuals(self, x):
         """Simulation less measurement, an array for each of `blocks` [SI]; large where a simulation ends early."""
-        if self._last[0] is not None and np.array_equal(self._last[0], x):
-            return self._last[1]
-        found = []
+        at, found = np.asarray(x, dtype=float).tobytes(), []
+        if at in self._kept:
+            return self._kept[at]
         for run in self.runs:
             sensors = [sensor for sensor in FITTED if sensor in run.channels]
             values, _ = predict(self.machine_at(x, run), run, sensors)
@@ -138,12 +142,14 @@ class Problem:
                 measured = run.channels[sensor]
                 error = values[sensor] - measured
                 found.append(np.where(np.isnan(error), 10.0 * np.abs(measured).max(), error))
-        self._last = np.array(x), found
+        self._kept[at] = found
+        if len(self._kept) > KEPT:
+            del self._kept[next(iter(self._kept))]
         return found
 
     def forget(self):
-        """Simulate anew, even where the last simulation was."""
-        self._last = None, None
+        """Simulate anew, even where it has been done."""
+        self._kept.clear()
 
     def objective(self, x):
         """Eq. 11 over all fitted samples of lift [m]; NaN without any."""
@@ -159,7 +165,6 @@ class Problem:
     def jacobian(self, x, noise, only=None):
         """Sensitivities of `whitened` by forward differences, shape (n, p) or (n, len(only))."""
         base = self.whitened(x, noise)
-        kept = self._last
         columns = []
         for j in range(len(x)) if only is None else only:
             step = min(STEP, 0.25 * (self.bounds[1, j] - self.bounds[0, j]))
@@ -167,5 +172,4 @@ class Problem:
             moved = np.array(x)
             moved[j] += step
             columns.append((self.whitened(moved, noise) - base) / step)
-        self._last = kept
         return np.column_stack(columns)
