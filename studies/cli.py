@@ -165,7 +165,11 @@ def valve_fit(
         str, typer.Option(metavar="NAME", help="least-squares, or ga: the paper's genetic algorithm.")
     ] = "least-squares",
 ):
-    """Identify parameters from measured lift (Eq. 11), with their uncertainty."""
+    """Identify parameters from measured lift (Eq. 11), with their uncertainty.
+
+    Runs of the role "fit" are fitted. Those of the role "gate" are not: one that contradicts the fitted model beyond
+    noise refuses it (exit code 3; the parameters are told all the same). Those of the role "check" are only reported.
+    """
     from studies.commands.fit import fit_command
 
     return fit_command(*common, folder, free, method)

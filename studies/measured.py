@@ -10,7 +10,7 @@ All that is wrong is told at once, each fault with its file, its key or column, 
     supply = "0.40 MPa gauge"
     temperature = "287 K"
     pulse = "50 ms"
-    role = "fit"
+    role = "fit"                     # "gate": never fitted, refuses a model that it contradicts; "check": only reported
 
 Inside all is SI and absolute. Time starts as the solenoids are energised; what lies before is at rest.
 """

@@ -9,9 +9,9 @@ from machines import AMBIENT, machine
 from truth.valve import POSITION, PRESSURE_A, Bench, noise, simulate
 
 from apesim.quantities import InputError
-from studies.commands.fit import fit_command, free_parameters, time_shift
+from studies.commands.fit import fit_command, free_parameters
 from studies.console import Console
-from studies.identify import identify, predict, run_of, whiten, with_value
+from studies.identify import identify, judge, predict, run_of, time_shift, whiten, with_value
 from studies.measured import Measured, MeasuredRun
 from valve.bench import run_bench
 
@@ -227,6 +227,84 @@ def test_a_time_shift_is_found(late):
 def test_a_check_run_that_never_flies_has_no_shift():
     told = time_shift(fit(measured_run(0)), measured_run(1)._replace(pulse=2e-3, channels={"lift": 0.0 * TIMES}))
     assert np.isnan(told["time_shift_s"])
+
+
+# --- gates ---
+
+
+def judged(*runs, stated=None, free=(BETA,), of=DEFAULT):
+    """What the runs with the role gate say, and the fit."""
+    measured, keys = Measured("", stated or {}, runs), free_parameters(of, free, "least-squares")
+    found = identify(of, measured, keys)
+    return judge(found, measured, keys, measured.of("gate")), found
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.9])
+@pytest.mark.parametrize("stated", [{"lift": NOISE}, {}])
+def test_gates_of_the_right_model_pass(colour, stated):
+    for seed in range(8):
+        others = [measured_run(100 + seed, supply, colour, "gate") for supply in (0.16, 0.49)]
+        gates, _ = judged(measured_run(seed, colour=colour), *others, stated=stated)
+        assert not any(gate.contradicted for gate in gates)
+        assert all(gate.residual_over_noise == pytest.approx(1.0, abs=0.12) for gate in gates)
+
+
+@pytest.mark.parametrize("wrong", [{"moving_mass": 0.2}, {"effective_area": 8.9e-6}, {"dead_time": 1.45e-3}])
+def test_a_gate_of_another_valve_refuses_and_changes_no_parameter(wrong):
+    others = [measured_run(1, 0.16, role="gate"), measured_run(2, 0.49, role="gate", **wrong)]
+    (right, refused), found = judged(measured_run(0), *others)
+    assert refused.contradicted and refused.residual_over_noise > refused.limit > 1.1
+    assert not right.contradicted
+    assert found.parameters == fit(measured_run(0)).parameters
+
+
+def test_a_fit_that_is_itself_off_is_refused_by_its_gate_although_its_own_rest_is_as_large():
+    runs = [measured_run(seed, role=role, moving_mass=0.2) for seed, role in enumerate(("fit", "gate"))]
+    [gate], found = judged(*runs, stated={"lift": NOISE})
+    assert any("off by" in warning for warning in found.warnings)
+    assert gate.contradicted
+
+
+def test_a_gate_allows_what_the_parameters_are_not_known_to():
+    keys = BETA, "valve.spring_rate", "valve.moving_mass"
+    short = measured_run(3, deviation=1e-3)  # so noisy that it tells the parameters badly
+    [gate], found = judged(short, measured_run(4, 0.16, role="gate"), free=keys, stated={"lift": 1e-3})
+    assert not gate.contradicted
+    exact = {"lift": NOISE}  # against a good sensor, the same fit is off by far more than noise
+    measured, free = Measured("", exact, (short, measured_run(4, 0.16, role="gate"))), free_parameters(DEFAULT, keys)
+    [strict] = judge(found._replace(sensor_noise={"lift": (NOISE, 0.0)}), measured, free, measured.of("gate"))
+    raw = predict(run_of(found.machine, measured.runs[1]), measured.runs[1], ("lift",))[0]["lift"]
+    off = np.sqrt(np.mean((raw - measured.runs[1].channels["lift"]) ** 2)) / NOISE
+    assert off > strict.limit > strict.residual_over_noise
+
+
+def test_a_fitted_supply_holds_in_gates_of_the_same_supply_only():
+    keys = (BETA, "supply.pressure")
+    actual = measured_run(0, 0.42)._replace(supply=AMBIENT + 0.4e6)  # its gauge reads too little
+    gates = [measured_run(1, 0.42, role="gate")._replace(supply=AMBIENT + 0.4e6), measured_run(2, 0.2, role="gate")]
+    told, found = judged(actual, *gates, free=keys)
+    assert found.parameters["supply.pressure"] == pytest.approx(AMBIENT + 0.42e6, rel=0.02)
+    assert not any(gate.contradicted for gate in told)
+    assert all(abs(gate.time_shift_s) < 1.5 * gate.noise_limit_s for gate in told)
+
+
+def test_the_command_refuses_and_still_tells_the_parameters(folder, capsys):
+    lift = measured_run(1, 0.16, moving_mass=0.2).channels["lift"] * 1e3
+    rows = "".join(f"{t * 1e3:.2f},{value:.5f}\n" for t, value in zip(TIMES, lift, strict=True))
+    (folder / "1.csv").write_text("time [ms],lift [mm]\n" + rows)
+    (folder / "3.csv").write_text("time [ms],velocity [m/s]\n" + rows)
+    toml = (folder / "measured.toml").read_text().replace("check", "gate", 1)
+    more = '[[run]]\ndata = "3.csv"\nsupply = "0.3 MPa gauge"\npulse = "50 ms"\nrole = "gate"\n'
+    (folder / "measured.toml").write_text(toml + more)
+    assert fit_command(Console(as_json=True), None, None, folder, [BETA], None) == 3
+    out, err = capsys.readouterr()
+    data = json.loads(out)
+    assert data["refused"] and data["parameters"][BETA] == pytest.approx(TRUE, abs=1.0)
+    assert [gate["contradicted"] for gate in data["gates"]] == [True, False]
+    assert "1.csv: refuses the model: what is left is" in err
+    assert data["warnings"] == ["3.csv: a gate without lift or chamber pressures judges nothing"]
+    assert fit_command(Console(), None, None, folder, [BETA], None) == 3
+    assert "Gate runs, not fitted" in capsys.readouterr().out
 
 
 @pytest.fixture

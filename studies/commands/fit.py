@@ -1,9 +1,7 @@
 """The command that identifies parameters from measured data."""
 
 import time
-from math import inf
-
-import numpy as np
+from math import inf, isnan
 
 from apesim.kernel import is_cold
 from apesim.quantities import Choice, Culprit, InputError, Quantity, Wrong, parse, quoted, unit
@@ -11,17 +9,15 @@ from apesim.quantities.settings import schema
 from studies.commands.machine import load_machine
 from studies.commands.tables import COMPILING, table_of
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.identify import Free, identify, predict, run_of
-from studies.measured import CHECK, read_measured
+from studies.identify import Free, identify, judge
+from studies.measured import CHECK, GATE, read_measured
 from valve.bench import run_bench
 
 METHODS = ("least-squares", "ga")
 METHOD = Choice(METHODS, "command line")
 PAPER_RANGES = {"valve.viscous_friction": (100.0, 120.0)}
 """Search space of the genetic algorithm: doi 10.1631/jzus.A0820373, Table 2 [N s/m]."""
-FLIGHT = 0.1, 0.9
-"""Shares of the stroke between which the piston counts as in flight."""
-SHIFTS = ("time_shift_s", "noise_limit_s")
+HEADER = ("run", "largest time shift [ms]", "by noise alone, 95 % [ms]", "left over noise", "limit")
 
 
 def fit_command(console, machine_file, settings, folder, free, method):
@@ -54,8 +50,11 @@ def fit_command(console, machine_file, settings, folder, free, method):
     start = time.perf_counter()
     with console.progress("simulations") as report:
         found = identify(machine, measured, free, method, report)
-    checks = [time_shift(found, run) for run in measured.of(CHECK)]
+    judged = {role: judge(found, measured, free, measured.of(role)) for role in (GATE, CHECK)}
     wall = time.perf_counter() - start
+    for one in judged[GATE]:
+        if isnan(one.residual_over_noise):
+            found.warnings.append(f"{one.run}: a gate without lift or chamber pressures judges nothing")
     data = {
         "method": method,
         "parameters": found.parameters,
@@ -66,17 +65,25 @@ def fit_command(console, machine_file, settings, folder, free, method):
         "objective_unit": "m",
         "correlation": found.correlation,
         "noise": {s: {"deviation": d, "colour": c} for s, (d, c) in found.noise.items()},
-        "checks": checks,
+        "gates": [one._asdict() for one in judged[GATE]],
+        "checks": [one._asdict() for one in judged[CHECK]],
+        "refused": any(one.contradicted for one in judged[GATE]),
         "wall_time_s": wall,
         "warnings": found.warnings,
     }
-    console.result(data, *_shown(found, free, checks))
+    console.result(data, *_shown(found, free, judged))
     for warning in found.warnings:
         console.message(f"warning: {warning}")
-    return DONE if found.converged else INCOMPLETE
+    refused = [one for one in judged[GATE] if one.contradicted]
+    for one in refused:
+        console.message(
+            f"{one.run}: refuses the model: what is left is {one.residual_over_noise:.3g} times the noise, "
+            f"beyond the {one.limit:.3g} that noise and the parameters' uncertainty allow"
+        )
+    return DONE if found.converged and not refused else INCOMPLETE
 
 
-def _shown(found, free, checks):
+def _shown(found, free, judged):
     """Tables and a line for the terminal."""
     rows = []
     for f in free:
@@ -85,10 +92,19 @@ def _shown(found, free, checks):
         texts = ["-" if value is None else f"{value / factor:.6g}" for value in values]
         rows.append((f.key, *texts, f"{f.declaration.unit}{f.declaration.suffix}" or "-"))
     yield table_of("Parameters", ("", "value", "95 % from", "to", "unit"), rows)
-    if checks:
-        rows = [[check["run"], *(f"{check[key] * 1e3:.4g}" for key in SHIFTS), "ms"] for check in checks]
-        header = "run", "largest time shift", "by noise alone, 95 %", "unit"
-        yield table_of("Check runs, at equal lift in flight", header, rows)
+    for role, runs in judged.items():
+        if runs:
+            rows = [
+                (
+                    one.run,
+                    f"{one.time_shift_s * 1e3:.4g}",
+                    f"{one.noise_limit_s * 1e3:.4g}",
+                    f"{one.residual_over_noise:.3g}",
+                    f"{one.limit:.3g}",
+                )
+                for one in runs
+            ]
+            yield table_of(f"{role.capitalize()} runs, not fitted", HEADER, rows)
     yield f"objective {found.objective * 1e3:.5g} mm (Eq. 11); {found.evaluations} simulations"
 
 
@@ -153,66 +169,3 @@ def _free(leaf, bounds, ambient_pressure, method):
     start = value if low < value < high else 0.5 * (low + high)
     scale = abs(value) if local else 0.5 * (high - low)
     return Free(key, declaration, low, high, start, scale, local)
-
-
-def time_shift(found, run):
-    """Largest time shift at equal lift between a measured run and its simulation, while the piston is in flight.
-
-    Parameters
-    ----------
-    found : studies.identify.Identified
-    run : studies.measured.MeasuredRun
-
-    Returns
-    -------
-    dict
-        ``run``; ``time_shift_s``, positive where the measured piston is later; ``noise_limit_s``: what noise alone
-        exceeds in one of twenty such runs; NaN where nothing flies or lift is not measured.
-    """
-    machine = run_of(found.machine, run)
-    shifts, noises = [np.empty(0)], [np.empty(0)]
-    if "lift" in run.channels:
-        deviation, stroke = found.noise.get("lift", (0.0, 0.0))[0], machine.valve.stroke
-        times = np.arange(0.0, float(run.times[-1]), 1e-5)
-        lift = predict(machine, run._replace(times=times), ("lift",))[0]["lift"]
-        for start, end, sign in ((0.0, run.pulse, 1.0), (run.pulse, inf, -1.0)):
-            flights = []
-            for t, values in ((times, lift), (run.times, run.channels["lift"])):
-                within = (t >= start) & (t < end)
-                flights += [t[within], (values if sign > 0.0 else stroke - values)[within] / stroke]
-            shift, noise = _shifts(*flights, deviation / stroke)
-            shifts.append(shift)
-            noises.append(noise)
-    shift, noise = np.concatenate(shifts), np.concatenate(noises)
-    if not len(shift):
-        return {"run": run.data, "time_shift_s": np.nan, "noise_limit_s": np.nan}
-    return {"run": run.data, "time_shift_s": float(shift[np.argmax(np.abs(shift))]), "noise_limit_s": _largest(noise)}
-
-
-def _shifts(simulated_times, simulated, times, measured, deviation):
-    """Shifts of the samples in flight, and the standard deviation of each; travel and noise as shares of the stroke."""
-    none = np.empty(0), np.empty(0)
-    if not len(simulated) or not len(measured) or max(simulated[0], measured[0]) > FLIGHT[0]:
-        return none
-    highest = np.maximum.accumulate(simulated)
-    first = np.append(True, np.diff(highest) > 0.0)
-    levels, at = highest[first], simulated_times[first]
-    if len(levels) < 3:
-        return none
-    speed = np.maximum(np.gradient(levels, at), 1e-3)
-    flying = (measured >= FLIGHT[0]) & (measured <= min(FLIGHT[1], levels[-1]))
-    flying[np.argmax(measured) :] = False
-    level = measured[flying]
-    return times[flying] - np.interp(level, levels, at), deviation / np.interp(level, levels, speed)
-
-
-def _largest(deviations):
-    """What the largest of independent normal deviates of these standard deviations exceeds in one of twenty cases."""
-    from scipy.optimize import brentq
-    from scipy.special import erf
-
-    widest = deviations.max()
-    if widest == 0.0:
-        return 0.0
-    held = deviations[deviations > 0.0] * np.sqrt(2.0)
-    return brentq(lambda x: np.sum(np.log(erf(x / held))) - np.log(0.95), 0.1 * widest, 20.0 * widest)

@@ -10,11 +10,27 @@ else from repeats, else from what is left at the optimum; its colour is from rep
 The sum of squares bends wherever the simulated contact passes a sample, the more the redder the noise, so that there
 are several minima close together: a profile that meets a better point starts the fit again from there.
 
-In the order in which they build on one another: noise, simulation, genetic, fit.
+Runs that are not fitted are judged afterwards, by what is left between them and the model found: one with the role
+"gate" refuses the model where that is more than noise and the parameters' uncertainty allow.
+
+In the order in which they build on one another: noise, simulation, genetic, fit, shift, gate.
 """
 
 from studies.identify.fit import Identified, identify
+from studies.identify.gate import Judgement, judge
 from studies.identify.noise import whiten
+from studies.identify.shift import time_shift
 from studies.identify.simulation import Free, predict, run_of, with_value
 
-__all__ = ["Free", "Identified", "identify", "predict", "run_of", "whiten", "with_value"]
+__all__ = [
+    "Free",
+    "Identified",
+    "Judgement",
+    "identify",
+    "judge",
+    "predict",
+    "run_of",
+    "time_shift",
+    "whiten",
+    "with_value",
+]

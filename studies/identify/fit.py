@@ -8,7 +8,7 @@ import numpy as np
 from apesim.quantities import Culprit, InputError
 from studies.identify.genetic import genetic
 from studies.identify.noise import is_white, noise_model, rough_noise
-from studies.identify.simulation import Problem
+from studies.identify.simulation import SUPPLY, Problem
 from studies.measured import FIT
 
 STARTS = 3
@@ -33,7 +33,11 @@ class Identified(NamedTuple):
     objective: float
     """Eq. 11 over all fitted samples of lift [m]; NaN without any."""
     noise: dict
-    """Standard deviation [SI] and colour, by sensor."""
+    """Standard deviation [SI] and colour of what is left at the optimum, by sensor."""
+    sensor_noise: dict
+    """The same of the sensor alone: less, where the best fit is off by more than the noise."""
+    nominal: dict
+    """What the fitted runs say of a supply that is free, by key."""
     evaluations: int
     """Simulations of one run each."""
     warnings: list
@@ -182,14 +186,14 @@ def identify(machine, measured, free, method="least-squares", report=None):
     _refuse(problem, measured, method)
     if method == "ga":
         x = genetic(problem)
-        noise, warnings = noise_model(problem, x, measured.noise)
+        *noises, warnings = noise_model(problem, x, measured.noise)
         return _identified(
-            problem, x, None, None, noise, [*warnings, "the genetic algorithm states no uncertainty"], True
+            problem, x, None, None, noises, [*warnings, "the genetic algorithm states no uncertainty"], True
         )
     rough = rough_noise(problem, measured.noise)
     fits = [_minimise(problem, x, rough, BASIN) for x in _starts(free)]
     best, _, _ = _minimise(problem, min(fits, key=lambda fit: fit[1])[0], rough, FINE)
-    noise, warnings = noise_model(problem, best, measured.noise)
+    noise, own, warnings = noise_model(problem, best, measured.noise)
     for _ in range(MOST_RESTARTS):
         best, cost, success = _minimise(problem, best, noise, FINE)
         jacobian = problem.jacobian(best, noise)
@@ -207,7 +211,7 @@ def identify(machine, measured, free, method="least-squares", report=None):
     covariance = np.linalg.inv(curvature)
     deviations = np.sqrt(np.diag(covariance))
     return _identified(
-        problem, best, intervals, covariance / np.outer(deviations, deviations), noise, warnings, success
+        problem, best, intervals, covariance / np.outer(deviations, deviations), (noise, own), warnings, success
     )
 
 
@@ -217,7 +221,7 @@ def _refuse(problem, measured, method):
     if not problem.blocks or (method == "ga" and "lift" not in problem.sensors):
         wrong = "no run of the role fit has " + ("lift" if method == "ga" else "lift or chamber pressures")
         culprits.append(Culprit(measured.folder, "run", wrong, 'measure "lift [mm]", and write role = "fit"'))
-    for key, field in (("supply.pressure", "supply"), ("supply.temperature", "temperature")):
+    for key, field in SUPPLY.items():
         given = {value for run in problem.runs if not isnan(value := getattr(run, field))}
         if key in [f.key for f in problem.free] and len(given) > 1:
             culprits.append(
@@ -227,8 +231,8 @@ def _refuse(problem, measured, method):
         raise InputError(culprits)
 
 
-def _identified(problem, x, intervals, correlation, noise, warnings, converged):
-    """The outcome, with warnings of what the data cannot tell."""
+def _identified(problem, x, intervals, correlation, noises, warnings, converged):
+    """The outcome, with warnings of what the data cannot tell; noises: both of `noise_model`."""
     keys = [f.key for f in problem.free]
     for j, key in enumerate(keys if intervals else ()):
         if any(at_bound for _, at_bound, _ in intervals[j]):
@@ -244,7 +248,8 @@ def _identified(problem, x, intervals, correlation, noise, warnings, converged):
         },
         correlation,
         problem.objective(x),
-        {sensor: tuple(map(float, pair)) for sensor, pair in noise.items()},
+        *({sensor: tuple(map(float, pair)) for sensor, pair in noise.items()} for noise in noises),
+        {key: getattr(problem.runs[0], SUPPLY[key]) for key in keys if key in SUPPLY},
         problem.evaluations,
         warnings,
         problem.machine_at(x),

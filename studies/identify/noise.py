@@ -4,6 +4,8 @@ import numpy as np
 
 FITTED = {"lift": 1e-8, "pressure_a": 1.0, "pressure_b": 1.0}
 """Sensors that are fitted, and the error of the simulator, below which no noise is believed [SI]."""
+BELIEVED = 1.1
+"""Times its standard deviation, up to which a noise is believed to be no more than that."""
 
 
 def whiten(residuals, times, deviation, colour):
@@ -42,25 +44,31 @@ def noise_model(problem, x, stated):
 
     Returns
     -------
-    dict
+    noise : dict
+        Deviation [SI] and colour of what is left, by sensor, if that is more than the sensor's noise; else of that.
+    own : dict
+        Of the sensor alone; white where what is left is more, and no repeats tell its colour.
     warnings : list of str
     """
-    noise, warnings = {}, []
+    noise, own, warnings = {}, {}, []
     for sensor in dict.fromkeys(problem.sensors):
         pairs = [(run, r) for r, (run, of) in zip(problem.residuals(x), problem.blocks, strict=True) if of == sensor]
         deviation, colour = _deviation_and_colour([r for _, r in pairs])
-        pure, pure_colour = _deviation_and_colour(_repeat_differences(pairs) or [r for _, r in pairs])
+        repeats = _repeat_differences(pairs)
+        pure, pure_colour = _deviation_and_colour(repeats or [r for _, r in pairs])
         known = max(stated.get(sensor, pure), FITTED[sensor])
         # Colour makes a standard deviation less certain: by this share.
         chance = np.sqrt((1.0 + colour**2) / (1.0 - colour**2) / (2.0 * sum(len(r) for _, r in pairs)))
-        if deviation > (1.1 + 3.0 * chance) * known:
+        own[sensor] = known, pure_colour
+        if deviation > (BELIEVED + 3.0 * chance) * known:
+            own[sensor] = known, pure_colour if repeats else 0.0
             warnings.append(
                 f"{sensor}: the best fit is off by {deviation / known:.2f} times the noise; "
                 "the intervals are widened accordingly, but the model may lack something"
             )
             known, pure_colour = deviation, colour
         noise[sensor] = known, pure_colour
-    return noise, warnings
+    return noise, own, warnings
 
 
 def _deviation_and_colour(errors):

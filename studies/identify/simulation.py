@@ -46,6 +46,25 @@ def run_of(machine, run):
     return machine._replace(supply=supply)
 
 
+SUPPLY = {"supply.pressure": "supply", "supply.temperature": "temperature"}
+"""What a measured run says of its supply, by key of the machine."""
+
+
+def carries(found, key, run):
+    """Whether what was found for a key holds in a run: not where it was that of another supply."""
+    nominal = found.nominal.get(key)
+    return nominal is None or isnan(own := getattr(run, SUPPLY[key])) or own == nominal
+
+
+def fitted_for(found, run):
+    """The machine found, with the supply of a run; a fitted supply stays where the run has the same nominal one."""
+    machine = run_of(found.machine, run)
+    for key in found.nominal:
+        if carries(found, key, run):
+            machine = with_value(machine, key, found.parameters[key])
+    return machine
+
+
 def predict(machine, run, sensors):
     """What ideal sensors would see of a measured run.
 

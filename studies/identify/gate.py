@@ -1,0 +1,92 @@
+"""Runs that are not fitted, judged: is what is left between them and the model found no more than noise?
+
+What is left is whitened by the noise of the sensors alone, and freed of what the parameters' uncertainty allows, to
+first order: the least of ``|e - J d|^2 + d C^-1 d`` over shifts d of the parameters, with the sensitivities J of the
+run and the covariance C of the parameters from the fitted runs. If the model is right this has the chi-square
+distribution of as many degrees as samples, or Fisher's where the noise is not stated but estimated. A noise is believed
+to a tenth of its standard deviation, as in the fit.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.identify.noise import BELIEVED, rough_noise
+from studies.identify.shift import time_shift
+from studies.identify.simulation import Problem, carries
+from studies.measured import FIT
+
+CHANCE = 1e-3
+"""Of noise alone to contradict a model by one of the runs it is judged by."""
+
+
+class Judgement(NamedTuple):
+    """A run against the model found."""
+
+    run: str
+    time_shift_s: float
+    """Largest at equal lift in flight; NaN where nothing flies or lift is not measured."""
+    noise_limit_s: float
+    """What noise alone exceeds in one of twenty such runs."""
+    residual_over_noise: float
+    """Root mean square of what is left over the noise; NaN without a sensor that is fitted."""
+    limit: float
+    """Above which the model is contradicted."""
+    contradicted: bool
+
+
+def judge(found, measured, free, runs):
+    """How well the model found holds in runs that were not fitted; the parameters stay as they are.
+
+    Parameters
+    ----------
+    found : Identified
+    measured : studies.measured.Measured
+    free : sequence of Free
+    runs : sequence of MeasuredRun
+        Of `measured`.
+
+    Returns
+    -------
+    list of Judgement
+    """
+    if not runs:
+        return []
+    fitted = Problem(found.machine, measured.of(FIT), free)
+    x = np.array([found.parameters[f.key] for f in free]) / fitted.scale
+    sensitivities = fitted.jacobian(x, found.noise)
+    information = sensitivities.T @ sensitivities
+    covariance = np.linalg.inv(information + np.diag(1e-10 * np.diag(information) + 1e-12))
+    judged = []
+    for run in runs:
+        kept = [j for j, f in enumerate(free) if carries(found, f.key, run)]
+        problem = Problem(found.machine, [run], [free[j] for j in kept])
+        left, limit = np.nan, np.nan
+        if problem.blocks:
+            noise = rough_noise(problem, measured.noise) | found.sensor_noise
+            left = _left(problem, x[kept], noise, covariance[np.ix_(kept, kept)])
+            known = all(sensor in measured.noise for sensor in problem.sensors)
+            limit = _limit(problem, None if known else len(sensitivities), len(runs))
+        shift = time_shift(found, run)
+        judged.append(Judgement(**shift, residual_over_noise=left, limit=limit, contradicted=bool(left > limit)))
+    return judged
+
+
+def _left(problem, x, noise, covariance):
+    """Root mean square of the whitened residuals, less what the parameters' uncertainty allows."""
+    e = problem.whitened(x, noise)
+    square = float(e @ e)
+    if len(x):
+        sensitivities = problem.jacobian(x, noise)
+        pull = sensitivities.T @ e
+        square -= pull @ np.linalg.solve(np.linalg.inv(covariance) + sensitivities.T @ sensitivities, pull)
+    return float(np.sqrt(max(square, 0.0) / len(e)))
+
+
+def _limit(problem, estimated_from, runs):
+    """Limit of `_left`; estimated_from: the number of samples that told the noise, None if it is stated."""
+    from scipy.stats import chi2, f
+
+    n, chance = sum(len(run.times) for run, _ in problem.blocks), CHANCE / runs
+    square = chi2.isf(chance, n) / n if estimated_from is None else f.isf(chance, n, estimated_from)
+    return float(BELIEVED * np.sqrt(square))
