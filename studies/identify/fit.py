@@ -1,6 +1,6 @@
 """Least squares from several starts, and intervals by profile likelihood."""
 
-from math import inf, isnan, nan
+from math import isnan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,18 +8,15 @@ import numpy as np
 from apesim.quantities import Culprit, InputError
 from studies.identify.genetic import genetic
 from studies.identify.noise import is_white, noise_model, rough_noise
+from studies.identify.profile import FINE, intervals_of, minimise
 from studies.identify.simulation import SUPPLY, Problem
 from studies.measured import FIT
 
 STARTS = 3
-DEVIATIONS = 1.959964
-"""Half the width of a 95 % interval, in standard deviations."""
 ALIKE = 0.99
 MOST_RESTARTS = 5
-BASIN, FINE = 1e-2, 1e-5
-"""Relative tolerances, of parameters and sum of squares, with which a start is followed, and the best of them."""
-SHARP = 0.01
-"""Of half an interval: where its end is sought no further."""
+BASIN = 1e-2
+"""Relative tolerance of parameters and sum of squares with which a start is followed; the best goes on to `FINE`."""
 
 
 class Identified(NamedTuple):
@@ -46,36 +43,6 @@ class Identified(NamedTuple):
     converged: bool
 
 
-def _minimise(problem, x, noise, tolerance, held=None):
-    """Bounded least squares from a start; the parameter `held` stays where it is. Returns x, cost and success."""
-    from scipy.optimize import least_squares
-
-    x = np.array(x)
-    moving = [j for j in range(len(x)) if j != held]
-    if not moving:
-        return x, float(np.sum(problem.whitened(x, noise) ** 2)), True
-
-    def whole(part):
-        full = x.copy()
-        full[moving] = part
-        return full
-
-    low, high = problem.bounds[:, moving]
-    margin = 1e-9 * (high - low)
-    found = least_squares(
-        lambda part: problem.whitened(whole(part), noise),
-        np.clip(x[moving], low + margin, high - margin),
-        lambda part: problem.jacobian(whole(part), noise, moving),
-        bounds=(low, high),
-        x_scale="jac",
-        xtol=tolerance,
-        ftol=tolerance,
-        gtol=1e-10,
-        max_nfev=30,
-    )
-    return whole(found.x), 2.0 * found.cost, bool(found.success)
-
-
 def _starts(free):
     """Where the fits start: the machine's values, and points spread by a Halton sequence; shape (STARTS, p)."""
     from scipy.stats import qmc
@@ -88,81 +55,6 @@ def _starts(free):
             value = f.start * 4.0 ** (u - 0.5) if f.local else f.low + u * (f.high - f.low)
             starts[-1].append(min(max(value, f.low), f.high) / f.scale)
     return np.array(starts)
-
-
-def _along(best, slopes, j, away):
-    """The optimum with parameter j moved, and the others as the slopes say: as powers of it where all is positive."""
-    target = best[j] + away
-    guess = best + slopes * away
-    if best[j] > 0.0 and target > 0.0:
-        powers = best > 0.0
-        exponents = slopes[powers] * best[j] / best[powers]
-        guess[powers] = best[powers] * np.exp(np.clip(exponents * np.log(target / best[j]), -20.0, 20.0))
-    guess[j] = target
-    return guess
-
-
-def _profile_end(problem, best, cost, noise, j, side, curvature):
-    """End of a parameter's profile-likelihood interval.
-
-    Parameters
-    ----------
-    problem : Problem
-    best : (p,) float array
-        The optimum.
-    cost : float
-        Sum of squares there.
-    noise : dict
-    j : int
-    side : {-1, 1}
-    curvature : (p, p) float array
-        Of half the sum of squares.
-
-    Returns
-    -------
-    end : float
-    at_bound : bool
-    better : (p,) float array or None
-        A point of a smaller sum of squares, if one was met.
-    """
-    limit = problem.bounds[(side + 1) // 2, j] - best[j]
-    covariance = np.linalg.inv(curvature)
-    away, inner, outer = side * DEVIATIONS * np.sqrt(covariance[j, j]), 0.0, inf
-    for _ in range(20):
-        if abs(away) >= abs(limit):
-            away = limit
-        guess = np.clip(_along(best, covariance[:, j] / covariance[j, j], j, away), *problem.bounds)
-        point, other, _ = _minimise(problem, guess, noise, FINE, held=j)
-        if other < cost - 0.05:
-            return nan, False, point
-        deviations = np.sqrt(max(other - cost, 0.0))
-        if abs(deviations - DEVIATIONS) < 0.01:
-            break
-        if deviations < DEVIATIONS:
-            if away == limit:
-                return best[j] + limit, True, None
-            inner = abs(away)
-        else:
-            outer = abs(away)
-        # The root of the likelihood's loss is all but linear, unless a simulation changes its character on the way.
-        size = abs(away) * min(DEVIATIONS / max(deviations, 1e-3), 10.0)
-        away = side * (size if inner < size < outer else 0.5 * (inner + min(outer, abs(limit))))
-        if outer - inner < SHARP * outer:  # it jumps here
-            away = side * outer
-            break
-    return best[j] + away, False, None
-
-
-def _intervals(problem, best, cost, noise, curvature):
-    """Both ends of every parameter's interval; or a better point, if one is met. See `_profile_end`."""
-    intervals = []
-    for j in range(len(best)):
-        ends = [_profile_end(problem, best, cost, noise, j, side, curvature) for side in (-1, 1)]
-        for _, _, better in ends:
-            if better is not None:
-                return intervals, better
-        intervals.append(ends)
-    return intervals, None
 
 
 def identify(machine, measured, free, method="least-squares", report=None):
@@ -191,15 +83,15 @@ def identify(machine, measured, free, method="least-squares", report=None):
             problem, x, None, None, noises, [*warnings, "the genetic algorithm states no uncertainty"], True
         )
     rough = rough_noise(problem, measured.noise)
-    fits = [_minimise(problem, x, rough, BASIN) for x in _starts(free)]
-    best, _, _ = _minimise(problem, min(fits, key=lambda fit: fit[1])[0], rough, FINE)
+    fits = [minimise(problem, x, rough, BASIN) for x in _starts(free)]
+    best, _, _ = minimise(problem, min(fits, key=lambda fit: fit[1])[0], rough, FINE)
     noise, own, warnings = noise_model(problem, best, measured.noise)
     for _ in range(MOST_RESTARTS):
-        best, cost, success = _minimise(problem, best, noise, FINE)
+        best, cost, success = minimise(problem, best, noise, FINE)
         jacobian = problem.jacobian(best, noise)
         curvature = jacobian.T @ jacobian
         curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)
-        intervals, better = _intervals(problem, best, cost, noise, curvature)
+        intervals, better = intervals_of(problem, best, cost, noise, curvature)
         if better is None:
             break
         best = better
