@@ -33,7 +33,8 @@ REMEDIES = {
     Status.STEP_TOO_SMALL: "the step fell below 1e-14 s: a state left its domain; look for an area too large for its "
     "volume",
     Status.TOO_MANY_EVENTS: "more than 2000 events: a contact, dry friction or a flow chatters; lower the restitution",
-    Status.TOO_MANY_STEPS: "more than 2 million steps: the volumes are too small for their areas, or the time too long",
+    Status.TOO_MANY_STEPS: "more than 2 million steps, or 10 million to the periodic state: the volumes are too small "
+    "for their areas, or the time too long",
 }
 
 TOLERANCE = 1e-7

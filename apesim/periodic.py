@@ -8,12 +8,18 @@ from apesim.march import LOG_HEAD, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
 CYCLES_MOST = 600
+STEPS_MOST = 10_000_000
+"""Of all cycles together."""
 NOISE = 100.0
 """Two cycles that differ by less than this many tolerances of a step differ by the solver's error."""
 PATIENCE = 60
 """Cycles after which a tenth of that is good enough."""
 BURST = 15
 """Plain cycles before the march is helped by Newton's method, and between two such helps."""
+FARTHEST = 10.0
+"""Estimated distance from the periodic state, over the tolerance, up to which plain cycles alone are believed."""
+SLOWEST = 0.999
+"""Factor by which a change falls from cycle to cycle, at most, when the distance is estimated."""
 NO_TIMES, NO_TRACE = np.empty(0), np.empty((0, 0))
 LOOSE = 1e-9
 """A state whose map differs from the identity by less is held, as a piston on its stop."""
@@ -47,42 +53,73 @@ def distance(a, b, scale):
     return float(np.max(np.abs(a[:n] - b[:n]) / sizes))
 
 
-def _cycle(p, tables, y, mode, kinks, accuracy):
-    """State and mode after one cycle, the state's ledger that cycle's, and the march's status."""
-    n = len(accuracy.scale)
-    y, mode = y.copy(), mode.copy()
-    y[n:] = 0.0
-    status = march(p, tables, 0.0, y, mode, kinks, accuracy, np.empty((0, LOG_HEAD + n)), NO_TIMES, NO_TRACE).status
-    return y, mode, status
+class Drive:
+    """A machine and the cycle that it is driven in; counts what is marched."""
+
+    def __init__(self, p, tables, kinks, accuracy):
+        self.p, self.tables, self.kinks, self.accuracy = p, tables, kinks, accuracy
+        self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
+        self.cycles = self.steps = 0
+
+    def march(self, y, mode, count=1):
+        """State and mode after some cycles, the state's ledger theirs, and the status of the last."""
+        y, mode = y.copy(), mode.copy()
+        y[len(self.accuracy.scale) :] = 0.0
+        status = Status.DONE
+        while count and status == Status.DONE:
+            count -= 1
+            outcome = march(self.p, self.tables, 0.0, y, mode, self.kinks, self.accuracy, self.log, NO_TIMES, NO_TRACE)
+            self.cycles += 1
+            self.steps += outcome.steps + outcome.rejected
+            status = Status.TOO_MANY_STEPS if self.steps > STEPS_MOST else outcome.status
+        return y, mode, status
 
 
-def _plain_cycles(p, tables, y, mode, kinks, accuracy, tolerance, most):
+class Settling(NamedTuple):
+    """Where plain cycles have led."""
+
+    y: np.ndarray
+    mode: np.ndarray
+    status: int
+    change: float
+    change_of_two: float
+    period: int
+    """1 or 2 where the state repeats, else 0."""
+
+
+def _plain_cycles(drive, y, mode, tolerance, most, sure):
     """Plain cycles until two in a row repeat the state, or four in a row that of two cycles before, or the most.
+
+    Parameters
+    ----------
+    sure : bool
+        A small change is enough; else what is still to go has to be small, too.
 
     Returns
     -------
-    y, mode : arrays
-    status, cycles : int
-    change, change_of_two : float
-        Of the state over the last cycle and the last two.
+    Settling
     """
+    noise = NOISE * drive.accuracy.tolerance
     before = before_that = None
     change = change_of_two = np.inf
-    steady = steady_of_two = 0
-    cycles = 0
-    while cycles < most:
-        cycles += 1
+    steady = steady_of_two = period = 0
+    for _ in range(most):
         before_that, before = before, (y, mode)
-        y, mode, status = _cycle(p, tables, y, mode, kinks, accuracy)
+        earlier, earlier_of_two = change, change_of_two
+        y, mode, status = drive.march(y, mode)
         if status != Status.DONE:
-            break
-        change = _change(before, y, mode, accuracy.scale)
-        change_of_two = _change(before_that, y, mode, accuracy.scale)
-        steady = steady + 1 if change <= tolerance else 0
-        steady_of_two = steady_of_two + 1 if change_of_two <= tolerance else 0
+            return Settling(y, mode, status, change, change_of_two, 0)
+        change = _change(before, y, mode, drive.accuracy.scale)
+        change_of_two = _change(before_that, y, mode, drive.accuracy.scale)
+        steady = steady + 1 if _is_small(change, earlier, tolerance, sure) else 0
+        steady_of_two = steady_of_two + 1 if _is_small(change_of_two, earlier_of_two, tolerance, sure) else 0
         if steady >= 2 or steady_of_two >= 4:
+            # What stays within the solver's error is no difference.
+            period = 1 if steady >= 2 or change <= noise else 2
             break
-    return y, mode, status, cycles, change, change_of_two
+    if not period and drive.cycles >= PATIENCE and change_of_two <= change <= 0.1 * noise:
+        period = 1  # a drift changes twice as much in two cycles as in one, the solver's error does not
+    return Settling(y, mode, status, change, change_of_two, period)
 
 
 def _change(earlier, y, mode, scale):
@@ -92,54 +129,52 @@ def _change(earlier, y, mode, scale):
     return distance(earlier[0], y, scale)
 
 
-def _period(change, change_of_two, tolerance, noise, done):
-    """1 or 2 where the state repeats, else 0. What stays within the solver's error is no difference."""
-    if change <= tolerance:
-        return 1
-    if change_of_two <= tolerance:
-        return 1 if change <= noise else 2
-    # A drift changes twice as much in two cycles as in one, the solver's error does not.
-    return int(done >= PATIENCE and change_of_two <= change <= 0.1 * noise)
+def _is_small(change, earlier, tolerance, sure):
+    """Whether a change is, and, if that is not enough, what is to go where changes fall by one factor for ever."""
+    if change > tolerance or change == 0.0:
+        return change == 0.0
+    return sure or change / (1.0 - min(change / earlier, SLOWEST)) <= FARTHEST * tolerance
 
 
-def _newton(p, tables, y, mode, kinks, accuracy):
-    """One Newton step towards the fixed point of the cycle's map.
+def _newton(drive, y, mode, count):
+    """One Newton step towards the fixed point of the map of some cycles.
 
     Returns
     -------
-    y : array or None
-        None where a cycle changes the mode or fails, so that the map has no slope; or where the slope repels, so that
+    array or None
+        None where the cycles change the mode or fail, so that the map has no slope; or where the slope repels, so that
         the fixed point is none that a machine settles to.
-    cycles : int
     """
+    accuracy = drive.accuracy
     n = accuracy.scale.shape[0]
-    image, mode_image, status = _cycle(p, tables, y, mode, kinks, accuracy)
+    image, mode_image, status = drive.march(y, mode, count)
     if status != Status.DONE or mode_image[0] != mode[0]:
-        return None, 1
+        return None
     slopes = np.zeros((n, n))
     sizes = accuracy.scale + np.abs(y[:n])
     for i in range(n):
         nudged = y.copy()
         nudged[i] -= NUDGE * sizes[i]
-        other, mode_other, status = _cycle(p, tables, nudged, mode, kinks, accuracy)
+        other, mode_other, status = drive.march(nudged, mode, count)
         if status != Status.DONE or mode_other[0] != mode[0]:
-            return None, i + 2
+            return None
         slopes[:, i] = (image[:n] - other[:n]) / sizes / NUDGE
     if np.abs(np.linalg.eigvals(slopes)).max() > 1.0 + accuracy.tolerance / NUDGE:
-        return None, n + 1
+        return None
     gap = np.eye(n) - slopes
     free = np.flatnonzero(np.abs(gap).max(axis=1) > LOOSE)
     step = np.zeros(n)
     step[free] = np.linalg.lstsq(gap[np.ix_(free, free)], ((image - y)[:n] / sizes)[free], rcond=1e-9)[0]
     better = y.copy()
     better[:n] += np.clip(step, -0.3, 0.3) * sizes
-    return better, n + 1
+    return better
 
 
 def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLERANCE, most=CYCLES_MOST):
     """March to the periodic state, helped by Newton's method where plain cycles converge slowly.
 
     What a Newton step found is kept only where the plain cycles after it come nearer to a period than those before it.
+    Where the state swings from cycle to cycle, the step is one of the map of two cycles.
 
     Parameters
     ----------
@@ -162,24 +197,35 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
     -------
     Orbit
     """
-    done, kept = 0, None
+    drive = Drive(p, tables, kinks, accuracy)
+    kept = None
     while True:
-        y, mode, status, cycles, change, change_of_two = _plain_cycles(
-            p, tables, y, mode, kinks, accuracy, tolerance, max(1, min(BURST, most - done))
-        )
-        done += cycles
-        period = _period(change, change_of_two, tolerance, NOISE * accuracy.tolerance, done)
-        astray = kept is not None and not period and not (status == Status.DONE and change < 0.5 * kept[2])
+        sure = kept is not None or drive.cycles >= PATIENCE
+        found = _plain_cycles(drive, y, mode, tolerance, max(1, min(BURST, most - drive.cycles)), sure)
+        astray = kept is not None and not found.period and not (found.status == Status.DONE and _nearer(found, kept))
         if astray:
-            y, mode, change, change_of_two, status = *kept, Status.DONE
-        if status != Status.DONE or period or done >= most:
+            found = kept
+        if found.status != Status.DONE or found.period or drive.cycles >= most:
             break
-        found, kept = None, None
+        y, mode, kept = found.y, found.mode, None
         if not astray:
-            found, cycles = _newton(p, tables, y, mode, kinks, accuracy)
-            done += cycles
-        if found is not None:
-            kept = y, mode, change, change_of_two
-            y = found
+            better = _newton(drive, y, mode, 2 if found.change_of_two < 0.5 * found.change else 1)
+            if better is not None:
+                y, kept = better, found
+    y = found.y.copy()
     y[accuracy.scale.shape[0] :] = 0.0
-    return Orbit(y, mode, bool(period), period, done, change, change_of_two, status)
+    return Orbit(
+        y,
+        found.mode,
+        bool(found.period),
+        found.period,
+        drive.cycles,
+        found.change,
+        found.change_of_two,
+        found.status,
+    )
+
+
+def _nearer(found, kept):
+    """Whether cycles come at least twice as near to a period as others."""
+    return min(found.change, found.change_of_two) < 0.5 * min(kept.change, kept.change_of_two)

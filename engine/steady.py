@@ -20,7 +20,7 @@ class SteadyRun(NamedTuple):
     start: np.ndarray
     """State at the start of the cycle, (SIZE,)."""
     end: np.ndarray
-    """State at its end; the ledger is that of the cycle."""
+    """State at its end, and the cycle's ledger; with a period of 2 cycles, their mean change added to the start."""
     log: np.ndarray
     """See `apesim.march.march`."""
     angles: np.ndarray
@@ -66,14 +66,20 @@ def run_steady(
     angles = p.start + np.arange(0.0, 2.0 * np.pi + 0.5 * angle_step, angle_step)
     times = np.minimum((angles - p.start) / speed, kinks[-1])
 
-    def noted(accuracy, times):
-        y, mode = orbit.y.copy(), orbit.mode.copy()
+    def cycle(y, mode, accuracy, times=times[:0]):
         log, trace = np.empty((LOG_ROWS, LOG_HEAD + STATES)), np.full((len(times), len(TRACE)), np.nan)
         outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
-        return y, log[: outcome.logged], trace, outcome
+        return log[: outcome.logged], trace, outcome
 
-    end, log, trace, outcome = noted(accuracy, times)
-    coarse = noted(accuracy.tenfold(), times[:0])[0]
+    end, mode = orbit.y.copy(), orbit.mode.copy()
+    log, trace, outcome = cycle(end, mode, accuracy, times)
+    work = outcome.work
+    coarse, coarse_mode = orbit.y.copy(), orbit.mode.copy()
+    cycle(coarse, coarse_mode, accuracy.tenfold())
+    if orbit.period == 2:
+        work = 0.5 * (work + cycle(end, mode, accuracy)[2].work)
+        cycle(coarse, coarse_mode, accuracy.tenfold())
+        end, coarse = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse)
     return SteadyRun(
         p,
         orbit,
@@ -82,7 +88,7 @@ def run_steady(
         log,
         angles,
         trace,
-        outcome.work,
+        work,
         _change(coarse[WORK], end[WORK]),
         _change(coarse[GROOVE], end[GROOVE]),
         tolerance,

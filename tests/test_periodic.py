@@ -68,9 +68,9 @@ def map_rates(p, t, y, mode, dy):
     return abs(y[0] - p.fixed) < p.walls
 
 
-def settle(machine, y, states=None, most=600):
+def settle(machine, y, states=None, most=600, tolerance=TOLERANCE):
     n = states or len(y)
-    accuracy = Accuracy(TOLERANCE, 10.0, np.ones(n))
+    accuracy = Accuracy(tolerance, 10.0, np.ones(n))
     return periodic_orbit(
         machine, NoTables(), np.array(y, dtype=float), np.zeros(1), np.array([1.0]), accuracy, most=most
     )
@@ -97,6 +97,14 @@ def test_a_slow_contraction_is_found_in_far_fewer_cycles_than_plain_ones_would_t
     assert orbit.cycles < 100
     # A cycle's own error is a few tolerances of a step; a fixed point multiplies it by 1/(1 - 0.99).
     assert orbit.y == pytest.approx([3.0, 3.0], abs=4.0 * TOLERANCE / 0.01)
+
+
+def test_a_small_change_is_not_enough_where_there_is_far_to_go():
+    """A cycle changes by 1e-4 of what is to go: by 1e-9 at first, though the fixed point is 1e-5 away."""
+    orbit = settle(Contraction(0.1, 0.9999), [3.0, 3.0 + 4e-5], tolerance=1e-13)
+    assert (orbit.converged, orbit.period) == (True, 1)
+    assert orbit.y == pytest.approx([3.0, 3.0], abs=1e-7)
+    assert orbit.cycles < 60
 
 
 def test_the_ledger_of_the_orbit_is_zero_and_plays_no_part():
@@ -139,6 +147,36 @@ def test_a_stable_orbit_of_period_2_is_called_2(start):
     assert np.abs(SWINGS - orbit.y[0]).min() < 1e-6
     assert orbit.change == pytest.approx(abs(SWINGS[0] - SWINGS[1]) / (1.0 + SWINGS.max()), rel=1e-6)
     assert orbit.change_of_two <= 1e-8
+
+
+def test_a_slow_orbit_of_period_2_is_helped_as_one_of_period_1_is():
+    """Just beyond the flip it draws nearer by 2 % a cycle: 900 plain ones."""
+    orbit = settle(Map(slope=-1.01, bend=0.4), [2.3])
+    assert (orbit.converged, orbit.period) == (True, 2)
+    assert orbit.cycles < 150
+    swings = 2.0 + np.roots([1.0, -0.01 / 0.4, -0.01 / 0.16])
+    assert np.abs(swings - orbit.y[0]).min() < 1e-5
+
+
+class Stiff(NamedTuple):
+    """A state that is driven round by a rate far above its frequency: some million steps a cycle."""
+
+    rate: float = 3e6
+
+
+@rates.for_type(Stiff)
+@kernel
+def stiff_rates(p, t, y, mode, dy):
+    dy[0] = p.rate * (np.cos(y[1]) - y[0])
+    dy[1] = 2.4
+    return True
+
+
+def test_an_orbit_that_takes_too_many_steps_is_given_up():
+    orbit = settle(Stiff(), [0.0, 0.0])
+    assert orbit.status == Status.TOO_MANY_STEPS
+    assert not orbit.converged
+    assert orbit.cycles < 30
 
 
 # --- what is not steady ---

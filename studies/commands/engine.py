@@ -113,7 +113,9 @@ def warnings_of(run, values):
             f"not periodic after {run.orbit.cycles} cycles: the state still changes by {run.orbit.change:.1e}"
         )
     elif run.orbit.period == 2:
-        warnings.append("the state repeats only every second cycle; one cycle of the two is shown")
+        warnings.append(
+            "the state repeats only every second cycle: work and air are the mean of both, traces and angles those of one"
+        )
     if values["brake_torque_Nm"] <= 0.0:
         warnings.append("brake work is not positive: what is related to it is null")
     if isnan(values["full_open_deg"]):
