@@ -2,6 +2,7 @@
 
 import sys
 import time
+from pathlib import Path
 
 from apesim.archive import command_line
 from apesim.quantities import Quantity, parse, parse_range
@@ -143,4 +144,4 @@ def _table(title, machine, v, header, rows):
 def _summary(told, count):
     """A line of what was computed, in which time, and where it lies."""
     line = f"{told['archive']}: {count} in {told['wall_time_s']:.2f} s"
-    return f"{line}; figures in {told['archive'].removesuffix('.h5')}.figures/" if told["figures"] else line
+    return f"{line}; figures in {Path(told['figures'][0]).parent}/" if told["figures"] else line
