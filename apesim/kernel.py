@@ -95,11 +95,6 @@ def cache_folder():
     return Path(tempfile.mkdtemp(prefix="apesim-kernels-"))
 
 
-def is_cold():
-    """Whether the kernels still have to be compiled (once for each version of the sources)."""
-    return not numba.config.DISABLE_JIT and not any(cache_folder().rglob("*.nbc"))
-
-
 @contextlib.contextmanager
 def when_compiling(tell):
     """Within, call a function once as soon as anything has to be compiled; what is loaded from the cache has not.

@@ -174,9 +174,7 @@ def kept_files(folder):
 )
 def test_a_damaged_cache_file_is_rebuilt(tmp_path, monkeypatch, suffix, damage):
     monkeypatch.setattr(module, "cache_folder", lambda: tmp_path)
-    assert module.is_cold()
     assert kernel(cubed)(3.0) == 27.0
-    assert not module.is_cold()
     sound = kept_files(tmp_path)
     (damaged,) = (path for path in sound if path.suffix == suffix)
     whole = sound[damaged]

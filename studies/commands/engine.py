@@ -114,7 +114,7 @@ def warnings_of(run, values):
         )
     elif run.orbit.period == 2:
         warnings.append(
-            "the state repeats only every second cycle: work and air are the mean of both, traces and angles those of one"
+            "the state repeats only every second cycle: work and air are the mean of both, angles those of one"
         )
     if values["brake_torque_Nm"] <= 0.0:
         warnings.append("brake work is not positive: what is related to it is null")

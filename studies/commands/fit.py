@@ -3,11 +3,10 @@
 import time
 from math import inf, isnan
 
-from apesim.kernel import is_cold
 from apesim.quantities import Choice, Culprit, InputError, Quantity, Wrong, parse, quoted, unit
 from apesim.quantities.settings import schema
 from studies.commands.machine import load_machine
-from studies.commands.tables import COMPILING, table_of
+from studies.commands.tables import table_of, warm_up
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from studies.identify import Free, identify, judge
 from studies.measured import CHECK, GATE, read_measured
@@ -44,9 +43,7 @@ def fit_command(console, machine_file, settings, folder, free, method):
     method = METHODS[parse(method or METHODS[0], METHOD, where="--method", file=COMMAND_LINE)]
     free = free_parameters(machine, free or (), method)
     measured = read_measured(folder, machine.ambient.pressure)
-    if is_cold():
-        console.message(COMPILING)
-    run_bench(machine, 10e-3)  # compiles, or loads what is compiled
+    warm_up(console, run_bench, machine, 10e-3)
     start = time.perf_counter()
     with console.progress("simulations") as report:
         found = identify(machine, measured, free, method, report)

@@ -5,11 +5,10 @@ import sys
 import time
 
 from apesim.archive import ArchiveError, command_line
-from apesim.kernel import is_cold
 from apesim.quantities import parse_range
 from apesim.quantities.settings import dumps
 from studies.commands.machine import load_machine
-from studies.commands.tables import COMPILING, table_of
+from studies.commands.tables import table_of, warm_up
 from studies.commands.valve import PRESSURE, TEMPERATURE
 from studies.console import DONE, INCOMPLETE, plain
 from studies.output import publish
@@ -34,9 +33,7 @@ def paper_command(console, machine_file, settings, folder, overwrite):
 
     machine = load_machine(machine_file, settings)
     _make(folder, overwrite)
-    if is_cold():
-        console.message(COMPILING)
-    run_bench(machine, PULSE)  # compiles, or loads what is compiled
+    warm_up(console, run_bench, machine, PULSE)
     start = time.perf_counter()
     pressures = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure)
     with console.progress("paper") as report:
