@@ -88,6 +88,18 @@ def test_a_pressure_at_rest_is_reached_in_a_time_that_falls_with_the_root_of_tem
     assert values["time_s_at_250_K"] / values["time_s_at_322_K"] == pytest.approx(np.sqrt(322.0 / 250.0), rel=2e-4)
 
 
+@pytest.mark.parametrize("other", [{"valve.solenoid.effective_area": 3e-6}, {"valve.stroke": 4e-3}])
+def test_the_dimensional_argument_holds_on_other_valves(other):
+    values = delay.temperature_scaling(changed(Machine(), other)).values
+    assert values["spread"] < 2e-4
+    assert values["time_s_at_250_K"] > values["time_s_at_322_K"]
+
+
+def test_the_dimensional_argument_is_not_made_of_a_piston_that_moves():
+    weak = changed(Machine(), {"valve.spring_rate": 1e5, "valve.clearance_volume": 2e-3})
+    assert np.isnan(delay.temperature_scaling(weak).values["time_s_at_287_K"])
+
+
 def test_the_models_vessel_empties_as_choked_flow_does_in_closed_form():
     # Choked, dp/dt = -k psi sqrt(R T_ini) S/V p_ini (p/p_ini)^(8/7) is solved by p = p_ini (1 + Y/5)^-7,
     # with Y = psi sqrt(R T_ini)/V times the integral of S: 9 mm2 for t less 2.25 ms once the valve is open.

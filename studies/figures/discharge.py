@@ -92,7 +92,8 @@ def areas(found, true=None):
     above.set_xlim(left=0.0)
     above.legend(fontsize=8.5, loc="lower right", ncols=2)
     below.axhline(0.0, color="0.1", lw=1.0, ls="--")
-    below.set(ylabel="from all together\n[% of full area]", xlabel="time after the switch [ms]")
+    shown = "from all together" if len(tests) > 1 else "band"
+    below.set(ylabel=f"{shown}\n[% of full area]", xlabel="time after the switch [ms]")
     half = 100.0 * max(np.quantile(test["high"] - test["area"], 0.95) for test in tests) / arrays["full_area"]
     below.set_ylim(-1.5 * half, 1.5 * half)
     return figure

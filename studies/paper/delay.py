@@ -68,16 +68,19 @@ def temperature_scaling(machine):
     instant = valve._replace(
         solenoid=valve.solenoid._replace(dead_time=0.0, ramp_time=1e-6, opening_curve=np.empty((0, 2)))
     )
+    volume = valve.clearance_volume + valve.piston_area * valve.stroke
+    until = volume / (valve.solenoid.effective_area * np.sqrt(machine.air.gas_constant * 287.0)) / 2.5
     times = {}
     for temperature in (250.0, 287.0, 322.0):
         run = run_bench(
             with_supply(machine, machine.ambient.pressure + 1.0e6, temperature)._replace(valve=instant),
             PULSE,
-            until=3e-3,
-            sample=2e-6,
+            until=until,
+            sample=until / 1500.0,
         )
         pressure = run.trace[:, 2]
-        times[temperature] = float(np.interp(-0.8 * pressure[0], -pressure, run.times))
+        at = float(np.interp(-0.8 * pressure[0], -pressure, run.times, right=np.nan))
+        times[temperature] = at if np.interp(at, run.times, run.trace[:, 0]) == 0.0 else np.nan  # the piston held
     scaled = np.array([time * np.sqrt(temperature) for temperature, time in times.items()])
     spread = float(np.ptp(scaled) / scaled.mean())
     told = ", ".join(f"{1e3 * time:.4f} ms at {temperature:g} K" for temperature, time in times.items())

@@ -46,7 +46,7 @@ def gauge_pressures(machine):
         "Pressures are given relative to ambient, and put into Eqs. 7-10.",
         "gauge",
         f"from a vessel that mass and energy balance empty from {GAUGE[0] / 1e6:g} MPa gauge, Eq. 10 gives the area "
-        f"back within {np.abs(right).max():.3%} with absolute pressures; with gauge ones it is {wrong[0]:+.0%} off as "
+        f"back within {np.abs(right).max():.0e} with absolute pressures; with gauge ones it is {wrong[0]:+.0%} off as "
         f"the valve is open, {wrong[-1]:+.0%} at {test.pressures[-1] / 1e6:.2f} MPa abs",
         {
             "largest_error_absolute": np.abs(right).max(),
