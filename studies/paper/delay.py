@@ -3,7 +3,7 @@
 import numpy as np
 
 from studies.paper.claim import CALIBRATED, Claim, verdict_of
-from studies.valve_map import PULSE, with_supply
+from studies.valve_map import with_supply
 from valve.bench import run_bench
 
 SIZE = 0.41
@@ -74,7 +74,7 @@ def temperature_scaling(machine):
     for temperature in (250.0, 287.0, 322.0):
         run = run_bench(
             with_supply(machine, machine.ambient.pressure + 1.0e6, temperature)._replace(valve=instant),
-            PULSE,
+            2.0 * until,
             until=until,
             sample=until / 1500.0,
         )
