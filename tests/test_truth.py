@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import truth
 from machines import AMBIENT, agrees, machine, reference
+from truth.terms import ring_leakage
 from truth.valve import POSITION, PRESSURE_A, TEMPERATURE_B, Bench, noise, simulate
 
 from valve.bench import run_bench
@@ -15,6 +16,16 @@ PACKAGES = {"apesim", "valve", "engine", "studies"}
 FILES = sorted(Path(truth.__file__).parent.rglob("*.py"))
 ROWS = reference("reference-valve.csv")
 ERROR = 2e-5
+EFFECTS = {
+    "none": ({}, {}),
+    "friction": (
+        {"dry_friction": 8.0, "breakaway": 20.0},
+        {"effects__coulomb_friction__force": 8.0, "effects__coulomb_friction__breakaway": 20.0},
+    ),
+    "bounce": ({"restitution": 0.5}, {"effects__bounce__restitution": 0.5}),
+    "solenoid B": ({"delay_b": 0.7e-3}, {"effects__solenoid_b_delay__time": 0.7e-3}),
+    "ring": ({"terms": (ring_leakage(Bench(), 0.2e-6),)}, {"effects__ring_leakage__area": 0.2e-6}),
+}
 
 
 def imported(path):
@@ -40,13 +51,28 @@ def test_the_truth_repeats_the_published_solution(row):
     assert all(agrees(a, b, ERROR) for a, b in zip(sum(found, ()), list(row.values())[2:], strict=True))
 
 
+@pytest.mark.parametrize("effect", EFFECTS)
 @pytest.mark.parametrize("supply", [0.16, 0.4, 1.9])
-def test_the_compiled_bench_agrees_with_the_truth(supply):
-    run = run_bench(machine(supply=supply), 50e-3, 100e-3, sample=5e-5)
-    states = simulate(Bench(AMBIENT + 1e6 * supply), 50e-3, 100e-3).states(run.times)
+def test_the_compiled_bench_agrees_with_the_truth(supply, effect):
+    ours, theirs = EFFECTS[effect]
+    run = run_bench(machine(supply=supply, **theirs), 50e-3, 100e-3, sample=5e-5)
+    states = simulate(Bench(AMBIENT + 1e6 * supply, **ours), 50e-3, 100e-3).states(run.times)
     assert np.abs(run.trace[:, 0] - (9e-3 - states[POSITION])).max() < 1e-6
     assert run.trace[:, 2] == pytest.approx(states[PRESSURE_A], rel=1e-4)
     assert run.trace[:, 5] == pytest.approx(states[TEMPERATURE_B], rel=1e-4)
+
+
+@pytest.mark.parametrize("effect", [name for name in EFFECTS if name != "none"])
+def test_an_effect_moves_the_lift_by_more_than_the_packages_err(effect):
+    times = np.arange(0.0, 0.1, 5e-5)
+    base, moved = (simulate(Bench(AMBIENT + 4e5, **ours), 50e-3, 0.1) for ours in ({}, EFFECTS[effect][0]))
+    assert np.abs(base.states(times)[POSITION] - moved.states(times)[POSITION]).max() > 2e-5
+
+
+def test_a_breakaway_larger_than_every_force_keeps_the_piston_closed():
+    run = simulate(Bench(AMBIENT + 4e5, breakaway=1e3), 50e-3, 0.1)
+    assert np.isnan(run.opening.delay)
+    assert run.states(np.array([0.0, 0.05, 0.1]))[POSITION] == pytest.approx(9e-3, abs=0.0)
 
 
 def test_a_pulse_too_short_for_a_stroke_has_none():

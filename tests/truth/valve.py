@@ -1,4 +1,4 @@
-"""The electro-pneumatic valve on its bench, after Eqs. 1-8 of doi 10.1631/jzus.A0820373.
+"""The electro-pneumatic valve, alone on its bench, after Eqs. 1-8 of doi 10.1631/jzus.A0820373.
 
 The chambers are pressures and temperatures, the solver is LSODA with root finding; the march restarts at each corner
 of the solenoids' ramp and wherever the piston meets or leaves a stop. Imports nothing from the packages it judges.
@@ -8,15 +8,17 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
-CLOSED, FLYING, OPEN = "closed", "flying", "open"
+from truth.gas import gas_rates, inflow
+from truth.march import March, march
+from truth.piston import CLOSED, CLOSING, DIRECTION, OPEN, OPENING
+
 POSITION, SPEED, PRESSURE_A, TEMPERATURE_A, PRESSURE_B, TEMPERATURE_B = range(6)
 ABSOLUTE = np.array([1e-13, 1e-10, 1e-4, 1e-7, 1e-4, 1e-7])
-RELATIVE = 1e-9
-PAST = 1e-13
-"""Contact counts this far inside a stop, so that a piston that has just left it is not found on it [m]."""
-LINEAR_ABOVE = 0.999
+LONGEST = 0.5e-3
+"""Step [s]."""
+FORCE, MASS_A, HEAT_A, MASS_B, HEAT_B, MASS_CYLINDER, HEAT_CYLINDER, MASS_RECEIVER, HEAT_RECEIVER, SUMS = range(10)
+"""What optional terms add to: a force to closed [N]; mass [kg/s], and heat with enthalpy [W], into a volume."""
 
 
 class Bench(NamedTuple):
@@ -37,6 +39,36 @@ class Bench(NamedTuple):
     effective_area: float = 9e-6
     dead_time: float = 1.5e-3
     ramp_time: float = 1.5e-3
+    delay_a: float = 0.0
+    """Of solenoid A, besides the dead time [s]."""
+    delay_b: float = 0.0
+    dry_friction: float = 0.0
+    """Under way [N]."""
+    breakaway: float = 0.0
+    """At rest; at least the dry friction [N]."""
+    restitution: float = 0.0
+    terms: tuple = ()
+    """Optional, see `truth.terms`."""
+
+
+class Now(NamedTuple):
+    """What an optional term sees; a gas is a pair of pressure [Pa abs] and temperature [K]."""
+
+    position: float
+    speed: float
+    a: tuple
+    b: tuple
+    supply: tuple
+    """Before the solenoids."""
+    receiver: tuple | None = None
+    """Before the groove; None on the bench, like what follows."""
+    cylinder: tuple | None = None
+    volume: float | None = None
+    """Of the cylinder [m3]."""
+    slope: float | None = None
+    """Of that volume over crank angle [m3/rad]."""
+    angle: float | None = None
+    """Of the crank [rad]."""
 
 
 class Stroke(NamedTuple):
@@ -55,95 +87,68 @@ class Run(NamedTuple):
 
     opening: Stroke
     closing: Stroke
-    pieces: tuple
-    """Start [s] and dense solution of each smooth stretch."""
+    march: March
 
     def states(self, times):
         """Position [m], speed [m/s], p [Pa] and T [K] of A, p and T of B at the given times; shape (6, n)."""
-        starts = [start for start, _ in self.pieces]
-        which = np.searchsorted(starts, times, side="right") - 1
-        found = np.empty((6, len(times)))
-        for i in np.unique(which):
-            found[:, which == i] = self.pieces[i][1](np.asarray(times)[which == i])
-        return found
+        return self.march.states(times)
 
 
-def energised(bench, pulse, t):
-    """Energised fraction of the solenoids."""
-
-    def ramp(lag):
-        return min(1.0, max(0.0, (lag - bench.dead_time) / bench.ramp_time))
-
-    return min(1.0, max(0.0, ramp(t) - ramp(t - pulse)))
+def energised(bench, edges, delay, t):
+    """Energised fraction of a solenoid; edges of the command are pairs of time [s] and sign."""
+    lag = t - bench.dead_time - delay
+    return min(1.0, max(0.0, sum(sign * min(1.0, max(0.0, (lag - at) / bench.ramp_time)) for at, sign in edges)))
 
 
-def flow_function(r, k):
-    """psi of Eq. 8, linear above 0.999."""
-    if r > LINEAR_ABOVE:
-        return flow_function(LINEAR_ABOVE, k) * (1.0 - r) / (1.0 - LINEAR_ABOVE)
-    r = max(r, (2.0 / (k + 1.0)) ** (k / (k - 1.0)))
-    return sqrt(2.0 * k / (k - 1.0) * (r ** (2.0 / k) - r ** ((k + 1.0) / k)))
+def corners_after(bench, edge):
+    """Times at which a solenoid begins and ends to follow an edge of the command [s]."""
+    followed = (bench.dead_time, bench.dead_time + bench.ramp_time)
+    return [edge + lag + delay for lag in followed for delay in {bench.delay_a, bench.delay_b}]
 
 
-def inflow(bench, area, inside, outside):
-    """Mass [kg/s] and enthalpy [W] into a chamber through a restriction (Eq. 7); each side is (p, T)."""
-    into = outside[0] > inside[0]
-    up, down = (outside, inside) if into else (inside, outside)
-    k, gas = bench.heat_capacity_ratio, bench.gas_constant
-    mass = area * flow_function(down[0] / up[0], k) * up[0] / sqrt(gas * up[1])
-    mass = mass if into else -mass
-    return mass, mass * k / (k - 1.0) * gas * up[1]
+def sums_of(terms, now):
+    """What all optional terms add; the terms are functions of `Now` and of the list that they add to."""
+    sums = [0.0] * SUMS
+    for term in terms:
+        term(now, sums)
+    return sums
 
 
-def net_force(bench, y):
-    """Force on the piston without a stop's, positive to closed (Eq. 1) [N]."""
+def net_force(bench, now, sums):
+    """Force on the piston without a stop's and dry friction's, positive to closed (Eq. 1) [N]."""
     return (
-        (y[PRESSURE_A] - y[PRESSURE_B]) * bench.piston_area
-        + bench.spring_rate * (bench.stroke - 2.0 * y[POSITION])
-        - bench.viscous_friction * y[SPEED]
+        (now.a[0] - now.b[0]) * bench.piston_area
+        + bench.spring_rate * (bench.stroke - 2.0 * now.position)
+        - bench.viscous_friction * now.speed
+        + sums[FORCE]
     )
 
 
-def rates(bench, pulse, mode, t, y):
-    """dy/dt."""
-    supply = bench.supply_pressure, bench.supply_temperature
+def valve_rates(bench, now, sums, phase, x_a, x_b):
+    """Rates of the valve's six states, and the mass [kg/s] and enthalpy [W] that it draws from its supply."""
     ambient = bench.ambient_pressure, bench.ambient_temperature
-    position, speed, p_a, t_a, p_b, t_b = (float(value) for value in y)
-    x = energised(bench, pulse, t)
-    dy = [speed, net_force(bench, y) / bench.moving_mass] if mode == FLYING else [0.0, 0.0]
-    k, gas, swell = bench.heat_capacity_ratio, bench.gas_constant, bench.piston_area * dy[0]
-    for p, warm, depth, growth, share in (
-        (p_a, t_a, position, swell, 1.0 - x),
-        (p_b, t_b, bench.stroke - position, -swell, x),
+    speed = push = 0.0
+    if phase in (OPENING, CLOSING):
+        speed = now.speed
+        push = net_force(bench, now, sums) - DIRECTION[phase] * bench.dry_friction
+    swell = bench.piston_area * speed
+    rates, drawn = [speed, push / bench.moving_mass], [0.0, 0.0]
+    for gas, depth, growth, share, mass, heat in (
+        (now.a, now.position, swell, 1.0 - x_a, sums[MASS_A], sums[HEAT_A]),
+        (now.b, bench.stroke - now.position, -swell, x_b, sums[MASS_B], sums[HEAT_B]),
     ):
+        mass_in, heat_in = inflow(bench, bench.effective_area * share, gas, now.supply)
+        mass_out, heat_out = inflow(bench, bench.effective_area * (1.0 - share), gas, ambient)
         volume = bench.clearance_volume + bench.piston_area * depth
-        mass_in, heat_in = inflow(bench, bench.effective_area * share, (p, warm), supply)
-        mass_out, heat_out = inflow(bench, bench.effective_area * (1.0 - share), (p, warm), ambient)
-        dp = ((k - 1.0) * (heat_in + heat_out) - k * p * growth) / volume
-        mass = p * volume / (gas * warm)
-        dy += [dp, warm * (dp / p + growth / volume - (mass_in + mass_out) / mass)]
-    return dy
+        rates += gas_rates(bench, gas, volume, growth, mass + mass_in + mass_out, heat + heat_in + heat_out)
+        drawn[0] += mass_in
+        drawn[1] += heat_in
+    return rates, drawn
 
 
-def event(function, direction, terminal=True):
-    """A function as solve_ivp wants its events."""
-    function.direction, function.terminal = direction, terminal
-    return function
-
-
-def events(bench, mode):
-    """What ends a smooth stretch, with the mode that follows; and the crossings of 1 and 99 % of lift."""
-    if mode == CLOSED:
-        return [event(lambda t, y: net_force(bench, y), -1)], [FLYING]
-    if mode == OPEN:
-        return [event(lambda t, y: net_force(bench, y), 1)], [FLYING]
-    found = [
-        event(lambda t, y: y[POSITION] + PAST, -1),
-        event(lambda t, y: y[POSITION] - bench.stroke - PAST, 1),
-        event(lambda t, y: y[POSITION] - 0.99 * bench.stroke, -1, terminal=False),
-        event(lambda t, y: y[POSITION] - 0.01 * bench.stroke, 1, terminal=False),
-    ]
-    return found, [OPEN, CLOSED]
+def closed_at_rest(bench, supply):
+    """States of a valve closed and at rest, A at the supply's pressure and B at the ambient's."""
+    return [bench.stroke, 0.0, supply[0], supply[1], bench.ambient_pressure, supply[1]]
 
 
 def simulate(bench, pulse, until):
@@ -161,46 +166,47 @@ def simulate(bench, pulse, until):
     -------
     Run
     """
-    corners = [edge + lag for edge in (0.0, pulse) for lag in (0.0, bench.dead_time, bench.dead_time + bench.ramp_time)]
-    ends = sorted({t for t in corners if 0.0 < t < until} | {until})
-    t, mode = 0.0, CLOSED
-    warm = bench.supply_temperature
-    y = np.array([bench.stroke, 0.0, bench.supply_pressure, warm, bench.ambient_pressure, warm])
-    pieces, seen = [], {name: [] for name in ("starts", "ends", OPEN, CLOSED)}
-    while t < until:
-        end = next(at for at in ends if at > t)
-        watched, following = events(bench, mode)
-        piece = solve_ivp(
-            lambda t, y, mode=mode: rates(bench, pulse, mode, t, y),
-            (t, end),
-            y,
-            method="LSODA",
-            rtol=RELATIVE,
-            atol=ABSOLUTE,
-            max_step=0.5e-3,
-            dense_output=True,
-            events=watched,
-        )
-        if piece.status < 0:
-            raise ArithmeticError(piece.message)
-        pieces.append((t, piece.sol))
-        t, y = float(piece.t[-1]), piece.y[:, -1].copy()
-        if mode == FLYING:
-            seen["starts"] += list(piece.t_events[2])
-            seen["ends"] += list(piece.t_events[3])
-        if piece.status == 1:
-            mode = next(mode for mode, times in zip(following, piece.t_events, strict=False) if len(times))
-            if mode != FLYING:
-                seen[mode].append((t, abs(float(y[SPEED]))))
-                y[POSITION], y[SPEED] = (0.0 if mode == OPEN else bench.stroke), 0.0
-    return Run(stroke(0.0, seen["starts"], seen[OPEN]), stroke(pulse, seen["ends"], seen[CLOSED]), tuple(pieces))
+    supply = bench.supply_pressure, bench.supply_temperature
+    edges = (0.0, 1.0), (pulse, -1.0)
+    corners = [at for edge, _ in edges for at in corners_after(bench, edge)] + [pulse]
+
+    def now(y):
+        y = y.tolist()
+        return Now(y[0], y[1], (y[2], y[3]), (y[4], y[5]), supply)
+
+    def rates(t, y, phase):
+        here = now(y)
+        x_a, x_b = (energised(bench, edges, delay, t) for delay in (bench.delay_a, bench.delay_b))
+        return valve_rates(bench, here, sums_of(bench.terms, here), phase, x_a, x_b)[0]
+
+    def force(t, y):
+        here = now(y)
+        return net_force(bench, here, sums_of(bench.terms, here))
+
+    found = march(
+        bench,
+        rates,
+        force,
+        sorted({t for t in corners if 0.0 < t < until} | {until}),
+        0.0,
+        np.array(closed_at_rest(bench, supply)),
+        CLOSED,
+        ABSOLUTE,
+        LONGEST,
+        (0.99 * bench.stroke, 0.01 * bench.stroke),
+    )
+    opening = stroke(found, 0.0, 0.99 * bench.stroke, -1, OPEN)
+    closing = stroke(found, pulse, 0.01 * bench.stroke, 1, CLOSED)
+    return Run(opening, closing, found)
 
 
-def stroke(command, starts, contacts):
+def stroke(found, command, start, direction, stop):
     """The first stroke after a command."""
-    start = next((t for t in starts if t >= command), np.nan)
-    contact, speed = next((pair for pair in contacts if pair[0] >= command), (np.nan, np.nan))
-    return Stroke(start - command, contact - start, speed)
+    starts = (one.at for one in found.crossings if (one.position, one.direction) == (start, direction))
+    begin = next((t for t in starts if t >= command), np.nan)
+    contacts = (one for one in found.contacts if one.stop == stop and one.at >= command)
+    at, speed = next(((one.at, one.speed) for one in contacts), (np.nan, np.nan))
+    return Stroke(begin - command, at - begin, speed)
 
 
 def measured_lift(bench, pulse, times, deviation, rng, colour=0.0):
