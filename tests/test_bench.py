@@ -10,6 +10,7 @@ from valve.actuator import STATES, actuator_of, closed_at_rest
 from valve.bench import TRACE, bench_of, run_bench
 from valve.effects import ValveEffects
 from valve.groove import Groove
+from valve.motion import MET_CLOSED, MET_OPEN
 from valve.piston import Valve
 from valve.solenoid import Solenoid
 from valve.supply import Supply
@@ -236,6 +237,25 @@ def test_a_pulse_shorter_than_the_ramp_moves_air_but_not_the_piston():
     assert run.trace[over, PRESSURE_B].argmax() == 0
     assert run.trace[-1, PRESSURE_A] == pytest.approx(DEFAULT.supply.pressure, rel=1e-6)
     assert run.closure["mass"] <= 1e-9
+
+
+# --- brakes ---
+
+
+def test_brakes_change_nothing_before_they_act_and_delay_contact():
+    plain, braked = (run_bench(DEFAULT, 50e-3, brakes=brakes) for brakes in ((), (9e-3, 10e-3)))
+    early = plain.times <= 9e-3 + 1.5e-3
+    assert braked.trace[early] == pytest.approx(plain.trace[early], rel=1e-6)
+    assert braked.opening.contact > plain.opening.contact
+    assert braked.opening.seating_speed < plain.opening.seating_speed
+    assert braked.closing.contact > 50e-3
+
+
+def test_the_log_tells_each_contact():
+    run = run_bench(DEFAULT, 50e-3)
+    for event, stroke in ((MET_OPEN, run.opening), (MET_CLOSED, run.closing)):
+        [row] = run.log[run.log[:, 1] == event]
+        assert (row[0], abs(row[4])) == (stroke.contact, stroke.seating_speed)
 
 
 # --- the trace ---

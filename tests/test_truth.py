@@ -75,6 +75,21 @@ def test_a_breakaway_larger_than_every_force_keeps_the_piston_closed():
     assert run.states(np.array([0.0, 0.05, 0.1]))[POSITION] == pytest.approx(9e-3, abs=0.0)
 
 
+def test_the_compiled_bench_agrees_with_the_truth_on_strokes_that_are_interrupted():
+    # Opening: stopped on its way, thrown off the stop later; closing: braked so late that it falls off after contact.
+    brakes = (8e-3, 9.5e-3, 20e-3, 25.5e-3, 59e-3, 61.5e-3)
+    run = run_bench(machine(supply=1.0), 50e-3, 100e-3, sample=5e-5, brakes=brakes)
+    found = simulate(Bench(), 50e-3, 100e-3, brakes)
+    lift = 9e-3 - found.states(run.times)[POSITION]
+    assert run.opening.contact > 14e-3
+    assert lift[(run.times > run.opening.contact) & (run.times < 50e-3)].min() < 8e-3
+    assert lift[run.times > run.closing.contact].max() > 0.5e-3
+    assert np.abs(run.trace[:, 0] - lift).max() < 1e-6
+    # A braked landing is a small rest of a flight at 1.5 m/s, and so is its error.
+    assert run.opening.seating_speed == pytest.approx(found.opening.seating_speed, abs=1.5 * ERROR)
+    assert run.closing.seating_speed == pytest.approx(found.closing.seating_speed, abs=1.5 * ERROR)
+
+
 def test_a_pulse_too_short_for_a_stroke_has_none():
     run = simulate(Bench(), 4e-3, 30e-3)
     assert np.isnan(run.opening.stroke_time)

@@ -64,6 +64,8 @@ class BenchRun(NamedTuple):
     """Columns `TRACE`, shape (n, 6)."""
     orbit: object
     """`apesim.periodic.Orbit` of a repeated pulse, else None."""
+    log: np.ndarray
+    """Of the march, see `apesim.march.march`; of a repeated pulse, two periods."""
     status: int
     """`apesim.march.Status`"""
     steps: int
@@ -153,7 +155,7 @@ def accuracy_of(tolerance=TOLERANCE):
     return Accuracy(tolerance, STEP_MOST, np.array(SCALE))
 
 
-def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOLERANCE):
+def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOLERANCE, brakes=()):
     """One run: from rest with a single pulse, or the periodic state of a repeated one.
 
     Parameters
@@ -169,13 +171,16 @@ def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOL
     sample : float
         Between two rows of the trace [s].
     tolerance : float
+    brakes : sequence of float
+        Further edges of the solenoids, which interrupt a stroke: two (or four, ...) between the edges of the pulse, as
+        many as wanted after it [s].
 
     Returns
     -------
     BenchRun
     """
     repeated = period < inf
-    p, tables = bench_of(machine, [0.0, pulse], period)
+    p, tables = bench_of(machine, sorted((0.0, pulse, *brakes)), period)
     end = period if repeated else 2.0 * pulse if until is None else until
     kinks = tables.kinks(0.0, end)
     accuracy = accuracy_of(tolerance)
@@ -192,7 +197,7 @@ def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOL
     times = np.append(np.arange(0.0, end, sample), end)
     trace = np.empty((len(times), len(TRACE)))
     outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
-    log = log[: outcome.logged]
+    log = log[: outcome.logged].copy()
     if repeated:
         later = log.copy()
         later[:, 0] += period
@@ -200,7 +205,8 @@ def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOL
     horizon = 2.0 * end if repeated else end
     opening = opening_stroke(log, 0.0, horizon)
     closing = closing_stroke(log, pulse, horizon)
-    return BenchRun(opening, closing, y[SUPPLIED], closure(start, y, outcome.work), times, trace, orbit, *outcome[:2])
+    balance = closure(start, y, outcome.work)
+    return BenchRun(opening, closing, y[SUPPLIED], balance, times, trace, orbit, log, *outcome[:2])
 
 
 def closure(start, y, quadrature):

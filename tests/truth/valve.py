@@ -151,7 +151,7 @@ def closed_at_rest(bench, supply):
     return [bench.stroke, 0.0, supply[0], supply[1], bench.ambient_pressure, supply[1]]
 
 
-def simulate(bench, pulse, until):
+def simulate(bench, pulse, until, brakes=()):
     """One run from rest, closed, A full and B empty.
 
     Parameters
@@ -161,14 +161,16 @@ def simulate(bench, pulse, until):
         Time for which the solenoids are energised, from t = 0 [s].
     until : float
         [s]
+    brakes : sequence of float
+        Further edges, which interrupt a stroke [s].
 
     Returns
     -------
     Run
     """
     supply = bench.supply_pressure, bench.supply_temperature
-    edges = (0.0, 1.0), (pulse, -1.0)
-    corners = [at for edge, _ in edges for at in corners_after(bench, edge)] + [pulse]
+    edges = [(edge, (-1.0) ** number) for number, edge in enumerate(sorted((0.0, pulse, *brakes)))]
+    corners = [at for edge, _ in edges for at in corners_after(bench, edge)] + [edge for edge, _ in edges]
 
     def now(y):
         y = y.tolist()
