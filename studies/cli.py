@@ -135,6 +135,32 @@ def valve_limit(
     return limit_command(*common, pressure, temperature, duty, out, jobs, overwrite, figures)
 
 
+@command(valve, "soft-landing")
+def valve_soft_landing(
+    common: Common,
+    pressure: Pressures = "0.4:1.6:0.6 MPa gauge",
+    temperature: Annotated[str, typer.Option(metavar="T", help="Of the control air.")] = "287 K",
+    cost: Annotated[str, typer.Option(metavar="TIME", help="Added to a stroke, command to contact, at most.")] = "1 ms",
+    spacing: Annotated[
+        str | None,
+        typer.Option(metavar="TIME", help="Between two edges of a solenoid, at least; 4.17 ms (120 Hz) if left out."),
+    ] = None,
+    pulse: Annotated[str, typer.Option(metavar="TIME", help="From each command edge to the next.")] = "50 ms",
+    out: Out = Path("soft_landing.h5"),
+    overwrite: Overwrite = False,
+    figures: Figures = True,
+):
+    """Pulse patterns that lower the seating speed: a braking re-switch in each stroke.
+
+    Edges are counted from the command edge of their stroke. Brakes are given for the spacing the solenoids can do, and
+    for any spacing; the softest, and the sturdiest at 5 % more and less pressure and 10 K more and less. Exit code 3
+    where no brake within the spacing lowers the seating speed at that cost.
+    """
+    from studies.commands.soft_landing import soft_landing_command
+
+    return soft_landing_command(*common, pressure, temperature, cost, spacing, pulse, out, overwrite, figures)
+
+
 @command(valve, "discharge")
 def valve_discharge(
     common: Common,

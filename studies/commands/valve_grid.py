@@ -1,16 +1,11 @@
 """Commands that compute the valve over pressure and temperature of its control air."""
 
-import sys
-import time
-from pathlib import Path
-
-from apesim.archive import command_line
 from apesim.quantities import Quantity, parse, parse_range
+from studies.commands.archived import computed, summary
 from studies.commands.machine import load_machine
-from studies.commands.tables import number, table_of, warm_up
+from studies.commands.tables import number, table_of
 from studies.commands.valve import PRESSURE, TEMPERATURE, TIME
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.output import publish, refuse_to_replace
 from valve.bench import run_bench
 
 DUTY = Quantity("", 0.01, 0.99, "command line")
@@ -38,14 +33,14 @@ def map_command(console, machine_file, settings, pressure, temperature, pulse, o
     def draw(archive, folder):
         return map_figures(archive, machine.ambient.pressure, folder) if figures else []
 
-    archive, told = _computed(console, "map", (run_bench, machine, pulse), compute, out, overwrite, draw)
+    archive, told = computed(console, "map", (run_bench, machine, pulse), compute, out, overwrite, draw)
     v = {name: variable.values for name, variable in archive.variables.items()}
     header = ("open t_d [ms]", "t_f [ms]", "close t_d [ms]", "t_f [ms]", "open v_e [m/s]", "close v_e")
     columns = [1e3 * v[name] for name in TIMES] + [v[name] for name in SPEEDS]
     rows = [[number(value, ".4f") for value in row] for row in zip(*columns, strict=True)]
     faults = faults_of_map(archive)
     table = _table("The valve over pressure and temperature", machine, v, header, rows)
-    console.result({"runs": len(rows), "faults": faults} | told, table, _summary(told, f"{len(rows)} runs"))
+    console.result({"runs": len(rows), "faults": faults} | told, table, summary(told, f"{len(rows)} runs"))
     for fault in faults:
         console.message(f"warning: {fault}")
     return INCOMPLETE if faults else DONE
@@ -71,7 +66,7 @@ def limit_command(console, machine_file, settings, pressure, temperature, duty, 
     def draw(archive, folder):
         return limit_figures(archive, machine.ambient.pressure, folder) if figures else []
 
-    archive, told = _computed(console, "limit", (is_complete, machine, 10.0, duties[0]), compute, out, overwrite, draw)
+    archive, told = computed(console, "limit", (is_complete, machine, 10.0, duties[0]), compute, out, overwrite, draw)
     v = {name: variable.values for name, variable in archive.variables.items()}
     keys = {
         "supply_pressure_Pa": "supply_pressure",
@@ -84,7 +79,7 @@ def limit_command(console, machine_file, settings, pressure, temperature, duty, 
     data = {"limit_hz": lowest, "limit_rpm": 60.0 * lowest, "criterion": CRITERION, "points": points, "faults": faults}
     rows = [(f"{p['duty']:g}", number(p["limit_hz"], ".2f"), number(p["limit_rpm"], ".0f")) for p in points]
     table = _table("Highest working rate", machine, v, ("duty", "limit [Hz]", "[r/min]"), rows)
-    console.result(data | told, table, f"criterion: {CRITERION}", _summary(told, f"{len(rows)} limits"))
+    console.result(data | told, table, f"criterion: {CRITERION}", summary(told, f"{len(rows)} limits"))
     for fault in faults:
         console.message(f"warning: {fault}")
     return INCOMPLETE if faults else DONE
@@ -100,48 +95,8 @@ def _grid(machine_file, settings, pressure, temperature):
     )
 
 
-def _computed(console, what, first, compute, out, overwrite, draw):
-    """Compute a grid, and leave its archive and figures.
-
-    Parameters
-    ----------
-    console : studies.console.Console
-    what : str
-        In a word, for the progress.
-    first : tuple
-        Function and arguments of one march, which compiles what all the others need.
-    compute : function
-        Of ``command=`` and ``report=``; returns the archive.
-    out : path
-    overwrite : bool
-    draw : function
-        Of the archive and a folder; returns the paths of the figures.
-
-    Returns
-    -------
-    Archive, dict
-        And what every grid tells as JSON.
-    """
-    if not overwrite:
-        refuse_to_replace(out)
-    warm_up(console, *first)
-    start = time.perf_counter()
-    with console.progress(what) as report:
-        archive = compute(command=command_line(["apesim", *sys.argv[1:]]), report=report)
-    wall = time.perf_counter() - start
-    publish(archive, out, overwrite)
-    drawn = draw(archive, out.with_suffix(".figures"))
-    return archive, {"archive": str(out), "figures": [str(path) for path in drawn], "wall_time_s": wall}
-
-
 def _table(title, machine, v, header, rows):
     """A table whose first columns are pressure and temperature."""
     supplies = zip(v["supply_pressure"] - machine.ambient.pressure, v["supply_temperature"], strict=True)
     rows = [(f"{p / 1e6:.3g}", f"{t:g}", *row) for (p, t), row in zip(supplies, rows, strict=True)]
     return table_of(title, ("MPa gauge", "K", *header), rows, left=())
-
-
-def _summary(told, count):
-    """A line of what was computed, in which time, and where it lies."""
-    line = f"{told['archive']}: {count} in {told['wall_time_s']:.2f} s"
-    return f"{line}; figures in {Path(told['figures'][0]).parent}/" if told["figures"] else line

@@ -1,0 +1,181 @@
+"""The command `apesim valve soft-landing`."""
+
+import numpy as np
+
+from apesim.quantities import Quantity, parse, parse_range
+from studies.braking import ADDED, APART, BRAKE, RELEASE, SPEED, front_of, widest_soft
+from studies.commands.archived import computed, summary
+from studies.commands.machine import load_machine
+from studies.commands.tables import table_of
+from studies.commands.valve import PRESSURE, TEMPERATURE, TIME
+from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from studies.soft_landing import FACTORS, KINDS, LIMITS, OFFSETS, SPACING, faults_of, soft_landings
+from studies.soft_landing_archive import archive_of
+from valve.bench import run_bench
+
+SHORT_TIME = Quantity("ms", 0.01, 100, "command line")
+
+
+def soft_landing_command(
+    console, machine_file, settings, pressure, temperature, cost, spacing, pulse, out, overwrite, figures
+):
+    """Brakes that land the piston softly; see `apesim valve soft-landing --help`.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from studies.figures.soft_landing import soft_landing_figures
+
+    machine = load_machine(machine_file, settings)
+    pressures = parse_range(pressure, PRESSURE, machine.ambient.pressure, where="--pressure", file=COMMAND_LINE)
+    temperature = parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
+    cost = parse(cost, SHORT_TIME, where="--cost", file=COMMAND_LINE)
+    spacing = parse(spacing, SHORT_TIME, where="--spacing", file=COMMAND_LINE) if spacing else SPACING
+    pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
+    results = []
+
+    def compute(command, report):
+        results.extend(soft_landings(machine, pressures, temperature, pulse, spacing, cost, report))
+        return archive_of(machine, results, spacing, cost, command)
+
+    def draw(archive, folder):
+        return soft_landing_figures(archive, machine.ambient.pressure, folder) if figures else []
+
+    _, told = computed(console, "soft landing", (run_bench, machine, pulse), compute, out, overwrite, draw)
+    faults = faults_of(results, spacing, cost)
+    data = {
+        "spacing_ms": 1e3 * spacing,
+        "cost_ms": 1e3 * cost,
+        "reachable": not faults,
+        "points": [_point(result, spacing, cost) for result in results],
+        "faults": faults,
+    }
+    console.result(data | told, *_tables(results, spacing, cost), summary(told, f"{len(results)} strokes"))
+    for fault in faults:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if faults else DONE
+
+
+def _point(result, spacing, cost):
+    """A stroke at one pressure, for JSON."""
+    pressure, temperature = result.task.machine.supply.control()
+    wide = widest_soft(result.brakes, result.unbraked, cost)
+    fronts = zip(LIMITS, (spacing, 0.0), strict=True)
+    return {
+        "supply_pressure_Pa": pressure,
+        "supply_temperature_K": temperature,
+        "stroke": result.task.stroke,
+        "unbraked": {
+            "contact_ms": 1e3 * result.unbraked.contact,
+            "seating_speed_m_s": result.unbraked.speed,
+            "seating_energy_J": _energy(result, result.unbraked.speed),
+            "lowest_speed_m_s": result.lowest,
+        },
+        "reachable": bool(result.choices["within_spacing", "softest"]),
+        **{limit: {kind: _pattern(result, result.choices[limit, kind]) for kind in KINDS} for limit in LIMITS},
+        "needed_spacing_ms": 1e3 * wide[0, APART] if len(wide) else None,
+        "front": {
+            limit: [
+                {"edges_ms": _edges(row), "added_ms": 1e3 * row[ADDED], "seating_speed_m_s": row[SPEED]}
+                for row in front_of(result.brakes, apart)
+            ]
+            for limit, apart in fronts
+        },
+    }
+
+
+def _edges(row):
+    """The command and the edges of a brake, after the command [ms]."""
+    return [0.0, *(round(1e3 * row[column], 6) for column in (BRAKE, RELEASE))]
+
+
+def _energy(result, speed):
+    """Energy at contact [J]."""
+    return 0.5 * result.task.machine.valve.moving_mass * speed**2
+
+
+def _pattern(result, choice):
+    """A choice, for JSON; None if there is none."""
+    if not choice:
+        return None
+    conditions = [(factor, offset) for factor in FACTORS for offset in OFFSETS]
+    return {
+        "edges_ms": _edges(choice.row),
+        "spacing_ms": 1e3 * choice.row[APART],
+        "added_ms": 1e3 * choice.row[ADDED],
+        "seating_speed_m_s": choice.row[SPEED],
+        "seating_energy_J": _energy(result, choice.row[SPEED]),
+        "robustness": [
+            {
+                "pressure_factor": factor,
+                "temperature_offset_K": offset,
+                "seating_speed_m_s": landing.speed,
+                "contact_ms": 1e3 * landing.contact,
+                "added_ms": 1e3 * added,
+                "stays": landing.stays,
+            }
+            for (factor, offset), landing, added in zip(conditions, choice.landings, choice.added, strict=True)
+        ],
+    }
+
+
+def _tables(results, spacing, cost):
+    """What a terminal shows."""
+    rows = []
+    for result in results:
+        wide = widest_soft(result.brakes, result.unbraked, cost)
+        rows.append(
+            (
+                f"{result.gauge / 1e6:.3g}",
+                result.task.stroke,
+                f"{1e3 * result.unbraked.contact:.2f}",
+                f"{result.unbraked.speed:.3f}",
+                f"{1e3 * _energy(result, result.unbraked.speed):.1f}",
+                f"{result.lowest:.3f}",
+                f"{1e3 * wide[0, APART]:.2f}" if len(wide) else "-",
+            )
+        )
+    header = ("MPa gauge", "stroke", "contact [ms]", "v_e [m/s]", "energy [mJ]", "lowest [m/s]", "edges apart [ms]")
+    yield table_of("Without a brake; edges so far apart that a brake could halve v_e", header, rows, left=(1,))
+    titles = (f"Brakes with edges {1e3 * spacing:.3g} ms apart", "Brakes with edges as close as it takes")
+    for title, limit in zip(titles, LIMITS, strict=True):
+        rows = [_row(result, limit, kind) for result in results for kind in KINDS if result.choices[limit, kind]]
+        if rows:
+            header = (
+                "MPa gauge",
+                "stroke",
+                "",
+                "edges [ms]",
+                "added [ms]",
+                "v_e [m/s]",
+                "energy",
+                "worst v_e",
+                "added",
+            )
+            yield table_of(f"{title}, for {1e3 * cost:.3g} ms", header, (*rows,), left=(1, 2))
+        else:
+            yield f"{title}, for {1e3 * cost:.3g} ms: none lowers the seating speed\n"
+    yield (
+        f"lowest: of the unbraked piston between its peak speed and contact. worst: at {FACTORS[0]:g}, 1 and "
+        f"{FACTORS[-1]:g} of the gauge pressure and {OFFSETS[-1]:g} K up and down; ! falls off its stop there"
+    )
+
+
+def _row(result, limit, kind):
+    choice = result.choices[limit, kind]
+    speeds = [landing.speed for landing in choice.landings]
+    worst = "fails" if np.isnan(speeds).any() else f"{max(speeds):.3f}"
+    falls = "" if all(landing.stays for landing in choice.landings) else " !"
+    return (
+        f"{result.gauge / 1e6:.3g}",
+        result.task.stroke,
+        kind,
+        " ".join(f"{edge:.2f}" for edge in _edges(choice.row)[1:]),
+        f"{1e3 * choice.row[ADDED]:.2f}",
+        f"{choice.row[SPEED]:.3f}",
+        f"{100.0 * (choice.row[SPEED] / result.unbraked.speed) ** 2:.1f} %",
+        worst + falls,
+        f"{1e3 * choice.added.max():.2f}",
+    )

@@ -1,0 +1,173 @@
+"""The archive of a study of soft landing."""
+
+from math import nan
+
+import numpy as np
+
+from apesim.archive import Archive, Variable
+from apesim.kernel import sources_hash
+from apesim.quantities.settings import dumps
+from studies.braking import (
+    ADDED,
+    APART,
+    BRAKE,
+    OPENING,
+    RELEASE,
+    RESOLUTION,
+    SPACINGS,
+    SPEED,
+    STROKES,
+    front_of,
+    widest_soft,
+)
+from studies.soft_landing import FACTORS, KINDS, LIMITS, OFFSETS
+from valve.bench import run_bench
+from valve.solenoid import energised_fraction, opening_curve
+
+STEP = 0.02e-3
+"""Of the added time over which the fronts stand [s]."""
+SAMPLE = 0.05e-3
+"""Of the traces [s]."""
+
+
+def archive_of(machine, results, spacing, cost, command=""):
+    """Results as an archive; a run is a pressure.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    results : list of Result
+    spacing, cost : float
+        [s]
+    command : str
+        The command line.
+
+    Returns
+    -------
+    Archive
+    """
+    openings = [result for result in results if result.task.stroke == OPENING]
+    supplies = np.array([result.task.machine.supply.control() for result in openings])
+    added = np.arange(0.0, max(STEP, _most_added(results)) + STEP, STEP)
+    variables = {
+        "run": Variable(("run",), np.arange(len(openings)), "1", "number of the pressure"),
+        "supply_pressure": Variable(("run",), supplies[:, 0], "Pa abs", "pressure of the control air"),
+        "supply_temperature": Variable(("run",), supplies[:, 1], "K", "temperature of the control air"),
+        "added_time": Variable(("added_time",), added, "s", "time added to a stroke by its brake, at most"),
+        "spacing": Variable(("spacing",), SPACINGS, "s", "time between two edges of a solenoid, at least"),
+        "pressure_factor": Variable(("pressure_factor",), np.array(FACTORS), "1", "of the gauge pressure"),
+        "temperature_offset": Variable(("temperature_offset",), np.array(OFFSETS), "K", "of the control air"),
+    }
+    for stroke in STROKES:
+        of_stroke = [result for result in results if result.task.stroke == stroke]
+        variables |= _landings(stroke, of_stroke, cost) | _fronts(stroke, of_stroke, added, spacing)
+        for limit in LIMITS:
+            for kind in KINDS:
+                variables |= _choices(f"{stroke}_{limit}_{kind}", [result.choices[limit, kind] for result in of_stroke])
+    variables |= _traces(results)
+    provenance = {
+        "command": command,
+        "kernels": sources_hash(),
+        "dwell_s": repr(openings[0].task.dwell),
+        "spacing_s": repr(spacing),
+        "cost_s": repr(cost),
+        "resolution_s": repr(RESOLUTION),
+    }
+    return Archive(dumps(machine), provenance, variables)
+
+
+def _most_added(results):
+    return max((result.brakes[:, ADDED].max() for result in results if len(result.brakes)), default=0.0)
+
+
+def _landings(stroke, results, cost):
+    """Unbraked landings, and the softest brake over the spacing, as variables."""
+
+    def over_spacing(result):
+        fronts = [front_of(result.brakes, apart, cost) for apart in SPACINGS]
+        return [front[-1, SPEED] if len(front) else result.unbraked.speed for front in fronts]
+
+    wide = [widest_soft(result.brakes, result.unbraked, cost) for result in results]
+    columns = {
+        "contact": ([r.unbraked.contact for r in results], "s", "unbraked: command edge to contact"),
+        "seating_speed": ([r.unbraked.speed for r in results], "m/s", "unbraked: speed just before contact"),
+        "lowest_speed": ([r.lowest for r in results], "m/s", "unbraked: lowest speed between peak and contact"),
+        "needed_spacing": (
+            [row[0, APART] if len(row) else nan for row in wide],
+            "s",
+            "farthest apart that edges can be for a brake to halve the seating speed at the stated cost",
+        ),
+    }
+    variables = {f"{stroke}_{name}": Variable(("run",), np.array(v, float), *of) for name, (v, *of) in columns.items()}
+    description = "lowest seating speed at the stated cost with edges that far apart; unbraked where none lowers it"
+    variables[f"{stroke}_speed_over_spacing"] = Variable(
+        ("run", "spacing"), np.array([over_spacing(r) for r in results]), "m/s", description
+    )
+    return variables
+
+
+def _fronts(stroke, results, added, spacing):
+    """Fronts as variables: for each added time the softest brake that costs no more; NaN where there is none."""
+    variables = {}
+    for limit, apart in zip(LIMITS, (spacing, 0.0), strict=True):
+        values = np.full((3, len(results), len(added)), nan)
+        for run, result in enumerate(results):
+            front = front_of(result.brakes, apart)
+            last = np.searchsorted(front[:, ADDED], added, side="right") - 1
+            for number, column in enumerate((SPEED, BRAKE, RELEASE)):
+                values[number, run, last >= 0] = front[last[last >= 0], column]
+        told = (
+            ("speed", "m/s", "front: seating speed"),
+            ("brake", "s", "front: begin of the brake after the command edge"),
+            ("release", "s", "front: end of the brake after the command edge"),
+        )
+        for (name, unit, description), column in zip(told, values, strict=True):
+            variables[f"{stroke}_{limit}_front_{name}"] = Variable(("run", "added_time"), column, unit, description)
+    return variables
+
+
+def _choices(prefix, choices):
+    """A kind of choice as variables; NaN where there is none."""
+    shape = (len(choices), len(FACTORS), len(OFFSETS))
+    rows, speed, added = np.full((len(choices), 5), nan), np.full(shape, nan), np.full(shape, nan)
+    stays = np.zeros(shape, dtype=np.int8)
+    for run, choice in enumerate(choices):
+        if choice:
+            rows[run] = choice.row
+            speed[run] = np.reshape([landing.speed for landing in choice.landings], shape[1:])
+            added[run] = choice.added.reshape(shape[1:])
+            stays[run] = np.reshape([landing.stays for landing in choice.landings], shape[1:])
+    axes = ("run", "pressure_factor", "temperature_offset")
+    return {
+        f"{prefix}_brake": Variable(("run",), rows[:, BRAKE], "s", "begin of the brake after the command edge"),
+        f"{prefix}_release": Variable(("run",), rows[:, RELEASE], "s", "end of the brake after the command edge"),
+        f"{prefix}_added": Variable(("run",), rows[:, ADDED], "s", "time added to the stroke"),
+        f"{prefix}_speed": Variable(("run",), rows[:, SPEED], "m/s", "seating speed"),
+        f"{prefix}_speed_at": Variable(axes, speed, "m/s", "seating speed under other conditions"),
+        f"{prefix}_added_at": Variable(axes, added, "s", "time added to the unbraked stroke of the same condition"),
+        f"{prefix}_stays_at": Variable(axes, stays, "1", "whether the piston stays at its stop", "0 no, 1 yes"),
+    }
+
+
+def _traces(results):
+    """Lift, velocity and energised fraction over both strokes, unbraked and with the best brakes, as variables."""
+    pairs = list(zip(results[::2], results[1::2], strict=True))
+    task = results[0].task
+    times = run_bench(task.machine, task.dwell, sample=SAMPLE).times
+    variables = {"time": Variable(("time",), times, "s", "time after the solenoids are energised")}
+    curve = opening_curve(task.machine.valve.solenoid)
+    for name in ("unbraked", "braked"):
+        lift, velocity, energised = [], [], []
+        for opening, closing in pairs:
+            brakes = closing.task.edges(closing.best.row[:2] if closing.best else ()) if name == "braked" else ()
+            run = run_bench(opening.task.machine, task.dwell, sample=SAMPLE, brakes=brakes)
+            edges = np.array(sorted((0.0, task.dwell, *brakes)))
+            lift.append(run.trace[:, 0])
+            velocity.append(run.trace[:, 1])
+            energised.append([energised_fraction(edges, np.inf, curve, t) for t in run.times])
+        variables[f"{name}_lift"] = Variable(("run", "time"), np.array(lift), "m", "lift")
+        variables[f"{name}_velocity"] = Variable(
+            ("run", "time"), np.array(velocity), "m/s", "dL/dt, positive as it closes"
+        )
+        variables[f"{name}_energised"] = Variable(("run", "time"), np.array(energised), "1", "energised fraction")
+    return variables
