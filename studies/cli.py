@@ -17,6 +17,9 @@ from studies.options import (
     Overwrite,
     Pressures,
     Pulse,
+    Speeds,
+    SupplyPressures,
+    SupplyTemperatures,
     Temperatures,
     Traces,
     command,
@@ -214,7 +217,7 @@ def engine_run(
 @command(engine, "sweep")
 def engine_sweep(
     common: Common,
-    speed: Annotated[str, typer.Option(metavar="R", help="Range start:stop:step, or list.")] = "300:2400:100 rpm",
+    speed: Speeds = "300:2400:100 rpm",
     intake: Annotated[str, typer.Option(metavar="LIST", help="Of epv, cam, ideal.")] = "epv,cam,ideal",
     out: Out = Path("sweep.h5"),
     jobs: Jobs = None,
@@ -227,6 +230,29 @@ def engine_sweep(
     from studies.commands.engine import sweep_command
 
     return sweep_command(*common, speed, intake, out, jobs, shard, resume, overwrite, figures)
+
+
+@command(engine, "timing")
+def engine_timing(
+    common: Common,
+    target: Annotated[
+        str | None,
+        typer.Option(metavar="ANGLES", help='Opening and closing, e.g. "-5 deg, 70 deg"; the machine\'s if left out.'),
+    ] = None,
+    speed: Speeds = "300:2400:300 rpm",
+    pressure: SupplyPressures = "0.6:1.4:0.4 MPa gauge",
+    temperature: SupplyTemperatures = "250 K, 287 K, 322 K",
+    out: Annotated[
+        Path, typer.Option(metavar="F.h5", help="Archive to write; CSV, JSON and C header stand beside it.")
+    ] = Path("timing.h5"),
+    jobs: Jobs = None,
+    overwrite: Overwrite = False,
+    figures: Figures = True,
+):
+    """Command angles that make the valve really open and close at its targets."""
+    from studies.commands.timing import timing_command
+
+    return timing_command(*common, target, speed, pressure, temperature, out, jobs, overwrite, figures)
 
 
 @command(archive)

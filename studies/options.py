@@ -13,6 +13,9 @@ Figures = Annotated[bool, typer.Option(help="Draw the figures, into F.figures.")
 Traces = Annotated[Path | None, typer.Option(metavar="F", help="Write the traces as CSV.")]
 Pressures = Annotated[str, typer.Option(metavar="RANGE", help="Control pressures, start:stop:step or list.")]
 Temperatures = Annotated[str, typer.Option(metavar="RANGE", help="Of the control air.")]
+Speeds = Annotated[str, typer.Option(metavar="R", help="Range start:stop:step, or list.")]
+SupplyPressures = Annotated[str, typer.Option(metavar="R", help="Of the supply, start:stop:step or list.")]
+SupplyTemperatures = Annotated[str, typer.Option(metavar="R", help="Of the supply.")]
 Pulse = Annotated[str, typer.Option(metavar="TIME", help="For which the solenoids are energised.")]
 Out = Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")]
 Jobs = Annotated[

@@ -1,0 +1,158 @@
+"""Command `apesim engine timing`."""
+
+import sys
+import time
+from math import isnan
+from pathlib import Path
+
+from apesim.archive import ArchiveError, command_line
+from apesim.kernel import is_cold
+from apesim.quantities import Culprit, InputError, Pressure, Quantity, parse_range
+from engine.breathing import DEGREE
+from engine.cylinder import EPV, INTAKES
+from studies.commands.machine import load_machine
+from studies.commands.tables import COMPILING, table_of
+from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from studies.output import publish, refuse_to_replace
+
+SPEED = Quantity("rpm", 1, 30000, "command line")
+PRESSURE = Pressure(0.02, 30, "command line")
+TEMPERATURE = Quantity("K", 150, 600, "command line")
+ANGLE = Quantity("deg", -360, 720, "command line")
+SHOWN = (
+    ("speed_rpm", 1.0, 0, "r/min"),
+    ("supply_pressure", 1e-6, 2, "MPa gauge"),
+    ("supply_temperature", 1.0, 0, "K"),
+    ("advance_deg", 1.0, 2, "advance"),
+    ("release_advance_deg", 1.0, 2, "release"),
+    ("peak_lift_m", 1e3, 2, "lift"),
+    ("brake_torque_Nm", 1.0, 2, "torque"),
+    ("uncorrected_brake_torque_Nm", 1.0, 2, "before"),
+    ("specific_air_kg_per_kWh", 1.0, 1, "air"),
+    ("uncorrected_specific_air_kg_per_kWh", 1.0, 1, "before"),
+    ("shortcut_open_error_deg", 1.0, 2, "opens"),
+    ("shortcut_close_error_deg", 1.0, 2, "closes"),
+)
+UNITS = (
+    "advance of energising and release [deg]; peak lift [mm]; brake torque [N m] and all air over brake work [kg/kWh], "
+    "corrected and before; how late the valve opens and closes if the delays of the bench are subtracted [deg]"
+)
+
+
+def machine_with_targets(machine_file, settings, target):
+    """The machine of a command line, its intake an electro-pneumatic valve, with targets as text or its own.
+
+    Raises
+    ------
+    InputError
+    """
+    machine = load_machine(machine_file, settings)
+    if machine.engine.intake != EPV:
+        name = INTAKES[machine.engine.intake]
+        wrong = f"is {name}, which has no commands to correct"
+        raise InputError([Culprit(COMMAND_LINE, "engine.intake", wrong, 'write "epv"')])
+    if target is None:
+        return machine
+    angles = parse_range(target, ANGLE, where="--target", file=COMMAND_LINE)
+    form = 'write two angles, opening and closing, less than a turn apart, e.g. "-5 deg, 70 deg"'
+    if len(angles) != 2:
+        raise InputError([Culprit(COMMAND_LINE, "--target", f"{target!r} is not an opening and a closing", form)])
+    machine = machine._replace(command=machine.command._replace(open_target=angles[0], close_target=angles[1]))
+    faults = [Culprit(COMMAND_LINE, "--target", wrong, form) for _, wrong, _ in machine.command.faults()]
+    if angles[0] > 360.0 * DEGREE:
+        faults.append(Culprit(COMMAND_LINE, "--target", "opens after more than a turn", form))
+    if faults:
+        raise InputError(faults)
+    return machine
+
+
+def supplies_of(machine, pressure, temperature):
+    """Pressures [Pa abs] and temperatures [K] of a grid."""
+    return (
+        parse_range(pressure, PRESSURE, machine.ambient.pressure, where="--pressure", file=COMMAND_LINE),
+        parse_range(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE),
+    )
+
+
+def timing_command(
+    console, machine_file, settings, target, speed, pressure, temperature, out, jobs, overwrite, figures
+):
+    """Corrected commands over a grid; see `apesim engine timing --help`.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from studies.figures.timing import timing_figures
+    from studies.timing.export import as_json, export, exports_of
+    from studies.timing.grid import faults_of_timing, map_timing
+    from studies.timing.header import error_text
+    from studies.timing.solve import corrected
+    from studies.timing.table import Axes
+
+    machine = machine_with_targets(machine_file, settings, target)
+    speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
+    axes = Axes(speeds, *supplies_of(machine, pressure, temperature))
+    out = Path(out)
+    if out in exports_of(out):
+        raise ArchiveError(out, "is the name of an export beside the archive", "choose e.g. --out timing.h5")
+    if not overwrite:
+        for path in (out, *exports_of(out)):
+            refuse_to_replace(path)
+    if is_cold():
+        console.message(COMPILING)
+    corrected(machine, speeds[0])  # compiles, or loads what is compiled
+    start = time.perf_counter()
+    with console.progress("timing") as report:
+        command = command_line(["apesim", *sys.argv[1:]])
+        found = map_timing(machine, axes, jobs, command=command, report=report)
+    wall = time.perf_counter() - start
+    publish(found.archive, out, overwrite)
+    exported = export(found, out)
+    drawn = timing_figures(found, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
+    faults = faults_of_timing(found.archive)
+    data = as_json(found) | {
+        "archive": str(out),
+        "exports": [str(path) for path in exported],
+        "figures": [str(path) for path in drawn],
+        "faults": faults,
+        "wall_time_s": wall,
+    }
+    where = f"{out}: {len(data['points'])} points in {wall:.1f} s; " + ", ".join(path.name for path in exported)
+    where += f"; figures in {drawn[0].parent}/" if drawn else ""
+    opening, closing = data["target_deg"].values()
+    title = f"Commands that open the valve at {opening:g} deg and close it at {closing:g} deg"
+    table = table_of(title, [name for *_, name in SHOWN], _rows(found.archive, machine.ambient.pressure), left=())
+    error = f"error of the interpolated table: {error_text(found.error)}"
+    console.result(data, table, UNITS, *_law_lines(found.laws, machine), error, where)
+    for fault in faults:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if faults else DONE
+
+
+def _rows(archive, ambient_pressure):
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    v["supply_pressure"] = v["supply_pressure"] - ambient_pressure
+    columns = [(v[name] * factor, digits) for name, factor, digits, _ in SHOWN]
+    return [
+        ["-" if isnan(values[run]) else f"{values[run]:.{digits}f}" for values, digits in columns]
+        for run in range(len(archive.runs))
+    ]
+
+
+def _law_lines(laws, machine):
+    """The laws over all speeds in words, or those of one speed where there is only one."""
+    lines = []
+    for name, found in laws.items():
+        for law in [law for law in found if isnan(law.speed)] or found:
+            pressure = f"{(law.pressure - machine.ambient.pressure) / 1e6:.3g} MPa gauge"
+            sign = (
+                "falls with T_0, against the paper" if law.opposite_to_the_paper else "rises with T_0, as in the paper"
+            )
+            lines.append(
+                f"{name.replace('_', ' ')} at {pressure}: {law.at_reference * 1e3:.3f} ms "
+                f"{law.slope * 1e6:+.2f} us/K (T_0 - 287 K), off by at most {law.error_most * 1e3:.3f} ms or "
+                f"{law.angle_error_most / DEGREE:.2f} deg; it {sign}"
+            )
+    return lines

@@ -1,0 +1,126 @@
+"""The map of corrected commands for other programs: CSV, JSON, and the C header."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+
+from apesim.archive import ArchiveError
+from engine.breathing import DEGREE, TURN
+from studies.console import plain
+from studies.timing.grid import CRITERION
+from studies.timing.header import c_header, error_text
+from studies.timing.solve import Reason
+
+
+def as_json(timing_map):
+    """The map as one object: axes, tables, laws, error of interpolation, and all results point by point.
+
+    Parameters
+    ----------
+    timing_map : studies.timing.grid.TimingMap
+
+    Returns
+    -------
+    dict
+    """
+    axes, error, command = timing_map.axes, timing_map.error, timing_map.command
+    v = {name: variable.values for name, variable in timing_map.archive.variables.items()}
+    points = []
+    for run in v["run"]:
+        point = {name: values[run] for name, values in v.items() if name != "run"}
+        reason = Reason(point["reason"])
+        point |= {name: bool(point[name]) for name in ("reachable", "full_lift")}
+        point["reason"] = reason.name.lower()
+        point["remedy"] = None if reason == Reason.REACHED else reason.remedy
+        points.append(point)
+    return plain(
+        {
+            "target_deg": {"open": command.open_target / DEGREE, "close": command.close_target / DEGREE},
+            "criterion": CRITERION,
+            "axes": {
+                "speed_rpm": np.unique(v["speed_rpm"]),
+                "supply_pressure_Pa": axes.pressures,
+                "supply_temperature_K": axes.temperatures,
+            },
+            "advance_deg": timing_map.advance / DEGREE,
+            "release_advance_deg": timing_map.release_advance / DEGREE,
+            "reachable": ~np.isnan(timing_map.advance),
+            "interpolation_error": {
+                "advance_most_deg": error.advance_most / DEGREE,
+                "advance_rms_deg": error.advance_rms / DEGREE,
+                "release_advance_most_deg": error.release_advance_most / DEGREE,
+                "release_advance_rms_deg": error.release_advance_rms / DEGREE,
+                "points": error.points,
+                "centres": error.centres,
+                "seed": error.seed,
+                "measured": error_text(error),
+            },
+            "temperature_law": {name: [_law(law) for law in laws] for name, laws in timing_map.laws.items()},
+            "points": points,
+        }
+    )
+
+
+def _law(law):
+    """A law in milliseconds and degrees; a speed that is null is all speeds."""
+    return {
+        "supply_pressure_Pa": law.pressure,
+        "speed_rpm": law.speed / TURN * 60.0,
+        "at_287_K_ms": law.at_reference * 1e3,
+        "slope_ms_per_K": law.slope * 1e3,
+        "error_most_ms": law.error_most * 1e3,
+        "error_rms_ms": law.error_rms * 1e3,
+        "error_most_deg": law.angle_error_most / DEGREE,
+        "error_rms_deg": law.angle_error_rms / DEGREE,
+        "points": law.points,
+        "opposite_to_the_paper": law.opposite_to_the_paper,
+    }
+
+
+def write_csv(path, archive):
+    """Write the results of all points as CSV, floats without loss; headers carry units."""
+    variables = {name: variable for name, variable in archive.variables.items() if name != "run"}
+    columns = [variable.values.tolist() for variable in variables.values()]
+    names = list(variables)
+    columns[names.index("reason")] = [Reason(code).name.lower() for code in columns[names.index("reason")]]
+    header = [f"{name} [{variable.unit}]" if variable.unit != "1" else name for name, variable in variables.items()]
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(zip(*columns, strict=True))
+
+
+def export(timing_map, out):
+    """Write the map beside its archive.
+
+    Parameters
+    ----------
+    timing_map : studies.timing.grid.TimingMap
+    out : path
+        The archive; the endings become ``.csv``, ``.json`` and ``.h``.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    ArchiveError
+        A file cannot be written.
+    """
+    paths = exports_of(out)
+    try:
+        write_csv(paths[0], timing_map.archive)
+        text = json.dumps(as_json(timing_map), indent=1, allow_nan=False)
+        paths[1].write_text(text + "\n", encoding="utf-8")
+        paths[2].write_text(c_header(timing_map), encoding="utf-8")
+    except OSError as error:
+        raise ArchiveError(error.filename, f"cannot be written: {error.strerror}", "choose another --out") from None
+    return paths
+
+
+def exports_of(out):
+    """The files beside an archive."""
+    return [Path(out).with_suffix(ending) for ending in (".csv", ".json", ".h")]

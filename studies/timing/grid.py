@@ -1,0 +1,274 @@
+"""Corrected commands over speed, pressure and temperature, what they win back, and what the shortcut costs."""
+
+import json
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.archive import Archive, Variable
+from apesim.kernel import sources_hash
+from apesim.march import Status
+from apesim.quantities.settings import dumps
+from engine.breathing import DEGREE, TURN
+from engine.indicators import indicators
+from engine.machine import Command, Machine
+from engine.steady import run_steady
+from studies.pool import run_tasks, workers_for
+from studies.timing.law import laws_of
+from studies.timing.open_loop import open_loop_delays
+from studies.timing.solve import Reason, corrected, look, wrapped
+from studies.timing.table import Axes, InterpolationError, centres, interpolation_error
+from studies.valve_map import with_supply
+
+SECONDS_A_POINT = 0.12
+CHECKS_MOST, SEED = 60, 20090
+"""Centres of cells that are solved to measure the error of interpolation; seed of their choice."""
+CRITERION = (
+    "both angles within 0.05 deg of their targets, in a periodic state that repeats every cycle, the lift through the "
+    "lap once a cycle"
+)
+REASONS = ", ".join(f"{int(reason)} {reason.name.lower().replace('_', ' ')}" for reason in Reason)
+COLUMNS = {
+    "speed_rpm": ("r/min", "speed"),
+    "supply_pressure": ("Pa abs", "pressure of the supply"),
+    "supply_temperature": ("K", "temperature of the supply"),
+    "reachable": ("1", CRITERION),
+    "reason": ("1", "why not"),
+    "advance_deg": ("deg", "target of the opening less command angle of the energising"),
+    "release_advance_deg": ("deg", "target of the closing less command angle of the release"),
+    "energise_deg": ("deg", "command angle of the energising"),
+    "release_deg": ("deg", "command angle of the release"),
+    "pulse_s": ("s", "time for which the solenoids are energised"),
+    "valve_open_deg": ("deg", "crank angle at which the lift rises through the lap"),
+    "valve_close_deg": ("deg", "crank angle at which the lift falls through the lap"),
+    "peak_lift_m": ("m", "highest lift"),
+    "full_lift": ("1", "whether the piston meets its open stop"),
+    "brake_torque_Nm": ("N m", "mean brake torque"),
+    "specific_air_kg_per_kWh": ("kg/kWh", "all air over brake work"),
+    "uncorrected_valve_open_deg": ("deg", "opening with the machine's own commands"),
+    "uncorrected_valve_close_deg": ("deg", "closing with the machine's own commands"),
+    "uncorrected_brake_torque_Nm": ("N m", "brake torque with the machine's own commands"),
+    "uncorrected_specific_air_kg_per_kWh": ("kg/kWh", "all air over brake work with the machine's own commands"),
+    "shortcut_energise_deg": ("deg", "command angle from the delay of the bench, from rest"),
+    "shortcut_release_deg": ("deg", "command angle from the delay of the bench, from rest"),
+    "shortcut_open_error_deg": ("deg", "true less target opening with the commands from the bench"),
+    "shortcut_close_error_deg": ("deg", "true less target closing with the commands from the bench"),
+    "marches": ("1", "periodic states computed to find the commands"),
+}
+"""Name of each result: its unit and what it is."""
+MEANINGS = {"reachable": "0 no, 1 yes", "full_lift": "0 no, 1 yes", "reason": REASONS}
+
+
+class Series(NamedTuple):
+    """Points at one pressure and temperature, by rising speed; each starts from what the ones before it needed."""
+
+    machine: Machine
+    speeds: tuple
+    """[rad/s]"""
+    places: tuple
+    """Of its results, one for each speed."""
+    alone: bool
+    """Nothing but the commands is wanted."""
+
+
+class TimingMap(NamedTuple):
+    """Corrected commands over speed, pressure and temperature."""
+
+    archive: Archive
+    command: Command
+    """The machine's, with the targets."""
+    axes: Axes
+    advance: np.ndarray
+    """(speeds, pressures, temperatures) [rad]; NaN out of reach."""
+    release_advance: np.ndarray
+    laws: dict
+    """``advance`` and ``release_advance``: lists of `studies.timing.law.Law`."""
+    error: InterpolationError
+
+
+def compute(series):
+    """Solve a series of points.
+
+    Parameters
+    ----------
+    series : Series
+
+    Returns
+    -------
+    list of dict
+        Keys of `COLUMNS`, for each speed; without its place in the grid.
+    """
+    delays = open_loop_delays(series.machine)
+    before, rows = [], []
+    for speed in series.speeds:
+        timing = corrected(series.machine, speed, _start(series.machine, speed, before))
+        if timing.reachable:
+            before = [*before[-1:], (speed, timing.advance / speed, timing.release_advance / speed)]
+        row = _commands(timing, speed)
+        if not series.alone:
+            row |= _won_back(series.machine, timing, speed) | _shortcut(series.machine, delays, speed)
+        rows.append(row)
+    return rows
+
+
+def _start(machine, speed, before):
+    """Energise and pulse by what the last two speeds needed, times on a line through both; None without any."""
+    if not before:
+        return None
+    (old, *times) = before[-1]
+    if len(before) > 1:
+        older, *earlier = before[0]
+        share = (speed - old) / (old - older)
+        times = [late + share * (late - early) for late, early in zip(times, earlier, strict=True)]
+    advance, release_advance = (speed * time for time in times)
+    command = machine.command
+    return command.open_target - advance, command.close_target - command.open_target + advance - release_advance
+
+
+def _commands(timing, speed):
+    command, reachable = timing.machine.command, timing.reachable
+    return {
+        "reachable": int(reachable),
+        "reason": int(timing.reason),
+        "advance_deg": timing.advance / DEGREE,
+        "release_advance_deg": timing.release_advance / DEGREE,
+        "energise_deg": command.energise / DEGREE if reachable else nan,
+        "release_deg": command.release / DEGREE if reachable else nan,
+        "pulse_s": (command.release - command.energise) / speed if reachable else nan,
+        "marches": timing.marches,
+    }
+
+
+def _won_back(machine, timing, speed):
+    """Results with the corrected and with the machine's own commands."""
+    plain = run_steady(machine, speed)
+    own = indicators(machine, plain) if plain.status == Status.DONE and plain.orbit.converged else {}
+    new = indicators(timing.machine, timing.run) if timing.reachable else {}
+    row = {f"uncorrected_{name}": own.get(name, nan) for name in ("valve_open_deg", "valve_close_deg")}
+    row |= {name: new.get(name, nan) for name in ("valve_open_deg", "valve_close_deg", "peak_lift_m")}
+    row["full_lift"] = int(not np.isnan(new.get("full_open_deg", nan)))
+    for name in ("brake_torque_Nm", "specific_air_kg_per_kWh"):
+        row |= {name: new.get(name, nan), f"uncorrected_{name}": own.get(name, nan)}
+    return row
+
+
+def _shortcut(machine, delays, speed):
+    """What comes of commands that stand the bench's delays before their targets."""
+    command = machine.command
+    energise, release = command.open_target - speed * delays.opening, command.close_target - speed * delays.closing
+    row = {"shortcut_energise_deg": energise / DEGREE, "shortcut_release_deg": release / DEGREE}
+    errors = [nan, nan]
+    if 0.0 < release - energise < TURN:
+        misses = look(machine, speed, energise, release - energise).misses
+        if np.isfinite(misses).all():
+            errors = [misses[0] / DEGREE, wrapped(misses.sum()) / DEGREE]
+    return row | {"shortcut_open_error_deg": errors[0], "shortcut_close_error_deg": errors[1]}
+
+
+def _series(machine, axes, chosen):
+    """The grid's points, by pressure and temperature; and the centres of cells that are chosen, likewise."""
+    i, j, k = axes.shape
+    supplies = [(pressure, temperature) for pressure in axes.pressures for temperature in axes.temperatures]
+    series = [
+        Series(with_supply(machine, *supply), tuple(axes.speeds), tuple(number + j * k * s for s in range(i)), False)
+        for number, supply in enumerate(supplies)
+    ]
+    groups = {}
+    for place, (speed, *supply) in enumerate(chosen):
+        groups.setdefault(tuple(supply), []).append((speed, place))
+    for supply, members in groups.items():
+        speeds, places = zip(*sorted(members), strict=True)
+        series.append(Series(with_supply(machine, *supply), speeds, places, True))
+    return series
+
+
+def map_timing(machine, axes, jobs=None, checks_most=CHECKS_MOST, command="", report=None):
+    """Corrected commands over a grid, what they win back, and how well a table of them interpolates.
+
+    Parameters
+    ----------
+    machine : Machine
+        With an electro-pneumatic intake.
+    axes : Axes
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
+    checks_most : int
+        Centres of cells at most that are solved to measure the error of interpolation.
+    command : str
+        The command line, for the archive.
+    report : function, optional
+        Called with the numbers of points done and in all.
+
+    Returns
+    -------
+    TimingMap
+        Run ``(i len(pressures) + j) len(temperatures) + k`` of its archive is speed i, pressure j, temperature k.
+    """
+    axes = Axes(*(np.unique(np.asarray(axis, dtype=float)) for axis in axes))
+    chosen, number = centres(axes, checks_most, SEED)
+    size = int(np.prod(axes.shape))
+    rows, checks = [{}] * size, [(nan, nan)] * len(chosen)
+    done, total = 0, size + len(chosen)
+    jobs = workers_for(SECONDS_A_POINT * total, jobs)
+    for series, results in run_tasks(compute, _series(machine, axes, chosen), jobs):
+        for place, row in zip(series.places, results or (), strict=bool(results)):
+            if series.alone:
+                checks[place] = row["advance_deg"] * DEGREE, row["release_advance_deg"] * DEGREE
+            else:
+                rows[place] = row
+        done += len(series.places)
+        if report:
+            report(done, total)
+    variables = _variables(axes, rows)
+    advance, release_advance = (
+        variables[name].values.reshape(axes.shape) * DEGREE for name in ("advance_deg", "release_advance_deg")
+    )
+    laws = {"advance": laws_of(axes, advance), "release_advance": laws_of(axes, release_advance)}
+    solved = [(point, *angles) for point, angles in zip(chosen, checks, strict=True)]
+    error = interpolation_error(axes, advance, release_advance, solved, number, SEED)
+    provenance = {
+        "command": command,
+        "kernels": sources_hash(),
+        "criterion": CRITERION,
+        "interpolation_error_rad": json.dumps(error._asdict()),
+    }
+    archive = Archive(dumps(machine), provenance, variables)
+    return TimingMap(archive, machine.command, axes, advance, release_advance, laws, error)
+
+
+def _variables(axes, rows):
+    """Variables of the archive from the rows of the grid; a row whose worker died is one that failed."""
+    speeds, pressures, temperatures = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
+    places = {
+        "speed_rpm": np.array([float(f"{speed / TURN * 60.0:.12g}") for speed in speeds]),
+        "supply_pressure": pressures,
+        "supply_temperature": temperatures,
+    }
+    lost = {"reachable": 0, "reason": int(Reason.FAILED), "full_lift": 0, "marches": 0}
+    variables = {"run": Variable(("run",), np.arange(len(rows)), "1", "number of the run")}
+    for name, (unit, description) in COLUMNS.items():
+        values = places[name] if name in places else np.array([row.get(name, lost.get(name, nan)) for row in rows])
+        meanings = MEANINGS.get(name, "")
+        kind = np.int8 if meanings else np.int64 if name == "marches" else float
+        variables[name] = Variable(("run",), values.astype(kind), unit, description, meanings)
+    return variables
+
+
+def faults_of_timing(archive):
+    """One line for each point whose targets are out of reach.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of str
+    """
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    return [
+        f"run {run} ({v['speed_rpm'][run]:g} r/min, {v['supply_pressure'][run] / 1e6:g} MPa abs, "
+        f"{v['supply_temperature'][run]:g} K): {Reason(v['reason'][run]).remedy}"
+        for run in np.flatnonzero(v["reachable"] == 0)
+    ]

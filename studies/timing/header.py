@@ -1,0 +1,147 @@
+"""The map of corrected commands as a C header that a controller can use."""
+
+import numpy as np
+
+from apesim.archive import sha256
+from engine.breathing import DEGREE, TURN
+
+HEADER = """\
+/* Command angles of an electro-pneumatic intake valve, so that it really opens and closes at its targets.
+ *
+ * targets            opening {open_target:.9g} deg, closing {close_target:.9g} deg after top dead centre
+ * made by            apesim engine timing, doi 10.1631/jzus.A0820373 and the engine's own balances
+ * machine            SHA-256 of its TOML text {machine}
+ * axes               speed [r/min], supply pressure [Pa abs], supply temperature [K]
+ * advance            target less command angle [deg]; 0 where unreachable
+ * interpolation      linear along each axis between neighbours x[i] and x[i + 1], s = (x - x[i]) / (x[i + 1] - x[i]):
+ *                    y = (1 - s) y[i] + s y[i + 1], in three axes the sum over eight corners
+ * its error          {error}
+ *
+ * ISO C99, no library. apesim_timing() returns 1 and sets both command angles [deg]; or returns 0 and sets nothing
+ * outside the axes and beside a point that is unreachable. Limit its arguments to the axes if that is what you want.
+ */
+#ifndef APESIM_TIMING_H
+#define APESIM_TIMING_H
+
+#define APESIM_OPEN_TARGET_DEG {open_target:.9g}
+#define APESIM_CLOSE_TARGET_DEG {close_target:.9g}
+#define APESIM_SPEEDS {i}
+#define APESIM_PRESSURES {j}
+#define APESIM_TEMPERATURES {k}
+
+static const double apesim_speed[APESIM_SPEEDS] = {{ /* r/min */
+{speeds}
+}};
+static const double apesim_pressure[APESIM_PRESSURES] = {{ /* Pa abs */
+{pressures}
+}};
+static const double apesim_temperature[APESIM_TEMPERATURES] = {{ /* K */
+{temperatures}
+}};
+
+/* [speed][pressure][temperature]: 1 reachable, 0 not */
+static const unsigned char apesim_reachable[APESIM_SPEEDS][APESIM_PRESSURES][APESIM_TEMPERATURES] = {{
+{reachable}
+}};
+
+/* [speed][pressure][temperature], deg */
+static const double apesim_advance[APESIM_SPEEDS][APESIM_PRESSURES][APESIM_TEMPERATURES] = {{
+{advance}
+}};
+
+/* [speed][pressure][temperature], deg */
+static const double apesim_release_advance[APESIM_SPEEDS][APESIM_PRESSURES][APESIM_TEMPERATURES] = {{
+{release_advance}
+}};
+
+static int apesim_place(const double *axis, int points, double x, int *low, double *share)
+{{
+    *low = 0;
+    *share = 0.0;
+    if (!(x >= axis[0] && x <= axis[points - 1]))
+        return 0;
+    while (*low + 2 < points && x >= axis[*low + 1])
+        ++*low;
+    if (points > 1)
+        *share = (x - axis[*low]) / (axis[*low + 1] - axis[*low]);
+    return 1;
+}}
+
+static int apesim_timing(double speed, double pressure, double temperature, double *energise_deg, double *release_deg)
+{{
+    int i, j, k, corner;
+    double s, p, t, energise = APESIM_OPEN_TARGET_DEG, release = APESIM_CLOSE_TARGET_DEG;
+    if (!apesim_place(apesim_speed, APESIM_SPEEDS, speed, &i, &s) ||
+        !apesim_place(apesim_pressure, APESIM_PRESSURES, pressure, &j, &p) ||
+        !apesim_place(apesim_temperature, APESIM_TEMPERATURES, temperature, &k, &t))
+        return 0;
+    for (corner = 0; corner < 8; ++corner) {{
+        const int a = corner >> 2, b = corner >> 1 & 1, c = corner & 1;
+        const double weight = (a ? s : 1.0 - s) * (b ? p : 1.0 - p) * (c ? t : 1.0 - t);
+        if (weight > 0.0) {{
+            if (!apesim_reachable[i + a][j + b][k + c])
+                return 0;
+            energise -= weight * apesim_advance[i + a][j + b][k + c];
+            release -= weight * apesim_release_advance[i + a][j + b][k + c];
+        }}
+    }}
+    *energise_deg = energise;
+    *release_deg = release;
+    return 1;
+}}
+
+#endif
+"""
+
+
+def error_text(error):
+    """What is known of the error of interpolation, in a sentence."""
+    if not error.points:
+        return "not measured: no centre of a cell is reachable on both sides"
+    most = (
+        f"at most {error.advance_most / DEGREE:.3g} deg (energise), {error.release_advance_most / DEGREE:.3g} (release)"
+    )
+    rms = f"rms {error.advance_rms / DEGREE:.3g} and {error.release_advance_rms / DEGREE:.3g}"
+    choice = "" if error.points == error.centres else f", seed {error.seed}"
+    return f"{most}, {rms}; solved at {error.points} of {error.centres} centres of cells{choice}"
+
+
+def c_header(timing_map):
+    """The table as C.
+
+    Parameters
+    ----------
+    timing_map : studies.timing.grid.TimingMap
+
+    Returns
+    -------
+    str
+    """
+    axes, command = timing_map.axes, timing_map.command
+    i, j, k = axes.shape
+    reachable = ~np.isnan(timing_map.advance)
+    return HEADER.format(
+        open_target=command.open_target / DEGREE,
+        close_target=command.close_target / DEGREE,
+        machine=sha256(timing_map.archive.machine),
+        error=error_text(timing_map.error),
+        i=i,
+        j=j,
+        k=k,
+        speeds=_row(axes.speeds / TURN * 60.0),
+        pressures=_row(axes.pressures),
+        temperatures=_row(axes.temperatures),
+        reachable=_block(reachable.astype(int)),
+        advance=_block(np.where(reachable, timing_map.advance / DEGREE, 0.0)),
+        release_advance=_block(np.where(reachable, timing_map.release_advance / DEGREE, 0.0)),
+    )
+
+
+def _row(values):
+    return "    " + ", ".join(f"{value:.12g}" for value in values)
+
+
+def _block(values):
+    """Braces of an array with three axes."""
+    planes = [",\n".join(f"     {{{_row(row).strip()}}}" for row in plane).strip() for plane in values]
+    return ",\n".join(f"    {{{plane}}}" for plane in planes)
