@@ -255,6 +255,25 @@ def engine_timing(
     return timing_command(*common, target, speed, pressure, temperature, out, jobs, overwrite, figures)
 
 
+@command(engine, "limit")
+def engine_limit(
+    common: Common,
+    pressure: SupplyPressures = "0.6:1.4:0.4 MPa gauge",
+    temperature: SupplyTemperatures = "250 K, 287 K, 322 K",
+    duration: Annotated[
+        str, typer.Option(metavar="R", help="From the target opening to the target closing.")
+    ] = "60 deg, 75 deg, 120 deg",
+    out: Out = Path("engine_limit.h5"),
+    jobs: Jobs = None,
+    overwrite: Overwrite = False,
+    figures: Figures = True,
+):
+    """The highest speed at which the valve opens and closes at its targets, with complete strokes."""
+    from studies.commands.engine_limit import engine_limit_command
+
+    return engine_limit_command(*common, pressure, temperature, duration, out, jobs, overwrite, figures)
+
+
 @command(archive)
 def info(common: Common, path: ArchivePath):
     """What an archive holds and where it comes from."""

@@ -17,7 +17,7 @@ from engine.steady import run_steady
 from studies.pool import run_tasks, workers_for
 from studies.timing.law import laws_of
 from studies.timing.open_loop import open_loop_delays
-from studies.timing.solve import Reason, corrected, look, wrapped
+from studies.timing.solve import Reason, corrected, look, start_after, wrapped
 from studies.timing.table import Axes, InterpolationError, centres, interpolation_error
 from studies.valve_map import with_supply
 
@@ -102,28 +102,14 @@ def compute(series):
     delays = open_loop_delays(series.machine)
     before, rows = [], []
     for speed in series.speeds:
-        timing = corrected(series.machine, speed, _start(series.machine, speed, before))
+        timing = corrected(series.machine, speed, start_after(series.machine, speed, before))
         if timing.reachable:
-            before = [*before[-1:], (speed, timing.advance / speed, timing.release_advance / speed)]
+            before.append((speed, timing))
         row = _commands(timing, speed)
         if not series.alone:
             row |= _won_back(series.machine, timing, speed) | _shortcut(series.machine, delays, speed)
         rows.append(row)
     return rows
-
-
-def _start(machine, speed, before):
-    """Energise and pulse by what the last two speeds needed, times on a line through both; None without any."""
-    if not before:
-        return None
-    (old, *times) = before[-1]
-    if len(before) > 1:
-        older, *earlier = before[0]
-        share = (speed - old) / (old - older)
-        times = [late + share * (late - early) for late, early in zip(times, earlier, strict=True)]
-    advance, release_advance = (speed * time for time in times)
-    command = machine.command
-    return command.open_target - advance, command.close_target - command.open_target + advance - release_advance
 
 
 def _commands(timing, speed):

@@ -146,7 +146,7 @@ def look(machine, speed, energise, pulse, steady=PERIODIC_TOLERANCE):
     Look
     """
     machine = commanded(machine, energise, energise + pulse)
-    angle_step = ANGLE_STEP if steady == PERIODIC_TOLERANCE else SKETCH_ANGLE_STEP
+    angle_step = SKETCH_ANGLE_STEP if steady == SKETCH else ANGLE_STEP
     run = run_steady(machine, speed, steady=steady, angle_step=angle_step)
     if run.status != Status.DONE:
         return Look(machine, run, {}, np.full(2, nan))
@@ -168,7 +168,7 @@ def openings(machine, run):
     return int(np.sum(at_lap & (velocity < 0.0)))
 
 
-def corrected(machine, speed, start=None):
+def corrected(machine, speed, start=None, steady=PERIODIC_TOLERANCE):
     """Commands with which the valve opens and closes at its targets, in the periodic state.
 
     Broyden's method in energise and pulse, from a start or the delays of the bench; where that fails, the pulse is
@@ -182,6 +182,8 @@ def corrected(machine, speed, start=None):
         [rad/s]
     start : tuple of float, optional
         Energise and pulse to start from [rad].
+    steady : float
+        See `engine.steady.run_steady`; with `SKETCH` the targets are met within `NEAR`, at a third of the time.
 
     Returns
     -------
@@ -194,10 +196,10 @@ def corrected(machine, speed, start=None):
         marches += 1
         return look(machine, speed, *x, steady)
 
-    found = _approach(look_at, start or _open_loop(machine, speed), USUAL_SLOPE)
+    found = _approach(look_at, start or _open_loop(machine, speed), USUAL_SLOPE, steady)
     reason = reason_of(found)
     if reason not in (Reason.REACHED, Reason.CROSSES_AGAIN, Reason.FAILED):
-        reason, found = _bracketed(look_at, machine)
+        reason, found = _bracketed(look_at, machine, steady)
     if reason != Reason.REACHED:
         return Timing(machine, None, {}, nan, nan, nan, nan, reason, marches)
     target, command = machine.command, found.machine.command
@@ -216,6 +218,35 @@ def corrected(machine, speed, start=None):
         reason,
         marches,
     )
+
+
+def start_after(machine, speed, before):
+    """Where to start from, by what other speeds needed: times on a line through the last two.
+
+    Parameters
+    ----------
+    machine : Machine
+        With the targets.
+    speed : float
+        [rad/s]
+    before : sequence of tuple
+        Other speeds [rad/s], each with its `Timing`, reached.
+
+    Returns
+    -------
+    tuple of float or None
+        Energise and pulse [rad]; None without any.
+    """
+    if not before:
+        return None
+    speeds, timings = zip(*before[-2:], strict=True)
+    times = np.array([(timing.advance, timing.release_advance) for timing in timings]) / np.array(speeds)[:, None]
+    late = times[-1]
+    if len(speeds) > 1 and speeds[1] != speeds[0]:
+        late = late + (speed - speeds[1]) / (speeds[1] - speeds[0]) * (times[1] - times[0])
+    advance, release_advance = (float(angle) for angle in speed * late)
+    command = machine.command
+    return command.open_target - advance, command.close_target - command.open_target + advance - release_advance
 
 
 def reason_of(found):
@@ -240,8 +271,8 @@ def _open_loop(machine, speed):
     return command.open_target - opening, command.close_target - closing - (command.open_target - opening)
 
 
-def _approach(look_at, start, slope):
-    """Broyden's method from a start to the targets; the last look."""
+def _approach(look_at, start, slope, last):
+    """Broyden's method from a start to the targets, first by sketches; the last look."""
     x = np.array(start)
     x[1] = np.clip(x[1], PULSE_LEAST, TURN - PULSE_LEAST)
     slopes = np.diag((1.0, slope))
@@ -251,11 +282,11 @@ def _approach(look_at, start, slope):
         if not np.isfinite(here.misses).all():
             break
         miss = np.abs(here.misses).max()
-        if steady == SKETCH and miss < NEAR:
-            steady = PERIODIC_TOLERANCE
+        if steady != last and miss < NEAR:
+            steady = last
             here = look_at(x, steady)
             continue
-        if miss < TOLERANCE:
+        if miss < (NEAR if last == SKETCH else TOLERANCE):
             break
         step = -np.linalg.lstsq(slopes, here.misses)[0]
         step *= min(1.0, STEP_MOST / np.abs(step).max())
@@ -267,7 +298,7 @@ def _approach(look_at, start, slope):
     return here
 
 
-def _bracketed(look_at, machine):
+def _bracketed(look_at, machine, last):
     """Search with the pulse bracketed between one that opens too short and one that opens too long.
 
     Returns
@@ -295,7 +326,7 @@ def _bracketed(look_at, machine):
                 high, long = middle, duration
         if np.isfinite((short, long)).all():
             share = short / (short - long)
-            found = _approach(look_at, (energise, low + share * (high - low)), (long - short) / (high - low))
+            found = _approach(look_at, (energise, low + share * (high - low)), (long - short) / (high - low), last)
             reason = reason_of(found)
             if reason in (Reason.REACHED, Reason.CROSSES_AGAIN):
                 return reason, found
