@@ -112,6 +112,7 @@ def test_a_map_is_its_limits_one_by_one_and_states_its_criterion(found, tmp_path
     assert v["limit_rpm"][1] == found.limit / RPM and v["limit_hz"][1] == pytest.approx(found.limit / RPM / 60.0)
     assert v["duration_deg"].tolist() == pytest.approx([60.0, 75.0]) and v["fails"][1] == Failure.FULL_LIFT
     assert v["open_time_s"][1] == pytest.approx(75.0 / 6.0 / v["limit_rpm"][1])
+    assert np.isnan(v["works_again_rpm"]).all() and v["peak_lift_m"][1] == pytest.approx(9e-3)
     assert archive.provenance["criterion"] == CRITERION
     assert all(path.stat().st_size > 5000 for path in engine_limit_figures(archive, AMBIENT, tmp_path))
 

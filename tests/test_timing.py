@@ -110,6 +110,11 @@ def test_what_is_out_of_reach_is_named_and_nothing_is_invented(given, rpm, reaso
     assert ";" in reason.remedy
 
 
+def test_a_cam_has_no_commands_to_correct():
+    with pytest.raises(ValueError, match="electro-pneumatic"):
+        corrected(machine("cam"), 1000.0 * RPM)
+
+
 def test_every_reason_has_its_remedy():
     assert all(reason.remedy for reason in Reason)
 
@@ -216,6 +221,11 @@ def test_the_shortcut_errs_little_where_strokes_are_complete_and_does_not_open_t
         error = v[f"shortcut_{name}_error_deg"]
         assert (np.abs(error[slow]) < 1.0).all() and (np.abs(error[slow]) > 1e-3).all()
         assert np.isnan(error[~slow]).all()
+    commands = [f"command.{name}={v[f'shortcut_{name}_deg'][3].item()!r} deg" for name in ("energise", "release")]
+    given = with_supply(load(Machine, None, commands), PRESSURES[1], TEMPERATURES[1])
+    [opens], [closes] = passages(given, 600.0)
+    errors = v["shortcut_open_error_deg"][3], v["shortcut_close_error_deg"][3]
+    np.testing.assert_allclose(errors, [opens + 5.0, closes - 70.0], atol=2e-3)
     assert (v["shortcut_release_deg"] - v["shortcut_energise_deg"] < 60.0)[~slow].all()  # 75 are wanted of the valve
 
 

@@ -10,6 +10,7 @@ from apesim.march import LOG_HEAD, Status
 from apesim.periodic import PERIODIC_TOLERANCE
 from engine.breathing import DEGREE, TURN
 from engine.cycle import TRACE
+from engine.cylinder import EPV
 from engine.indicators import valve_angles
 from engine.machine import Machine
 from engine.steady import SteadyRun, run_steady
@@ -188,7 +189,14 @@ def corrected(machine, speed, start=None, steady=PERIODIC_TOLERANCE):
     Returns
     -------
     Timing
+
+    Raises
+    ------
+    ValueError
+        The intake is another, which has no commands.
     """
+    if machine.engine.intake != EPV:
+        raise ValueError("only an electro-pneumatic intake has commands to correct")
     marches = 0
 
     def look_at(x, steady):
