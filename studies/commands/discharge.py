@@ -7,13 +7,13 @@ import numpy as np
 
 from apesim.air import gas_of
 from apesim.quantities import Culprit, InputError, Quantity, parse
+from studies.commands.given import TEMPERATURE
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of, write_traces
 from studies.console import COMMAND_LINE, DONE
 from studies.output import refuse_to_replace
 
 VOLUME = Quantity("cm^3", 1, 1e6, "command line")
-TEMPERATURE = Quantity("K", 150, 600, "command line")
 
 
 def discharge_command(console, machine_file, settings, files, volume, temperature, out, overwrite=False, figures=False):

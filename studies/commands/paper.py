@@ -7,9 +7,9 @@ import time
 from apesim.archive import ArchiveError, command_line
 from apesim.quantities import parse_range
 from apesim.quantities.settings import dumps
+from studies.commands.given import PRESSURE, TEMPERATURE
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of, warm_up
-from studies.commands.valve import PRESSURE, TEMPERATURE
 from studies.console import DONE, INCOMPLETE, plain
 from studies.output import publish
 from studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve

@@ -5,9 +5,9 @@ import numpy as np
 from apesim.quantities import Quantity, parse, parse_range
 from studies.braking import ADDED, APART, BRAKE, RELEASE, SPEED, front_of, widest_soft
 from studies.commands.archived import computed, summary
+from studies.commands.given import PRESSURE, TEMPERATURE, TIME
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of
-from studies.commands.valve import PRESSURE, TEMPERATURE, TIME
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from studies.soft_landing import FACTORS, KINDS, LIMITS, OFFSETS, SPACING, faults_of, soft_landings
 from studies.soft_landing_archive import archive_of

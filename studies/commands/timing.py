@@ -1,23 +1,19 @@
 """Command `apesim engine timing`."""
 
-import sys
-import time
 from math import isnan
 from pathlib import Path
 
-from apesim.archive import ArchiveError, command_line
-from apesim.kernel import is_cold
-from apesim.quantities import Culprit, InputError, Pressure, Quantity, parse_range
+from apesim.archive import ArchiveError
+from apesim.quantities import Culprit, InputError, Quantity, parse_range
 from engine.breathing import DEGREE
 from engine.cylinder import EPV, INTAKES
+from studies.commands.archived import computed, summary
+from studies.commands.given import SPEED, supplies_of
 from studies.commands.machine import load_machine
-from studies.commands.tables import COMPILING, table_of
+from studies.commands.tables import number, table_of
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.output import publish, refuse_to_replace
+from studies.output import refuse_to_replace
 
-SPEED = Quantity("rpm", 1, 30000, "command line")
-PRESSURE = Pressure(0.02, 30, "command line")
-TEMPERATURE = Quantity("K", 150, 600, "command line")
 ANGLE = Quantity("deg", -360, 720, "command line")
 SHOWN = (
     ("speed_rpm", 1.0, 0, "r/min"),
@@ -66,14 +62,6 @@ def machine_with_targets(machine_file, settings, target):
     return machine
 
 
-def supplies_of(machine, pressure, temperature):
-    """Pressures [Pa abs] and temperatures [K] of a grid."""
-    return (
-        parse_range(pressure, PRESSURE, machine.ambient.pressure, where="--pressure", file=COMMAND_LINE),
-        parse_range(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE),
-    )
-
-
 def timing_command(
     console, machine_file, settings, target, speed, pressure, temperature, out, jobs, overwrite, figures
 ):
@@ -98,29 +86,23 @@ def timing_command(
     if out in exports_of(out):
         raise ArchiveError(out, "is the name of an export beside the archive", "choose e.g. --out timing.h5")
     if not overwrite:
-        for path in (out, *exports_of(out)):
+        for path in exports_of(out):
             refuse_to_replace(path)
-    if is_cold():
-        console.message(COMPILING)
-    corrected(machine, speeds[0])  # compiles, or loads what is compiled
-    start = time.perf_counter()
-    with console.progress("timing") as report:
-        command = command_line(["apesim", *sys.argv[1:]])
-        found = map_timing(machine, axes, jobs, command=command, report=report)
-    wall = time.perf_counter() - start
-    publish(found.archive, out, overwrite)
+    maps = []
+
+    def compute(command, report):
+        maps.append(map_timing(machine, axes, jobs, command=command, report=report))
+        return maps[0].archive
+
+    def draw(archive, folder):
+        return timing_figures(maps[0], machine.ambient.pressure, folder) if figures else []
+
+    _, told = computed(console, "timing", (corrected, machine, speeds[0]), compute, out, overwrite, draw)
+    (found,) = maps
     exported = export(found, out)
-    drawn = timing_figures(found, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
     faults = faults_of_timing(found.archive)
-    data = as_json(found) | {
-        "archive": str(out),
-        "exports": [str(path) for path in exported],
-        "figures": [str(path) for path in drawn],
-        "faults": faults,
-        "wall_time_s": wall,
-    }
-    where = f"{out}: {len(data['points'])} points in {wall:.1f} s; " + ", ".join(path.name for path in exported)
-    where += f"; figures in {drawn[0].parent}/" if drawn else ""
+    data = as_json(found) | told | {"exports": [str(path) for path in exported], "faults": faults}
+    where = summary(told, f"{len(data['points'])} points") + "; " + ", ".join(path.name for path in exported)
     opening, closing = data["target_deg"].values()
     title = f"Commands that open the valve at {opening:g} deg and close it at {closing:g} deg"
     table = table_of(title, [name for *_, name in SHOWN], _rows(found.archive, machine.ambient.pressure), left=())
@@ -135,10 +117,7 @@ def _rows(archive, ambient_pressure):
     v = {name: variable.values for name, variable in archive.variables.items()}
     v["supply_pressure"] = v["supply_pressure"] - ambient_pressure
     columns = [(v[name] * factor, digits) for name, factor, digits, _ in SHOWN]
-    return [
-        ["-" if isnan(values[run]) else f"{values[run]:.{digits}f}" for values, digits in columns]
-        for run in range(len(archive.runs))
-    ]
+    return [[number(values[run], f".{digits}f") for values, digits in columns] for run in range(len(archive.runs))]
 
 
 def _law_lines(laws, machine):

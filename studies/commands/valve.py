@@ -6,16 +6,14 @@ from math import nan
 import numpy as np
 
 from apesim.march import TOLERANCE, Status
-from apesim.quantities import Culprit, InputError, Pressure, Quantity, parse
+from apesim.quantities import Culprit, InputError, Quantity, parse
+from studies.commands.given import PRESSURE, TEMPERATURE, TIME
 from studies.commands.machine import load_machine
 from studies.commands.tables import number, table_of, warm_up, write_traces
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from valve.bench import TRACE, run_bench
 
-TIME = Quantity("ms", 0.01, 60000, "command line")
 RATE = Quantity("Hz", 0.1, 1000, "command line")
-PRESSURE = Pressure(0.02, 30, "command line")
-TEMPERATURE = Quantity("K", 150, 600, "command line")
 
 
 def bench_run(console, machine_file, settings, supply, temperature, pulse, until, repeat, csv):

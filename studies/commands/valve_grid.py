@@ -2,9 +2,9 @@
 
 from apesim.quantities import Quantity, parse, parse_range
 from studies.commands.archived import computed, summary
+from studies.commands.given import TIME, supplies_of
 from studies.commands.machine import load_machine
 from studies.commands.tables import number, table_of
-from studies.commands.valve import PRESSURE, TEMPERATURE, TIME
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from valve.bench import run_bench
 
@@ -24,7 +24,8 @@ def map_command(console, machine_file, settings, pressure, temperature, pulse, o
     from studies.figures.valve import map_figures
     from studies.valve_map import faults_of_map, map_valve
 
-    machine, *grid = _grid(machine_file, settings, pressure, temperature)
+    machine = load_machine(machine_file, settings)
+    grid = supplies_of(machine, pressure, temperature)
     pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
 
     def compute(**options):
@@ -57,7 +58,8 @@ def limit_command(console, machine_file, settings, pressure, temperature, duty, 
     from studies.figures.valve import limit_figures
     from studies.limit import CRITERION, faults_of_limits, is_complete, limit_map
 
-    machine, *grid = _grid(machine_file, settings, pressure, temperature)
+    machine = load_machine(machine_file, settings)
+    grid = supplies_of(machine, pressure, temperature)
     duties = parse_range(duty, DUTY, where="--duty", file=COMMAND_LINE)
 
     def compute(**options):
@@ -83,16 +85,6 @@ def limit_command(console, machine_file, settings, pressure, temperature, duty, 
     for fault in faults:
         console.message(f"warning: {fault}")
     return INCOMPLETE if faults else DONE
-
-
-def _grid(machine_file, settings, pressure, temperature):
-    """Machine, pressures [Pa abs] and temperatures [K] of a command line."""
-    machine = load_machine(machine_file, settings)
-    return (
-        machine,
-        parse_range(pressure, PRESSURE, machine.ambient.pressure, where="--pressure", file=COMMAND_LINE),
-        parse_range(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE),
-    )
 
 
 def _table(title, machine, v, header, rows):
