@@ -75,13 +75,23 @@ def flow_function(gas, ratio, temperature):
     return flow_function_in(gas, regime, ratio, temperature)
 
 
-@kernel
-def regime_between(gas, pressure_1, temperature_1, pressure_2, temperature_2):
-    """Regime of the flow between two volumes [Pa abs, K]."""
-    if pressure_1 >= pressure_2:
-        direction, ratio, temperature = 1, pressure_2 / pressure_1, temperature_1
-    else:
-        direction, ratio, temperature = -1, pressure_1 / pressure_2, temperature_2
+@kernel(inline=False)
+def regime_between(gas, sides):
+    """Regime of the flow between two volumes.
+
+    Parameters
+    ----------
+    gas : Gas
+    sides : tuple of float
+        Pressure and temperature of the one, then of the other [Pa abs, K, Pa abs, K].
+
+    Returns
+    -------
+    int
+        NEAR, SUBSONIC or CHOKED; negative from the second to the first.
+    """
+    direction = 1 if sides[0] >= sides[2] else -1
+    ratio, temperature = upstream_of(direction, sides)
     if ratio > NEARLY_EQUAL:
         return direction * NEAR
     if ratio > ends_of(gas, CHOKED, temperature)[1]:
@@ -90,28 +100,28 @@ def regime_between(gas, pressure_1, temperature_1, pressure_2, temperature_2):
 
 
 @kernel
-def upstream_of(regime, pressure_1, temperature_1, pressure_2, temperature_2):
+def upstream_of(regime, sides):
     """Pressure ratio and upstream temperature in the direction of a regime."""
     if regime > 0.0:
-        return pressure_2 / pressure_1, temperature_1
-    return pressure_1 / pressure_2, temperature_2
+        return sides[2] / sides[0], sides[1]
+    return sides[0] / sides[2], sides[3]
 
 
-@kernel
-def beyond_regime(gas, regime, pressure_1, temperature_1, pressure_2, temperature_2):
-    """By how much the pressure ratio lies outside a regime, above zero where it has left it."""
+@kernel(inline=False)
+def beyond_regime(gas, regime, sides):
+    """By how much the pressure ratio lies outside a regime, above zero where it has left it; see `regime_between`."""
     if regime == SHUT:
         return -1.0
-    ratio, temperature = upstream_of(regime, pressure_1, temperature_1, pressure_2, temperature_2)
+    ratio, temperature = upstream_of(regime, sides)
     low, high = ends_of(gas, abs(regime), temperature)
     return max(low - ratio, ratio - high) - ROOM
 
 
-@kernel
-def next_regime(gas, regime, pressure_1, temperature_1, pressure_2, temperature_2):
-    """The regime that a flow goes over to where it leaves one."""
+@kernel(inline=False)
+def next_regime(gas, regime, sides):
+    """The regime that a flow goes over to where it leaves one; see `regime_between`."""
     direction = 1.0 if regime > 0.0 else -1.0
-    ratio, temperature = upstream_of(regime, pressure_1, temperature_1, pressure_2, temperature_2)
+    ratio, temperature = upstream_of(regime, sides)
     low, high = ends_of(gas, abs(regime), temperature)
     if ratio - high < low - ratio:
         return regime + direction
@@ -119,13 +129,28 @@ def next_regime(gas, regime, pressure_1, temperature_1, pressure_2, temperature_
 
 
 @kernel
-def flow_in(gas, regime, area, pressure_1, temperature_1, pressure_2, temperature_2):
-    """Flow through a restriction between two volumes, in a regime; see `flow_between`."""
+def flow_in(gas, regime, area, sides):
+    """Flow through a restriction between two volumes, held in a regime.
+
+    Parameters
+    ----------
+    gas : Gas
+    regime : int
+    area : float
+        Effective area [m2].
+    sides : tuple of float
+        See `regime_between`.
+
+    Returns
+    -------
+    mass_flow, enthalpy_flow : float
+        See `flow_between`.
+    """
     if regime == SHUT or area <= 0.0:
         return 0.0, 0.0
-    ratio, temperature = upstream_of(regime, pressure_1, temperature_1, pressure_2, temperature_2)
+    ratio, temperature = upstream_of(regime, sides)
     mass = area * flow_function_in(gas, abs(regime), ratio, temperature) / sqrt(gas.gas_constant * temperature)
-    mass *= pressure_1 if regime > 0.0 else -pressure_2
+    mass *= sides[0] if regime > 0.0 else -sides[2]
     return mass, mass * enthalpy(gas, temperature)
 
 
@@ -150,8 +175,8 @@ def flow_between(gas, area, pressure_1, temperature_1, pressure_2, temperature_2
     enthalpy_flow : float
         Carried along, at the upstream temperature [W].
     """
-    regime = regime_between(gas, pressure_1, temperature_1, pressure_2, temperature_2)
-    return flow_in(gas, regime, area, pressure_1, temperature_1, pressure_2, temperature_2)
+    sides = pressure_1, temperature_1, pressure_2, temperature_2
+    return flow_in(gas, regime_between(gas, sides), area, sides)
 
 
 def iso6358_flow(conductance, critical, pressure_up, pressure_down, temperature=293.15):

@@ -18,7 +18,6 @@ from engine.cycle_state import (
     GROOVE,
     GROOVE_BACK,
     GROOVE_ENTHALPY,
-    GROOVE_FLOW,
     INTAKE_OPEN,
     OTHER_ENERGY,
     OTHER_MASS,
@@ -38,11 +37,10 @@ from engine.cycle_state import (
 from engine.cylinder import CAM, ENERGY, EPV, MASS, TERMS, indicated_power
 from engine.gas_exchange import (
     breathing,
-    change_regime,
+    exchange_changes,
     exchange_enters,
     exchange_events,
     intake_lift,
-    set_groove_regime,
 )
 from valve import actuator as valve_actuator
 from valve import motion as valve_motion
@@ -123,7 +121,7 @@ def cycle_events(p, t, y, mode, g):
     """Events of the engine: those of its valve, and flows into another regime."""
     if p.engine.intake == EPV:
         actuator_events(p.actuator, y, mode, control_air(p, y), g)
-    exchange_events(p, t, y, mode, FLOW, g)
+    exchange_events(p, t, y, mode, g, FLOW)
 
 
 @respond.for_type(Cycle)
@@ -131,11 +129,11 @@ def cycle_events(p, t, y, mode, g):
 def cycle_responds(p, tables, event, t, y, mode):
     """Responses of the engine: those of its valve, and the flows' regimes."""
     if event >= FLOW:
-        change_regime(p, t, y, mode, GROOVE_FLOW + event - FLOW)
+        exchange_changes(p, t, y, event - FLOW, mode)
         return
     actuator_responds(p.actuator, tables, event, y, mode, control_air(p, y))
     if event == CORNER:
-        set_groove_regime(p, t, y, mode)
+        exchange_enters(p, t, t, y, mode)
 
 
 @watch.for_type(Cycle)

@@ -39,67 +39,56 @@ def intake_area(p, angle, y, mode):
 
 
 @kernel
-def beside(p, cylinder, receiver, flow):
-    """Pressures and temperatures on both sides of a flow, GROOVE_FLOW...FEED_FLOW [Pa abs, K, Pa abs, K]."""
-    if flow == GROOVE_FLOW:
-        return receiver[0], receiver[1], cylinder.pressure, cylinder.temperature
-    if flow == EXHAUST_FLOW:
-        return cylinder.pressure, cylinder.temperature, p.actuator.ambient.pressure, p.actuator.ambient.temperature
-    return p.supply[0], p.supply[1], receiver[0], receiver[1]
+def exchange_sides(p, cylinder, receiver):
+    """Pressures and temperatures before and behind the flows GROOVE_FLOW...FEED_FLOW [Pa abs, K, Pa abs, K]."""
+    ambient = p.actuator.ambient
+    return (
+        (receiver[0], receiver[1], cylinder.pressure, cylinder.temperature),
+        (cylinder.pressure, cylinder.temperature, ambient.pressure, ambient.temperature),
+        (p.supply[0], p.supply[1], receiver[0], receiver[1]),
+    )
 
 
 @kernel
 def breathing(p, y, mode, cylinder, receiver):
     """Flows through groove, exhaust valve and feed, each with its enthalpy [kg/s, W]."""
-    gas, valve = p.actuator.gas, p.engine.exhaust
+    gas, valve, sides = p.actuator.gas, p.engine.exhaust, exchange_sides(p, cylinder, receiver)
     area = intake_area(p, cylinder.angle, y, mode)
-    groove, groove_enthalpy = flow_in(gas, mode[GROOVE_FLOW], area, *beside(p, cylinder, receiver, GROOVE_FLOW))
+    groove, groove_enthalpy = flow_in(gas, mode[GROOVE_FLOW], area, sides[0])
     area = valve.effective_area * raised_cosine(cylinder.angle, valve.opens, valve.closes, valve.flank)
-    exhaust, exhaust_enthalpy = flow_in(gas, mode[EXHAUST_FLOW], area, *beside(p, cylinder, receiver, EXHAUST_FLOW))
-    area = p.engine.receiver.feed_area
-    fed, fed_enthalpy = flow_in(gas, mode[FEED_FLOW], area, *beside(p, cylinder, receiver, FEED_FLOW))
+    exhaust, exhaust_enthalpy = flow_in(gas, mode[EXHAUST_FLOW], area, sides[1])
+    fed, fed_enthalpy = flow_in(gas, mode[FEED_FLOW], p.engine.receiver.feed_area, sides[2])
     return groove, groove_enthalpy, exhaust, exhaust_enthalpy, fed, fed_enthalpy
 
 
 @kernel
-def exchange_events(p, t, y, mode, first, g):
-    """By how much each flow has left its regime, into g from its element ``first``."""
+def sides_at(p, t, y):
+    """`exchange_sides` of a state."""
     cylinder, _ = cylinder_state(p, t, y)
-    receiver = receiver_state(p, y)
+    return exchange_sides(p, cylinder, receiver_state(p, y))
+
+
+@kernel
+def exchange_events(p, t, y, mode, g, first_event):
+    """By how much each flow has left its regime, into g from its element ``first_event``."""
+    sides = sides_at(p, t, y)
     for i in range(FLOWS):
-        flow = GROOVE_FLOW + i
-        g[first + i] = beyond_regime(p.actuator.gas, mode[flow], *beside(p, cylinder, receiver, flow))
+        g[first_event + i] = beyond_regime(p.actuator.gas, mode[GROOVE_FLOW + i], sides[i])
 
 
 @kernel
-def change_regime(p, t, y, mode, flow):
-    """Take a flow over into the regime that follows."""
-    cylinder, _ = cylinder_state(p, t, y)
-    mode[flow] = next_regime(p.actuator.gas, mode[flow], *beside(p, cylinder, receiver_state(p, y), flow))
-
-
-@kernel
-def set_regime(p, t, y, mode, flow, is_open):
-    """Regime of a flow from the state."""
-    mode[flow] = SHUT
-    if is_open:
-        cylinder, _ = cylinder_state(p, t, y)
-        mode[flow] = regime_between(p.actuator.gas, *beside(p, cylinder, receiver_state(p, y), flow))
-
-
-@kernel
-def set_groove_regime(p, t, y, mode):
-    """Regime of the flow through the groove on the piece of its table, or by whether the ideal valve is open."""
-    is_open = mode[INTAKE_OPEN] != 0.0 or mode[AREA] != 0.0 or mode[AREA_SLOPE] != 0.0
-    set_regime(p, t, y, mode, GROOVE_FLOW, is_open)
+def exchange_changes(p, t, y, i, mode):
+    """Take a flow, the i-th, over into the regime that follows."""
+    mode[GROOVE_FLOW + i] = next_regime(p.actuator.gas, mode[GROOVE_FLOW + i], sides_at(p, t, y)[i])
 
 
 @kernel
 def exchange_enters(p, t, t_end, y, mode):
-    """Regimes of the flows at the start of a stretch."""
-    set_groove_regime(p, t, y, mode)
-    valve = p.engine.exhaust
+    """Regimes of the flows at the start of a stretch, or on entering a piece of the groove's table."""
+    gas, valve, sides = p.actuator.gas, p.engine.exhaust, sides_at(p, t, y)
+    groove_open = mode[INTAKE_OPEN] != 0.0 or mode[AREA] != 0.0 or mode[AREA_SLOPE] != 0.0
     middle = p.start + p.speed * 0.5 * (t + t_end)
-    is_open = raised_cosine(middle, valve.opens, valve.closes, valve.flank) > 0.0
-    set_regime(p, t, y, mode, EXHAUST_FLOW, is_open)
-    set_regime(p, t, y, mode, FEED_FLOW, p.receiver_volume > 0.0)
+    exhaust_open = raised_cosine(middle, valve.opens, valve.closes, valve.flank) > 0.0
+    is_open = groove_open, exhaust_open, p.receiver_volume > 0.0
+    for i in range(FLOWS):
+        mode[GROOVE_FLOW + i] = regime_between(gas, sides[i]) if is_open[i] else SHUT

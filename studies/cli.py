@@ -329,6 +329,8 @@ def merge(
 
 def main():
     """Entry point of the command `apesim`."""
+    # Matrices are small here: several threads only wait for one another.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     code = main_of(app)
     if code == INTERRUPTED:
         os._exit(code)  # what is at work in another thread need not come to its end

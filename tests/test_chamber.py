@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from test_bench import BenchMachine
 
 from apesim.air import CANTERA, Air, Ambient, enthalpy, gas_of, internal_energy
-from apesim.restriction import SHUT, flow_between, regime_between
+from apesim.restriction import SHUT, flow_between, flow_in, regime_between
 from valve.actuator import MODES, PHASE, REGIME, START, X_A, X_A_SLOPE, X_B, actuator_of, actuator_rates, state_of
 from valve.bench import bench_of
 from valve.chamber import chamber_state
 from valve.piston import HELD_CLOSED, TO_CLOSED, TO_OPEN
-from valve.solenoid_flow import FLOWS, SUPPLY_A, VENT_A, beside, regime_in_stretch, solenoid_flow
+from valve.solenoid_flow import SUPPLY_A, VENT_A, solenoid_sides, solenoids_enter
 from valve.terms import ValveState
 
 GASES = pytest.mark.parametrize("air", [Air(), Air(model=CANTERA)], ids=["ideal", "cantera"])
@@ -26,8 +26,8 @@ def flow(gas, which, area, pressure, temperature, regime=None):
     """A flow through solenoid A, its chamber at a pressure and temperature."""
     ambient, own = Ambient(*AMBIENT), (pressure, temperature, VOLUME)
     state = ValveState(gas, ambient, None, 4e-3, 0.0, *own, *own, *SUPPLY)
-    regime = regime_between(gas, *beside(state, which)) if regime is None else regime
-    return solenoid_flow(state, which, regime, area)
+    sides = solenoid_sides(state)[which]
+    return flow_in(gas, regime_between(gas, sides) if regime is None else regime, area, sides)
 
 
 @cache
@@ -118,9 +118,7 @@ def test_energy_of_a_chamber_changes_by_enthalpy_and_work_alone(air, phase, x):
     mode[PHASE], mode[START] = phase, 0.25
     # A line in time: the fraction is x at 0.5 s.
     mode[X_A], mode[X_A_SLOPE], mode[X_B] = x - 0.1, 0.4, x
-    valve_state = state_of(actuator, y, bench.supply)
-    for i in range(FLOWS):
-        mode[REGIME + i] = regime_in_stretch(valve_state, i, 1.0, 1.0)
+    solenoids_enter(state_of(actuator, y, bench.supply), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
     r = actuator_rates(actuator, 0.5, y, mode, bench.supply)
     moving = 0.0 if phase == HELD_CLOSED else speed
     ambient = actuator.ambient.pressure, actuator.ambient.temperature

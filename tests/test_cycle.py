@@ -12,16 +12,13 @@ from engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_BACK,
-    EXHAUST_FLOW,
     EXHAUSTED,
     EXHAUSTED_ENTHALPY,
     FED,
     FED_ENTHALPY,
-    FEED_FLOW,
     GROOVE,
     GROOVE_BACK,
     GROOVE_ENTHALPY,
-    GROOVE_FLOW,
     OTHER_ENERGY,
     OTHER_MASS,
     RECEIVER_ENERGY,
@@ -34,12 +31,12 @@ from engine.cycle_state import (
     WORK,
     control_air,
 )
-from engine.gas_exchange import set_regime
+from engine.gas_exchange import exchange_enters
 from engine.kinematics import cylinder_volume
 from engine.operating_point import charged_at_rest, cycle_of
 from valve.actuator import AREA, AREA_SLOPE, PHASE, REGIME, X_A, X_B, state_of
 from valve.piston import TO_OPEN
-from valve.solenoid_flow import FLOWS, regime_in_stretch
+from valve.solenoid_flow import solenoids_enter
 
 R, K = 287.05, 1.4
 CP, CV = K * R / (K - 1.0), R / (K - 1.0)
@@ -81,11 +78,8 @@ def state(a_machine, angle, cylinder, receiver, chambers=(0.6e6, 0.3e6), rpm=100
     mode[PHASE] = TO_OPEN
     mode[AREA], mode[AREA_SLOPE] = -150e-6 / 8.0, 150e-6 / 8e-3
     mode[X_A], mode[X_B] = 0.5, 0.25
-    valve_state = state_of(p.actuator, y, control_air(p, y))
-    for i in range(FLOWS):
-        mode[REGIME + i] = regime_in_stretch(valve_state, i, 1.0, 1.0)
-    for i in (GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW):
-        set_regime(p, t, y, mode, i, True)
+    solenoids_enter(state_of(p.actuator, y, control_air(p, y)), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
+    exchange_enters(p, t, t, y, mode)
     dy = np.empty_like(y)
     assert cycle_rates(p, t, y, mode, dy)
     return p, dy

@@ -1,11 +1,17 @@
+import re
+import runpy
+from pathlib import Path
 from typing import NamedTuple
 
 import numba
 import numpy as np
 import pytest
 
+from apesim.air import Air, Ambient, gas_of
 from apesim.effect import Effect, add_laws, adjusted, chosen, contact, law, restitution
 from apesim.kernel import kernel
+from apesim.restriction import flow_between
+from valve.terms import MASS_A, TERMS, ValveState
 
 # --- a library of three effects, and one that is not in it ---
 
@@ -174,3 +180,15 @@ def test_effects_without_a_law_add_nothing(mode):
 def test_the_largest_restitution_counts_and_none_is_zero(mode):
     assert mode(largest_restitution)((Push(9.0), Rubber(0.3), Rubber(0.8)), 2.0) == 0.4
     assert mode(largest_restitution)((Push(9.0), Warmth()), 2.0) == 0.0
+
+
+def test_the_effect_of_the_readme_is_one(tmp_path):
+    text = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    (code,) = (block for block in re.findall(r"```python\n(.*?)```", text, re.S) if "EFFECT = Effect(" in block)
+    (tmp_path / "leakage_a.py").write_text(code, encoding="utf-8")
+    names = runpy.run_path(tmp_path / "leakage_a.py")
+    effect, leakage = names["EFFECT"], names["leakage_a"]
+    state = ValveState(gas_of(Air()), Ambient(), None, 4e-3, 0.0, 6e5, 290.0, 2e-5, 1e5, 290.0, 2e-5, 1.1e6, 287.0)
+    balance = np.zeros(TERMS)
+    leakage(effect.parameters(1e-7), state, balance)
+    assert balance[MASS_A] == -flow_between(gas_of(Air()), 1e-7, 6e5, 290.0, 101325.0, 293.15)[0] < 0.0

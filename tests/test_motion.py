@@ -43,7 +43,7 @@ from valve.motion import (
 )
 from valve.piston import HELD_CLOSED, HELD_OPEN, STUCK, TO_CLOSED, TO_OPEN
 from valve.solenoid import energised_fraction
-from valve.solenoid_flow import FLOWS, beside
+from valve.solenoid_flow import FLOWS, solenoid_sides
 
 GROOVE_ROWS = np.array([[0.0, 0.0], [3e-3, 40e-6], [5e-3, 300e-6]])
 
@@ -219,7 +219,7 @@ def test_flows_change_their_regime_where_their_pressures_say_so(tolerance):
     met = {flow: [] for flow in range(FLOWS)}
     for row in changes:
         flow = int(row[1]) - FLOW
-        p_1, _, p_2, _ = beside(state_of(p.actuator, row[LOG_HEAD:], p.supply), flow)
+        p_1, _, p_2, _ = solenoid_sides(state_of(p.actuator, row[LOG_HEAD:], p.supply))[flow]
         away = np.abs(ends - min(p_1, p_2) / max(p_1, p_2))
         # The state at the event is that of the step, not of the interpolant that located it.
         assert away.min() < 1.1 * ROOM + 10.0 * tolerance

@@ -144,9 +144,9 @@ def beside(ratio, regime, high=(1e6, 300.0), low_temperature=250.0):
 @settings(deadline=None)
 @given(up=SIDES, down=SIDES)
 def test_the_law_in_the_regime_of_its_pressures_is_the_law(gas, up, down):
-    regime = regime_between(gas, *up, *down)
-    assert flow_in(gas, regime, 1e-5, *up, *down) == flow_between(gas, 1e-5, *up, *down)
-    assert beyond_regime(gas, regime, *up, *down) <= -ROOM
+    regime = regime_between(gas, (*up, *down))
+    assert flow_in(gas, regime, 1e-5, (*up, *down)) == flow_between(gas, 1e-5, *up, *down)
+    assert beyond_regime(gas, regime, (*up, *down)) <= -ROOM
 
 
 @GASES
@@ -155,16 +155,16 @@ def test_as_the_pressure_ratio_rises_and_falls_the_regimes_follow_one_another(ga
     pressures = np.concatenate((np.linspace(0.2e6, 1.1e6, 90001), np.linspace(1.1e6, 5e6, 40001)))
     for ascending in (True, False):
         path = pressures if ascending else pressures[::-1]
-        regime = regime_between(gas, 1e6, 300.0, path[0], 250.0)
+        regime = regime_between(gas, (1e6, 300.0, path[0], 250.0))
         met = [regime]
         for pressure in path:
             sides = 1e6, 300.0, pressure, 250.0
             for _ in range(6):
-                if beyond_regime(gas, regime, *sides) <= 0.0:
+                if beyond_regime(gas, regime, sides) <= 0.0:
                     break
-                regime = next_regime(gas, regime, *sides)
+                regime = next_regime(gas, regime, sides)
                 met.append(regime)
-            assert beyond_regime(gas, regime, *sides) <= 0.0
+            assert beyond_regime(gas, regime, sides) <= 0.0
         assert met == (FORWARD if ascending else FORWARD[::-1])
 
 
@@ -187,11 +187,11 @@ def test_the_subsonic_law_goes_on_smoothly_beyond_both_its_ends(k):
 @pytest.mark.parametrize("regime", FORWARD)
 def test_a_flow_held_in_a_regime_takes_the_upstream_side_of_that_regime(regime):
     sides = beside(0.9995, regime)
-    mass, energy = flow_in(IDEAL_GAS, regime, 1e-5, *sides)
+    mass, energy = flow_in(IDEAL_GAS, regime, 1e-5, sides)
     assert np.sign(mass) == np.sign(regime)
     assert energy == mass * enthalpy(IDEAL_GAS, 300.0)
 
 
 def test_what_is_shut_neither_passes_anything_nor_leaves_its_regime():
-    assert flow_in(IDEAL_GAS, SHUT, 1e-5, 1e6, 300.0, 1e5, 300.0) == (0.0, 0.0)
-    assert beyond_regime(IDEAL_GAS, SHUT, 1e6, 300.0, 1e5, 300.0) < 0.0
+    assert flow_in(IDEAL_GAS, SHUT, 1e-5, (1e6, 300.0, 1e5, 300.0)) == (0.0, 0.0)
+    assert beyond_regime(IDEAL_GAS, SHUT, (1e6, 300.0, 1e5, 300.0)) < 0.0

@@ -7,6 +7,7 @@ import numpy as np
 from apesim.air import Ambient, Gas, gas_of, internal_energy
 from apesim.effect import add_laws, adjusted, chosen
 from apesim.kernel import kernel
+from apesim.restriction import flow_in
 from valve.chamber import chamber_state
 from valve.effects import VALVE_EFFECTS, ValveEffects
 from valve.groove import area_table
@@ -19,7 +20,7 @@ from valve.piston import (
     volume_b,
 )
 from valve.solenoid import kinks_of, opening_curve
-from valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_flow
+from valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
 from valve.terms import DRY, ENERGY_A, ENERGY_B, FORCE, MASS_A, MASS_B, TERMS, ValveState
 
 STATES = 6
@@ -202,10 +203,11 @@ def actuator_rates(actuator, t, y, mode, supply):
     area = valve.solenoid.effective_area
     x_a = mode[X_A] + mode[X_A_SLOPE] * (t - mode[START])
     x_b = mode[X_B] + mode[X_B_SLOPE] * (t - mode[START])
-    in_a, in_energy_a = solenoid_flow(state, SUPPLY_A, mode[REGIME + SUPPLY_A], area * (1.0 - x_a))
-    out_a, out_energy_a = solenoid_flow(state, VENT_A, mode[REGIME + VENT_A], area * x_a)
-    in_b, in_energy_b = solenoid_flow(state, SUPPLY_B, mode[REGIME + SUPPLY_B], area * x_b)
-    out_b, out_energy_b = solenoid_flow(state, VENT_B, mode[REGIME + VENT_B], area * (1.0 - x_b))
+    gas, sides = actuator.gas, solenoid_sides(state)
+    in_a, in_energy_a = flow_in(gas, mode[REGIME + SUPPLY_A], area * (1.0 - x_a), sides[SUPPLY_A])
+    out_a, out_energy_a = flow_in(gas, mode[REGIME + VENT_A], area * x_a, sides[VENT_A])
+    in_b, in_energy_b = flow_in(gas, mode[REGIME + SUPPLY_B], area * x_b, sides[SUPPLY_B])
+    out_b, out_energy_b = flow_in(gas, mode[REGIME + VENT_B], area * (1.0 - x_b), sides[VENT_B])
     force = smooth_force(valve, state.position, state.speed, state.pressure_a, state.pressure_b)
     speed = acceleration = mass_a = mass_b = energy_a = energy_b = 0.0
     if actuator.effects_on:

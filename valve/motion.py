@@ -23,12 +23,12 @@ from valve.actuator import (
 from valve.groove import piece_line, piece_of
 from valve.piston import HELD_CLOSED, HELD_OPEN, STUCK, TO_OPEN, is_moving, land, overcome, smooth_force, start_moving
 from valve.solenoid import energised_fraction
-from valve.solenoid_flow import FLOWS, beyond, following, open_share, regime_in_stretch
+from valve.solenoid_flow import open_shares, solenoid_changes, solenoid_events, solenoids_enter
 from valve.terms import BREAKAWAY, FORCE, TERMS
 
 MET_CLOSED, MET_OPEN, LEFT, TURNED, CORNER, FLOW = range(6)
 """Events: contact with the closed and the open stop, start from rest, speed through zero, corner of the groove's
-table; from FLOW on, one of the `FLOWS` through the solenoids into another regime."""
+table; from FLOW on, one of the flows through the solenoids into another regime."""
 ONE_PERCENT, NEAR_OPEN, SPEED_EXTREMUM = range(3)
 """Watches: 1 % of the stroke from closed and from open, extremum of the speed."""
 DETECTED = 0.01
@@ -53,8 +53,7 @@ def actuator_events(actuator, y, mode, supply, g):
     stroke = actuator.valve.stroke
     moving = is_moving(phase)
     state = state_of(actuator, y, supply)
-    for flow in range(FLOWS):
-        g[FLOW + flow] = beyond(state, flow, mode[REGIME + flow])
+    solenoid_events(state, mode, REGIME, g, FLOW)
     g[MET_CLOSED] = y[0] - stroke if moving else -1.0
     g[MET_OPEN] = -y[0] if moving else -1.0
     g[TURNED] = -phase * y[1] if moving else -1.0
@@ -97,8 +96,7 @@ def actuator_responds(actuator, tables, event, y, mode, supply):
         mode[PIECE] += 1.0 if mode[PHASE] == TO_OPEN else -1.0
         take_piece(tables, mode)
     elif event >= FLOW:
-        flow = event - FLOW
-        mode[REGIME + flow] = following(state_of(actuator, y, supply), flow, mode[REGIME + flow])
+        solenoid_changes(state_of(actuator, y, supply), event - FLOW, REGIME, mode)
 
 
 @kernel
@@ -130,7 +128,5 @@ def actuator_enters(actuator, tables, t, t_end, y, mode, supply):
     x_b_end = energised_fraction(tables.edges, tables.period, tables.curve_b, t_end)
     mode[X_A], mode[X_A_SLOPE] = x_a, (x_a_end - x_a) / (t_end - t)
     mode[X_B], mode[X_B_SLOPE] = x_b, (x_b_end - x_b) / (t_end - t)
-    state = state_of(actuator, y, supply)
-    for flow in range(FLOWS):
-        shares = open_share(flow, x_a, x_b), open_share(flow, x_a_end, x_b_end)
-        mode[REGIME + flow] = regime_in_stretch(state, flow, *shares)
+    shares, shares_end = open_shares(x_a, x_b), open_shares(x_a_end, x_b_end)
+    solenoids_enter(state_of(actuator, y, supply), shares, shares_end, REGIME, mode)

@@ -1,72 +1,68 @@
 """The four flows through the solenoids (Eq. 7), and where each goes from one regime into another."""
 
 from apesim.kernel import kernel
-from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
+from apesim.restriction import SHUT, beyond_regime, next_regime, regime_between
 
 SUPPLY_A, VENT_A, SUPPLY_B, VENT_B, FLOWS = range(5)
 """The flows, from supply to chamber and from chamber to ambient; how many there are."""
 
 
 @kernel
-def beside(state, flow):
-    """Pressures and temperatures before and behind a flow [Pa abs, K, Pa abs, K]."""
-    ambient = state.ambient
-    if flow == SUPPLY_A:
-        return state.supply_pressure, state.supply_temperature, state.pressure_a, state.temperature_a
-    if flow == SUPPLY_B:
-        return state.supply_pressure, state.supply_temperature, state.pressure_b, state.temperature_b
-    if flow == VENT_A:
-        return state.pressure_a, state.temperature_a, ambient.pressure, ambient.temperature
-    return state.pressure_b, state.temperature_b, ambient.pressure, ambient.temperature
-
-
-@kernel
-def solenoid_flow(state, flow, regime, area):
-    """One of the flows.
+def solenoid_sides(state):
+    """Pressures and temperatures before and behind each flow.
 
     Parameters
     ----------
     state : ValveState
-    flow : int
-        SUPPLY_A...VENT_B.
-    regime : int
-        See `apesim.restriction`.
-    area : float
-        Effective area [m2].
 
     Returns
     -------
-    mass_flow, enthalpy_flow : float
-        [kg/s, W]
+    tuple of tuple of float
+        For each flow [Pa abs, K, Pa abs, K].
     """
-    return flow_in(state.gas, regime, area, *beside(state, flow))
+    supply, ambient = (state.supply_pressure, state.supply_temperature), state.ambient
+    a, b = (state.pressure_a, state.temperature_a), (state.pressure_b, state.temperature_b)
+    return (
+        (supply[0], supply[1], a[0], a[1]),
+        (a[0], a[1], ambient.pressure, ambient.temperature),
+        (supply[0], supply[1], b[0], b[1]),
+        (b[0], b[1], ambient.pressure, ambient.temperature),
+    )
 
 
 @kernel
-def open_share(flow, x_a, x_b):
-    """Share of the effective area that a flow has at the solenoids' energised fractions."""
-    if flow == SUPPLY_A:
-        return 1.0 - x_a
-    if flow == VENT_A:
-        return x_a
-    return x_b if flow == SUPPLY_B else 1.0 - x_b
+def open_shares(x_a, x_b):
+    """Share of the effective area that each flow has at the solenoids' energised fractions."""
+    return 1.0 - x_a, x_a, x_b, 1.0 - x_b
 
 
 @kernel
-def regime_in_stretch(state, flow, share, share_end):
-    """Regime at the start of a stretch, given the flow's shares of the area at its ends; SHUT where both are zero."""
-    if share > 0.0 or share_end > 0.0:
-        return regime_between(state.gas, *beside(state, flow))
-    return SHUT
+def solenoids_enter(state, shares, shares_end, first, mode):
+    """Regimes at the start of a stretch into mode, from its element ``first``.
+
+    Parameters
+    ----------
+    state : ValveState
+    shares, shares_end : tuple of float
+        See `open_shares`, at the start and the end of the stretch; what is 0 at both is shut.
+    first : int
+    mode : float array
+    """
+    sides = solenoid_sides(state)
+    for flow in range(FLOWS):
+        is_open = shares[flow] > 0.0 or shares_end[flow] > 0.0
+        mode[first + flow] = regime_between(state.gas, sides[flow]) if is_open else SHUT
 
 
 @kernel
-def beyond(state, flow, regime):
-    """By how much a flow has left its regime, see `apesim.restriction.beyond_regime`."""
-    return beyond_regime(state.gas, regime, *beside(state, flow))
+def solenoid_events(state, mode, first, g, first_event):
+    """By how much each flow has left its regime, into g from its element ``first_event``."""
+    sides = solenoid_sides(state)
+    for flow in range(FLOWS):
+        g[first_event + flow] = beyond_regime(state.gas, mode[first + flow], sides[flow])
 
 
 @kernel
-def following(state, flow, regime):
-    """The regime that a flow goes over to."""
-    return next_regime(state.gas, regime, *beside(state, flow))
+def solenoid_changes(state, flow, first, mode):
+    """Take a flow over into the regime that follows."""
+    mode[first + flow] = next_regime(state.gas, mode[first + flow], solenoid_sides(state)[flow])

@@ -4,6 +4,8 @@
 The fixed step is the method of doi 10.1631/jzus.A0820373: Runge-Kutta of order 4 at 0.01 ms, contacts met to a step.
 """
 
+import os
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -183,6 +185,43 @@ def test_speed(capsys):
     with capsys.disabled():
         print("\n" + "\n".join(lines))
     assert all(error < 10.0 * FIXED_STEP for _, error in rows.values())
+
+
+def command_time(arguments, cache, repeats):
+    """Shortest time of a command in a process of its own [s], and what it said."""
+    times, environment = [], os.environ | {"APESIM_CACHE_DIR": str(cache)}
+    for _ in range(repeats):
+        start = time.perf_counter()
+        done = subprocess.run(
+            [sys.executable, "-c", "from studies.cli import main; main()", *arguments],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        times.append(time.perf_counter() - start)
+    return min(times), done.stderr
+
+
+def test_start(capsys, tmp_path):
+    run = ["engine", "run", "--speed", "1000 rpm", "--json"]
+    first, said = command_time(run, tmp_path, 1)
+    assert "compiling" in said
+    bench, said = command_time(["valve", "run", "--json"], tmp_path, 1)
+    later, silent = command_time(run, tmp_path, 3)
+    assert "compiling" not in silent
+    lines = [f"{'a command from its start to its end':38s}{'time':>12s}"]
+    lines += [
+        f"  {name:36s}{seconds:9.2f} s"
+        for name, seconds in (
+            ("first run ever: engine run", first),
+            ("then the first valve run", bench),
+            ("later: engine run", later),
+            ("--help", command_time(["--help"], tmp_path, 3)[0]),
+        )
+    ]
+    with capsys.disabled():
+        print("\n" + "\n".join(lines))
 
 
 @pytest.mark.parametrize("intake", ["epv", "cam", "ideal"])
