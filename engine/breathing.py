@@ -6,10 +6,15 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from apesim.kernel import kernel
-from apesim.quantities import Quantity
+from apesim.quantities import NO_CURVE, Curve, Quantity
+from valve.groove import piece_line, piece_of
 
 VOLUME_MOST = 1.0
 """Largest finite receiver; up to here a periodic state is found within 2e-6 [m3]."""
+ROWS_MOST = 2000
+"""Of a cam's lift curve: every row ends a step of the march."""
+LIFT_MOST = 0.1
+"""Of a cam [m]."""
 DEGREE = pi / 180.0
 TURN = 2.0 * pi
 
@@ -23,6 +28,20 @@ def window_faults(window):
         yield "flank", "two flanks are longer than the window", f"at most {duration / 2.0 / DEGREE:g} deg"
 
 
+def lift_curve_faults(curve):
+    """Faults of a cam's lift curve."""
+    angle, lift = curve.T
+    if len(curve) > ROWS_MOST:
+        yield "lift_curve", f"has {len(curve)} rows", f"at most {ROWS_MOST}"
+    if angle[0] < -TURN or angle[-1] > 2.0 * TURN or angle[-1] - angle[0] > TURN * (1.0 + 1e-12):
+        yield "lift_curve", "does not fit into a turn", "less than 360 deg from first to last row, from -360 to 720 deg"
+    if lift[0] != 0.0 or lift[-1] != 0.0 or lift.min() < 0.0:
+        yield "lift_curve", "does not start and end closed", "lift 0 in the first and in the last row, nowhere below 0"
+    if not 0.0 < lift.max() <= LIFT_MOST:
+        peak = f"lifts to {lift.max() * 1e3:g} mm"
+        yield "lift_curve", peak, f"more than 0 and at most {LIFT_MOST * 1e3:g} mm"
+
+
 class Cam(NamedTuple):
     """A cam in place of the electro-pneumatic valve (intake = "cam"), through the same groove."""
 
@@ -30,8 +49,17 @@ class Cam(NamedTuple):
     closes: Annotated[float, Quantity("deg", -360, 720, "chosen: the intended closing")] = 70.0 * DEGREE
     lift: Annotated[float, Quantity("mm", 0.01, 100, "chosen: the valve's stroke")] = 9.0e-3
     flank: Annotated[float, Quantity("deg", 0.1, 180, "chosen; raised cosine, inside the window")] = 25.0 * DEGREE
+    lift_curve: Annotated[
+        np.ndarray,
+        Curve(
+            ("crank_angle [deg]", "lift [mm]"),
+            "measured, linear in between and closed outside, in place of all four above; not given: as they have it",
+        ),
+    ] = NO_CURVE
 
-    faults = window_faults
+    def faults(self):
+        """Faults that no single key shows."""
+        return lift_curve_faults(self.lift_curve) if len(self.lift_curve) else window_faults(self)
 
 
 class Exhaust(NamedTuple):
@@ -99,8 +127,71 @@ def angle_to_lift(cam, lift):
     return cam.flank / pi * acos(1.0 - 2.0 * lift / cam.lift) if 0.0 <= lift < cam.lift else nan
 
 
+@kernel
+def lift_line(curve, angle):
+    """Lift on the piece of a cam's curve that an angle lies in, as a line over the angle.
+
+    Parameters
+    ----------
+    curve : (n, 2) float array
+        Crank angle [rad] and lift [m], 0 in the first and last row; it repeats every turn.
+    angle : float
+        [rad]
+
+    Returns
+    -------
+    lift, slope : float
+        At angle 0 [m], and per angle [m/rad].
+    """
+    since = angle - curve[0, 0]
+    turns = since - within_turn(since)
+    lift, slope, _, _ = piece_line(curve, piece_of(curve, angle - turns))
+    return lift - slope * turns, slope
+
+
+def lift_crossings(curve, lift):
+    """Angles at which a cam's curve rises through a lift, and at which it falls through it [rad], ascending."""
+    above = curve[:, 1] > lift
+
+    def passing(pieces):
+        (angle, low), (angle_after, high) = curve[:-1][pieces].T, curve[1:][pieces].T
+        return angle + (lift - low) / (high - low) * (angle_after - angle)
+
+    return passing(above[1:] & ~above[:-1]), passing(above[:-1] & ~above[1:])
+
+
+def cam_angles(cam, lap):
+    """Where a cam opens and closes.
+
+    Parameters
+    ----------
+    cam : Cam
+    lap : float
+        Lift at which the groove begins to open [m].
+
+    Returns
+    -------
+    opens, closes : float
+        Angles at which the lift rises and falls through the lap [rad]; NaN where it never does.
+    full_open, closed : float
+        Angles at which the lift reaches its peak, and zero again [rad].
+    peak : float
+        [m]
+    """
+    curve = cam.lift_curve
+    if not len(curve):
+        aside = angle_to_lift(cam, lap)
+        return cam.opens + aside, cam.closes - aside, cam.opens + cam.flank, cam.closes, cam.lift
+    rises, falls = lift_crossings(curve, lap)
+    opens = rises[0] if len(rises) else nan
+    closes = falls[falls > opens][0] if len(rises) else nan
+    angle, lift = curve.T
+    return opens, closes, angle[np.argmax(lift)], angle[np.flatnonzero(lift)[-1] + 1], lift.max()
+
+
 def cam_corners(cam, knots):
-    """Angles at which a cam's window, a flank, or the lift's passing a knot of the groove's table begins or ends.
+    """Angles at which a cam's window, flank or piece of its curve, or the lift's passing a knot of the groove's table
+    begins or ends.
 
     Parameters
     ----------
@@ -113,6 +204,10 @@ def cam_corners(cam, knots):
     float array
         [rad]
     """
+    if len(cam.lift_curve):
+        return np.concatenate(
+            (cam.lift_curve[:, 0], *(side for knot in knots for side in lift_crossings(cam.lift_curve, knot)))
+        )
     passed = knots[(knots > 0.0) & (knots < cam.lift)]
     sides = np.array([angle_to_lift(cam, knot) for knot in passed])
     return np.concatenate((window_corners(cam), cam.opens + sides, cam.closes - sides))

@@ -6,7 +6,7 @@ from apesim.air import heat_capacity
 from apesim.effect import add_laws
 from apesim.kernel import kernel
 from apesim.slots import enter, events, observe, power, rates, respond, watch
-from engine.breathing import TURN
+from engine.breathing import TURN, lift_line
 from engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
@@ -19,6 +19,8 @@ from engine.cycle_state import (
     GROOVE_BACK,
     GROOVE_ENTHALPY,
     INTAKE_OPEN,
+    LIFT,
+    LIFT_SLOPE,
     OTHER_ENERGY,
     OTHER_MASS,
     RECEIVER_ENERGY,
@@ -131,7 +133,7 @@ def cycle_responds(p, tables, event, t, y, mode):
     if event >= FLOW:
         exchange_changes(p, t, y, event - FLOW, mode)
         return
-    actuator_responds(p.actuator, tables, event, y, mode, control_air(p, y))
+    actuator_responds(p.actuator, tables.valve, event, y, mode, control_air(p, y))
     if event == CORNER:
         exchange_enters(p, t, t, y, mode)
 
@@ -153,14 +155,16 @@ def cycle_watches(p, t, y, dy, mode, w):
 @enter.for_type(Cycle)
 @kernel
 def cycle_enters(p, tables, t, t_end, y, mode):
-    """Modes of a smooth stretch: the valve's; or which piece of the groove's table a cam is on, or whether the ideal
-    valve is open; the flows' regimes."""
+    """Modes of a smooth stretch: the valve's; or the line of a cam's curve and which piece of the groove's table it is
+    on, or whether the ideal valve is open; the flows' regimes."""
     middle = p.start + p.speed * 0.5 * (t + t_end)
     if p.engine.intake == EPV:
-        actuator_enters(p.actuator, tables, t, t_end, y, mode, control_air(p, y))
+        actuator_enters(p.actuator, tables.valve, t, t_end, y, mode, control_air(p, y))
     elif p.engine.intake == CAM:
-        mode[PIECE] = piece_of(tables.groove, intake_lift(p, middle, y))
-        take_piece(tables, mode)
+        if p.has_lift_curve:
+            mode[LIFT], mode[LIFT_SLOPE] = lift_line(tables.cam, middle)
+        mode[PIECE] = piece_of(tables.valve.groove, intake_lift(p, middle, y, mode))
+        take_piece(tables.valve, mode)
     else:
         mode[INTAKE_OPEN] = 1.0 if (middle - p.open_target) % TURN < p.close_target - p.open_target else 0.0
     exchange_enters(p, t, t_end, y, mode)
@@ -191,7 +195,7 @@ def cycle_observes(p, t, y, mode, row):
         row[2] = p.actuator.valve.stroke * mode[INTAKE_OPEN]
         row[3] = row[4] = row[5] = np.nan
         if p.engine.intake == CAM:
-            row[2] = intake_lift(p, cylinder.angle, y)
+            row[2] = intake_lift(p, cylinder.angle, y, mode)
     row[6] = groove
     row[7] = indicated_power(cylinder.pressure, p.actuator.ambient.pressure, slope, 1.0)
     row[8], row[9], row[10] = receiver[0], exhaust, cylinder.volume

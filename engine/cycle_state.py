@@ -2,12 +2,14 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from apesim.kernel import kernel
 from engine.cylinder import CylinderState, Engine
 from engine.effects import EngineEffects
 from engine.kinematics import Crank, cylinder_volume
 from valve import actuator as valve_actuator
-from valve.actuator import Actuator
+from valve.actuator import Actuator, ActuatorTables
 from valve.chamber import chamber_state
 from valve.ports import Ports
 
@@ -34,8 +36,11 @@ STATES = valve_actuator.STATES + 4
 """The ledger: control air, vents, effects, work on the valve's piston; engine air through the groove and what of it
 flowed back, exhaust and what of it flowed back, feed of the receiver; work on the engine's piston. kg and J."""
 SIZE = STATES + 16
-INTAKE_OPEN, GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, MODES = range(valve_actuator.MODES, valve_actuator.MODES + 5)
-"""Modes: whether the ideal valve is open; regimes of the flows; how many modes there are."""
+INTAKE_OPEN, GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, LIFT, LIFT_SLOPE, MODES = range(
+    valve_actuator.MODES, valve_actuator.MODES + 7
+)
+"""Modes: whether the ideal valve is open; regimes of the flows; the line of a cam's lift curve, as lift at crank angle
+0 [m] and slope [m/rad]; how many modes there are."""
 SCALE = valve_actuator.SCALE + 4 * (valve_actuator.GAS_SCALE,)
 
 
@@ -51,6 +56,7 @@ class Cycle(NamedTuple):
     receiver_volume: float
     """[m3]; 0: infinite."""
     engine: Engine
+    """Without its cam's curve, which is in the tables."""
     crank: Crank
     speed: float
     """[rad/s]"""
@@ -65,8 +71,18 @@ class Cycle(NamedTuple):
     has_ports: int
     """1: the groove's area is that of its ports."""
     ports: Ports
+    has_lift_curve: int
+    """1: the cam's lift is that of its curve."""
     effects_on: int
     effects: EngineEffects
+
+
+class CycleTables(NamedTuple):
+    """The machine's arrays."""
+
+    valve: ActuatorTables
+    cam: np.ndarray
+    """The cam's lift curve: crank angle [rad] and lift [m]; no rows: it has none."""
 
 
 @kernel

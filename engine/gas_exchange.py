@@ -8,6 +8,8 @@ from engine.cycle_state import (
     FEED_FLOW,
     GROOVE_FLOW,
     INTAKE_OPEN,
+    LIFT,
+    LIFT_SLOPE,
     cylinder_state,
     receiver_state,
 )
@@ -19,10 +21,12 @@ FLOWS = FEED_FLOW - GROOVE_FLOW + 1
 
 
 @kernel
-def intake_lift(p, angle, y):
+def intake_lift(p, angle, y, mode):
     """Lift of the intake [m]."""
     if p.engine.intake == EPV:
         return p.actuator.valve.stroke - y[0]
+    if p.has_lift_curve:
+        return mode[LIFT] + mode[LIFT_SLOPE] * angle
     cam = p.engine.cam
     return cam.lift * raised_cosine(angle, cam.opens, cam.closes, cam.flank)
 
@@ -32,7 +36,7 @@ def intake_area(p, angle, y, mode):
     """Effective area of the groove [m2]."""
     if p.engine.intake == IDEAL_VALVE:
         return p.full_area * mode[INTAKE_OPEN]
-    lift = intake_lift(p, angle, y)
+    lift = intake_lift(p, angle, y, mode)
     if p.has_ports and mode[AREA_SLOPE] != 0.0:
         return ports_area(p.ports, lift - p.lap)
     return max(0.0, mode[AREA] + mode[AREA_SLOPE] * lift)

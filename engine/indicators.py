@@ -6,7 +6,7 @@ import numpy as np
 
 from apesim.air import ANR_DENSITY, enthalpy
 from apesim.march import LOG_HEAD
-from engine.breathing import DEGREE, TURN, angle_to_lift
+from engine.breathing import DEGREE, TURN, cam_angles
 from engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
@@ -108,10 +108,7 @@ def valve_angles(machine, run):
     p, log = run.p, run.log
     table = area_table(machine.groove, machine.valve.stroke)
     if p.engine.intake == CAM:
-        cam = p.engine.cam
-        aside = angle_to_lift(cam, lap_of(table))
-        found = (cam.opens + aside, cam.closes - aside, cam.opens + cam.flank, cam.closes, cam.lift)
-        return _angles(*found) | _no_strokes()
+        return _angles(*cam_angles(machine.engine.cam, lap_of(table))) | _no_strokes()
     if p.engine.intake == IDEAL_VALVE:
         found = (p.open_target, p.close_target, p.open_target, p.close_target, machine.valve.stroke)
         return _angles(*found) | _no_strokes()

@@ -17,6 +17,7 @@ from engine.cycle_state import (
     SCALE,
     SIZE,
     Cycle,
+    CycleTables,
 )
 from engine.cylinder import CAM, EPV
 from engine.effects import ENGINE_EFFECTS, EngineEffects
@@ -43,14 +44,15 @@ def cycle_of(machine, speed):
 
     Returns
     -------
-    Cycle, valve.actuator.ActuatorTables
+    Cycle, CycleTables
     kinks : (n,) float array
         Of a cycle, from its start at the energising; the last is its period [s].
     """
     engine, command = machine.engine, machine.command
     period = TURN / speed
-    actuator, tables = actuator_of(machine, [0.0, (command.release - command.energise) / speed], period)
+    actuator, valve_tables = actuator_of(machine, [0.0, (command.release - command.energise) / speed], period)
     effects_on, effects = chosen(ENGINE_EFFECTS, machine.effects, EngineEffects)
+    tables = CycleTables(valve_tables, np.ascontiguousarray(engine.cam.lift_curve))
     infinite = isinf(engine.receiver.volume)
     p = Cycle(
         actuator,
@@ -58,16 +60,17 @@ def cycle_of(machine, speed):
         machine.supply.control(),
         int(machine.supply.control_air == RECEIVER),
         0.0 if infinite else engine.receiver.volume,
-        engine,
+        engine._replace(cam=engine.cam._replace(lift_curve=None)),
         crank_of(engine),
         speed,
         command.energise,
         command.open_target,
         command.close_target,
-        float(np.interp(actuator.valve.stroke, tables.groove[:, 0], tables.groove[:, 1])),
+        float(np.interp(actuator.valve.stroke, valve_tables.groove[:, 0], valve_tables.groove[:, 1])),
         machine.groove.lap,
         int(machine.groove.geometry == PORTS and not len(machine.groove.area_curve)),
         machine.groove.ports,
+        int(len(engine.cam.lift_curve) > 0),
         effects_on,
         effects,
     )
@@ -80,9 +83,9 @@ def kinks_of_cycle(p, tables, period):
     angles = [window_corners(p.engine.exhaust)]
     times = [np.array([period])]
     if p.engine.intake == EPV:
-        times.append(tables.kinks(0.0, period))
+        times.append(tables.valve.kinks(0.0, period))
     elif p.engine.intake == CAM:
-        angles.append(cam_corners(p.engine.cam, tables.groove[:, 0]))
+        angles.append(cam_corners(p.engine.cam._replace(lift_curve=tables.cam), tables.valve.groove[:, 0]))
     else:
         angles.append(np.array([p.open_target, p.close_target]))
     times.append((np.concatenate(angles) - p.start) % TURN / p.speed)

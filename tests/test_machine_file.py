@@ -18,8 +18,8 @@ supply.control_pressure valve.stroke valve.moving_mass valve.piston_area valve.c
 valve.viscous_friction valve.solenoid.effective_area valve.solenoid.dead_time valve.solenoid.ramp_time
 valve.solenoid.opening_curve groove.effective_area groove.lap groove.area_curve engine.bore engine.stroke
 engine.rod_length engine.pin_offset engine.compression_ratio engine.intake engine.cam.opens engine.cam.closes
-engine.cam.lift engine.cam.flank engine.exhaust.effective_area engine.exhaust.opens engine.exhaust.closes
-engine.exhaust.flank engine.receiver.volume engine.receiver.feed_area engine.friction.constant
+engine.cam.lift engine.cam.flank engine.cam.lift_curve engine.exhaust.effective_area engine.exhaust.opens
+engine.exhaust.closes engine.exhaust.flank engine.receiver.volume engine.receiver.feed_area engine.friction.constant
 engine.friction.peak_pressure engine.friction.piston_speed engine.friction.piston_speed_squared command.energise
 command.release command.open_target command.close_target effects.coulomb_friction.force
 effects.coulomb_friction.breakaway effects.ring_leakage.area effects.solenoid_b_delay.time effects.bounce.restitution
@@ -126,6 +126,11 @@ def test_a_misspelt_key_is_refused_with_the_nearest_right_one(leaf, tmp_path):
         ("command.close_target", '"400 deg"', "command.close_target"),
         ("engine.cam.flank", '"40 deg"', "engine.cam.flank"),
         ("engine.exhaust.closes", '"165 deg"', "engine.exhaust.closes"),
+        (
+            "engine.cam.lift_curve",
+            '{ "crank_angle [deg]" = [0, 40, 80], "lift [mm]" = [0, 9, 1] }',
+            "engine.cam.lift_curve",
+        ),
         ("groove.area_curve", '{ "lift [mm]" = [0, 9], "effective_area [mm^2]" = [10, 150] }', "groove.area_curve"),
         (
             "valve.solenoid.opening_curve",
@@ -150,6 +155,18 @@ def test_the_printed_default_reads_back_bit_for_bit(tmp_path):
     again = {leaf.key: leaf.default for leaf in schema(Machine, load(Machine, path))}
     for leaf in LEAVES:
         np.testing.assert_array_equal(again[leaf.key], leaf.default, err_msg=leaf.key)
+
+
+def test_a_lift_curve_reads_back_bit_for_bit_from_a_file_of_its_own_and_from_a_table(tmp_path):
+    (tmp_path / "cam.csv").write_text("lift [mm],crank_angle [deg]\n0,-5.3\n9,31.7\n1.1,65\n0,71.9\n")
+    path = write_machine(tmp_path, "engine.cam.lift_curve", '"cam.csv"')
+    machine = load(Machine, path)
+    curve = machine.engine.cam.lift_curve
+    assert curve.shape == (4, 2)
+    assert curve[:, 0] == pytest.approx(np.radians([-5.3, 31.7, 65.0, 71.9]), rel=1e-15)
+    assert curve[:, 1].tolist() == [0.0, 9e-3, 1.1e-3, 0.0]
+    path.write_text(dumps(machine))
+    assert load(Machine, path).engine.cam.lift_curve.tobytes() == curve.tobytes()
 
 
 def test_a_table_that_is_present_switches_its_effect_on(tmp_path):

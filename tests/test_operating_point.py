@@ -54,6 +54,13 @@ def test_kinks_of_a_cam_are_its_corners_and_where_it_passes_the_lap():
     assert kinks_in_degrees(a_machine, 1000.0) == pytest.approx(sorted(expected), abs=2e-6)
 
 
+def test_kinks_of_a_lift_curve_are_its_rows_and_where_it_passes_the_lap():
+    curve = np.array([[-35.0, 0.0], [-15.0, 2e-3], [25.0, 8e-3], [55.0, 8e-3], [95.0, 0.0]]) * [DEGREE, 1.0]
+    a_machine = machine(intake="cam", engine__cam__lift_curve=curve)
+    expected = sorted([25.0, 55.0, 90.0, 95.0, *EXHAUST, 325.0, 335.0, 345.0, 355.0])
+    assert kinks_in_degrees(a_machine, 1000.0) == pytest.approx(expected, abs=1e-9)
+
+
 def test_kinks_of_the_ideal_valve_are_its_targets():
     a_machine = machine(intake="ideal", energise=-41.0, targets=(-5.0, 70.0))
     expected = [340.0 - 360.0, -5.0, 70.0, *EXHAUST[:3], 319.0]
