@@ -36,7 +36,7 @@ from engine.kinematics import cylinder_volume, swept_volume
 from valve.chamber import chamber_state
 from valve.groove import area_table, lap_of
 from valve.measures import closing_stroke, opening_stroke
-from valve.motion import CORNER
+from valve.motion import CORNER, MET_CLOSED
 
 JOULE_PER_KWH = 3.6e6
 INDICATORS = {
@@ -120,7 +120,7 @@ def valve_angles(machine, run):
     closing = closing_stroke(doubled, release, 2.0 * period)
     lift = np.minimum(machine.valve.stroke - doubled[:, LOG_HEAD], machine.valve.stroke)
     code, speed, time = doubled[:, 1], doubled[:, LOG_HEAD + 1], doubled[:, 0]
-    at_lap = (code == CORNER) & (np.abs(lift - lap_of(table)) < 1e-6 * machine.valve.stroke)
+    at_lap = ((code == CORNER) | (code == MET_CLOSED)) & (np.abs(lift - lap_of(table)) < 1e-6 * machine.valve.stroke)
     opened = time[at_lap & (speed < 0.0)]
     opened = opened[0] if len(opened) else nan
     shut = time[at_lap & (speed > 0.0) & (time > opened)]

@@ -175,6 +175,15 @@ def test_contacts_are_where_the_trace_of_the_lift_meets_the_stops():
     assert 0.0 < found["fluctuation"] < 1.0
 
 
+def test_without_lap_the_groove_is_open_while_the_valve_is_off_its_closed_stop():
+    a_machine = machine(groove__lap=0.0)
+    run = settled(a_machine, 1000.0, angle_step=FINE)
+    found = indicators(a_machine, run)
+    lift, degrees = columns(run)["lift"], run.angles / DEGREE
+    assert found["valve_open_deg"] == pytest.approx(degrees[np.flatnonzero(lift > 1e-12)[0]], abs=0.05)
+    assert found["valve_close_deg"] == found["closed_deg"]
+
+
 def test_the_ideal_valve_opens_and_closes_at_its_targets():
     a_machine = machine(intake="ideal", targets=(-3.0, 60.0))
     found = indicators(a_machine, settled(a_machine, 1000.0))
