@@ -274,6 +274,20 @@ def engine_limit(
     return engine_limit_command(*common, pressure, temperature, duration, out, jobs, overwrite, figures)
 
 
+@command(engine, "assess")
+def engine_assess(
+    common: Common,
+    speed: Annotated[str, typer.Option(metavar="R", help="Range start:stop:step, or list.")] = "300:2400:100 rpm",
+    out: Out = Path("assessment.h5"),
+    overwrite: Overwrite = False,
+    figures: Figures = True,
+):
+    """What the valve's delay, finite speed, fluctuation and control air cost in torque and air."""
+    from studies.commands.assessment import assess_command
+
+    return assess_command(*common, speed, out, overwrite, figures)
+
+
 @command(archive)
 def info(common: Common, path: ArchivePath):
     """What an archive holds and where it comes from."""

@@ -1,0 +1,126 @@
+"""The chain over speed, as an archive."""
+
+import numpy as np
+
+from apesim.archive import Archive, Variable
+from apesim.kernel import sources_hash
+from apesim.quantities.settings import dumps
+from engine.breathing import TURN
+from engine.indicators import COUNTS, INDICATORS
+from studies.assessment.chain import (
+    CAUSES,
+    CYCLES,
+    LINKS,
+    LOSSES,
+    MEASURES,
+    OUTCOMES,
+    REAL,
+    Outcome,
+    assess,
+    losses,
+)
+
+
+def assess_speeds(machine, speeds, command="", report=None):
+    """The chain over speed.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    speeds : sequence of float
+        [rad/s]
+    command : str
+        The command line, for the archive.
+    report : function, optional
+        Called with the numbers of points done and in all.
+
+    Returns
+    -------
+    Archive
+        A run for each speed.
+    """
+    found = []
+    for speed in speeds:
+        found.append(assess(machine, speed))
+        if report:
+            report(len(found), len(speeds))
+    links = np.stack([point.links for point in found])
+    lost = losses(links)
+
+    def column(values, unit, description, meanings=""):
+        return Variable(("run",), np.asarray(values), unit, description, meanings)
+
+    variables = {
+        "run": column(np.arange(len(found)), "1", "number of the run"),
+        "link": Variable(("link",), np.array(list(LINKS)), "1", _listed(LINKS)),
+        "cause": Variable(("cause",), np.array(list(CAUSES)), "1", _listed(CAUSES)),
+        "speed_rpm": column([float(f"{s / TURN * 60.0:.12g}") for s in speeds], *INDICATORS["speed_rpm"]),
+        "outcome": column(
+            np.array([point.outcome for point in found], dtype=np.int8), "1", "whether the chain is complete", OUTCOMES
+        ),
+    }
+    for number, (name, (unit, description)) in enumerate(MEASURES.items()):
+        variables[name] = Variable(("run", "link"), links[..., number].copy(), unit, f"{description} with each link")
+        lost_name, sign = list(LOSSES.items())[number]
+        what = f"{description} {'lost' if sign < 0.0 else 'added'} by each cause"
+        variables[lost_name] = Variable(("run", "cause"), lost[..., number].copy(), unit, what)
+    for name in REAL:
+        unit, description = INDICATORS[name]
+        kind = np.int64 if name in COUNTS else float
+        values = np.array([point.real[name] for point in found], dtype=kind)
+        variables[name] = column(values, unit, f"{description}; of the real valve")
+    variables["cycle_to_cycle_torque_Nm"] = column(
+        [point.cycle_to_cycle for point in found],
+        "N m",
+        f"largest change of the real valve's indicated torque from a cycle to the next, of {CYCLES}",
+    )
+    return Archive(dumps(machine), {"command": command, "kernels": sources_hash()}, variables)
+
+
+def _listed(meanings):
+    return ", ".join(f"{name}: {meaning}" for name, meaning in meanings.items())
+
+
+def faults_of_assessment(archive):
+    """One line for each point whose chain is not complete.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of str
+    """
+    v = {name: archive.variables[name].values for name in ("run", "speed_rpm", "outcome", "cycle_to_cycle_torque_Nm")}
+    lines = []
+    for run, speed, outcome, change in zip(*v.values(), strict=True):
+        if outcome != Outcome.COMPLETE:
+            line = f"run {run} ({speed:g} r/min): {Outcome(outcome).remedy}"
+            changes = f"; its indicated torque changes by up to {change:.3g} N m from a cycle to the next"
+            lines.append(line + (changes if outcome == Outcome.NOT_PERIODIC else ""))
+    return lines
+
+
+def undefined_ratios(archive):
+    """Lines that say where links do no work, so that their air over work is undefined.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of str
+    """
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    speeds = {}
+    for work in ("indicated", "brake"):
+        for torques, speed in zip(v[f"{work}_torque_Nm"], v["speed_rpm"], strict=True):
+            idle = ", ".join(name for name, torque in zip(LINKS, torques, strict=True) if torque <= 0.0)
+            if idle:
+                speeds.setdefault((work, idle), []).append(f"{speed:g}")
+    return [
+        f"{work} work of {idle} is not positive at {', '.join(found)} r/min: air over it is null"
+        for (work, idle), found in speeds.items()
+    ]

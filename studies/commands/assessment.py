@@ -1,0 +1,125 @@
+"""Command `apesim engine assess`."""
+
+from apesim.quantities import parse_range
+from engine.steady import run_steady
+from studies.commands.archived import computed, summary
+from studies.commands.given import SPEED
+from studies.commands.machine import load_machine
+from studies.commands.tables import number, table_of
+from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+
+HEADINGS = ("ideal", "delay", "speed", "fluct.", "control", "real")
+BESIDE = (
+    ("valve_open_deg", 1.0, ".2f", "opens [deg]"),
+    ("valve_close_deg", 1.0, ".2f", "closes [deg]"),
+    ("peak_lift_m", 1e3, ".2f", "lift [mm]"),
+    ("fluctuation", 1.0, ".3f", "fluctuation"),
+    ("closing_fluctuation", 1.0, ".3f", "closing"),
+    ("intake_pressure_fluctuation_Pa", 1e-5, ".3f", "intake [bar]"),
+    ("cycle_to_cycle_torque_Nm", 1.0, ".1e", "cycles [N m]"),
+    ("period_cycles", 1.0, ".0f", "period"),
+)
+EXPLAINED = (
+    "ideal: full groove area at once, from one intended angle to the other; real: the EPV with its control air; "
+    "between them what delay, finite speed, fluctuation and control air cost: torque lost, air added, a gain negative"
+)
+
+
+def assess_command(console, machine_file, settings, speed, out, overwrite, figures):
+    """An assessment over speed; see `apesim engine assess --help`.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
+    from studies.figures.assessment import assessment_figures
+
+    machine = load_machine(machine_file, settings)
+    speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
+
+    def compute(**options):
+        return assess_speeds(machine, speeds, **options)
+
+    def draw(archive, folder):
+        return assessment_figures(archive, folder) if figures else []
+
+    archive, told = computed(console, "assessment", (run_steady, machine, speeds[0]), compute, out, overwrite, draw)
+    faults = faults_of_assessment(archive)
+    data = {
+        "points": points_of(archive),
+        "faults": faults,
+        "warnings": undefined_ratios(archive),
+    }
+    console.result(data | told, *tables_of(archive), EXPLAINED, summary(told, f"{len(speeds)} points"))
+    for line in faults + data["warnings"]:
+        console.message(f"warning: {line}")
+    return INCOMPLETE if faults else DONE
+
+
+def points_of(archive):
+    """What an assessment tells as JSON.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of dict
+        For each point its scalars, ``links`` with the measures of each valve of the chain, and ``losses`` with what
+        each cause costs and the ``whole``.
+    """
+    from studies.assessment.chain import LOSSES, MEASURES, Outcome
+
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    points = []
+    for run, outcome in enumerate(v["outcome"]):
+        scalars = {name: v[name][run] for name in v if archive.variables[name].dims == ("run",) and name != "run"}
+        links = [{name: v[name][run, i] for name in MEASURES} for i in range(len(v["link"]))]
+        losses = [{name: v[name][run, i] for name in LOSSES} for i in range(len(v["cause"]))]
+        changes = zip(LOSSES.items(), MEASURES, strict=True)
+        whole = {lost: sign * (v[name][run, -1] - v[name][run, 0]) for (lost, sign), name in changes}
+        points.append(
+            scalars
+            | {
+                "outcome": Outcome(outcome).name.lower(),
+                "links": dict(zip(v["link"].tolist(), links, strict=True)),
+                "losses": dict(zip(v["cause"].tolist(), losses, strict=True)) | {"whole": whole},
+            }
+        )
+    return points
+
+
+def tables_of(archive):
+    """Torque and specific air along the chain, and what stands beside it.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of rich.table.Table
+    """
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    speeds = [f"{speed:g}" for speed in v["speed_rpm"]]
+
+    def along(name, lost, digits):
+        for run, speed in enumerate(speeds):
+            values = v[name][run, 0], *v[lost][run], v[name][run, -1]
+            yield [speed, *(number(value, f".{digits}f") for value in values)]
+
+    beside = [
+        [speed, *(number(v[name][run] * factor, form) for name, factor, form, _ in BESIDE)]
+        for run, speed in enumerate(speeds)
+    ]
+    header = ("r/min", *HEADINGS)
+    torque = along("brake_torque_Nm", "brake_torque_lost_Nm", 2)
+    air = along("specific_air_kg_per_kWh", "specific_air_added_kg_per_kWh", 1)
+    return [
+        table_of("Brake torque, and what of it is lost [N m]", header, torque, left=()),
+        table_of("All air over brake work, and what is added [kg/kWh]", header, air, left=()),
+        table_of("The real valve", ("r/min", *(heading for *_, heading in BESIDE)), beside, left=()),
+    ]

@@ -1,0 +1,286 @@
+"""The chain of valves: its steps sum up, each is zero where its cause is absent, and what is undefined says why."""
+
+import json
+import sys
+from math import isnan
+
+import numpy as np
+import pytest
+import xarray
+from machines import RPM, machine, settled
+
+from apesim.archive import write
+from apesim.archive.inspection import verify
+from engine.breathing import DEGREE, lift_crossings
+from engine.cycle import TRACE
+from engine.indicators import indicators
+from engine.steady import run_steady
+from studies.assessment.chain import (
+    CAUSES,
+    LINKS,
+    LOSSES,
+    MEASURES,
+    Outcome,
+    assess,
+    cycle_to_cycle,
+    losses,
+    outcome_of,
+    with_lift,
+)
+from studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
+from studies.assessment.lift import constant_speed_lift, lift_curve_of
+from studies.cli import app
+from studies.console import main_of
+from studies.figures import assessment as figures
+
+SPEEDS = [600.0 * RPM, 1000.0 * RPM, 1600.0 * RPM]
+LIFT = TRACE.index("lift [m]")
+LOST = {name: number for number, name in enumerate(LOSSES)}
+AT = {name: number for number, name in enumerate(LINKS)}
+BY = {name: number for number, name in enumerate(CAUSES)}
+JUMPY = {"supply": 0.3, "valve__viscous_friction": 20.0, "release": 144.48, "effects__bounce__restitution": 0.9}
+"""At 2400 r/min a valve that bounces, hardly damped, repeats only every second cycle."""
+
+
+@pytest.fixture(scope="module")
+def archive():
+    return assess_speeds(machine(receiver=1.0), SPEEDS)
+
+
+@pytest.mark.parametrize("control_air", ["regulator", "receiver"])
+def test_the_losses_sum_up_to_the_whole_between_the_ideal_and_the_real_valve(control_air):
+    """The ends are run here once more, by themselves; sums of four differences round at 1e-16 of their terms."""
+    options = {"receiver": 1.0, "control_air": control_air}
+    lost = losses(assess(machine(**options), 1000.0 * RPM).links)
+    ideal, real = (indicators(one, settled(one, 1000.0)) for one in (machine("ideal", **options), machine(**options)))
+    for name in ("brake_torque", "indicated_torque"):
+        whole = ideal[f"{name}_Nm"] - real[f"{name}_Nm"]
+        assert lost[:, LOST[f"{name}_lost_Nm"]].sum() == pytest.approx(whole, rel=1e-12)
+    for name in ("specific_air", "indicated_specific_air"):
+        whole = real[f"{name}_kg_per_kWh"] - ideal[f"{name}_kg_per_kWh"]
+        assert lost[:, LOST[f"{name}_added_kg_per_kWh"]].sum() == pytest.approx(whole, rel=1e-12)
+    air = [point["engine_air_kg_per_cycle"] + point["control_air_kg_per_cycle"] for point in (ideal, real)]
+    assert lost[:, LOST["air_added_kg_per_cycle"]].sum() == pytest.approx(air[1] - air[0], rel=1e-12)
+
+
+def test_a_valve_that_meets_its_targets_loses_nothing_by_delay():
+    angles = indicators(machine(), settled(machine(), 1000.0))
+    targets = angles["valve_open_deg"], angles["valve_close_deg"]
+    lost = losses(assess(machine(targets=targets), 1000.0 * RPM).links)
+    assert lost[BY["delay"]] == pytest.approx(np.zeros(len(MEASURES)), abs=1e-6)
+    late = losses(assess(machine(), 1000.0 * RPM).links)
+    assert lost[1:] == pytest.approx(late[1:], abs=1e-6)
+    assert late[BY["delay"], LOST["specific_air_added_kg_per_kWh"]] > 20.0
+
+
+def test_a_shorter_way_at_the_same_speed_loses_less_by_finite_speed():
+    """With nearly all of the stroke under lap, and the whole area behind it, the groove opens almost at once."""
+    usual, late = (losses(assess(machine(groove__lap=lap), 1000.0 * RPM).links) for lap in (1e-3, 8.9e-3))
+    name = LOST["brake_torque_lost_Nm"]
+    assert 0.0 < late[BY["finite_speed"], name] < 0.1 * usual[BY["finite_speed"], name]
+
+
+def test_control_air_of_the_regulator_costs_air_but_no_torque():
+    a_machine = machine(receiver=1.0)
+    lost = losses(assess(a_machine, 1000.0 * RPM).links)[BY["control_air"]]
+    assert lost[LOST["brake_torque_lost_Nm"]] == lost[LOST["indicated_torque_lost_Nm"]] == 0.0
+    control = indicators(a_machine, settled(a_machine, 1000.0))["control_air_kg_per_cycle"]
+    assert lost[LOST["air_added_kg_per_cycle"]] == pytest.approx(control, rel=1e-12)
+
+
+def test_control_air_of_the_receiver_lowers_its_pressure_and_costs_torque_too():
+    """Feed 200 mm2, drawn 0.4 g of some 4 g a cycle: the pressure before the groove falls, by some 0.5 %."""
+    lost = losses(assess(machine(receiver=1.0, control_air="receiver"), 1000.0 * RPM).links)[BY["control_air"]]
+    assert 0.05 < lost[LOST["brake_torque_lost_Nm"]] < 0.5
+
+
+@pytest.mark.parametrize(("rpm", "release"), [(600.0, 70.0), (1000.0, 70.0), (1600.0, 70.0), (2400.0, 200.0)])
+def test_the_real_lift_as_a_curve_breathes_as_the_real_valve(rpm, release):
+    """Chords of 0.25 degrees between located events: an acceleration of 800 m/s2 bends off them by 1e-7 m, 1e-5 of the
+    lift; the fluctuation of the pressure is seen on a trace of 0.5 degrees here, of 0.25 there."""
+    a_machine = machine(receiver=1.0, release=release)
+    run = settled(a_machine, rpm, angle_step=0.25 * DEGREE)
+    by_curve = with_lift(a_machine, lift_curve_of(a_machine, run))
+    one, other = indicators(a_machine, run), indicators(by_curve, settled(by_curve, rpm))
+    for name in ("indicated_torque_Nm", "engine_air_kg_per_cycle"):
+        assert one[name] == pytest.approx(other[name], rel=3e-5), name
+    assert one["intake_pressure_fluctuation_Pa"] == pytest.approx(other["intake_pressure_fluctuation_Pa"], rel=1e-4)
+    for name in ("valve_open_deg", "valve_close_deg"):
+        assert one[name] == pytest.approx(other[name], abs=1e-6), name
+
+
+def trapezoid(a_machine, rpm):
+    run = settled(a_machine, rpm, angle_step=0.05 * DEGREE)
+    found = indicators(a_machine, run)
+    angles = found["valve_open_deg"] * DEGREE, found["valve_close_deg"] * DEGREE
+    return run, found, constant_speed_lift(a_machine, run, *angles)
+
+
+@pytest.mark.parametrize("rpm", np.arange(300.0, 1301.0, 100.0))
+def test_the_trapezoid_crosses_the_lap_and_reaches_and_leaves_the_open_stop_with_the_real_lift(rpm):
+    run, found, curve = trapezoid(machine(), rpm)
+    (rises,), (falls,) = lift_crossings(curve, 1e-3)
+    assert rises / DEGREE == pytest.approx(found["valve_open_deg"], abs=1e-9)
+    assert falls / DEGREE == pytest.approx(found["valve_close_deg"], abs=1e-9)
+    top = curve[curve[:, 1] > 8.99e-3, 0] / DEGREE
+    assert top[0] == pytest.approx(found["full_open_deg"], abs=1e-5)  # the groove's table ends there, too
+    down = run.angles[np.flatnonzero((run.trace[:, LIFT] < 9e-3 - 1e-9) & (run.angles > top[0] * DEGREE + 0.01))[0]]
+    assert top[-1] == pytest.approx(down / DEGREE, abs=0.15)
+    assert curve[:, 1].max() == pytest.approx(9e-3, rel=1e-6)
+    speeds = np.diff(curve[:, 1]) / np.diff(curve[:, 0])
+    assert speeds[[0, -1]] == pytest.approx(speeds[[1, -2]], rel=1e-6)
+
+
+def test_the_trapezoid_is_a_triangle_where_the_real_lift_turns_back():
+    run, found, curve = trapezoid(machine(), 1600.0)
+    top = run.angles[np.argmax(run.trace[:, LIFT])]
+    inner = curve[1:-1]
+    assert len(inner) == 3
+    assert inner[1, 0] == pytest.approx(top, abs=0.05 * DEGREE)
+    assert inner[1, 1] == pytest.approx(found["peak_lift_m"], rel=1e-9)
+    assert np.diff(curve[:, 0]).min() > 0.0
+    assert curve[[0, -1], 1].tolist() == [0.0, 0.0]
+
+
+def test_without_lap_the_trapezoid_stands_on_its_true_angles():
+    _, found, curve = trapezoid(machine(groove__lap=0.0), 1000.0)
+    assert curve[[0, -1], 0] / DEGREE == pytest.approx([found["valve_open_deg"], found["valve_close_deg"]], abs=1e-9)
+    assert len(curve) == 4
+
+
+def test_the_feet_of_a_trapezoid_that_is_open_for_most_of_a_turn_do_not_meet():
+    a_machine = machine(groove__lap=8e-3, release=250.0)
+    _, _, curve = trapezoid(a_machine, 1000.0)
+    assert curve[-1, 0] - curve[0, 0] <= 360.0 * DEGREE * (1.0 + 1e-12)
+    assert np.diff(curve[:, 0]).min() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("options", "rpm", "outcome"),
+    [
+        ({"release": -4.0}, 1000.0, Outcome.NEVER_OPENS),
+        ({"release": 350.0}, 1000.0, Outcome.NEVER_CLOSES),
+        (JUMPY, 2400.0, Outcome.NOT_PERIODIC),
+        ({"valve__clearance_volume": 1e-15}, 1000.0, Outcome.FAILED),
+    ],
+)
+def test_a_chain_without_true_angles_says_why_and_keeps_what_is_defined(options, rpm, outcome):
+    archive = assess_speeds(machine(**options), [rpm * RPM])
+    assert archive.variables["outcome"].values.tolist() == [outcome]
+    [torque] = archive.variables["brake_torque_Nm"].values
+    defined = [name for name, value in zip(LINKS, torque, strict=True) if not isnan(value)]
+    expected = {Outcome.NOT_PERIODIC: ["ideal"], Outcome.FAILED: []}
+    assert defined == expected.get(outcome, ["ideal", "real_lift", "real"])
+    [line] = faults_of_assessment(archive)
+    assert line.startswith(f"run 0 ({rpm:g} r/min): ") and outcome.remedy in line
+    assert ("from a cycle to the next" in line) == (outcome == Outcome.NOT_PERIODIC)
+
+
+def test_the_change_from_cycle_to_cycle_is_the_solver_s_error_where_the_state_is_periodic_and_seen_where_it_is_not():
+    a_machine = machine()
+    assert cycle_to_cycle(a_machine, settled(a_machine, 1000.0)) < 1e-6
+    jumpy = machine(**JUMPY)
+    run = run_steady(jumpy, 2400.0 * RPM)
+    assert (run.orbit.converged, run.orbit.period) == (True, 2)
+    assert outcome_of(jumpy, run, indicators(jumpy, run)) == Outcome.NOT_PERIODIC
+    before = run_steady(jumpy, 2400.0 * RPM, most=run.orbit.cycles - 1)
+    torque, torque_before = (indicators(jumpy, one)["indicated_torque_Nm"] for one in (run, before))
+    assert cycle_to_cycle(jumpy, run) == pytest.approx(abs(torque - torque_before), rel=1e-3)
+    assert cycle_to_cycle(jumpy, run) > 1e-3
+
+
+def test_air_over_work_that_is_not_positive_is_undefined_and_named(archive):
+    lines = undefined_ratios(archive)
+    assert lines == ["brake work of constant_speed, real_lift, real is not positive at 1600 r/min: air over it is null"]
+    v = archive.variables
+    undefined = np.isnan(v["specific_air_kg_per_kWh"].values)
+    assert undefined.tolist() == [[False] * 5, [False] * 5, [False, False, True, True, True]]
+    assert (undefined == (v["brake_torque_Nm"].values <= 0.0)).all()
+
+
+def test_what_stands_beside_the_chain_is_that_of_the_operating_point(archive):
+    a_machine = machine(receiver=1.0)
+    alone = indicators(a_machine, settled(a_machine, 1000.0, angle_step=0.25 * DEGREE))
+    for name in ("fluctuation", "closing_fluctuation", "intake_pressure_fluctuation_Pa", "valve_open_deg"):
+        assert archive.variables[name].values[1] == alone[name], name
+    for name in ("brake_torque_Nm", "specific_air_kg_per_kWh"):
+        assert archive.variables[name].values[1, AT["real"]] == pytest.approx(alone[name], rel=1e-12)
+
+
+def test_the_archive_is_whole_and_opens_elsewhere_by_link_and_cause(archive, tmp_path):
+    path = write(archive, tmp_path / "assessment.h5")
+    assert verify(path) == []
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        lost = data["brake_torque_lost_Nm"]
+        assert lost.dims == ("run", "cause") and lost.attrs["units"] == "N m"
+        torque = data["brake_torque_Nm"]
+        whole = torque.sel(link="ideal") - torque.sel(link="real")
+        np.testing.assert_allclose(lost.sum("cause"), whole, rtol=0, atol=1e-12)
+
+
+def test_bars_stack_to_the_sum_with_gains_below_zero(archive):
+    axis = figures.plt.figure().add_subplot()
+    figures.stack(axis, archive, "brake_torque_lost_Nm")
+    lost = archive.variables["brake_torque_lost_Nm"].values
+    for run, speed in enumerate(archive.variables["speed_rpm"].values):
+        bars = [bar for bar in axis.patches if bar.get_x() + 0.5 * bar.get_width() == pytest.approx(speed)]
+        ends = sorted((bar.get_y(), bar.get_y() + bar.get_height()) for bar in bars if bar.get_height())
+        assert sum(bar.get_height() for bar in bars) == pytest.approx(lost[run].sum())
+        ups = sum(part for part in lost[run] if part > 0.0)
+        assert max(max(end) for end in ends) == pytest.approx(ups)
+        assert min(min(end) for end in ends) == pytest.approx(ups and lost[run].sum() - ups)
+    figures.plt.close(axis.figure)
+
+
+@pytest.mark.parametrize("options", [{}, {"release": -4.0}])
+def test_figures_are_drawn_for_one_point_too_and_are_the_same_each_time(options, tmp_path):
+    archive = assess_speeds(machine(**options), [1000.0 * RPM])
+    first, second = (figures.assessment_figures(archive, tmp_path / name) for name in "ab")
+    assert [path.name for path in first] == ["losses.png", "losses.pdf"]
+    for one, other in zip(first, second, strict=True):
+        assert one.read_bytes() == other.read_bytes()
+
+
+@pytest.fixture
+def apesim(monkeypatch, capsys, tmp_path):
+    """Runs a command in an empty folder; returns exit code, standard output and standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["apesim", *arguments])
+        code = main_of(app)
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+def test_the_command_tells_chain_losses_and_whole_as_json(apesim, tmp_path):
+    point = ["engine", "assess", "--speed", "1000 rpm"]
+    code, out, err = apesim(*point, "--json", "--set", 'engine.receiver.volume="inf"')
+    data = json.loads(out)
+    assert code == 0 and err == "" and data["faults"] == []
+    [found] = data["points"]
+    assert found["speed_rpm"] == 1000.0 and found["outcome"] == "complete"
+    assert list(found["links"]) == list(LINKS)
+    assert list(found["losses"]) == [*CAUSES, "whole"]
+    for name in LOSSES:
+        total = sum(found["losses"][cause][name] for cause in CAUSES)
+        assert total == pytest.approx(found["losses"]["whole"][name], rel=1e-12)
+    assert found["intake_pressure_fluctuation_Pa"] == 0.0
+    assert 0.0 < data["wall_time_s"] < 60.0
+    assert (tmp_path / "assessment.h5").exists()
+    assert all((tmp_path / path).exists() for path in data["figures"])
+    code, _, err = apesim(*point)
+    assert code == 2 and "exists already" in err
+    code, out, _ = apesim(*point, "--overwrite", "--no-figures")
+    assert code == 0 and "Brake torque" in out and "fluct." in out
+
+
+def test_a_point_out_of_reach_ends_with_3_and_nulls(apesim):
+    code, out, err = apesim("engine", "assess", "--speed", "1000 rpm", "--json", "--set", 'command.release="-4 deg"')
+    [found] = json.loads(out)["points"]
+    assert code == 3 and "never rises through the lap" in err
+    assert found["outcome"] == "never_opens"
+    assert found["losses"]["delay"]["brake_torque_lost_Nm"] is None
+    assert found["losses"]["whole"]["brake_torque_lost_Nm"] > 0.0
