@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from machines import RPM, machine, settled
 
-from apesim.march import TOLERANCE
+from apesim.march import LOG_HEAD, TOLERANCE, march
 from apesim.periodic import PERIODIC_TOLERANCE, distance, periodic_orbit
 from engine.breathing import DEGREE
 from engine.cycle_state import (
@@ -180,3 +180,22 @@ def test_infinite_receiver_keeps_its_pressure():
     run = settled(machine(receiver=inf), 800.0, angle_step=COARSE)
     assert np.all(run.trace[:, 8] == 1.101325e6)
     assert indicators(machine(), run)["intake_pressure_fluctuation_Pa"] == 0.0
+
+
+def test_work_and_air_of_a_state_of_period_2_are_the_mean_of_both_cycles():
+    """A valve that bounces, hardly damped, at 2400 r/min."""
+    a_machine = machine(supply=0.3, valve__viscous_friction=20.0, release=144.48, effects__bounce__restitution=0.9)
+    run = run_steady(a_machine, 2400.0 * RPM)
+    assert (run.orbit.converged, run.orbit.period) == (True, 2)
+    p, tables, kinks = cycle_of(a_machine, 2400.0 * RPM)
+    y, mode, cycles = run.orbit.y.copy(), run.orbit.mode.copy(), []
+    for _ in range(2):
+        y[STATES:] = 0.0
+        nothing = np.empty((0, LOG_HEAD + STATES)), np.empty(0), np.empty((0, 0))
+        march(p, tables, 0.0, y, mode, kinks, accuracy_at(p.speed), *nothing)
+        cycles.append(y[STATES:].copy())
+    assert abs(cycles[1][-1] / cycles[0][-1] - 1.0) > 1e-4
+    assert run.end[STATES:] == pytest.approx(0.5 * (cycles[0] + cycles[1]), rel=1e-6)
+    found = indicators(a_machine, run)
+    assert found["period_cycles"] == 2
+    assert max(found["mass_closure"], found["energy_closure"]) < 1e-11
