@@ -11,6 +11,8 @@ from apesim.kernel import kernel
 from apesim.quantities import Choice, Pressure, Quantity
 
 IDEAL, CANTERA = 0, 1
+CP_UP_TO = 1000.0
+"""End of the range of the polynomial of air.yaml that is used [K]."""
 ANR_DENSITY = 1.185
 """Density of air at the standard reference atmosphere of ISO 8778 (100 kPa, 20 °C, 65 % RH) [kg/m3]."""
 

@@ -7,6 +7,7 @@ from math import isnan
 
 import numpy as np
 
+from apesim.air import CP_UP_TO
 from apesim.archive import command_line
 from apesim.march import Status
 from apesim.quantities import Choice, Culprit, InputError, Quantity, parse, parse_range
@@ -44,6 +45,7 @@ SHOWN = (
     ("fluctuation, opening", "fluctuation", 1.0, "-"),
     ("peak cylinder pressure", "peak_cylinder_pressure_Pa", 1e-6, "MPa abs"),
 )
+TEMPERATURE = TRACE.index("cylinder_temperature [K]")
 CLOSURES = {
     "mass": "mass_closure",
     "energy": "energy_closure",
@@ -122,6 +124,11 @@ def warnings_of(run, values):
         warnings.append(f"the valve does not open fully: peak lift {values['peak_lift_m'] * 1e3:.3g} mm")
     if isnan(values["closed_deg"]):
         warnings.append("the valve does not reach its closed stop")
+    if values["isentropic_efficiency"] > 1.0:
+        warnings.append("more than isentropic work: heat from the walls, or air from outside, adds to it")
+    hottest = float(run.trace[:, TEMPERATURE].max())
+    if run.p.actuator.gas.perfect and hottest > CP_UP_TO:
+        warnings.append(f"the cylinder comes to {hottest:.0f} K, beyond the {CP_UP_TO:g} K up to which cp(T) holds")
     return warnings
 
 
