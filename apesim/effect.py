@@ -43,6 +43,10 @@ class Effect(NamedTuple):
         return any(getattr(parameters, name) != 0.0 for name in self.strengths or parameters._fields[:1])
 
 
+class NoEffects(NamedTuple):
+    """In place of a library's parameters where none is on: the march is compiled without any law of it."""
+
+
 def chosen(library, effects, container):
     """The effects of one library.
 
@@ -56,13 +60,11 @@ def chosen(library, effects, container):
 
     Returns
     -------
-    effects_on : int
-        1 if any is on, else 0.
-    effects : NamedTuple
-        Of the type ``container``.
+    NamedTuple
+        Of the type ``container``; `NoEffects` where none is on.
     """
     own = container(*(getattr(effects, effect.name) for effect in library))
-    return int(any(effect.is_on(values) for effect, values in zip(library, own, strict=True))), own
+    return own if any(effect.is_on(values) for effect, values in zip(library, own, strict=True)) else NoEffects()
 
 
 def adjusted(library, parameters, machine, tables):
@@ -72,7 +74,7 @@ def adjusted(library, parameters, machine, tables):
     ----------
     library : tuple of Effect
     parameters : tuple of NamedTuple
-        In the library's order.
+        In the library's order, or `NoEffects`.
     machine, tables : NamedTuple
         Numbers and arrays, as the kernels see them.
 
@@ -80,7 +82,7 @@ def adjusted(library, parameters, machine, tables):
     -------
     machine, tables : NamedTuple
     """
-    for effect, values in zip(library, parameters, strict=True):
+    for effect, values in zip(library, parameters, strict=False):
         if effect.adjust and effect.is_on(values):
             machine, tables = effect.adjust(values, machine, tables)
     return machine, tables

@@ -89,7 +89,7 @@ def cycle_rates(p, t, y, mode, dy):
             return False
         valve = actuator_rates(p.actuator, t, y, mode, control_air(p, y))
     mass = energy = 0.0
-    if p.effects_on:
+    if len(p.effects) > 0:
         balance = np.zeros(TERMS)
         add_laws(p.effects, cylinder, balance)
         mass, energy = balance[MASS], balance[ENERGY]

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.effect import NoEffects
 from apesim.kernel import kernel
 from engine.cylinder import CylinderState, Engine
 from engine.effects import EngineEffects
@@ -73,8 +74,7 @@ class Cycle(NamedTuple):
     ports: Ports
     has_lift_curve: int
     """1: the cam's lift is that of its curve."""
-    effects_on: int
-    effects: EngineEffects
+    effects: EngineEffects | NoEffects
 
 
 class CycleTables(NamedTuple):

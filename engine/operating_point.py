@@ -51,7 +51,7 @@ def cycle_of(machine, speed):
     engine, command = machine.engine, machine.command
     period = TURN / speed
     actuator, valve_tables = actuator_of(machine, [0.0, (command.release - command.energise) / speed], period)
-    effects_on, effects = chosen(ENGINE_EFFECTS, machine.effects, EngineEffects)
+    effects = chosen(ENGINE_EFFECTS, machine.effects, EngineEffects)
     tables = CycleTables(valve_tables, np.ascontiguousarray(engine.cam.lift_curve))
     infinite = isinf(engine.receiver.volume)
     p = Cycle(
@@ -71,7 +71,6 @@ def cycle_of(machine, speed):
         int(machine.groove.geometry == PORTS and not len(machine.groove.area_curve)),
         machine.groove.ports,
         int(len(engine.cam.lift_curve) > 0),
-        effects_on,
         effects,
     )
     p, tables = adjusted(ENGINE_EFFECTS, effects, p, tables)

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from apesim.air import Air, Ambient
+from apesim.effect import NoEffects
 from apesim.march import Status
 from valve.actuator import STATES, actuator_of, closed_at_rest
 from valve.bench import TRACE, bench_of, run_bench
@@ -278,4 +279,4 @@ def test_the_kernels_view_holds_the_state_at_rest():
     y = closed_at_rest(p.actuator, p.supply)
     assert len(y) == STATES
     assert tables.kinks(0.0, 10e-3) == pytest.approx([1e-3, 1.5e-3, 2.5e-3, 3e-3, 4e-3, 10e-3])
-    assert actuator_of(DEFAULT, [0.0, 1e-3], np.inf)[0].effects_on == 0
+    assert actuator_of(DEFAULT, [0.0, 1e-3], np.inf)[0].effects == NoEffects()

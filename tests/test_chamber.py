@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from test_bench import BenchMachine
 
 from apesim.air import CANTERA, Air, Ambient, enthalpy, gas_of, internal_energy
+from apesim.effect import NoEffects
 from apesim.restriction import SHUT, flow_between, flow_in, regime_between
 from valve.actuator import MODES, PHASE, REGIME, START, X_A, X_A_SLOPE, X_B, actuator_of, actuator_rates, state_of
 from valve.bench import bench_of
@@ -143,4 +144,4 @@ def test_energy_of_a_chamber_changes_by_enthalpy_and_work_alone(air, phase, x):
 
 
 def test_an_effect_at_strength_zero_is_not_even_looked_at():
-    assert actuator_of(BenchMachine(), [0.0, 1.0], np.inf)[0].effects_on == 0
+    assert actuator_of(BenchMachine(), [0.0, 1.0], np.inf)[0].effects == NoEffects()

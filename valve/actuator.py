@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.air import Ambient, Gas, gas_of, internal_energy
-from apesim.effect import add_laws, adjusted, chosen
+from apesim.effect import NoEffects, add_laws, adjusted, chosen
 from apesim.kernel import kernel
 from apesim.restriction import flow_in
 from valve.chamber import chamber_state
@@ -42,9 +42,7 @@ class Actuator(NamedTuple):
     ambient: Ambient
     valve: Valve
     """Without its curve, which is in the tables."""
-    effects_on: int
-    """0: no effect is on, and none is looked at."""
-    effects: ValveEffects
+    effects: ValveEffects | NoEffects
 
 
 class ActuatorTables(NamedTuple):
@@ -82,14 +80,13 @@ def actuator_of(machine, edges, period):
     -------
     Actuator, ActuatorTables
     """
-    effects_on, effects = chosen(VALVE_EFFECTS, machine.effects, ValveEffects)
+    effects = chosen(VALVE_EFFECTS, machine.effects, ValveEffects)
     valve = machine.valve
     curve = opening_curve(valve.solenoid)
     actuator = Actuator(
         gas_of(machine.air),
         machine.ambient,
         valve._replace(solenoid=valve.solenoid._replace(opening_curve=None)),
-        effects_on,
         effects,
     )
     tables = ActuatorTables(
@@ -210,7 +207,7 @@ def actuator_rates(actuator, t, y, mode, supply):
     out_b, out_energy_b = flow_in(gas, mode[REGIME + VENT_B], area * (1.0 - x_b), sides[VENT_B])
     force = smooth_force(valve, state.position, state.speed, state.pressure_a, state.pressure_b)
     speed = acceleration = mass_a = mass_b = energy_a = energy_b = 0.0
-    if actuator.effects_on:
+    if len(actuator.effects) > 0:
         balance = np.zeros(TERMS)
         add_laws(actuator.effects, state, balance)
         force += balance[FORCE] + dry_friction_force(phase, balance[DRY])

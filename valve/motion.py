@@ -39,7 +39,7 @@ DETECTED = 0.01
 def rest_forces(actuator, state):
     """Force on a piston without dry friction, and what holds it at rest [N]."""
     force = smooth_force(actuator.valve, state.position, state.speed, state.pressure_a, state.pressure_b)
-    if actuator.effects_on:
+    if len(actuator.effects) > 0:
         balance = np.zeros(TERMS)
         add_laws(actuator.effects, state, balance)
         return force + balance[FORCE], balance[BREAKAWAY]
@@ -81,7 +81,7 @@ def actuator_responds(actuator, tables, event, y, mode, supply):
     if event <= MET_OPEN:
         stop = HELD_CLOSED if event == MET_CLOSED else HELD_OPEN
         y[0] = actuator.valve.stroke if event == MET_CLOSED else 0.0
-        e = restitution(actuator.effects, abs(y[1])) if actuator.effects_on else 0.0
+        e = restitution(actuator.effects, abs(y[1]))
         y[1], mode[PHASE] = land(stop, y[1], e)
         if mode[PHASE] == stop:
             set_free(actuator, y, mode, supply)
