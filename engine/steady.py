@@ -39,7 +39,13 @@ class SteadyRun(NamedTuple):
 
 
 def run_steady(
-    machine, speed, tolerance=TOLERANCE, angle_step=0.5 * DEGREE, most=CYCLES_MOST, steady=PERIODIC_TOLERANCE
+    machine,
+    speed,
+    tolerance=TOLERANCE,
+    angle_step=0.5 * DEGREE,
+    most=CYCLES_MOST,
+    steady=PERIODIC_TOLERANCE,
+    first_angle=0.0,
 ):
     """March an operating point to its periodic steady state, and through one more cycle that is noted.
 
@@ -55,6 +61,8 @@ def run_steady(
         Cycles at most.
     steady : float
         Largest change of a state over a cycle that counts as periodic, relative.
+    first_angle : float
+        Of the first row of the trace, from the energising [rad].
 
     Returns
     -------
@@ -63,7 +71,7 @@ def run_steady(
     p, tables, kinks = cycle_of(machine, speed)
     accuracy = accuracy_at(speed, tolerance)
     orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy, steady, most)
-    angles = p.start + np.arange(0.0, 2.0 * np.pi + 0.5 * angle_step, angle_step)
+    angles = p.start + np.arange(first_angle, 2.0 * np.pi + 0.5 * angle_step, angle_step)
     times = np.minimum((angles - p.start) / speed, kinks[-1])
 
     def cycle(y, mode, accuracy, times=times[:0]):

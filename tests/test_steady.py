@@ -199,3 +199,11 @@ def test_work_and_air_of_a_state_of_period_2_are_the_mean_of_both_cycles():
     found = indicators(a_machine, run)
     assert found["period_cycles"] == 2
     assert max(found["mass_closure"], found["energy_closure"]) < 1e-11
+
+
+def test_the_trace_may_begin_anywhere_in_the_cycle():
+    given = machine()
+    whole = run_steady(given, 800.0 * RPM, angle_step=0.1 * DEGREE)
+    shifted = run_steady(given, 800.0 * RPM, angle_step=0.5 * DEGREE, first_angle=0.3 * DEGREE)
+    np.testing.assert_allclose(shifted.angles[0] - whole.angles[0], 0.3 * DEGREE, rtol=1e-12)
+    np.testing.assert_allclose(shifted.trace[:720], whole.trace[3::5], rtol=1e-9, atol=1e-12)
