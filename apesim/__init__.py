@@ -18,7 +18,9 @@ _PUBLIC = {
     "run_steady": "engine.steady",
     "indicators": "engine.indicators",
     "run_sweep": "studies.sweep",
+    "vary": "studies.sweep",
     "read_archive": "apesim.archive",
+    "read_grid": "apesim.archive.grid",
 }
 __all__ = list(_PUBLIC)
 

@@ -218,18 +218,35 @@ def engine_run(
 def engine_sweep(
     common: Common,
     speed: Speeds = "300:2400:100 rpm",
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=RANGE",
+            help='Also over a key of the machine, e.g. supply.pressure="0.6:1.4:0.2 MPa gauge". Repeatable.',
+        ),
+    ] = None,
+    timing: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="Command angles of the epv: fixed (the machine's), corrected (so that it meets its targets), or both.",
+        ),
+    ] = "both",
     intake: Annotated[str, typer.Option(metavar="LIST", help="Of epv, cam, ideal.")] = "epv,cam,ideal",
     out: Out = Path("sweep.h5"),
     jobs: Jobs = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Compute on a cluster: its scheduler, e.g. tcp://HOST:8786.")
+    ] = None,
     shard: Annotated[str | None, typer.Option(metavar="i/N", help="Only every N-th point from the i-th.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted sweep.")] = False,
     overwrite: Overwrite = False,
     figures: Figures = True,
 ):
-    """The main job: speeds and intakes into an archive, figures and a table."""
-    from studies.commands.engine import sweep_command
+    """The main job: speeds, intakes, timings and any keys into an archive, figures and a table."""
+    from studies.commands.sweep import sweep_command
 
-    return sweep_command(*common, speed, intake, out, jobs, shard, resume, overwrite, figures)
+    return sweep_command(*common, speed, vary, timing, intake, out, jobs, dask, shard, resume, overwrite, figures)
 
 
 @command(engine, "timing")

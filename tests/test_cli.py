@@ -134,6 +134,14 @@ def test_tables_show_a_dash_where_there_is_no_number(apesim):
         (["engine", "sweep", "--intake", "epv,cams"], ["--intake", "cams", "cam"]),
         (["engine", "sweep", "--shard", "3/2"], ["--shard", "1/4"]),
         (["engine", "sweep", "--jobs", "0"], ["command line", "--jobs"]),
+        (["engine", "sweep", "--jobs", "2", "--dask", "tcp://127.0.0.1:1"], ["--jobs", "not for --dask"]),
+        (["engine", "sweep", "--dask", "nonsense"], ["--dask", "tcp://127.0.0.1:8786"]),
+        (["engine", "sweep", "--timing", "late"], ["--timing", "late", '"corrected"']),
+        (["engine", "sweep", "--timing", "corrected", "--intake", "cam"], ["--timing", "add epv to --intake"]),
+        (["engine", "sweep", "--speed", "500 rpm, 500 rpm"], ["--speed", "500 r/min is given twice", "once"]),
+        (["engine", "sweep", "--vary", "groove.lap"], ["--vary", "KEY=RANGE"]),
+        (["engine", "sweep", "--vary", "groove.lapp=1 mm"], ["--vary: groove.lapp", "groove.lap?"]),
+        (["engine", "sweep", "--vary", "groove.lap=1:2:1"], ["--vary: groove.lap", "no unit", "mm"]),
         (["engine", "sweep", "--intake", "epv, cam,epv"], ["command line: --intake: epv is given twice", "once"]),
         (["valve", "run", "--supply", "0.4 MPa"], ["command line: --supply:", "gauge", "abs"]),
         (["valve", "run", "--temperature", "9000 K"], ["command line: --temperature:", "150 to 600 K"]),
@@ -274,9 +282,9 @@ def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
 
 
 def test_an_interrupted_sweep_keeps_what_is_done_and_says_how_to_go_on(apesim, monkeypatch):
-    from studies import sweep
+    from studies.sweep import run as sweep
 
-    monkeypatch.setattr(sweep, "CHUNK", 1)
+    monkeypatch.setattr(sweep, "SHARD_SECONDS", 0.0)
     compute, calls = sweep.compute, []
 
     def interrupted(points):
@@ -309,7 +317,7 @@ def test_quiet_says_nothing_on_standard_error(apesim):
 def test_a_sweep_leaves_an_archive_figures_and_a_table(apesim):
     code, out, _ = apesim("engine", "sweep", *FAST)
     assert code == 0
-    assert "800" in out and "cam [N m]" in out
+    assert "800" in out and "cam" in out and "[N m]" in out
     figures = sorted(path.name for path in Path("sweep.figures").iterdir())
     assert figures == [
         f"{n}.{e}" for n in ("cycle_traces", "indicator_diagrams", "torque_and_air") for e in ("pdf", "png")
@@ -329,6 +337,45 @@ def test_an_archive_names_the_version_of_cantera_where_its_air_was_used(tmp_path
     versions = archive_info(tmp_path / "valve_map.h5")["versions"]
     assert versions.get("cantera") == (version("cantera") if model == "cantera" else None)
     assert {"apesim", "numpy", "numba", "h5py", "hdf5", "python"} <= versions.keys()
+
+
+def test_a_point_whose_corrected_timing_is_out_of_reach_is_kept_and_ends_with_3(apesim):
+    brief = ["--set", "command.close_target=-4.5 deg", "--speed", "2400 rpm", "--intake", "epv,cam"]
+    code, out, err = apesim("engine", "sweep", *brief, "--json", "--no-figures")
+    data = json.loads(out)
+    assert code == 3
+    assert data["runs"] == 3
+    [fault] = data["faults"]
+    assert "epv corrected, 2400 r/min" in fault and "out of reach" in fault and fault in err
+
+
+def test_the_default_sweep_compares_uncorrected_corrected_cam_and_ideal(apesim):
+    code, out, _ = apesim("engine", "sweep", "--speed", "1000 rpm", "--json")
+    assert code == 0
+    assert json.loads(out)["axes"] == {
+        "actuation": ["epv", "epv corrected", "cam", "ideal"],
+        "speed_rpm": ["1000 r/min"],
+    }
+    _, out, _ = apesim(
+        "engine", "sweep", "--speed", "1000 rpm", "--timing", "corrected", "--no-figures", "--out", "c.h5"
+    )
+    assert "epv corrected" in " ".join(out.split()) and out.count("epv") == 2
+
+
+def test_a_table_over_varied_keys_shows_them_with_their_units(apesim):
+    varied = ["--vary", "supply.pressure=0.8 MPa gauge, 1 MPa gauge", "--vary", "air.model=ideal,cantera"]
+    code, out, _ = apesim("engine", "sweep", "--speed", "1000 rpm", "--intake", "cam", *varied)
+    assert code == 0
+    assert "[MPa gauge]" in out
+    rows = [line.split()[:3] for line in out.splitlines() if "1000" in line]
+    assert rows == [
+        ["0.8", "ideal", "1000"],
+        ["0.8", "cantera", "1000"],
+        ["1", "ideal", "1000"],
+        ["1", "cantera", "1000"],
+    ]
+    names = {path.stem for path in Path("sweep.figures").iterdir()}
+    assert {"over_supply_pressure", "over_air_model", "torque_and_air"} <= names
 
 
 def test_a_sweep_does_not_replace_an_archive_unasked(apesim):

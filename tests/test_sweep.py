@@ -7,38 +7,117 @@ import xarray
 from apesim.archive import ArchiveError, read
 from apesim.archive.inspection import verify
 from apesim.quantities.settings import dumps, load
+from engine.breathing import DEGREE
 from engine.cylinder import CAM, EPV, IDEAL_VALVE
 from engine.indicators import indicators
 from engine.machine import Machine
 from engine.steady import run_steady
 from studies.figures.sweep import sweep_figures
-from studies.sweep import STATUS_MEANINGS, faults_of, plan, run_sweep
+from studies.sweep import CORRECTED, FIXED, STATUS_MEANINGS, TIMINGS, run_sweep
+from studies.sweep.plan import actuation_of, in_one_unit, plan
+from studies.sweep.results import faults_of
+from studies.sweep.variation import Variation
+from studies.timing import Reason
+from valve.groove import area_table, lap_of
 
 RPM = np.pi / 30.0
 SPEEDS = [600.0 * RPM, 1200.0 * RPM]
 INTAKES = [EPV, CAM, IDEAL_VALVE]
+EPV_FIXED, EPV_CORRECTED, BY_CAM, IDEAL = range(4)
+ONE = Variation((), (Machine(),))
 
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
-    return run_sweep(Machine(), SPEEDS, INTAKES, tmp_path_factory.mktemp("sweep") / "sweep.h5")
+    return run_sweep(Machine(), SPEEDS, INTAKES, tmp_path_factory.mktemp("sweep") / "sweep.h5", timings=TIMINGS)
+
+
+def values_of(archive, actuation, speed_rpm):
+    """All results of one run by name."""
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    [run] = np.flatnonzero((v["actuation"] == actuation) & (v["speed_rpm"] == speed_rpm))
+    return {name: values[run] for name, values in v.items() if name != "crank_angle"}
 
 
 def test_the_plan_is_every_intake_at_every_speed():
-    points = plan(Machine(), SPEEDS, INTAKES)
+    points = plan(ONE, SPEEDS, INTAKES).points
     assert [point.run for point in points] == list(range(6))
     assert {(point.machine.engine.intake, point.speed) for point in points} == {(i, s) for i in INTAKES for s in SPEEDS}
 
 
+@pytest.mark.parametrize(
+    ("timings", "expected"),
+    [
+        ((FIXED,), [EPV_FIXED, BY_CAM, IDEAL]),
+        ((CORRECTED,), [EPV_CORRECTED, BY_CAM, IDEAL]),
+        (TIMINGS, [EPV_FIXED, EPV_CORRECTED, BY_CAM, IDEAL]),
+    ],
+)
+def test_only_commands_of_an_electro_pneumatic_valve_are_corrected(timings, expected):
+    planned = plan(ONE, SPEEDS[:1], INTAKES, timings)
+    assert [actuation_of(point) for point in planned.points] == expected
+
+
 def test_a_run_of_a_sweep_is_the_operating_point_alone(swept):
     archive = read(swept.path)
-    v = {name: variable.values for name, variable in archive.variables.items()}
-    [run] = np.flatnonzero((v["intake"] == EPV) & (v["speed_rpm"] == 1200.0))
+    found = values_of(archive, EPV_FIXED, 1200.0)
     alone = run_steady(Machine(), SPEEDS[1])
     for name, value in indicators(Machine(), alone).items():
-        np.testing.assert_array_equal(v[name][run], value, err_msg=name)
-    np.testing.assert_array_equal(v["cylinder_pressure"][run], alone.trace[:, 0])
-    np.testing.assert_allclose(v["crank_angle"], np.degrees(alone.angles), rtol=0, atol=1e-9)
+        np.testing.assert_array_equal(found[name], value, err_msg=name)
+    np.testing.assert_array_equal(found["cylinder_pressure"], alone.trace[:, 0])
+    np.testing.assert_allclose(archive.variables["crank_angle"].values, np.degrees(alone.angles), rtol=0, atol=1e-9)
+    assert (found["energise_deg"], found["release_deg"]) == pytest.approx((-5.0, 70.0), abs=1e-12)
+    assert found["timing_reason"] == -1
+
+
+@pytest.mark.parametrize("speed_rpm", [600.0, 1200.0])
+def test_corrected_commands_meet_the_targets_and_are_told(swept, speed_rpm):
+    archive = read(swept.path)
+    found = values_of(archive, EPV_CORRECTED, speed_rpm)
+    angles, lift = archive.variables["crank_angle"].values, found["lift"]
+    machine = Machine()
+    above = lift - lap_of(area_table(machine.groove, machine.valve.stroke))
+    falls = np.flatnonzero((above[:-1] >= 0.0) & (above[1:] < 0.0))
+    assert len(falls) == 1
+    at = falls[0]
+    assert angles[at] + 0.5 * above[at] / (above[at] - above[at + 1]) == pytest.approx(70.0, abs=0.1)
+    assert abs(above[0]) < 0.1e-3  # the traces begin at the target of the opening
+    assert found["valve_open_deg"] % 360.0 == pytest.approx(355.0, abs=0.05)
+    command = machine.command._replace(energise=found["energise_deg"] * DEGREE, release=found["release_deg"] * DEGREE)
+    alone = indicators(
+        machine._replace(command=command), run_steady(machine._replace(command=command), speed_rpm * RPM)
+    )
+    for name in ("brake_torque_Nm", "specific_air_kg_per_kWh", "valve_close_deg"):
+        assert found[name] == pytest.approx(alone[name], rel=1e-6), name
+
+
+def test_traces_of_all_runs_stand_at_the_same_crank_angles(swept):
+    """A corrected cycle starts elsewhere; its samples come from the dense output at the common angles."""
+    archive = read(swept.path)
+    found = values_of(archive, EPV_CORRECTED, 1200.0)
+    machine = Machine()
+    command = machine.command._replace(energise=found["energise_deg"] * DEGREE, release=found["release_deg"] * DEGREE)
+    alone = run_steady(machine._replace(command=command), SPEEDS[1], angle_step=0.01 * DEGREE)
+    angles = archive.variables["crank_angle"].values
+    own = np.degrees(alone.angles)
+    for number, name in ((0, "cylinder_pressure"), (2, "lift"), (10, "cylinder_volume")):
+        expected = np.interp(own[0] + (angles - own[0]) % 360.0, own, alone.trace[:, number])
+        np.testing.assert_allclose(found[name], expected, rtol=0, atol=2e-5 * np.ptp(expected), err_msg=name)
+
+
+def test_a_point_out_of_reach_is_kept_with_its_reason(tmp_path):
+    machine = Machine()
+    machine = machine._replace(command=machine.command._replace(close_target=-4.5 * DEGREE))
+    result = run_sweep(machine, [2400.0 * RPM], [EPV, CAM], tmp_path / "sweep.h5", timings=TIMINGS)
+    assert verify(result.path) == []
+    found = values_of(result.archive, EPV_CORRECTED, 2400.0)
+    assert found["timing_reason"] == Reason.OPEN_TOO_LONG and found["status"] == -1
+    numbers = ("brake_torque_Nm", "engine_air_kg_per_cycle", "energise_deg", "release_deg", "peak_lift_m")
+    assert all(np.isnan(found[name]) for name in numbers) and np.isnan(found["lift"]).all()
+    assert found["speed_rpm"] == 2400.0
+    [line] = result.faults
+    assert "epv corrected, 2400 r/min" in line and Reason(found["timing_reason"]).remedy in line
+    assert np.isfinite(values_of(result.archive, EPV_FIXED, 2400.0)["brake_torque_Nm"])
 
 
 def test_the_archive_is_whole_and_knows_its_machine(swept, tmp_path):
@@ -60,7 +139,7 @@ def test_other_programs_read_it_by_name_and_unit(swept):
 
 
 def test_several_processes_give_the_same_bits(swept, tmp_path):
-    other = run_sweep(Machine(), SPEEDS, INTAKES, tmp_path / "two.h5", jobs=2)
+    other = run_sweep(Machine(), SPEEDS, INTAKES, tmp_path / "two.h5", timings=TIMINGS, jobs=2)
     for name, variable in swept.archive.variables.items():
         np.testing.assert_array_equal(variable.values, other.archive.variables[name].values, err_msg=name)
 
@@ -69,7 +148,7 @@ def test_a_point_that_fails_is_named_and_the_others_are_kept(tmp_path):
     machine = Machine()
     impossible = machine._replace(valve=machine.valve._replace(clearance_volume=1e-15))
     result = run_sweep(impossible, SPEEDS[:1], [EPV, CAM], tmp_path / "sweep.h5")
-    assert len(result.faults) == 1 and "epv at 600 r/min" in result.faults[0]
+    assert len(result.faults) == 1 and "epv, 600 r/min" in result.faults[0]
     status = result.archive.variables["status"].values
     assert status[0] != 0 and status[1] == 0
     assert f"{status[0]} " in STATUS_MEANINGS
@@ -82,10 +161,10 @@ def test_a_point_that_is_not_periodic_is_named(swept):
 
     variables = dict(swept.archive.variables)
     flags = variables["converged"].values.copy()
-    flags[2] = 0
+    flags[4] = 0
     variables["converged"] = replace(variables["converged"], values=flags)
     [line] = faults_of(replace(swept.archive, variables=variables))
-    assert line.startswith("run 2 (cam at 600 r/min): not periodic")
+    assert line.startswith("run 4 (cam, 600 r/min): not periodic")
 
 
 def test_a_second_sweep_does_not_write_the_same_target(swept):
@@ -100,3 +179,10 @@ def test_figures_are_drawn_and_the_same_each_time(swept, tmp_path):
     for one, other in zip(first, second, strict=True):
         assert one.stat().st_size > 5000
         assert one.read_bytes() == other.read_bytes()
+
+
+def test_numbers_of_one_unit_are_told_from_words():
+    assert in_one_unit(["0.6 MPa gauge", "1 MPa gauge"]) == (["0.6", "1"], "MPa gauge")
+    assert in_one_unit(["1.3", "1.4"]) == (["1.3", "1.4"], "")
+    for words in (["ideal", "cantera"], ["1 L", "inf"], ["curve a.csv", "curve b.csv"]):
+        assert in_one_unit(words) == (words, "")

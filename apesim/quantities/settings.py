@@ -10,7 +10,7 @@ from apesim.quantities.printing import dumps
 from apesim.quantities.reading import COMMAND_LINE, read, unknown
 from apesim.quantities.trees import fields, is_section, joined, schema
 
-__all__ = ["COMMAND_LINE", "dumps", "load", "read", "schema"]
+__all__ = ["COMMAND_LINE", "dumps", "load", "misassigned", "read", "schema"]
 
 
 def load(cls, path=None, assignments=()):
@@ -42,7 +42,7 @@ def load(cls, path=None, assignments=()):
             wrong = f"{quoted(assignment)} assigns nothing"
             culprits.append(Culprit(COMMAND_LINE, "", wrong, 'write KEY=VALUE, e.g. engine.bore="85 mm"'))
         elif key not in declarations:
-            culprits.append(_misassigned(cls, key))
+            culprits.append(misassigned(cls, key, COMMAND_LINE))
         else:
             if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'":
                 text = text[1:-1]
@@ -75,18 +75,31 @@ def _toml(path):
         raise InputError([Culprit(str(path), where.rstrip(")"), f"no TOML: {what}", right)]) from None
 
 
-def _misassigned(cls, key):
-    """The culprit of an assignment to what is no key."""
+def misassigned(cls, key, file):
+    """The culprit of an assignment to what is no key.
+
+    Parameters
+    ----------
+    cls : type
+        The parameter class at the root.
+    key : str
+    file : str
+        Where it was given, for the message.
+
+    Returns
+    -------
+    Culprit
+    """
     path, at = key.split("."), cls
     for depth, name in enumerate(path):
         field = fields(at).get(name)
         if field is None:
-            return unknown(cls, path[: depth + 1], COMMAND_LINE)
+            return unknown(cls, path[: depth + 1], file)
         if not is_section(field):
-            return Culprit(COMMAND_LINE, key, "unknown key", f"did you mean {'.'.join(path[: depth + 1])}?")
+            return Culprit(file, key, "unknown key", f"did you mean {'.'.join(path[: depth + 1])}?")
         at = field
     keys = ", ".join(joined(key, inner) for inner in fields(at))
-    return Culprit(COMMAND_LINE, key, "is a section, no key", f"set one of {keys}")
+    return Culprit(file, key, "is a section, no key", f"set one of {keys}")
 
 
 def _put(data, path, text):

@@ -1,27 +1,23 @@
 """Commands of the engine."""
 
-import functools
-import sys
 import time
 from math import isnan
 
 import numpy as np
 
 from apesim.air import CP_UP_TO
-from apesim.archive import command_line
 from apesim.march import Status
-from apesim.quantities import Choice, Culprit, InputError, Quantity, parse, parse_range
+from apesim.quantities import parse
 from engine.breathing import DEGREE
 from engine.cycle import TRACE
 from engine.cylinder import INTAKES
 from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from engine.steady import run_steady
+from studies.commands.given import SPEED
 from studies.commands.machine import load_machine
 from studies.commands.tables import number, table_of, warm_up, write_traces
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
-SPEED = Quantity("rpm", 1, 30000, "command line")
-INTAKE = Choice(INTAKES, "command line")
 SHOWN = (
     ("brake torque", "brake_torque_Nm", 1.0, "N m"),
     ("indicated torque", "indicated_torque_Nm", 1.0, "N m"),
@@ -130,100 +126,3 @@ def warnings_of(run, values):
     if run.p.actuator.gas.perfect and hottest > CP_UP_TO:
         warnings.append(f"the cylinder comes to {hottest:.0f} K, beyond the {CP_UP_TO:g} K up to which cp(T) holds")
     return warnings
-
-
-def sweep_command(console, machine_file, settings, speed, intake, out, jobs, shard, resume, overwrite, figures):
-    """A sweep; see `apesim engine sweep --help`.
-
-    Returns
-    -------
-    int
-        Exit code.
-    """
-    from studies import sweep
-    from studies.figures.sweep import sweep_figures
-
-    machine = load_machine(machine_file, settings)
-    speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    intakes = _intakes(intake)
-    shard = _shard(shard)
-    options = {"jobs": jobs, "shard": shard, "resume": resume, "overwrite": overwrite}
-    options["warm_up"] = functools.partial(warm_up, console)
-    try:
-        with console.progress("sweep") as report:
-            command = command_line(["apesim", *sys.argv[1:]])
-            result = sweep.run_sweep(machine, speeds, intakes, out, command=command, report=report, **options)
-    except KeyboardInterrupt:
-        console.message("interrupted; what is done is kept, go on with the same command and --resume")
-        raise
-    drawn = sweep_figures(result.archive, out.with_suffix(".figures")) if figures else []
-    data = {
-        "archive": str(out),
-        "figures": [str(path) for path in drawn],
-        "runs": len(result.archive.runs),
-        "faults": result.faults,
-        "wall_time_s": result.seconds,
-    }
-    where = f"{out}: {data['runs']} runs in {result.seconds:.1f} s" + (
-        f"; figures in {drawn[0].parent}/" if drawn else ""
-    )
-    console.result(data, sweep_table(result.archive), where)
-    for fault in result.faults:
-        console.message(f"warning: {fault}")
-    return INCOMPLETE if result.faults else DONE
-
-
-def _intakes(text):
-    """Codes of a list of intakes."""
-    codes = parse_range(text, INTAKE, where="--intake", file=COMMAND_LINE)
-    twice = [INTAKES[code] for code in dict.fromkeys(codes) if codes.count(code) > 1]
-    if twice:
-        raise InputError(
-            [Culprit(COMMAND_LINE, "--intake", f"{name} is given twice", "give it once") for name in twice]
-        )
-    return codes
-
-
-def _shard(text):
-    """(i, N) of a text i/N."""
-    if text is None:
-        return None
-    number, slash, of = text.partition("/")
-    if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
-        raise InputError([Culprit(COMMAND_LINE, "--shard", f"{text!r} is no share of the work", "write e.g. 1/4")])
-    return int(number), int(of)
-
-
-def sweep_table(archive):
-    """Brake torque and gross specific air of every intake over speed.
-
-    Parameters
-    ----------
-    archive : Archive
-
-    Returns
-    -------
-    rich.table.Table
-    """
-    from studies.figures.sweep import intakes_of, runs_of
-
-    v = archive.variables
-    names = intakes_of(archive)
-    cells = {
-        (column, name, v["speed_rpm"].values[run]): v[column].values[run]
-        for column in ("brake_torque_Nm", "specific_air_kg_per_kWh")
-        for name in names
-        for run in runs_of(archive, name)
-    }
-
-    def shown(column, name, speed, digits):
-        return number(cells.get((column, name, speed), float("nan")), f".{digits}f")
-
-    rows = [
-        [f"{speed:g}"]
-        + [shown("brake_torque_Nm", name, speed, 2) for name in names]
-        + [shown("specific_air_kg_per_kWh", name, speed, 1) for name in names]
-        for speed in sorted(set(v["speed_rpm"].values.tolist()))
-    ]
-    header = ["r/min", *(f"{name} [N m]" for name in names), *(f"{name} [kg/kWh]" for name in names)]
-    return table_of("Brake torque, and all air over brake work, over speed", header, rows)

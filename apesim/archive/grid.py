@@ -1,0 +1,134 @@
+"""Archives whose runs are the points of a grid: named axes instead of run numbers.
+
+Such an archive names its axes in the provenance entry "axes": JSON, the texts of the values of each axis by its name,
+the last axis running fastest. Each name is that of a variable over the runs, which holds the values as numbers.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from apesim.archive.file import Archive, ArchiveError, read
+from apesim.archive.records import Variable
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["axes_of", "places_of", "read_grid"]
+
+
+def axes_of(archive: Archive) -> dict[str, list[str]]:
+    """The axes of a grid.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    dict of str to list of str
+        Texts of the values of each axis, by its name.
+
+    Raises
+    ------
+    ValueError
+        The archive names none, or those that it names do not fit its runs.
+    """
+    axes = json.loads(archive.provenance.get("axes", "{}"))
+    if not isinstance(axes, dict) or not axes:
+        raise ValueError("its runs are no grid, it names no axes")
+    for name, texts in axes.items():
+        if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
+            raise ValueError(f"the axis {name} is no list of texts")
+        if name not in archive.variables or archive.variables[name].dims != ("run",):
+            raise ValueError(f"no variable over the runs for the axis {name}")
+    if len(archive.runs) and archive.runs[-1] >= math.prod(map(len, axes.values())):
+        raise ValueError("more runs than its axes have points")
+    return axes
+
+
+def places_of(archive: Archive) -> tuple[np.ndarray, ...]:
+    """The place of each run along each axis; raises `ValueError` like `axes_of`.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    tuple of (runs,) int array
+    """
+    return np.unravel_index(archive.runs, [len(texts) for texts in axes_of(archive).values()])
+
+
+def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
+    """An archive with named axes, as xarray knows them.
+
+    Parameters
+    ----------
+    path : path
+        The archive.
+
+    Returns
+    -------
+    xarray.Dataset
+        Axes first as they were varied, then those of the traces; codes along an axis are words. Points that are
+        missing are NaN (whole numbers then become floats), and a value whose points are all missing is left out.
+
+    Raises
+    ------
+    ArchiveError
+        The archive cannot be read, or its runs are no grid.
+    ImportError
+        xarray is not installed.
+    """
+    try:
+        import xarray
+    except ImportError:
+        raise ImportError('read_grid needs xarray: python -m pip install "apesim[xarray]"') from None
+    archive = read(path)
+    try:
+        names, places = list(axes_of(archive)), places_of(archive)
+    except ValueError as error:
+        raise ArchiveError(path, str(error), "open it run by run: xarray.open_dataset") from None
+    coordinates: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
+    corner = []
+    for name, place in zip(names, places, strict=True):
+        _, first, corners = np.unique(place, return_index=True, return_inverse=True)
+        corner.append(corners)
+        variable = archive.variables[name]
+        coordinates[name] = ((name,), _words(variable)[first], _attributes(variable))
+    shape = tuple(len(values) for _, values, _ in coordinates.values())
+    whole = len(archive.runs) == math.prod(shape)
+    results = {}
+    for name, variable in archive.variables.items():
+        if variable.dims[0] != "run":
+            coordinates[name] = (variable.dims, variable.values, _attributes(variable))
+        elif name not in names:
+            values = variable.values
+            if not whole and values.dtype.kind == "i":
+                values = values.astype(float)
+            missing = np.nan if values.dtype.kind == "f" else values.dtype.type()
+            grid = np.full(shape + values.shape[1:], missing, dtype=values.dtype)
+            grid[tuple(corner)] = values
+            results[name] = ((*names, *variable.dims[1:]), grid, _attributes(variable))
+    return xarray.Dataset(results, coordinates, {"machine": archive.machine, **archive.provenance})
+
+
+def _words(variable: Variable) -> np.ndarray:
+    """Values of a variable, codes as words."""
+    if not variable.meanings:
+        return variable.values
+    meanings = (entry.strip().partition(" ") for entry in variable.meanings.split(","))
+    words = {int(code): word for code, _, word in meanings}
+    return np.array([words[code] for code in variable.values.tolist()])
+
+
+def _attributes(variable: Variable) -> dict[str, str]:
+    attributes = {"units": variable.unit, "long_name": variable.description}
+    return attributes | ({"meanings": variable.meanings} if variable.meanings else {})

@@ -1,0 +1,142 @@
+"""Command `apesim engine sweep`."""
+
+import contextlib
+import functools
+import sys
+
+from apesim.archive import command_line
+from apesim.archive.grid import axes_of, places_of
+from apesim.quantities import Choice, Culprit, InputError, parse, parse_range
+from engine.cylinder import EPV, INTAKES
+from studies.commands.archived import summary
+from studies.commands.given import SPEED
+from studies.commands.machine import load_machine
+from studies.commands.tables import number, table_of, warm_up
+from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+
+INTAKE = Choice(INTAKES, "command line")
+TIMING = Choice(("fixed", "corrected", "both"), "command line")
+COLUMNS = {"brake_torque_Nm": ("N m", ".2f"), "specific_air_kg_per_kWh": ("kg/kWh", ".1f")}
+
+
+def sweep_command(
+    console, machine_file, settings, speed, varied, timing, intake, out, jobs, dask, shard, resume, overwrite, figures
+):
+    """A sweep; see `apesim engine sweep --help`.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    from studies.cluster import connected
+    from studies.figures.sweep import sweep_figures
+    from studies.sweep import run_sweep, vary
+
+    machine = load_machine(machine_file, settings)
+    speeds = _once(parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE), "--speed", _in_rpm)
+    intakes = parse_range(intake, INTAKE, where="--intake", file=COMMAND_LINE)
+    _once(intakes, "--intake", INTAKES.__getitem__)
+    timings = _timings(timing, intakes)
+    variation = vary(varied or (), machine_file, settings or ())
+    shard = _shard(shard)
+    if dask and jobs:
+        raise InputError([Culprit(COMMAND_LINE, "--jobs", "is for this machine, not for --dask", "leave one out")])
+    options = {"timings": timings, "variation": variation, "jobs": jobs, "shard": shard, "resume": resume}
+    options |= {"overwrite": overwrite, "warm_up": functools.partial(warm_up, console)}
+    try:
+        with contextlib.ExitStack() as stack:
+            cluster = stack.enter_context(connected(dask)) if dask else None
+            report = stack.enter_context(console.progress("sweep"))
+            command = command_line(["apesim", *sys.argv[1:]])
+            options |= {"cluster": cluster, "report": report, "command": command}
+            result = run_sweep(machine, speeds, intakes, out, **options)
+    except KeyboardInterrupt:
+        console.message("interrupted; what is done is kept, go on with the same command and --resume")
+        raise
+    drawn = sweep_figures(result.archive, out.with_suffix(".figures")) if figures else []
+    data = {
+        "archive": str(out),
+        "figures": [str(path) for path in drawn],
+        "runs": len(result.archive.runs),
+        "axes": axes_of(result.archive),
+        "faults": result.faults,
+        "wall_time_s": result.seconds,
+    }
+    console.result(data, sweep_table(result.archive), summary(data, f"{data['runs']} runs"))
+    for fault in result.faults:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if result.faults else DONE
+
+
+def _in_rpm(speed):
+    from studies.sweep.plan import rpm
+
+    return f"{rpm(speed):g} r/min"
+
+
+def _once(values, option, name):
+    """The values of an option; `InputError` where one is given twice."""
+    twice = [name(value) for value in dict.fromkeys(values) if values.count(value) > 1]
+    if twice:
+        raise InputError([Culprit(COMMAND_LINE, option, f"{text} is given twice", "give it once") for text in twice])
+    return values
+
+
+def _timings(text, intakes):
+    """Codes of the timings of an option; `InputError` where there is nothing to correct."""
+    from studies.sweep import TIMINGS
+
+    code = parse(text, TIMING, where="--timing", file=COMMAND_LINE)
+    if TIMING.options[code] == "corrected" and EPV not in intakes:
+        wrong = "corrects the commands of an electro-pneumatic valve, but --intake has none"
+        raise InputError([Culprit(COMMAND_LINE, "--timing", wrong, 'add epv to --intake, or write "fixed"')])
+    return TIMINGS if TIMING.options[code] == "both" else (TIMINGS[code],)
+
+
+def _shard(text):
+    """(i, N) of a text i/N."""
+    if text is None:
+        return None
+    number, slash, of = text.partition("/")
+    if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
+        raise InputError([Culprit(COMMAND_LINE, "--shard", f"{text!r} is no share of the work", "write e.g. 1/4")])
+    return int(number), int(of)
+
+
+def sweep_table(archive):
+    """Brake torque and gross specific air of every actuation over speed and what is varied.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    (_, actuations), *axes = axes_of(archive).items()
+    points = list(zip(*(places.tolist() for places in places_of(archive)), strict=True))
+    runs = {point: run for run, point in enumerate(points)}
+    shown = sorted({at for at, *_ in points})
+
+    def cell(column, point, form):
+        return number(archive.variables[column].values[runs[point]], form) if point in runs else "-"
+
+    heads, columns = zip(*(head_and_cells(name, texts) for name, texts in axes), strict=True)
+    rows = []
+    for where in sorted({tuple(where) for _, *where in points}):
+        row = [columns[axis][at] for axis, at in enumerate(where)]
+        row += [cell(column, (at, *where), form) for column, (_, form) in COLUMNS.items() for at in shown]
+        rows.append(row)
+    header = list(heads)
+    header += [f"{actuations[at]}\n[{unit}]" for unit, _ in COLUMNS.values() for at in shown]
+    return table_of("Brake torque, and all air over brake work", header, rows, left=range(len(axes) - 1))
+
+
+def head_and_cells(name, texts):
+    """Head and cells of a column of texts: a unit that all share stands in the head."""
+    from studies.sweep.plan import in_one_unit
+
+    cells, unit = in_one_unit(texts)
+    return f"{name.removesuffix('_rpm')}\n[{unit}]" if unit else name, cells

@@ -1,0 +1,12 @@
+"""Sweeps of operating points: speeds, intakes and any keys of a machine, into one archive.
+
+In the order in which they build on one another: variation (machines that differ in some keys), plan (the operating
+points), compute (run them), results (as an archive), run (all of it, safe against being killed).
+"""
+
+from studies.sweep.plan import CORRECTED, FIXED, TIMINGS
+from studies.sweep.results import STATUS_MEANINGS
+from studies.sweep.run import SweepResult, run_sweep
+from studies.sweep.variation import vary
+
+__all__ = ["CORRECTED", "FIXED", "STATUS_MEANINGS", "TIMINGS", "SweepResult", "run_sweep", "vary"]

@@ -1,0 +1,77 @@
+"""Operating points, run one by one: each is what it is alone, whatever is run beside it."""
+
+from math import nan
+
+import numpy as np
+
+from apesim.march import Status
+from engine.breathing import DEGREE, TURN
+from engine.cycle import TRACE
+from engine.cylinder import EPV
+from engine.indicators import INDICATORS, indicators
+from engine.steady import run_steady
+from studies.sweep.plan import CORRECTED, rpm
+from studies.timing import corrected
+
+ANGLE_STEP = 0.5 * DEGREE
+ROWS = round(TURN / ANGLE_STEP)
+"""Of a trace, without the last, which is a turn after the first."""
+NOT_MARCHED, NOT_ASKED = -1, -1
+"""Status of a point that is out of reach; reason of one whose timing was not to be corrected."""
+
+
+def compute(points):
+    """Run operating points.
+
+    Parameters
+    ----------
+    points : sequence of studies.sweep.plan.Point
+
+    Returns
+    -------
+    list of tuple
+        For each point its scalars by name and its trace, (721, 11).
+    """
+    return [_result(point) for point in points]
+
+
+def _result(point):
+    machine, speed, reason = point.machine, point.speed, NOT_ASKED
+    scalars = dict.fromkeys((*INDICATORS, "energise_deg", "release_deg"), nan)
+    scalars |= {"speed_rpm": rpm(speed), "status": NOT_MARCHED}
+    if point.timing == CORRECTED:
+        timing = corrected(machine, speed)
+        machine, reason = timing.machine, int(timing.reason)
+    trace = np.full((ROWS + 1, len(TRACE)), nan)
+    if reason > 0:
+        return scalars | {"timing_reason": reason}, trace
+    place, first_angle = _rows_before(machine.command.energise - point.first_angle)
+    run = run_steady(machine, speed, angle_step=ANGLE_STEP, first_angle=first_angle)
+    if run.status == Status.DONE:
+        scalars |= indicators(machine, run)
+        trace = _from_first_angle(run.trace, place)
+    if machine.engine.intake == EPV:
+        scalars |= {f"{name}_deg": getattr(machine.command, name) / DEGREE for name in ("energise", "release")}
+    return scalars | {"status": run.status, "timing_reason": reason}, trace
+
+
+def _rows_before(angle):
+    """For a cycle that starts an angle after the traces do: the row of its first sample, and where in it that is.
+
+    Returns
+    -------
+    int
+        Of a trace.
+    float
+        From the start of the cycle [rad].
+    """
+    place = int(np.ceil(angle / ANGLE_STEP - 1e-9))
+    return place % ROWS, max(0.0, place * ANGLE_STEP - angle)
+
+
+def _from_first_angle(trace, place):
+    """A cycle's trace, its first row at `place`: what comes after the end of the traces is moved to their start."""
+    if place == 0:
+        return trace
+    turned = np.roll(trace[:ROWS], place, axis=0)
+    return np.concatenate((turned, turned[:1]))

@@ -1,0 +1,181 @@
+"""Results of operating points as an archive, and what is told of those that failed."""
+
+import numpy as np
+
+from apesim.archive import Archive, Variable
+from apesim.archive.grid import axes_of, places_of
+from apesim.march import Status
+from apesim.quantities import Choice, Curve, split_header
+from engine.breathing import DEGREE
+from engine.cycle import TRACE
+from engine.cylinder import INTAKES
+from engine.indicators import COUNTS, FLAGS, INDICATORS
+from studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_MARCHED
+from studies.sweep.plan import ACTUATIONS, TIMING_NAMES, actuation_of
+from studies.sweep.variation import stored
+from studies.timing import Reason
+
+STATUS_MEANINGS = ", ".join(f"{int(status)} {status.name.lower().replace('_', ' ')}" for status in Status)
+REASON_MEANINGS = ", ".join(f"{int(reason)} {reason.name.lower().replace('_', ' ')}" for reason in Reason)
+CODES = {
+    "actuation": ("what moves the intake, and whether its commands are corrected", list(ACTUATIONS)),
+    "intake": ("what opens the intake", INTAKES),
+    "timing": ("command angles: fixed by the machine, or corrected so that the valve meets its targets", TIMING_NAMES),
+}
+COMMANDS = {
+    "energise_deg": "command angle of the energising, as used",
+    "release_deg": "command angle of the release, as used",
+}
+TRACE_DESCRIPTIONS = {
+    "cylinder_pressure": "cylinder pressure",
+    "cylinder_temperature": "cylinder temperature",
+    "lift": "lift of the intake",
+    "velocity": "velocity of the lift, positive as it opens",
+    "pressure_a": "pressure of chamber A, which pushes to closed",
+    "pressure_b": "pressure of chamber B, which pushes to open",
+    "groove_flow": "flow through the groove into the cylinder",
+    "torque": "indicated torque",
+    "receiver_pressure": "pressure before the groove",
+    "exhaust_flow": "flow through the exhaust valve out of the cylinder",
+    "cylinder_volume": "cylinder volume",
+}
+
+
+def meanings_of(names):
+    """Meanings of the codes 0, 1...: "0 epv, 1 cam"."""
+    return ", ".join(f"{code} {name}" for code, name in enumerate(names))
+
+
+def archive_of(points, results, variation, machine, provenance):
+    """Results of some operating points as an archive.
+
+    Parameters
+    ----------
+    points : sequence of studies.sweep.plan.Point
+    results : list of tuple
+        See `studies.sweep.compute.compute`.
+    variation : studies.sweep.variation.Variation
+        Of the machines that the points are taken from.
+    machine : str
+        TOML text of the machine before anything is varied.
+    provenance : dict of str
+
+    Returns
+    -------
+    Archive
+    """
+    scalars = [scalars for scalars, _ in results]
+    traces = np.stack([trace for _, trace in results])
+    angles = points[0].first_angle / DEGREE + ANGLE_STEP / DEGREE * np.arange(traces.shape[1])
+    variables = {
+        "run": _column((point.run for point in points), np.int64, "1", "number of the run"),
+        "crank_angle": Variable(("crank_angle",), angles, "deg", "crank angle after TDC"),
+    }
+    variables |= _what_was_run(points) | _what_was_varied(points, variation)
+    variables |= _how_it_ended(scalars) | _indicators(scalars)
+    for number, header in enumerate(TRACE):
+        name, unit = split_header(header)
+        values = np.ascontiguousarray(traces[:, :, number])
+        variables[name] = Variable(("run", "crank_angle"), values, unit, TRACE_DESCRIPTIONS[name])
+    return Archive(machine, provenance, variables)
+
+
+def _column(values, dtype, *told):
+    return Variable(("run",), np.array(list(values), dtype=dtype), *told)
+
+
+def _what_was_run(points):
+    codes = {
+        "actuation": [actuation_of(point) for point in points],
+        "intake": [point.machine.engine.intake for point in points],
+        "timing": [point.timing for point in points],
+    }
+    return {
+        name: _column(codes[name], np.int8, "1", description, meanings_of(names))
+        for name, (description, names) in CODES.items()
+    }
+
+
+def _what_was_varied(points, variation):
+    shape = [len(axis.values) for axis in variation.axes]
+    variables = {}
+    for number, axis in enumerate(variation.axes):
+        values, unit = stored(axis)
+        dtype, meanings = float, ""
+        if isinstance(axis.declaration, Choice):
+            dtype, meanings = np.int8, meanings_of(axis.declaration.options)
+        elif isinstance(axis.declaration, Curve):
+            dtype = np.str_
+        varied = (values[np.unravel_index(point.combination, shape)[number]] for point in points)
+        variables[axis.name] = _column(varied, dtype, unit, f"{axis.key} of the machine", meanings)
+    return variables
+
+
+def _how_it_ended(scalars):
+    told = {
+        "status": ("how the march ended", f"{NOT_MARCHED} not marched, {STATUS_MEANINGS}"),
+        "timing_reason": (
+            "whether the corrected timing is in reach, and if not, why",
+            f"{NOT_ASKED} not asked for, {REASON_MEANINGS}",
+        ),
+    }
+    variables = {
+        name: _column((values[name] for values in scalars), np.int8, "1", *texts) for name, texts in told.items()
+    }
+    for name, description in COMMANDS.items():
+        variables[name] = _column((values[name] for values in scalars), float, "deg", description)
+    return variables
+
+
+def _indicators(scalars):
+    variables = {}
+    for name, (unit, description) in INDICATORS.items():
+        values, meanings = np.array([values[name] for values in scalars], dtype=float), ""
+        if name in FLAGS:
+            values, meanings = np.nan_to_num(values).astype(np.int8), "0 no, 1 yes"
+        elif name in COUNTS:
+            values = np.nan_to_num(values).astype(np.int64)
+        variables[name] = Variable(("run",), values, unit, description, meanings)
+    return variables
+
+
+def names_of(archive):
+    """What each run is, in words: "epv corrected, supply_pressure 1 MPa gauge, 600 r/min".
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of str
+    """
+    columns = []
+    for (name, texts), places in zip(axes_of(archive).items(), places_of(archive), strict=True):
+        before = "" if name in ("actuation", "speed_rpm") else f"{name} "
+        columns.append([before + texts[place] for place in places])
+    return [", ".join(words) for words in zip(*columns, strict=True)]
+
+
+def faults_of(archive):
+    """One line for each point that is out of reach, failed or did not reach a periodic state.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of str
+    """
+    v = {name: archive.variables[name].values for name in ("run", "timing_reason", "status", "converged", "cycles")}
+    lines = []
+    for what, run, reason, status, converged, cycles in zip(names_of(archive), *v.values(), strict=True):
+        name = f"run {run} ({what})"
+        if reason > 0:
+            lines.append(f"{name}: corrected timing out of reach: {Reason(reason).remedy}")
+        elif status != Status.DONE:
+            lines.append(f"{name}: failed: {Status(status).remedy}")
+        elif not converged:
+            lines.append(f"{name}: not periodic after {cycles} cycles; its state still changes")
+    return lines
