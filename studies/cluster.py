@@ -4,6 +4,7 @@ Whoever reaches a scheduler can run any code on its workers and here: keep it on
 """
 
 import contextlib
+import logging
 import re
 
 from apesim.kernel import sources_hash
@@ -40,6 +41,7 @@ def connected(address):
     right = "start one with `dask scheduler`, and give e.g. tcp://127.0.0.1:8786"
     if not re.fullmatch(ADDRESS, address):
         raise _refusal(f"{address!r} is no address of a scheduler", right)
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it would log is told as a culprit
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except OSError:

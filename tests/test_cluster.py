@@ -1,6 +1,7 @@
 """A sweep on a cluster of dask.distributed is the same as here."""
 
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -15,11 +16,12 @@ from studies.sweep import TIMINGS, run_sweep
 
 RPM = np.pi / 30.0
 SPEEDS = [800.0 * RPM, 1400.0 * RPM]
+SMALL = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": ":0"}
 
 
 @pytest.fixture(scope="module")
 def scheduler():
-    with LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None) as local:
+    with LocalCluster(**SMALL) as local:
         yield local.scheduler_address
 
 
@@ -50,6 +52,20 @@ def test_a_worker_with_another_program_is_refused(scheduler, monkeypatch):
         monkeypatch.setattr(client, "submit", lambda f, task, item, _, **o: submit(f, task, item, "another", **o))
         with pytest.raises(InputError, match=r"--dask: .* another version"):
             list(run_on_cluster(client, inverse, [1.0]))
+
+
+def patient(seconds):
+    time.sleep(seconds)
+    return seconds
+
+
+def test_a_scheduler_that_is_lost_is_told_and_how_to_go_on():
+    with LocalCluster(**SMALL) as local, connected(local.scheduler_address) as client:
+        results = run_on_cluster(client, patient, [0.0, 3.0])
+        assert next(results) == (0.0, 0.0)
+        local.close()
+        with pytest.raises(InputError, match=r"--dask: the scheduler is gone.*--resume"):
+            list(results)
 
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://127.0.0.1", "http://127.0.0.1:80", "tcp://127.0.0.1:1"])
