@@ -294,7 +294,7 @@ def engine_limit(
 @command(engine, "assess")
 def engine_assess(
     common: Common,
-    speed: Annotated[str, typer.Option(metavar="R", help="Range start:stop:step, or list.")] = "300:2400:100 rpm",
+    speed: Speeds = "300:2400:100 rpm",
     out: Out = Path("assessment.h5"),
     overwrite: Overwrite = False,
     figures: Figures = True,

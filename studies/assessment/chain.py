@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march import LOG_HEAD, Status, march
+from apesim.march import Status
+from apesim.periodic import Drive
 from engine.breathing import DEGREE, TURN
-from engine.cycle_state import STATES, WORK
+from engine.cycle_state import WORK
 from engine.cylinder import CAM, EPV, IDEAL_VALVE
 from engine.indicators import JOULE_PER_KWH, indicators, ratio
 from engine.operating_point import accuracy_at, cycle_of
@@ -137,28 +138,29 @@ def assess(machine, speed):
         return Assessment(speed, Outcome.FAILED, none, dict.fromkeys(REAL, nan) | {"period_cycles": 0}, nan)
     values = indicators(machine, run)
     outcome = outcome_of(machine, run, values)
-    undefined = np.full(len(MEASURES), nan)
-    links = dict.fromkeys(LINKS, undefined)
-    if outcome != Outcome.NOT_PERIODIC:
+    links = dict.fromkeys(LINKS, np.full(len(MEASURES), nan))
+    if run.orbit.converged:
         links["real"] = measures(values)
-        links["real_lift"] = measures(values | {"control_air_kg_per_cycle": 0.0})
+        if not acts_on_intake(run):
+            links["real_lift"] = measures(values | {"control_air_kg_per_cycle": 0.0})
     for name, other in others_of(machine, run, values, outcome).items():
         other_run = run_steady(other, speed)
-        links[name] = measures(indicators(other, other_run)) if is_periodic(other_run) else undefined
-        if not is_periodic(other_run):
+        if other_run.status == Status.DONE and other_run.orbit.converged:
+            links[name] = measures(indicators(other, other_run))
+        else:
             outcome = outcome or Outcome.LINK_NOT_PERIODIC
     real = {name: values[name] for name in REAL}
     return Assessment(speed, outcome, np.stack(list(links.values())), real, cycle_to_cycle(machine, run))
 
 
-def is_periodic(run):
-    """Whether a run ended well, in a state that repeats every cycle."""
-    return run.status == Status.DONE and run.orbit.converged and run.orbit.period == 1
+def acts_on_intake(run):
+    """Whether the control air is drawn from a receiver, and so lowers the pressure before the groove."""
+    return run.p.control_from_receiver and run.p.receiver_volume > 0.0
 
 
 def outcome_of(machine, run, values):
     """Whether a real valve has one pair of true angles, and if not, why."""
-    if not is_periodic(run):
+    if run.orbit.period != 1:
         return Outcome.NOT_PERIODIC
     if np.isnan(values["valve_open_deg"] + values["valve_close_deg"]):
         always = run.trace[:, LIFT].min() > lap_of(area_table(machine.groove, machine.valve.stroke))
@@ -169,14 +171,14 @@ def outcome_of(machine, run, values):
 def others_of(machine, run, values, outcome):
     """The machines of the links that have to be run, beside the real one, by name.
 
-    The real lift is among them only where its control air is drawn from the receiver, and so acts on the intake.
+    The real lift is among them only where its control air acts on the intake, so that not counting it is not enough.
     """
     others = {"ideal": with_ideal(machine, machine.command.open_target, machine.command.close_target)}
     if outcome == Outcome.COMPLETE:
         opens, closes = values["valve_open_deg"] * DEGREE, values["valve_close_deg"] * DEGREE
         others["true_timing"] = with_ideal(machine, opens, closes)
         others["constant_speed"] = with_lift(machine, constant_speed_lift(machine, run, opens, closes))
-    if outcome != Outcome.NOT_PERIODIC and run.p.control_from_receiver and run.p.receiver_volume > 0.0:
+    if outcome != Outcome.NOT_PERIODIC and acts_on_intake(run):
         others["real_lift"] = with_lift(machine, lift_curve_of(machine, run))
     return others
 
@@ -194,15 +196,12 @@ def cycle_to_cycle(machine, run):
 
     In a periodic state it is the solver's error.
     """
-    p, tables, kinks = cycle_of(machine, run.p.speed)
-    accuracy, y, mode = accuracy_at(p.speed, run.tolerance), run.orbit.y.copy(), run.orbit.mode.copy()
-    nothing = np.empty((0, LOG_HEAD + STATES)), np.empty(0), np.empty((0, 0))
+    drive = Drive(*cycle_of(machine, run.p.speed), accuracy_at(run.p.speed, run.tolerance))
+    y, mode = run.orbit.y, run.orbit.mode
     torques = []
     for _ in range(CYCLES):
-        y[STATES:] = 0.0
-        if march(p, tables, 0.0, y, mode, kinks, accuracy, *nothing).status != Status.DONE:
-            return nan
-        torques.append(y[WORK] / TURN)
+        y, mode, status = drive.march(y, mode)
+        torques.append(y[WORK] / TURN if status == Status.DONE else nan)
     return float(np.abs(np.diff(torques)).max())
 
 

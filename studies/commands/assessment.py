@@ -4,8 +4,8 @@ from apesim.quantities import parse_range
 from engine.steady import run_steady
 from studies.commands.archived import computed, summary
 from studies.commands.given import SPEED
-from studies.commands.machine import load_machine
 from studies.commands.tables import number, table_of
+from studies.commands.timing import machine_with_targets
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
 HEADINGS = ("ideal", "delay", "speed", "fluct.", "control", "real")
@@ -36,7 +36,7 @@ def assess_command(console, machine_file, settings, speed, out, overwrite, figur
     from studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
     from studies.figures.assessment import assessment_figures
 
-    machine = load_machine(machine_file, settings)
+    machine = machine_with_targets(machine_file, settings, None)
     speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
 
     def compute(**options):
@@ -45,15 +45,12 @@ def assess_command(console, machine_file, settings, speed, out, overwrite, figur
     def draw(archive, folder):
         return assessment_figures(archive, folder) if figures else []
 
-    archive, told = computed(console, "assessment", (run_steady, machine, speeds[0]), compute, out, overwrite, draw)
-    faults = faults_of_assessment(archive)
-    data = {
-        "points": points_of(archive),
-        "faults": faults,
-        "warnings": undefined_ratios(archive),
-    }
-    console.result(data | told, *tables_of(archive), EXPLAINED, summary(told, f"{len(speeds)} points"))
-    for line in faults + data["warnings"]:
+    first = run_steady, machine, speeds[0]
+    archive, told = computed(console, "assessment", first, compute, out, overwrite, draw)
+    faults, warnings = faults_of_assessment(archive), undefined_ratios(archive)
+    data = {"points": points_of(archive), "faults": faults, "warnings": warnings} | told
+    console.result(data, *tables_of(archive), EXPLAINED, summary(told, f"{len(speeds)} points"))
+    for line in faults + warnings:
         console.message(f"warning: {line}")
     return INCOMPLETE if faults else DONE
 
