@@ -295,6 +295,10 @@ def engine_limit(
 def engine_assess(
     common: Common,
     speed: Speeds = "300:2400:100 rpm",
+    timing: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="fixed: the machine's commands; corrected: those that meet its targets."),
+    ] = "fixed",
     out: Out = Path("assessment.h5"),
     overwrite: Overwrite = False,
     figures: Figures = True,
@@ -302,7 +306,7 @@ def engine_assess(
     """What the valve's delay, finite speed, fluctuation and control air cost in torque and air."""
     from studies.commands.assessment import assess_command
 
-    return assess_command(*common, speed, out, overwrite, figures)
+    return assess_command(*common, speed, timing, out, overwrite, figures)
 
 
 @command(archive)

@@ -287,3 +287,28 @@ def test_a_point_out_of_reach_ends_with_3_and_nulls(apesim):
     assert found["outcome"] == "never_opens"
     assert found["losses"]["delay"]["brake_torque_lost_Nm"] is None
     assert found["losses"]["whole"]["brake_torque_lost_Nm"] > 0.0
+
+
+def test_with_corrected_commands_the_real_valve_loses_nothing_by_delay(apesim):
+    """The targets are met within 0.0005 degrees, and the torque changes by less than 1 N m a degree."""
+    point = ["engine", "assess", "--speed", "900 rpm, 1000 rpm", "--timing", "corrected", "--json", "--no-figures"]
+    code, out, _ = apesim(*point)
+    assert code == 0
+    for found in json.loads(out)["points"]:
+        assert found["valve_open_deg"] == pytest.approx(-5.0, abs=1e-3)
+        assert found["valve_close_deg"] == pytest.approx(70.0, abs=1e-3)
+        assert found["energise_deg"] < -35.0 and found["release_deg"] < 20.0
+        assert abs(found["losses"]["delay"]["brake_torque_lost_Nm"]) < 1e-3
+        assert found["losses"]["finite_speed"]["brake_torque_lost_Nm"] > 5.0
+
+
+def test_targets_out_of_reach_and_a_strange_timing_are_named(apesim):
+    point = ["engine", "assess", "--json", "--no-figures", "--speed", "2400 rpm"]
+    code, out, err = apesim(*point, "--timing", "corrected", "--set", 'command.close_target="-4.5 deg"')
+    [found] = json.loads(out)["points"]
+    assert code == 3 and "apesim engine timing" in err
+    assert found["outcome"] == "out_of_reach" and found["energise_deg"] is None
+    code, _, err = apesim(*point, "--timing", "late")
+    assert code == 2 and "--timing" in err and "fixed or corrected" in err
+    code, _, err = apesim(*point, "--set", "engine.intake=cam")
+    assert code == 2 and "engine.intake" in err

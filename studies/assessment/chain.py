@@ -67,6 +67,7 @@ class Outcome(IntEnum):
     NOT_PERIODIC = 3
     LINK_NOT_PERIODIC = 4
     FAILED = 5
+    OUT_OF_REACH = 6
 
     @property
     def remedy(self):
@@ -84,6 +85,7 @@ REMEDIES = {
     "cycle; lower the speed",
     Outcome.LINK_NOT_PERIODIC: "a link was not brought to its periodic state; see `apesim engine run` at this point",
     Outcome.FAILED: "a march ended early; see `apesim engine run` at this point",
+    Outcome.OUT_OF_REACH: "no commands make the real valve meet its targets; see `apesim engine timing`",
 }
 OUTCOMES = ", ".join(f"{int(outcome)} {outcome.name.lower().replace('_', ' ')}" for outcome in Outcome)
 
@@ -93,6 +95,9 @@ class Assessment(NamedTuple):
 
     speed: float
     """[rad/s]"""
+    energise: float
+    """Crank angle [rad]; NaN where there are no corrected ones."""
+    release: float
     outcome: Outcome
     links: np.ndarray
     """`MEASURES` of `LINKS`, (5, 5); NaN: undefined."""
@@ -133,9 +138,9 @@ def assess(machine, speed):
     """
     machine = machine._replace(engine=machine.engine._replace(intake=EPV))
     run = run_steady(machine, speed, angle_step=LIFT_STEP)
+    energise, release, *_ = machine.command
     if run.status != Status.DONE:
-        none = np.full((len(LINKS), len(MEASURES)), nan)
-        return Assessment(speed, Outcome.FAILED, none, dict.fromkeys(REAL, nan) | {"period_cycles": 0}, nan)
+        return without_links(speed, energise, release, Outcome.FAILED)
     values = indicators(machine, run)
     outcome = outcome_of(machine, run, values)
     links = dict.fromkeys(LINKS, np.full(len(MEASURES), nan))
@@ -150,7 +155,15 @@ def assess(machine, speed):
         else:
             outcome = outcome or Outcome.LINK_NOT_PERIODIC
     real = {name: values[name] for name in REAL}
-    return Assessment(speed, outcome, np.stack(list(links.values())), real, cycle_to_cycle(machine, run))
+    return Assessment(
+        speed, energise, release, outcome, np.stack(list(links.values())), real, cycle_to_cycle(machine, run)
+    )
+
+
+def without_links(speed, energise, release, outcome):
+    """An assessment that came to nothing."""
+    links = np.full((len(LINKS), len(MEASURES)), nan)
+    return Assessment(speed, energise, release, outcome, links, dict.fromkeys(REAL, nan) | {"period_cycles": 0}, nan)
 
 
 def acts_on_intake(run):

@@ -1,11 +1,13 @@
 """The chain over speed, as an archive."""
 
+from math import nan
+
 import numpy as np
 
 from apesim.archive import Archive, Variable
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
-from engine.breathing import TURN
+from engine.breathing import DEGREE, TURN
 from engine.indicators import COUNTS, INDICATORS
 from studies.assessment.chain import (
     CAUSES,
@@ -18,10 +20,33 @@ from studies.assessment.chain import (
     Outcome,
     assess,
     losses,
+    without_links,
 )
+from studies.timing.solve import corrected, start_after
+
+TIMINGS = (FIXED, CORRECTED) = ("fixed", "corrected")
 
 
-def assess_speeds(machine, speeds, command="", report=None):
+def commanded(machine, speeds, timing):
+    """The machine at each speed: with its own commands, or with those that make the real valve meet its targets.
+
+    Yields
+    ------
+    engine.machine.Machine or None
+        None where the targets are out of reach.
+    """
+    before = []
+    for speed in speeds:
+        if timing == FIXED:
+            yield machine
+            continue
+        found = corrected(machine, speed, start_after(machine, speed, before))
+        if found.reachable:
+            before.append((speed, found))
+        yield found.machine if found.reachable else None
+
+
+def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
     """The chain over speed.
 
     Parameters
@@ -29,6 +54,8 @@ def assess_speeds(machine, speeds, command="", report=None):
     machine : engine.machine.Machine
     speeds : sequence of float
         [rad/s]
+    timing : str
+        Of `TIMINGS`.
     command : str
         The command line, for the archive.
     report : function, optional
@@ -40,8 +67,8 @@ def assess_speeds(machine, speeds, command="", report=None):
         A run for each speed.
     """
     found = []
-    for speed in speeds:
-        found.append(assess(machine, speed))
+    for speed, one in zip(speeds, commanded(machine, speeds, timing), strict=True):
+        found.append(assess(one, speed) if one else without_links(speed, nan, nan, Outcome.OUT_OF_REACH))
         if report:
             report(len(found), len(speeds))
     links = np.stack([point.links for point in found])
@@ -55,6 +82,10 @@ def assess_speeds(machine, speeds, command="", report=None):
         "link": Variable(("link",), np.array(list(LINKS)), "1", _listed(LINKS)),
         "cause": Variable(("cause",), np.array(list(CAUSES)), "1", _listed(CAUSES)),
         "speed_rpm": column([float(f"{s / TURN * 60.0:.12g}") for s in speeds], *INDICATORS["speed_rpm"]),
+        "energise_deg": column(
+            [point.energise / DEGREE for point in found], "deg", "crank angle at which the solenoids are energised"
+        ),
+        "release_deg": column([point.release / DEGREE for point in found], "deg", "crank angle of the release"),
         "outcome": column(
             np.array([point.outcome for point in found], dtype=np.int8), "1", "whether the chain is complete", OUTCOMES
         ),
@@ -74,7 +105,7 @@ def assess_speeds(machine, speeds, command="", report=None):
         "N m",
         f"largest change of the real valve's indicated torque from a cycle to the next, of {CYCLES}",
     )
-    return Archive(dumps(machine), {"command": command, "kernels": sources_hash()}, variables)
+    return Archive(dumps(machine), {"command": command, "kernels": sources_hash(), "timing": timing}, variables)
 
 
 def _listed(meanings):

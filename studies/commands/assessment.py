@@ -1,6 +1,8 @@
 """Command `apesim engine assess`."""
 
-from apesim.quantities import parse_range
+import numpy as np
+
+from apesim.quantities import Culprit, InputError, parse_range
 from engine.steady import run_steady
 from studies.commands.archived import computed, summary
 from studies.commands.given import SPEED
@@ -10,14 +12,20 @@ from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
 HEADINGS = ("ideal", "delay", "speed", "fluct.", "control", "real")
 BESIDE = (
-    ("valve_open_deg", 1.0, ".2f", "opens [deg]"),
-    ("valve_close_deg", 1.0, ".2f", "closes [deg]"),
+    ("energise_deg", 1.0, ".1f", "on"),
+    ("release_deg", 1.0, ".1f", "off"),
+    ("valve_open_deg", 1.0, ".2f", "opens"),
+    ("valve_close_deg", 1.0, ".2f", "closes"),
     ("peak_lift_m", 1e3, ".2f", "lift [mm]"),
-    ("fluctuation", 1.0, ".3f", "fluctuation"),
+    ("fluctuation", 1.0, ".3f", "opening"),
     ("closing_fluctuation", 1.0, ".3f", "closing"),
     ("intake_pressure_fluctuation_Pa", 1e-5, ".3f", "intake [bar]"),
     ("cycle_to_cycle_torque_Nm", 1.0, ".1e", "cycles [N m]"),
     ("period_cycles", 1.0, ".0f", "period"),
+)
+BESIDE_TITLE = (
+    "The real valve: commands and true angles [deg]; fluctuation of both strokes, of the intake's pressure, and of the "
+    "torque from cycle to cycle"
 )
 EXPLAINED = (
     "ideal: full groove area at once, from one intended angle to the other; real: the EPV with its control air; "
@@ -25,7 +33,7 @@ EXPLAINED = (
 )
 
 
-def assess_command(console, machine_file, settings, speed, out, overwrite, figures):
+def assess_command(console, machine_file, settings, speed, timing, out, overwrite, figures):
     """An assessment over speed; see `apesim engine assess --help`.
 
     Returns
@@ -33,14 +41,17 @@ def assess_command(console, machine_file, settings, speed, out, overwrite, figur
     int
         Exit code.
     """
-    from studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
+    from studies.assessment.grid import TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
     from studies.figures.assessment import assessment_figures
 
     machine = machine_with_targets(machine_file, settings, None)
     speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
+    if timing not in TIMINGS:
+        right = f"write {' or '.join(TIMINGS)}"
+        raise InputError([Culprit(COMMAND_LINE, "--timing", f"{timing!r} is no timing", right)])
 
     def compute(**options):
-        return assess_speeds(machine, speeds, **options)
+        return assess_speeds(machine, speeds, timing, **options)
 
     def draw(archive, folder):
         return assessment_figures(archive, folder) if figures else []
@@ -105,7 +116,7 @@ def tables_of(archive):
 
     def along(name, lost, digits):
         for run, speed in enumerate(speeds):
-            values = v[name][run, 0], *v[lost][run], v[name][run, -1]
+            values = np.array([v[name][run, 0], *v[lost][run], v[name][run, -1]]).round(digits) + 0.0  # no -0.00
             yield [speed, *(number(value, f".{digits}f") for value in values)]
 
     beside = [
@@ -118,5 +129,5 @@ def tables_of(archive):
     return [
         table_of("Brake torque, and what of it is lost [N m]", header, torque, left=()),
         table_of("All air over brake work, and what is added [kg/kWh]", header, air, left=()),
-        table_of("The real valve", ("r/min", *(heading for *_, heading in BESIDE)), beside, left=()),
+        table_of(BESIDE_TITLE, ("r/min", *(heading for *_, heading in BESIDE)), beside, left=()),
     ]
