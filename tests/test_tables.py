@@ -1,4 +1,4 @@
-"""Traces are written completely or not at all."""
+"""Tables say what they are told, and traces are written completely or not at all."""
 
 import os
 import threading
@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from apesim.archive import ArchiveError
-from studies.commands.tables import write_traces
+from studies.commands.tables import table_of, write_traces
+from studies.console import Console
 
 HEADER, ROWS = ("time [s]", "lift [m]"), np.array([[0.0, 0.1], [1e-4, 1.0 / 3.0]])
 TEXT = "time [s],lift [m]\n0.0,0.1\n0.0001,0.3333333333333333\n"
@@ -38,3 +39,9 @@ def test_a_pipe_is_written_and_stays_a_pipe(tmp_path):
 def test_a_folder_that_is_missing_is_told(tmp_path):
     with pytest.raises(ArchiveError, match="cannot be written"):
         write_traces(tmp_path / "no" / "traces.csv", HEADER, ROWS)
+
+
+def test_a_unit_in_brackets_is_text_wherever_it_stands(capsys):
+    Console().result({}, table_of("air [kg/kWh]", ("speed [deg]", "x"), [("a [bar]", "1")]))
+    shown = capsys.readouterr().out
+    assert all(text in shown for text in ("air [kg/kWh]", "speed [deg]", "a [bar]"))

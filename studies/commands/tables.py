@@ -45,8 +45,9 @@ def table_of(title, header, rows, left=(0,)):
     """
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=title or None, box=box.SIMPLE_HEAD, title_justify="left")
+    table = Table(title=Text(title) if title else None, box=box.SIMPLE_HEAD, title_justify="left")
     for number, name in enumerate(header):
         table.add_column(name, justify="left" if number in left else "right")
     for row in rows:
