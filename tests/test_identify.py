@@ -68,6 +68,13 @@ def test_the_genetic_algorithm_recovers_it_with_1600():
     assert found.interval_95 == {BETA: None}
 
 
+@pytest.mark.slow
+def test_over_200_seeds_both_methods_recover_it_within_1():
+    for seed in range(2000, 2200):
+        for method in ("least-squares", "ga"):
+            assert fit(measured_run(seed), method=method).parameters[BETA] == pytest.approx(TRUE, abs=1.0)
+
+
 def test_the_genetic_algorithm_says_what_it_lacks(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pymoo.algorithms.soo.nonconvex.ga", None)
     with pytest.raises(InputError, match=r"--method: the genetic algorithm needs pymoo; pip install 'apesim\[ga\]'"):
