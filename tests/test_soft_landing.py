@@ -13,7 +13,10 @@ from truth.valve import SPEED as VELOCITY
 
 from apesim.archive import write
 from apesim.archive.inspection import verify
-from studies.braking import (
+from studies.cli import app
+from studies.console import main_of
+from studies.figures.soft_landing import soft_landing_figures
+from studies.soft_landing.braking import (
     ADDED,
     APART,
     BRAKE,
@@ -29,11 +32,8 @@ from studies.braking import (
     search,
     widest_soft,
 )
-from studies.cli import app
-from studies.console import main_of
-from studies.figures.soft_landing import soft_landing_figures
-from studies.soft_landing import FACTORS, LIMITS, OFFSETS, SPACING, conditions_of, faults_of, soft_landings
-from studies.soft_landing_archive import archive_of
+from studies.soft_landing.results import archive_of
+from studies.soft_landing.strokes import FACTORS, LIMITS, OFFSETS, SPACING, conditions_of, faults_of, soft_landings
 from valve.effects.bounce import Bounce
 
 DWELL, COST, CLOSE = 50e-3, 1e-3, 0.6e-3

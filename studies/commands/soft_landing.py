@@ -3,14 +3,14 @@
 import numpy as np
 
 from apesim.quantities import Quantity, parse, parse_range
-from studies.braking import ADDED, APART, BRAKE, RELEASE, SPEED, front_of, widest_soft
 from studies.commands.archived import computed, summary
 from studies.commands.given import PRESSURE, TEMPERATURE, TIME
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.soft_landing import FACTORS, KINDS, LIMITS, OFFSETS, SPACING, faults_of, soft_landings
-from studies.soft_landing_archive import archive_of
+from studies.soft_landing.braking import ADDED, APART, BRAKE, RELEASE, SPEED, front_of, widest_soft
+from studies.soft_landing.results import archive_of
+from studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, SPACING, faults_of, soft_landings
 from valve.bench import run_bench
 
 SHORT_TIME = Quantity("ms", 0.01, 100, "command line")

@@ -16,7 +16,7 @@ def soft_landing_figures(archive, ambient_pressure, folder):
     Parameters
     ----------
     archive : Archive
-        See `studies.soft_landing_archive.archive_of`.
+        See `studies.soft_landing.results.archive_of`.
     ambient_pressure : float
         Gauge pressures stand above it [Pa abs].
     folder : path

@@ -7,7 +7,7 @@ import numpy as np
 from apesim.archive import Archive, Variable
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
-from studies.braking import (
+from studies.soft_landing.braking import (
     ADDED,
     APART,
     BRAKE,
@@ -20,7 +20,7 @@ from studies.braking import (
     front_of,
     widest_soft,
 )
-from studies.soft_landing import FACTORS, KINDS, LIMITS, OFFSETS
+from studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS
 from valve.bench import run_bench
 from valve.solenoid import energised_fraction, opening_curve
 

@@ -6,7 +6,18 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.march import LOG_HEAD, WATCH
-from studies.braking import APART, STROKES, Landing, Task, apart_of, front_of, land, search, sturdiest, widest_soft
+from studies.soft_landing.braking import (
+    APART,
+    STROKES,
+    Landing,
+    Task,
+    apart_of,
+    front_of,
+    land,
+    search,
+    sturdiest,
+    widest_soft,
+)
 from studies.valve_map import with_supply
 from valve.bench import run_bench
 from valve.motion import MET_CLOSED, MET_OPEN, SPEED_EXTREMUM
@@ -28,7 +39,7 @@ class Choice(NamedTuple):
     """A brake, and what becomes of it under other conditions."""
 
     row: np.ndarray
-    """See `studies.braking.BRAKE`."""
+    """See `studies.soft_landing.braking.BRAKE`."""
     landings: tuple
     """A `Landing` for each pressure factor and temperature offset, row by row."""
     added: np.ndarray
@@ -44,7 +55,7 @@ class Result(NamedTuple):
     """Lowest speed of the unbraked piston between its peak and contact [m/s]: the most that the fluctuation alone could
     give, if the stop stood there."""
     brakes: np.ndarray
-    """See `studies.braking.search`."""
+    """See `studies.soft_landing.braking.search`."""
     choices: dict
     """`Choice` or None by limit and kind."""
 
