@@ -25,6 +25,7 @@ from engine.steady import run_steady
 from studies.figures.sweep import sweep_figures
 from studies.sweep import TIMINGS, run_sweep, vary
 from studies.sweep.plan import plan
+from studies.sweep.run import _first_of_each_kind
 from studies.sweep.variation import stored
 
 RPM = np.pi / 30.0
@@ -245,3 +246,10 @@ def test_the_readmes_example_runs(tmp_path, monkeypatch):
     plt.close("all")
     assert names["torque"].dims == ("supply_pressure", "speed_rpm")
     assert '# ("supply_pressure", "speed_rpm")' in example
+
+
+def test_all_that_any_machine_needs_is_compiled_before_the_work_is_shared_out():
+    points = plan(vary(TEXTS), SPEEDS, [EPV, CAM], TIMINGS).points
+    told = {(point.timing, point.machine.effects.blow_by.area > 0.0) for point in _first_of_each_kind(points)}
+    assert told == {(0, False), (0, True), (1, False), (1, True)}
+    assert len(_first_of_each_kind(points)) == 4

@@ -11,6 +11,7 @@ from apesim.archive import Archive, ArchiveError, write
 from apesim.archive.shards import lock, merge, plan_hash, read_shards, remove_shards, shards_folder, write_shard
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
+from engine.operating_point import cycle_of
 from studies.cluster import run_on_cluster
 from studies.output import refuse_folder, refuse_to_replace
 from studies.pool import run_tasks, workers_for
@@ -82,8 +83,7 @@ def run_sweep(
     report : function, optional
         Called with the numbers of points done and in all, whenever some are done.
     warm_up : function
-        Calls a function with its arguments; it is given the first point of each timing, for which the model may have to
-        be compiled.
+        Calls a function with its arguments; it is given a few points, for which the model may have to be compiled.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def run_sweep(
             raise ArchiveError(out, "its share of the work is empty", f"give --shard i/N with N at most {total}")
     with lock(out):
         _clear(out, resume, overwrite)
-        warm_up(compute, _first_of_each_timing(points))  # one process compiles; the others' time is that of computing
+        warm_up(compute, _first_of_each_kind(points))  # one process compiles; the others' time is that of computing
         start = time.perf_counter()
         faults = _complete(out, points, planned.variation, text, provenance, jobs, cluster, report)
         parts = read_shards(shards_folder(out), provenance["plan_hash"]).parts
@@ -168,8 +168,15 @@ def _chunks(points):
     return chunks
 
 
-def _first_of_each_timing(points):
-    return list({point.timing: point for point in reversed(points)}.values())
+def _first_of_each_kind(points):
+    """Points for which all is compiled that any needs: corrected or not, with effects of each library or without."""
+    machines, kinds = {}, {}
+    for point in points:
+        machines.setdefault((point.timing, point.combination), point)
+    for point in machines.values():
+        cycle, *_ = cycle_of(point.machine, point.speed)
+        kinds.setdefault((point.timing, type(cycle.effects), type(cycle.actuator.effects)), point)
+    return list(kinds.values())
 
 
 def _hash_of(machines):
