@@ -139,4 +139,5 @@ def head_and_cells(name, texts):
     from studies.sweep.plan import in_one_unit
 
     cells, unit = in_one_unit(texts)
-    return f"{name.removesuffix('_rpm')}\n[{unit}]" if unit else name, cells
+    name = name.removesuffix("_rpm").replace("_", " ")  # breaks at spaces only
+    return f"{name}\n[{unit}]" if unit else name, cells
