@@ -309,6 +309,32 @@ def engine_assess(
     return assess_command(*common, speed, timing, out, overwrite, figures)
 
 
+@command(engine, "optimise")
+def engine_optimise(
+    common: Common,
+    goal: Annotated[
+        str, typer.Option("--for", metavar="GOAL", help="torque: the most; air: the least specific air; or both.")
+    ] = "both",
+    speed: Speeds = "600:1800:300 rpm",
+    free: Annotated[
+        str | None,
+        typer.Option(metavar="KEY=LOW:HIGH", help='Also "supply.pressure=0.5 MPa gauge:1.5 MPa gauge".'),
+    ] = None,
+    out: Out = Path("optimise.h5"),
+    jobs: Jobs = None,
+    overwrite: Overwrite = False,
+    figures: Figures = True,
+):
+    """Command angles for most torque, least specific air, or the best of both.
+
+    In the coupled periodic state. For both, the Pareto front stands beside the two optima: commands than which no
+    others give more torque with no more air. Exit code 3 where no commands give brake work.
+    """
+    from studies.commands.optimise import optimise_command
+
+    return optimise_command(*common, goal, speed, free, out, jobs, overwrite, figures)
+
+
 @command(archive)
 def info(common: Common, path: ArchivePath):
     """What an archive holds and where it comes from."""

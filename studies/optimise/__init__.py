@@ -1,0 +1,5 @@
+"""Command angles that give most torque, least specific air, or the best of both.
+
+In the order in which they build on one another: landscape (what the engine does with other commands, at one speed),
+search (the optima and the Pareto front on it), table (all of it over speed, as an archive).
+"""

@@ -1,0 +1,131 @@
+"""What an engine does with other command angles at one speed, in its periodic state."""
+
+from enum import IntEnum
+from math import inf, isnan, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.march import Status
+from apesim.periodic import PERIODIC_TOLERANCE
+from engine.breathing import DEGREE
+from engine.indicators import indicators
+from engine.steady import run_steady
+from studies.timing.solve import SKETCH, SKETCH_ANGLE_STEP
+
+ENERGISE = (-240.0 * DEGREE, 60.0 * DEGREE)
+DURATION = (5.0 * DEGREE, 300.0 * DEGREE)
+"""Where commands are looked for: energising after TDC, and the time from there to the release [rad]."""
+RECORDED = (
+    "brake_torque_Nm",
+    "specific_air_kg_per_kWh",
+    "engine_air_kg_per_cycle",
+    "control_air_kg_per_cycle",
+    "valve_open_deg",
+    "valve_close_deg",
+    "full_open_deg",
+    "peak_lift_m",
+    "period_cycles",
+)
+"""Of `engine.indicators.INDICATORS`, what is kept of every point."""
+
+
+class Goal(IntEnum):
+    """What is wanted."""
+
+    TORQUE = 0
+    AIR = 1
+
+
+class Point(NamedTuple):
+    """Commands at one speed, and what comes of them."""
+
+    place: tuple
+    """Energise, duration, and supply pressure if that is free, each as a share of its range."""
+    energise: float
+    """[rad]"""
+    release: float
+    """[rad]"""
+    pressure: float
+    """Of the supply [Pa abs]."""
+    values: dict
+    """`RECORDED`; NaN where the state does not repeat."""
+    merit: tuple
+    """Brake torque [N m] and brake work over all air [J/kg]; -inf where the state does not repeat."""
+
+    @property
+    def full_lift(self):
+        """Whether the piston meets its open stop."""
+        return not isnan(self.values["full_open_deg"])
+
+
+def point_of(machine, speed, place=(), steady=PERIODIC_TOLERANCE):
+    """A machine's point, by its periodic state.
+
+    Brake work over air stands for specific air: the more of the one, the less of the other, and it goes smoothly
+    through zero where the specific air has a pole.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    speed : float
+        [rad/s]
+    place : tuple of float
+        See `Point`.
+    steady : float
+        See `engine.steady.run_steady`.
+
+    Returns
+    -------
+    Point
+    """
+    run = run_steady(machine, speed, steady=steady, angle_step=SKETCH_ANGLE_STEP)
+    values, merit = dict.fromkeys(RECORDED, nan), (-inf, -inf)
+    if run.status == Status.DONE and run.orbit.converged:
+        found = indicators(machine, run)
+        values = {name: float(found[name]) for name in RECORDED}
+        air = values["engine_air_kg_per_cycle"] + values["control_air_kg_per_cycle"]
+        work = 2.0 * np.pi * values["brake_torque_Nm"]
+        merit = values["brake_torque_Nm"], work / air if air > 0.0 else -inf
+    command = machine.command
+    return Point(place, command.energise, command.release, machine.supply.pressure, values, merit)
+
+
+class Landscape:
+    """Points of a machine at one speed; each is computed once.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+        With an electro-pneumatic intake.
+    speed : float
+        [rad/s]
+    pressures : pair of float, optional
+        Between which the supply pressure is free [Pa abs].
+    """
+
+    def __init__(self, machine, speed, pressures=None):
+        self.machine, self.speed = machine, speed
+        self.low, self.high = np.array([ENERGISE, DURATION, *([pressures] if pressures else [])]).T
+        self.sketched, self.settled = {}, {}
+
+    def machine_at(self, place):
+        """The machine with the commands, and the supply pressure, of a place."""
+        energise, duration, *pressure = (self.low + (self.high - self.low) * np.array(place)).tolist()
+        command = self.machine.command._replace(energise=energise, release=energise + duration)
+        machine = self.machine._replace(command=command)
+        return machine._replace(supply=machine.supply._replace(pressure=pressure[0])) if pressure else machine
+
+    def at(self, x, steady=PERIODIC_TOLERANCE):
+        """The point of a place, each coordinate held between 0 and 1; a sketch does not count as one of the points."""
+        place = tuple(np.clip(x, 0.0, 1.0).tolist())
+        known = self.sketched if steady == SKETCH else self.settled
+        if place not in known:
+            known[place] = point_of(self.machine_at(place), self.speed, place, steady)
+        return known[place]
+
+    def best(self, goal, torque_least=-inf):
+        """The best of the points so far; None where none repeats, or, for least air, none gives brake work."""
+        torque_least = max(torque_least, 0.0) if goal == Goal.AIR else torque_least
+        points = [p for p in self.settled.values() if p.merit[goal] > -inf and p.merit[Goal.TORQUE] >= torque_least]
+        return max(points, key=lambda point: point.merit[goal], default=None)
