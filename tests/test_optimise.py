@@ -15,7 +15,7 @@ from engine.steady import run_steady
 from studies.cli import app
 from studies.console import main_of
 from studies.figures.optimise import optimise_figures
-from studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Landscape, Point
+from studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Landscape, Point, judged
 from studies.optimise.search import optimise, undominated
 from studies.optimise.table import archive_of, bounds_of, faults_of, optima_over_speed
 from tests.machines import RPM, machine
@@ -143,6 +143,13 @@ def test_an_engine_that_nothing_turns_is_named():
 
 def point(torque, work_over_air, place=(0.5, 0.5)):
     return Point(place, 0.0, 1.0, 1e6, dict.fromkeys(RECORDED, nan), (torque, work_over_air))
+
+
+def test_a_state_that_was_not_seen_to_repeat_has_no_merit():
+    few, all_ = (judged(machine(), run_steady(machine(), SPEED, most=most)) for most in (3, 600))
+    assert few.merit == (-np.inf, -np.inf) and np.isnan(list(few.values.values())).all() and not few.full_lift
+    assert told(all_) == pytest.approx(outcome(-5.0, 75.0), rel=1e-9) and all_.merit[Goal.TORQUE] == told(all_)[0]
+    assert all_.merit[Goal.AIR] == pytest.approx(3.6e6 / told(all_)[1])
 
 
 def test_points_that_do_not_repeat_or_give_no_work_do_not_count():

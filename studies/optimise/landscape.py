@@ -8,7 +8,7 @@ import numpy as np
 
 from apesim.march import Status
 from apesim.periodic import PERIODIC_TOLERANCE
-from engine.breathing import DEGREE
+from engine.breathing import DEGREE, TURN
 from engine.indicators import indicators
 from engine.steady import run_steady
 from studies.timing.solve import SKETCH, SKETCH_ANGLE_STEP
@@ -62,9 +62,6 @@ class Point(NamedTuple):
 def point_of(machine, speed, place=(), steady=PERIODIC_TOLERANCE):
     """A machine's point, by its periodic state.
 
-    Brake work over air stands for specific air: the more of the one, the less of the other, and it goes smoothly
-    through zero where the specific air has a pole.
-
     Parameters
     ----------
     machine : engine.machine.Machine
@@ -79,13 +76,32 @@ def point_of(machine, speed, place=(), steady=PERIODIC_TOLERANCE):
     -------
     Point
     """
-    run = run_steady(machine, speed, steady=steady, angle_step=SKETCH_ANGLE_STEP)
+    return judged(machine, run_steady(machine, speed, steady=steady, angle_step=SKETCH_ANGLE_STEP), place)
+
+
+def judged(machine, run, place=()):
+    """A machine's point by a run of it.
+
+    Brake work over air stands for specific air: the more of the one, the less of the other, and it goes smoothly
+    through zero where the specific air has a pole.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    run : engine.steady.SteadyRun
+    place : tuple of float
+        See `Point`.
+
+    Returns
+    -------
+    Point
+    """
     values, merit = dict.fromkeys(RECORDED, nan), (-inf, -inf)
     if run.status == Status.DONE and run.orbit.converged:
         found = indicators(machine, run)
         values = {name: float(found[name]) for name in RECORDED}
         air = values["engine_air_kg_per_cycle"] + values["control_air_kg_per_cycle"]
-        work = 2.0 * np.pi * values["brake_torque_Nm"]
+        work = TURN * values["brake_torque_Nm"]
         merit = values["brake_torque_Nm"], work / air if air > 0.0 else -inf
     command = machine.command
     return Point(place, command.energise, command.release, machine.supply.pressure, values, merit)
