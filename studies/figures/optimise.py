@@ -122,12 +122,12 @@ def fronts(archive):
         x, y = v["front_brake_torque_Nm"][run], v["front_specific_air_kg_per_kWh"][run]
         axis.plot(x, y, color=colour, marker="o", ms=2.5, label=f"{speed:g}")
         own = v["uncorrected_brake_torque_Nm"][run], v["uncorrected_specific_air_kg_per_kWh"][run]
-        axis.plot(*own, color=colour, marker="x", ms=7, mew=1.6, lw=0)
+        axis.plot(*own, color=colour, marker="x", ms=7, mew=1.6, lw=0, zorder=3)
     axis.plot([], [], color="0.3", marker="x", ms=7, mew=1.6, lw=0, label="uncorrected")
     axis.set(xlabel="brake torque [N m]", ylabel="specific air [kg/kWh]")
     axis.set_xlim(left=0.0)
     axis.set_ylim(top=min(axis.get_ylim()[1], 150.0))
-    axis.set_title("The best that command angles can do: torque against all air over brake work")
+    axis.set_title("Pareto fronts of torque and all air over brake work")
     figure.legend(fontsize=8.5, loc="outside right upper", title="speed [r/min]")
     return figure
 
@@ -146,12 +146,13 @@ def pressures(archive, ambient_pressure):
     matplotlib.figure.Figure
     """
     v = _values(archive)
-    figure, axis = plt.subplots(figsize=(5.4, 3.6), layout="constrained")
-    for kind in _kinds(v):
-        colour, label = LOOKS[kind]
-        gauge = (v[f"{kind}_supply_pressure"] - ambient_pressure) / 1e6
-        axis.plot(v["speed_rpm"], gauge, color=colour, marker="o", ms=3, label=label)
+    figure, axis = plt.subplots(figsize=(6.6, 3.6), layout="constrained")
+    for size, kind in zip((6, 9, 4), LOOKS, strict=True):  # goals often share the pressure: let both be seen
+        if kind in _kinds(v):
+            colour, label = LOOKS[kind]
+            gauge = (v[f"{kind}_supply_pressure"] - ambient_pressure) / 1e6
+            axis.plot(v["speed_rpm"], gauge, color=colour, marker="o", ms=size, lw=0.4 * size, label=label)
     axis.set(xlabel="speed [r/min]", ylabel="supply pressure [MPa gauge]")
-    axis.set_ylim(bottom=0.0)
-    axis.legend(fontsize=8.5)
+    axis.set_ylim(0.0, 1.1 * axis.get_ylim()[1])
+    figure.legend(fontsize=8.5, loc="outside right center")
     return figure
