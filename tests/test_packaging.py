@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -35,3 +36,10 @@ def test_the_wheel_works_in_a_folder_that_holds_an_engine_py(tmp_path):
             [sys.executable, "-c", where], cwd=folder, env=environment, capture_output=True, text=True, check=True
         ).stdout
     )
+
+
+def test_every_package_is_listed():
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
+    layers = ("apesim", "valve", "engine", "studies")
+    there = [path.parent.relative_to(ROOT) for layer in layers for path in (ROOT / layer).rglob("__init__.py")]
+    assert sorted(listed) == sorted(".".join(path.parts) for path in there)
