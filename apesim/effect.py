@@ -1,7 +1,7 @@
 """What an effect is: physics, or an error of the machine file, that the base model leaves out.
 
 An effect is one file with its parameters and one or more of the slots below. Its parameters are a NamedTuple whose
-first field is the strength; at strength 0 an effect changes no bit of any result.
+first field is the strength; at strength 0 (or another that the effect names) it changes no bit of any result.
 """
 
 from collections.abc import Callable
@@ -37,18 +37,35 @@ class Effect(NamedTuple):
     """Names of the strengths where there is more than the first parameter."""
     adjust: Callable | None = None
     """Slot: (parameters, machine, tables) -> machine, tables with other parameters, before the march."""
+    off: float = 0.0
+    """Strength at which the effect does nothing."""
 
     def is_on(self, parameters):
-        """Whether a strength among the parameters is not zero."""
-        return any(getattr(parameters, name) != 0.0 for name in self.strengths or parameters._fields[:1])
+        """Whether a strength among the parameters is another than that of doing nothing."""
+        return any(getattr(parameters, name) != self.off for name in self.strengths or parameters._fields[:1])
+
+    @property
+    def slots(self):
+        """Names of its slots."""
+        filled = {
+            "adjust": self.adjust is not None,
+            "law": self.parameters in law.bodies,
+            "contact": self.parameters in contact.bodies,
+        }
+        return tuple(slot for slot, is_filled in filled.items() if is_filled)
 
 
 class NoEffects(NamedTuple):
-    """In place of a library's parameters where none is on: the march is compiled without any law of it."""
+    """In place of a library's laws where none is on: the march is compiled without any."""
+
+
+def acting(name, library):
+    """NamedTuple type of the parameters of those effects that act within the march, by law or contact."""
+    return NamedTuple(name, [(effect.name, effect.parameters) for effect in library if set(effect.slots) - {"adjust"}])
 
 
 def chosen(library, effects, container):
-    """The effects of one library.
+    """The effects of one library that act within the march.
 
     Parameters
     ----------
@@ -56,25 +73,26 @@ def chosen(library, effects, container):
     effects : NamedTuple
         Parameters by name of effect; may hold those of other libraries too.
     container : type
-        NamedTuple of the library's parameters.
+        Of their parameters, see `acting`.
 
     Returns
     -------
     NamedTuple
         Of the type ``container``; `NoEffects` where none is on.
     """
-    own = container(*(getattr(effects, effect.name) for effect in library))
-    return own if any(effect.is_on(values) for effect, values in zip(library, own, strict=True)) else NoEffects()
+    by_name = {effect.name: effect for effect in library}
+    own = container(*(getattr(effects, name) for name in container._fields))
+    return own if any(by_name[name].is_on(values) for name, values in own._asdict().items()) else NoEffects()
 
 
-def adjusted(library, parameters, machine, tables):
-    """A machine after every `adjust` of a library whose strength is not zero.
+def adjusted(library, effects, machine, tables):
+    """A machine after every `adjust` of a library that is on.
 
     Parameters
     ----------
     library : tuple of Effect
-    parameters : tuple of NamedTuple
-        In the library's order, or `NoEffects`.
+    effects : NamedTuple
+        Parameters by name of effect.
     machine, tables : NamedTuple
         Numbers and arrays, as the kernels see them.
 
@@ -82,7 +100,8 @@ def adjusted(library, parameters, machine, tables):
     -------
     machine, tables : NamedTuple
     """
-    for effect, values in zip(library, parameters, strict=False):
+    for effect in library:
+        values = getattr(effects, effect.name)
         if effect.adjust and effect.is_on(values):
             machine, tables = effect.adjust(values, machine, tables)
     return machine, tables

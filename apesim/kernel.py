@@ -177,7 +177,8 @@ def by_type(default):
     Returns
     -------
     function
-        Callable from Python and from kernels. ``for_type(cls)`` registers a kernel for the NamedTuple ``cls``.
+        Callable from Python and from kernels. ``for_type(cls)`` registers a kernel for the NamedTuple ``cls``;
+        ``bodies`` has those registered.
     """
     bodies = {}
     fallback = numba.njit(error_model="numpy", nogil=True)(default)
@@ -199,5 +200,5 @@ def by_type(default):
 
         return register
 
-    chosen.for_type = for_type
+    chosen.for_type, chosen.bodies = for_type, bodies
     return chosen

@@ -175,6 +175,8 @@ def flow_between(gas, area, pressure_1, temperature_1, pressure_2, temperature_2
     enthalpy_flow : float
         Carried along, at the upstream temperature [W].
     """
+    if area <= 0.0:
+        return 0.0, 0.0
     sides = pressure_1, temperature_1, pressure_2, temperature_2
     return flow_in(gas, regime_between(gas, sides), area, sides)
 

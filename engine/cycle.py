@@ -36,7 +36,7 @@ from engine.cycle_state import (
     cylinder_state,
     receiver_state,
 )
-from engine.cylinder import CAM, ENERGY, EPV, MASS, TERMS, indicated_power
+from engine.cylinder import CAM, ENERGY, EPV, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, indicated_power
 from engine.gas_exchange import (
     breathing,
     exchange_changes,
@@ -72,6 +72,16 @@ TRACE = (
 """Columns of a trace, after ``crank_angle [deg]``; velocity is that of the lift, torque is indicated."""
 
 
+@kernel
+def effects_of(p, cylinder):
+    """What effects let into the cylinder: mass [kg/s] and energy [W] from outside, and past the groove."""
+    if len(p.effects) > 0:
+        balance = np.zeros(TERMS)
+        add_laws(p.effects, cylinder, balance)
+        return balance[MASS], balance[ENERGY], balance[GROOVE_MASS], balance[GROOVE_ENERGY]
+    return 0.0, 0.0, 0.0, 0.0
+
+
 @rates.for_type(Cycle)
 @kernel
 def cycle_rates(p, t, y, mode, dy):
@@ -88,11 +98,9 @@ def cycle_rates(p, t, y, mode, dy):
         if not valve_actuator.in_domain(p.actuator, y):
             return False
         valve = actuator_rates(p.actuator, t, y, mode, control_air(p, y))
-    mass = energy = 0.0
-    if len(p.effects) > 0:
-        balance = np.zeros(TERMS)
-        add_laws(p.effects, cylinder, balance)
-        mass, energy = balance[MASS], balance[ENERGY]
+    mass, energy, past_groove, past_groove_enthalpy = effects_of(p, cylinder)
+    groove += past_groove
+    groove_enthalpy += past_groove_enthalpy
     work = cylinder.pressure * slope * p.speed
     drawn = drawn_enthalpy = 0.0
     if p.receiver_volume > 0.0:
@@ -196,6 +204,6 @@ def cycle_observes(p, t, y, mode, row):
         row[3] = row[4] = row[5] = np.nan
         if p.engine.intake == CAM:
             row[2] = intake_lift(p, cylinder.angle, y, mode)
-    row[6] = groove
+    row[6] = groove + effects_of(p, cylinder)[2]
     row[7] = indicated_power(cylinder.pressure, p.actuator.ambient.pressure, slope, 1.0)
     row[8], row[9], row[10] = receiver[0], exhaust, cylinder.volume

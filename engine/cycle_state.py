@@ -7,7 +7,7 @@ import numpy as np
 from apesim.effect import NoEffects
 from apesim.kernel import kernel
 from engine.cylinder import CylinderState, Engine
-from engine.effects import EngineEffects
+from engine.effects import EngineLaws
 from engine.kinematics import Crank, cylinder_volume
 from valve import actuator as valve_actuator
 from valve.actuator import Actuator, ActuatorTables
@@ -74,7 +74,7 @@ class Cycle(NamedTuple):
     ports: Ports
     has_lift_curve: int
     """1: the cam's lift is that of its curve."""
-    effects: EngineEffects | NoEffects
+    effects: EngineLaws | NoEffects
 
 
 class CycleTables(NamedTuple):
@@ -86,16 +86,6 @@ class CycleTables(NamedTuple):
 
 
 @kernel
-def cylinder_state(p, t, y):
-    """State of the cylinder, and the slope of its volume [m3/rad]."""
-    angle = p.start + p.speed * t
-    volume, slope = cylinder_volume(p.crank, angle)
-    gas = p.actuator.gas
-    pressure, temperature = chamber_state(gas, y[CYLINDER_MASS], y[CYLINDER_ENERGY], volume)
-    return CylinderState(gas, p.actuator.ambient, p.engine, p.speed, angle, volume, pressure, temperature), slope
-
-
-@kernel
 def receiver_state(p, y):
     """Pressure [Pa abs] and temperature [K] before the groove."""
     if p.receiver_volume > 0.0:
@@ -104,8 +94,22 @@ def receiver_state(p, y):
 
 
 @kernel
+def cylinder_state(p, t, y):
+    """State of the cylinder, and the slope of its volume [m3/rad]."""
+    angle = p.start + p.speed * t
+    volume, slope = cylinder_volume(p.crank, angle)
+    gas = p.actuator.gas
+    pressure, temperature = chamber_state(gas, y[CYLINDER_MASS], y[CYLINDER_ENERGY], volume)
+    intake = receiver_state(p, y)
+    return CylinderState(
+        gas, p.actuator.ambient, p.engine, p.speed, angle, volume, pressure, temperature, intake[0], intake[1]
+    ), slope
+
+
+@kernel
 def control_air(p, y):
-    """Pressure [Pa abs] and temperature [K] before the solenoids."""
+    """Pressure [Pa abs] and temperature [K] before the solenoids, and pressure before the groove [Pa abs]."""
+    receiver = receiver_state(p, y)
     if p.control_from_receiver:
-        return receiver_state(p, y)
-    return p.control
+        return receiver[0], receiver[1], receiver[0]
+    return p.control[0], p.control[1], receiver[0]

@@ -35,8 +35,9 @@ class Engine(NamedTuple):
             yield "rod_length", "the crank cannot turn", f"more than half the stroke plus the pin offset, {least:g} mm"
 
 
-MASS, ENERGY, TERMS = range(3)
-"""Terms that effects add to: mass [kg/s] and energy [W] into the cylinder; how many there are."""
+MASS, ENERGY, GROOVE_MASS, GROOVE_ENERGY, TERMS = range(5)
+"""Terms that effects add to: mass [kg/s] and energy [W] into the cylinder, from outside and past the groove; how many
+there are."""
 
 
 class CylinderState(NamedTuple):
@@ -54,6 +55,10 @@ class CylinderState(NamedTuple):
     pressure: float
     """[Pa abs]"""
     temperature: float
+    """[K]"""
+    intake_pressure: float
+    """Before the groove [Pa abs]."""
+    intake_temperature: float
     """[K]"""
 
 

@@ -20,7 +20,7 @@ from engine.cycle_state import (
     CycleTables,
 )
 from engine.cylinder import CAM, EPV
-from engine.effects import ENGINE_EFFECTS, EngineEffects
+from engine.effects import ENGINE_EFFECTS, EngineLaws
 from engine.kinematics import crank_of, cylinder_volume
 from valve.actuator import PHASE, actuator_of, closed_at_rest
 from valve.actuator import STATES as VALVE_STATES
@@ -51,7 +51,6 @@ def cycle_of(machine, speed):
     engine, command = machine.engine, machine.command
     period = TURN / speed
     actuator, valve_tables = actuator_of(machine, [0.0, (command.release - command.energise) / speed], period)
-    effects = chosen(ENGINE_EFFECTS, machine.effects, EngineEffects)
     tables = CycleTables(valve_tables, np.ascontiguousarray(engine.cam.lift_curve))
     infinite = isinf(engine.receiver.volume)
     p = Cycle(
@@ -71,9 +70,9 @@ def cycle_of(machine, speed):
         int(machine.groove.geometry == PORTS and not len(machine.groove.area_curve)),
         machine.groove.ports,
         int(len(engine.cam.lift_curve) > 0),
-        effects,
+        chosen(ENGINE_EFFECTS, machine.effects, EngineLaws),
     )
-    p, tables = adjusted(ENGINE_EFFECTS, effects, p, tables)
+    p, tables = adjusted(ENGINE_EFFECTS, machine.effects, p, tables)
     return p, tables, kinks_of_cycle(p, tables, period)
 
 

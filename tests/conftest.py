@@ -1,10 +1,16 @@
-"""Marks the tests that also pass with compilation switched off: ``NUMBA_DISABLE_JIT=1 python -m pytest -m plain``."""
+"""Fixtures, and the mark of tests that pass without compiling: ``NUMBA_DISABLE_JIT=1 python -m pytest -m plain``."""
+
+import sys
 
 import pytest
+
+from studies.cli import app
+from studies.console import main_of
 
 PLAIN = {
     *("test_air", "test_effect", "test_march", "test_periodic", "test_solenoid", "test_chamber", "test_groove"),
     *("test_piston", "test_motion", "test_measures", "test_bench", "test_valve_effects", "test_kinematics"),
+    *("test_solenoid_effects", "test_chamber_effects", "test_piston_effects", "test_bounce"),
     *("test_breathing", "test_friction", "test_cycle", "test_operating_point", "test_engine_effects"),
     *("test_reference_valve",),
 }
@@ -14,3 +20,17 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if item.path.stem in PLAIN:
             item.add_marker(pytest.mark.plain)
+
+
+@pytest.fixture
+def apesim(monkeypatch, capsys, tmp_path):
+    """Runs a command in an empty folder; returns exit code, standard output and standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["apesim", *arguments])
+        code = main_of(app)
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run

@@ -6,6 +6,7 @@ The receiver is infinite unless named, as in the published reference solutions.
 import csv
 from math import inf, isnan, nan, pi
 from pathlib import Path
+from typing import get_type_hints
 
 from engine.breathing import DEGREE
 from engine.cylinder import INTAKES
@@ -104,3 +105,23 @@ def agrees(found, text, share=0.0, by=0.0):
     if isnan(value):
         return isnan(found)
     return abs(found - value) <= share * abs(value) + by + half
+
+
+def turned_on(effect, share=0.5):
+    """Parameters of an effect, its strengths a share of the way from doing nothing to the farther end of their range.
+
+    Parameters
+    ----------
+    effect : apesim.effect.Effect
+    share : float
+
+    Returns
+    -------
+    NamedTuple
+    """
+    hints = get_type_hints(effect.parameters, include_extras=True)
+    values = {}
+    for name in effect.strengths or effect.parameters._fields[:1]:
+        end = max(hints[name].__metadata__[0].ends, key=lambda end: abs(end - effect.off))
+        values[name] = effect.off + share * (end - effect.off)
+    return effect.parameters(**values)

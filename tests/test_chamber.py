@@ -26,7 +26,7 @@ SUPPLY, AMBIENT = (1.1e6, 290.0), (1.0e5, 300.0)
 def flow(gas, which, area, pressure, temperature, regime=None):
     """A flow through solenoid A, its chamber at a pressure and temperature."""
     ambient, own = Ambient(*AMBIENT), (pressure, temperature, VOLUME)
-    state = ValveState(gas, ambient, None, 4e-3, 0.0, *own, *own, *SUPPLY)
+    state = ValveState(gas, ambient, None, 4e-3, 0.0, *own, *own, *SUPPLY, AMBIENT[0], AMBIENT[0], 1.0)
     sides = solenoid_sides(state)[which]
     return flow_in(gas, regime_between(gas, sides) if regime is None else regime, area, sides)
 
@@ -125,7 +125,7 @@ def test_energy_of_a_chamber_changes_by_enthalpy_and_work_alone(air, phase, x):
     ambient = actuator.ambient.pressure, actuator.ambient.temperature
     into, out = (9e-6 * (1.0 - x), 9e-6 * x), (9e-6 * x, 9e-6 * (1.0 - x))
     flows_a, flows_b = (
-        flow_between(gas, supply, *bench.supply, *own) + flow_between(gas, vent, *own, *ambient)
+        flow_between(gas, supply, *bench.supply[:2], *own) + flow_between(gas, vent, *own, *ambient)
         for own, supply, vent in zip(states, into, out, strict=True)
     )
     for mass, energy, (m_in, h_in, m_out, h_out), (p, _), growth in (

@@ -15,24 +15,9 @@ import numpy as np
 import pytest
 
 from apesim.archive.inspection import info as archive_info
-from studies.cli import app
-from studies.console import Console, main_of
+from studies.console import Console
 
 FAST = ["--speed", "800 rpm, 1000 rpm", "--intake", "cam,ideal"]
-
-
-@pytest.fixture
-def apesim(monkeypatch, capsys, tmp_path):
-    """Runs a command in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["apesim", *arguments])
-        code = main_of(app)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 PROMISED = """

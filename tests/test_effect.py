@@ -187,7 +187,8 @@ def test_the_effect_of_the_readme_is_one(tmp_path):
     (tmp_path / "leakage_a.py").write_text(code, encoding="utf-8")
     names = runpy.run_path(tmp_path / "leakage_a.py")
     effect, leakage = names["EFFECT"], names["leakage_a"]
-    state = ValveState(gas_of(Air()), Ambient(), None, 4e-3, 0.0, 6e5, 290.0, 2e-5, 1e5, 290.0, 2e-5, 1.1e6, 287.0)
+    chambers = 6e5, 290.0, 2e-5, 1e5, 290.0, 2e-5
+    state = ValveState(gas_of(Air()), Ambient(), None, 4e-3, 0.0, *chambers, 1.1e6, 287.0, 1e5, 101325.0, 1.0)
     balance = np.zeros(TERMS)
     leakage(effect.parameters(1e-7), state, balance)
     assert balance[MASS_A] == -flow_between(gas_of(Air()), 1e-7, 6e5, 290.0, 101325.0, 293.15)[0] < 0.0

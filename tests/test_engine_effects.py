@@ -1,4 +1,4 @@
-"""Wall heat and blow-by: nothing at strength zero, their laws by hand, their ledgers, and which way they push."""
+"""Wall heat, blow-by and seat leak: nothing at strength zero, their laws by hand, ledgers, and which way they push."""
 
 import numpy as np
 import pytest
@@ -9,10 +9,10 @@ from apesim.effect import law
 from engine.breathing import DEGREE
 from engine.cycle import TRACE
 from engine.cycle_state import OTHER_ENERGY, OTHER_MASS
-from engine.cylinder import ENERGY, MASS, TERMS, CylinderState
-from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS
+from engine.cylinder import ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, CylinderState
 from engine.effects.blow_by import BlowBy
 from engine.effects.cylinder_wall_heat import ANNAND, COMPRESSOR, HOHENBERG, WOSCHNI, CylinderWallHeat
+from engine.effects.seat_leak import SeatLeak
 from engine.indicators import indicators
 
 FINE = 0.05 * DEGREE
@@ -22,7 +22,8 @@ SPEED = 1000.0 * RPM
 
 def cylinder(pressure, temperature, volume):
     a_machine = machine()
-    return CylinderState(gas_of(a_machine.air), Ambient(), a_machine.engine, SPEED, 0.3, volume, pressure, temperature)
+    own, intake = (0.3, volume, pressure, temperature), (1.1e6, 287.0)
+    return CylinderState(gas_of(a_machine.air), Ambient(), a_machine.engine, SPEED, *own, *intake)
 
 
 def added(effect, pressure=5e5, temperature=280.0, volume=200e-6):
@@ -31,14 +32,10 @@ def added(effect, pressure=5e5, temperature=280.0, volume=200e-6):
     return balance
 
 
-def test_the_library_names_the_engine_s_effects_once():
-    names = [effect.name for effect in ALL_EFFECTS]
-    assert len(set(names)) == len(names)
-    assert [effect.name for effect in ENGINE_EFFECTS] == ["cylinder_wall_heat", "blow_by"]
-    for effect in ENGINE_EFFECTS:
-        assert effect.equation
-        assert effect.source
-        assert not effect.is_on(effect.parameters())
+def with_effects(**effects):
+    """A machine with a receiver of 1 L, and effects."""
+    a_machine = machine(receiver=1.0)
+    return a_machine._replace(effects=a_machine.effects._replace(**effects))
 
 
 IDLE = {
@@ -96,13 +93,14 @@ def test_heat_flows_from_hot_to_cold():
 
 def test_blow_by_is_choked_flow_out_of_the_cylinder_with_its_enthalpy():
     """0.5 mm2 at 5 bar and 280 K: 0.68473 S p/sqrt(R T)."""
-    mass, energy = added(BlowBy(0.5e-6))
+    mass, energy, *past_groove = added(BlowBy(0.5e-6))
+    assert past_groove == [0.0, 0.0]
     assert mass == pytest.approx(-0.684731 * 0.5e-6 * 5e5 / np.sqrt(287.05 * 280.0), rel=1e-6)
     assert energy == pytest.approx(mass * 1004.675 * 280.0, rel=1e-9)
 
 
 def test_blow_by_sucks_ambient_air_into_a_cylinder_below_ambient():
-    mass, energy = added(BlowBy(0.5e-6), pressure=0.3 * AMBIENT, temperature=200.0)
+    mass, energy, *_ = added(BlowBy(0.5e-6), pressure=0.3 * AMBIENT, temperature=200.0)
     assert mass == pytest.approx(0.684731 * 0.5e-6 * AMBIENT / np.sqrt(287.05 * 293.15), rel=1e-6)
     assert energy == pytest.approx(mass * 1004.675 * 293.15, rel=1e-9)
 
@@ -138,3 +136,28 @@ def test_an_engine_runs_with_each_correlation(correlation):
     run = settled(a_machine, 800.0)
     assert run.end[OTHER_ENERGY] > 0.0
     assert indicators(a_machine, run)["energy_closure"] < 1e-11
+
+
+def test_a_seat_leak_is_choked_flow_past_the_groove_with_the_intakes_enthalpy():
+    """0.4 mm2 from 1.1 MPa and 287 K to 5 bar: 0.684731 S p/sqrt(R T)."""
+    balance = added(SeatLeak(0.4e-6))
+    mass = 0.684731 * 0.4e-6 * 1.1e6 / np.sqrt(287.05 * 287.0)
+    assert balance[GROOVE_MASS] == pytest.approx(mass, rel=1e-6)
+    assert balance[GROOVE_ENERGY] == pytest.approx(mass * 1004.675 * 287.0, rel=1e-6)
+    assert (balance[MASS], balance[ENERGY]) == (0.0, 0.0)
+
+
+def test_a_seat_leak_counts_as_engine_air_and_loads_the_cylinder_before_opening():
+    tight, leaking = (with_effects(seat_leak=SeatLeak(area)) for area in (0.0, 1e-6))
+    runs = [settled(a_machine, 800.0) for a_machine in (tight, leaking)]
+    air = [
+        indicators(a_machine, run)["engine_air_kg_per_cycle"]
+        for a_machine, run in zip((tight, leaking), runs, strict=True)
+    ]
+    assert air[1] > air[0]
+    assert runs[1].end[OTHER_MASS] == 0.0
+    before_opening = [np.interp(-10.0 * DEGREE + 2.0 * np.pi, run.angles, run.trace[:, 0]) for run in runs]
+    assert before_opening[1] > before_opening[0]
+    closed = np.argmax(np.degrees(runs[1].angles) > 250.0)
+    assert runs[0].trace[closed, 6] == 0.0
+    assert runs[1].trace[closed, 6] > 0.0

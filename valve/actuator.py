@@ -9,7 +9,7 @@ from apesim.effect import NoEffects, add_laws, adjusted, chosen
 from apesim.kernel import kernel
 from apesim.restriction import flow_in
 from valve.chamber import chamber_state
-from valve.effects import VALVE_EFFECTS, ValveEffects
+from valve.effects import VALVE_EFFECTS, ValveLaws
 from valve.groove import area_table
 from valve.piston import (
     Valve,
@@ -21,7 +21,7 @@ from valve.piston import (
 )
 from valve.solenoid import kinks_of, opening_curve
 from valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
-from valve.terms import DRY, ENERGY_A, ENERGY_B, FORCE, MASS_A, MASS_B, TERMS, ValveState
+from valve.terms import DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, MASS_A, MASS_B, TERMS, ValveState
 
 STATES = 6
 """Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, the same of chamber B."""
@@ -42,7 +42,13 @@ class Actuator(NamedTuple):
     ambient: Ambient
     valve: Valve
     """Without its curve, which is in the tables."""
-    effects: ValveEffects | NoEffects
+    control_pressure: float
+    """Of control air from the regulator [Pa abs]."""
+    vent_pressure: float
+    """Behind the vents of the solenoids [Pa abs]."""
+    stretch: float
+    """On the pressure difference over the upstream pressure, in Eq. 8 of the solenoids; 1: they choke as it says."""
+    effects: ValveLaws | NoEffects
 
 
 class ActuatorTables(NamedTuple):
@@ -70,7 +76,7 @@ def actuator_of(machine, edges, period):
     Parameters
     ----------
     machine : NamedTuple
-        With the sections ``air``, ``ambient``, ``valve``, ``groove`` and ``effects``.
+        With the sections ``air``, ``ambient``, ``supply``, ``valve``, ``groove`` and ``effects``.
     edges : (n,) float array
         Energise, release, energise, ... ascending [s].
     period : float
@@ -80,23 +86,25 @@ def actuator_of(machine, edges, period):
     -------
     Actuator, ActuatorTables
     """
-    effects = chosen(VALVE_EFFECTS, machine.effects, ValveEffects)
     valve = machine.valve
     curve = opening_curve(valve.solenoid)
     actuator = Actuator(
         gas_of(machine.air),
         machine.ambient,
         valve._replace(solenoid=valve.solenoid._replace(opening_curve=None)),
-        effects,
+        machine.supply.control()[0],
+        machine.ambient.pressure,
+        1.0,
+        chosen(VALVE_EFFECTS, machine.effects, ValveLaws),
     )
     tables = ActuatorTables(
         np.asarray(edges, dtype=float), float(period), curve, curve, area_table(machine.groove, valve.stroke)
     )
-    return adjusted(VALVE_EFFECTS, effects, actuator, tables)
+    return adjusted(VALVE_EFFECTS, machine.effects, actuator, tables)
 
 
 def closed_at_rest(actuator, supply):
-    """State of a piston at rest, closed: chamber A at supply pressure, B at ambient, both at supply temperature.
+    """State of a piston at rest, closed: chamber A at supply pressure, B at the vent's, both at supply temperature.
 
     Parameters
     ----------
@@ -109,10 +117,10 @@ def closed_at_rest(actuator, supply):
     (6,) float array
     """
     gas, valve = actuator.gas, actuator.valve
-    pressure, temperature = supply
+    pressure, temperature = supply[:2]
     energy = internal_energy(gas, temperature)
     mass_a = pressure * volume_a(valve, valve.stroke) / (gas.gas_constant * temperature)
-    mass_b = actuator.ambient.pressure * volume_b(valve, valve.stroke) / (gas.gas_constant * temperature)
+    mass_b = actuator.vent_pressure * volume_b(valve, valve.stroke) / (gas.gas_constant * temperature)
     return np.array([valve.stroke, 0.0, mass_a, mass_a * energy, mass_b, mass_b * energy])
 
 
@@ -146,7 +154,7 @@ def state_of(actuator, y, supply):
     actuator : Actuator
     y : (>= 6,) float array
     supply : tuple of float
-        Control air: pressure [Pa abs], temperature [K].
+        Control air: pressure [Pa abs], temperature [K]; pressure before the groove [Pa abs].
 
     Returns
     -------
@@ -158,7 +166,22 @@ def state_of(actuator, y, supply):
     p_a, t_a = chamber_state(actuator.gas, y[2], y[3], v_a)
     p_b, t_b = chamber_state(actuator.gas, y[4], y[5], v_b)
     return ValveState(
-        actuator.gas, actuator.ambient, valve, y[0], y[1], p_a, t_a, v_a, p_b, t_b, v_b, supply[0], supply[1]
+        actuator.gas,
+        actuator.ambient,
+        valve,
+        y[0],
+        y[1],
+        p_a,
+        t_a,
+        v_a,
+        p_b,
+        t_b,
+        v_b,
+        supply[0],
+        supply[1],
+        supply[2],
+        actuator.vent_pressure,
+        actuator.stretch,
     )
 
 
@@ -188,7 +211,7 @@ def actuator_rates(actuator, t, y, mode, supply):
     y : (>= 6,) float array
     mode : (>= MODES,) float array
     supply : tuple of float
-        Control air: pressure [Pa abs], temperature [K].
+        See `state_of`.
 
     Returns
     -------
@@ -210,6 +233,14 @@ def actuator_rates(actuator, t, y, mode, supply):
     if len(actuator.effects) > 0:
         balance = np.zeros(TERMS)
         add_laws(actuator.effects, state, balance)
+        share = 1.0 + balance[FLOW_SHARE + SUPPLY_A]
+        in_a, in_energy_a = share * in_a, share * in_energy_a
+        share = 1.0 + balance[FLOW_SHARE + VENT_A]
+        out_a, out_energy_a = share * out_a, share * out_energy_a
+        share = 1.0 + balance[FLOW_SHARE + SUPPLY_B]
+        in_b, in_energy_b = share * in_b, share * in_energy_b
+        share = 1.0 + balance[FLOW_SHARE + VENT_B]
+        out_b, out_energy_b = share * out_b, share * out_energy_b
         force += balance[FORCE] + dry_friction_force(phase, balance[DRY])
         mass_a, mass_b = balance[MASS_A], balance[MASS_B]
         energy_a, energy_b = balance[ENERGY_A], balance[ENERGY_B]

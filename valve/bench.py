@@ -44,8 +44,8 @@ class Bench(NamedTuple):
     """The bench, for the kernels."""
 
     actuator: Actuator
-    supply: tuple[float, float]
-    """Control air: pressure [Pa abs], temperature [K]."""
+    supply: tuple[float, float, float]
+    """Control air: pressure [Pa abs], temperature [K]; pressure before the groove [Pa abs]."""
 
 
 class BenchRun(NamedTuple):
@@ -130,7 +130,7 @@ def bench_observes(p, t, y, mode, row):
     row[4], row[5] = state.temperature_a, state.temperature_b
 
 
-def bench_of(machine, edges, period=inf):
+def bench_of(machine, edges, period=inf, intake_pressure=None):
     """The bench with a machine's valve and supply.
 
     Parameters
@@ -141,13 +141,16 @@ def bench_of(machine, edges, period=inf):
         Energise, release, energise, ... ascending [s].
     period : float
         At which they repeat [s].
+    intake_pressure : float, optional
+        Before the groove; ambient pressure if left out [Pa abs].
 
     Returns
     -------
     Bench, valve.actuator.ActuatorTables
     """
     actuator, tables = actuator_of(machine, edges, period)
-    return Bench(actuator, machine.supply.control()), tables
+    before_groove = machine.ambient.pressure if intake_pressure is None else intake_pressure
+    return Bench(actuator, (*machine.supply.control(), before_groove)), tables
 
 
 def accuracy_of(tolerance=TOLERANCE):
@@ -155,7 +158,9 @@ def accuracy_of(tolerance=TOLERANCE):
     return Accuracy(tolerance, STEP_MOST, np.array(SCALE))
 
 
-def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOLERANCE, brakes=()):
+def run_bench(
+    machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOLERANCE, brakes=(), intake_pressure=None
+):
     """One run: from rest with a single pulse, or the periodic state of a repeated one.
 
     Parameters
@@ -174,13 +179,15 @@ def run_bench(machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOL
     brakes : sequence of float
         Further edges of the solenoids, which interrupt a stroke: two (or four, ...) between the edges of the pulse, as
         many as wanted after it [s].
+    intake_pressure : float, optional
+        See `bench_of`.
 
     Returns
     -------
     BenchRun
     """
     repeated = period < inf
-    p, tables = bench_of(machine, sorted((0.0, pulse, *brakes)), period)
+    p, tables = bench_of(machine, sorted((0.0, pulse, *brakes)), period, intake_pressure)
     end = period if repeated else 2.0 * pulse if until is None else until
     kinks = tables.kinks(0.0, end)
     accuracy = accuracy_of(tolerance)

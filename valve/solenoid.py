@@ -49,6 +49,11 @@ def opening_curve(solenoid):
     return np.array([[dead, 0.0], [dead + ramp, 1.0]])
 
 
+def shifted(curve, time):
+    """A solenoid's opening curve, later by a time [s]; not to before the switch."""
+    return curve + np.array([max(time, -curve[0, 0]), 0.0])
+
+
 @kernel
 def followed(curve, lag):
     """How far a solenoid has followed a switch that lies ``lag`` seconds back, 0...1."""

@@ -8,8 +8,17 @@ SUPPLY_A, VENT_A, SUPPLY_B, VENT_B, FLOWS = range(5)
 
 
 @kernel
+def stretched(stretch, sides):
+    """A flow's sides with the pressure difference, seen from the higher pressure, times a factor."""
+    p_1, t_1, p_2, t_2 = sides
+    if p_1 >= p_2:
+        return p_1, t_1, p_1 - stretch * (p_1 - p_2), t_2
+    return p_2 - stretch * (p_2 - p_1), t_1, p_2, t_2
+
+
+@kernel
 def solenoid_sides(state):
-    """Pressures and temperatures before and behind each flow.
+    """Pressures and temperatures before and behind each flow, stretched where the solenoids choke elsewhere than Eq. 8.
 
     Parameters
     ----------
@@ -22,11 +31,18 @@ def solenoid_sides(state):
     """
     supply, ambient = (state.supply_pressure, state.supply_temperature), state.ambient
     a, b = (state.pressure_a, state.temperature_a), (state.pressure_b, state.temperature_b)
+    fill_a = supply[0], supply[1], a[0], a[1]
+    vent_a = a[0], a[1], state.vent_pressure, ambient.temperature
+    fill_b = supply[0], supply[1], b[0], b[1]
+    vent_b = b[0], b[1], state.vent_pressure, ambient.temperature
+    if state.stretch == 1.0:
+        return fill_a, vent_a, fill_b, vent_b
+    stretch = state.stretch
     return (
-        (supply[0], supply[1], a[0], a[1]),
-        (a[0], a[1], ambient.pressure, ambient.temperature),
-        (supply[0], supply[1], b[0], b[1]),
-        (b[0], b[1], ambient.pressure, ambient.temperature),
+        stretched(stretch, fill_a),
+        stretched(stretch, vent_a),
+        stretched(stretch, fill_b),
+        stretched(stretch, vent_b),
     )
 
 

@@ -4,10 +4,13 @@ from typing import NamedTuple
 
 from apesim.air import Ambient, Gas
 from valve.piston import Valve
+from valve.solenoid_flow import FLOWS
 
-FORCE, DRY, BREAKAWAY, MASS_A, ENERGY_A, MASS_B, ENERGY_B, TERMS = range(8)
+FORCE, DRY, BREAKAWAY, MASS_A, ENERGY_A, MASS_B, ENERGY_B, FLOW_SHARE = range(8)
 """Force on the piston [N], to closed; dry friction while moving and what holds at rest [N], both without sign; mass
-[kg/s] and energy [W] into chamber A and chamber B; how many terms there are."""
+[kg/s] and energy [W] into chamber A and chamber B; from FLOW_SHARE on, the share by which each flow of
+`valve.solenoid_flow` is larger."""
+TERMS = FLOW_SHARE + FLOWS
 
 
 class ValveState(NamedTuple):
@@ -31,3 +34,9 @@ class ValveState(NamedTuple):
     volume_b: float
     supply_pressure: float
     supply_temperature: float
+    intake_pressure: float
+    """Of the air before the groove [Pa abs]."""
+    vent_pressure: float
+    """Behind the vents of the solenoids [Pa abs]."""
+    stretch: float
+    """See `valve.actuator.Actuator`."""

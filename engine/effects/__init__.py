@@ -6,16 +6,32 @@ nothing else.
 
 from typing import NamedTuple
 
-from engine.effects import blow_by, cylinder_wall_heat
+from apesim.effect import acting
+from engine.effects import (
+    blow_by,
+    clearance_error,
+    cylinder_wall_heat,
+    exhaust_restriction,
+    exhaust_timing,
+    friction_torque,
+    groove_area_error,
+    seat_leak,
+)
 from valve.effects import VALVE_EFFECTS
 
 ENGINE_EFFECTS = (
+    groove_area_error.EFFECT,
+    seat_leak.EFFECT,
+    clearance_error.EFFECT,
     cylinder_wall_heat.EFFECT,
     blow_by.EFFECT,
+    exhaust_timing.EFFECT,
+    exhaust_restriction.EFFECT,
+    friction_torque.EFFECT,
 )
 ALL_EFFECTS = VALVE_EFFECTS + ENGINE_EFFECTS
 
-EngineEffects = NamedTuple("EngineEffects", [(effect.name, effect.parameters) for effect in ENGINE_EFFECTS])
+EngineLaws = acting("EngineLaws", ENGINE_EFFECTS)
 Effects = NamedTuple("Effects", [(effect.name, effect.parameters) for effect in ALL_EFFECTS])
 Effects.__doc__ = "Effects: physics that the base model leaves out. A table that is present switches its effect on."
 Effects.__new__.__defaults__ = tuple(effect.parameters() for effect in ALL_EFFECTS)

@@ -6,14 +6,57 @@ nothing else.
 
 from typing import NamedTuple
 
-from valve.effects import bounce, coulomb_friction, ring_leakage, solenoid_b_delay
+from apesim.effect import acting
+from valve.effects import (
+    bounce,
+    chamber_wall_heat,
+    coulomb_friction,
+    critical_ratio,
+    dead_volume,
+    discharge_coefficient_slope,
+    end_cushion,
+    intake_flow_force,
+    leakage_a,
+    leakage_b,
+    moving_mass_error,
+    pressure_dependent_delay,
+    quadratic_drag,
+    ring_leakage,
+    seal_friction,
+    side_force,
+    slow_ramp,
+    solenoid_a_delay,
+    solenoid_b_delay,
+    spring_rate_error,
+    stribeck_friction,
+    vent_back_pressure,
+)
 
 VALVE_EFFECTS = (
+    solenoid_a_delay.EFFECT,
     solenoid_b_delay.EFFECT,
+    slow_ramp.EFFECT,
+    pressure_dependent_delay.EFFECT,
+    critical_ratio.EFFECT,
+    discharge_coefficient_slope.EFFECT,
+    vent_back_pressure.EFFECT,
+    dead_volume.EFFECT,
     ring_leakage.EFFECT,
+    leakage_a.EFFECT,
+    leakage_b.EFFECT,
+    chamber_wall_heat.EFFECT,
+    moving_mass_error.EFFECT,
+    spring_rate_error.EFFECT,
     coulomb_friction.EFFECT,
+    stribeck_friction.EFFECT,
+    seal_friction.EFFECT,
+    quadratic_drag.EFFECT,
+    side_force.EFFECT,
+    intake_flow_force.EFFECT,
+    end_cushion.EFFECT,
     bounce.EFFECT,
 )
 
 ValveEffects = NamedTuple("ValveEffects", [(effect.name, effect.parameters) for effect in VALVE_EFFECTS])
 ValveEffects.__new__.__defaults__ = tuple(effect.parameters() for effect in VALVE_EFFECTS)
+ValveLaws = acting("ValveLaws", VALVE_EFFECTS)

@@ -2,10 +2,9 @@
 
 from typing import Annotated, NamedTuple
 
-import numpy as np
-
 from apesim.effect import Effect
 from apesim.quantities import Quantity
+from valve.solenoid import shifted
 
 
 class SolenoidBDelay(NamedTuple):
@@ -27,7 +26,7 @@ def adjust(effect, actuator, tables):
     -------
     valve.actuator.Actuator, valve.actuator.ActuatorTables
     """
-    return actuator, tables._replace(curve_b=tables.curve_b + np.array([max(effect.time, -tables.curve_b[0, 0]), 0.0]))
+    return actuator, tables._replace(curve_b=shifted(tables.curve_b, effect.time))
 
 
 EFFECT = Effect(

@@ -1,0 +1,68 @@
+"""The engine's effects, all alike: nothing at strength zero, something above it, and all still closes."""
+
+import numpy as np
+import pytest
+from machines import settled, turned_on
+from test_engine_effects import SPEED, with_effects
+
+from apesim.effect import NoEffects
+from apesim.quantities.settings import dumps, load
+from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws
+from engine.indicators import indicators
+from engine.machine import Machine
+from engine.operating_point import cycle_of
+
+
+def test_the_library_names_every_effect_once():
+    names = [effect.name for effect in ALL_EFFECTS]
+    assert len(set(names)) == len(names)
+
+
+every = pytest.mark.parametrize("effect", ENGINE_EFFECTS, ids=[effect.name for effect in ENGINE_EFFECTS])
+
+
+@every
+def test_an_effect_says_what_it_is(effect):
+    assert effect.slots
+    assert all((effect.equation, effect.source, effect.seen_in, effect.isolated_by))
+    assert not effect.is_on(effect.parameters())
+    assert effect.is_on(turned_on(effect))
+
+
+@every
+@pytest.mark.parametrize("share", [0.1, 1.0])
+def test_mass_and_energy_close_with_an_effect_on_and_it_changes_what_comes_out(effect, share):
+    a_machine = with_effects(**{effect.name: turned_on(effect, share)})
+    run = settled(a_machine, 800.0)
+    found = indicators(a_machine, run)
+    assert found["mass_closure"] < 1e-12
+    assert found["energy_closure"] < 1e-11
+    plain = indicators(with_effects(), settled(with_effects(), 800.0))
+    assert found["brake_torque_Nm"] != plain["brake_torque_Nm"]
+
+
+@every
+def test_effects_that_only_adjust_are_marched_without_any_law(effect):
+    p, _, _ = cycle_of(with_effects(**{effect.name: turned_on(effect)}), SPEED)
+    assert type(p.effects) is (NoEffects if effect.slots == ("adjust",) else EngineLaws)
+
+
+@every
+@pytest.mark.parametrize("other", ["blow_by", "exhaust_timing"])
+def test_strength_zero_changes_no_bit_with_another_effect_on(effect, other):
+    if effect.name == other:
+        return
+    (beside,) = ({other: turned_on(found)} for found in ENGINE_EFFECTS if found.name == other)
+    strengths = effect.strengths or effect.parameters._fields[:1]
+    off = {effect.name: effect.parameters(**dict.fromkeys(strengths, -0.0))}
+    plain, idle = (settled(with_effects(**effects), 800.0) for effects in (beside, beside | off))
+    assert np.array_equal(plain.end, idle.end)
+    assert np.array_equal(plain.trace, idle.trace)
+
+
+@every
+def test_a_machine_file_with_an_effect_on_reads_back_bit_for_bit(effect, tmp_path):
+    a_machine = with_effects(**{effect.name: turned_on(effect, 1.0 / 3.0)})
+    path = tmp_path / "machine.toml"
+    path.write_text(dumps(a_machine))
+    assert load(Machine, path).effects == a_machine.effects
