@@ -10,6 +10,7 @@ import typer
 from studies.console import INTERRUPTED, main_of
 from studies.groups.archive import archive
 from studies.groups.engine import engine
+from studies.groups.gap import gap
 from studies.groups.valve import valve
 from studies.options import Common, Overwrite, command
 
@@ -22,6 +23,7 @@ app = typer.Typer(
 app.add_typer(valve, name="valve")
 app.add_typer(engine, name="engine")
 app.add_typer(archive, name="archive")
+app.add_typer(gap, name="gap")
 
 
 def show_version(asked: bool):

@@ -1,0 +1,1 @@
+"""The missing effect: what the library holds."""

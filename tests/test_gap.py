@@ -1,0 +1,61 @@
+import json
+
+import pytest
+
+from engine.effects import ALL_EFFECTS
+from studies.gap.library import library
+
+NAMES = """
+solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio discharge_coefficient_slope
+vent_back_pressure dead_volume ring_leakage leakage_a leakage_b chamber_wall_heat moving_mass_error spring_rate_error
+coulomb_friction stribeck_friction seal_friction quadratic_drag side_force intake_flow_force end_cushion bounce
+groove_area_error seat_leak clearance_error cylinder_wall_heat blow_by exhaust_timing exhaust_restriction
+friction_torque
+""".split()
+STRENGTHS = {
+    "coulomb_friction": {"force", "breakaway"},
+    "cylinder_wall_heat": {"h", "factor"},
+    "groove_area_error": {"share", "taper"},
+}
+
+
+def test_the_library_lists_every_effect_in_the_order_of_the_air():
+    assert [entry.name for entry in library()] == NAMES == [effect.name for effect in ALL_EFFECTS]
+    assert [entry.layer for entry in library()] == ["valve"] * 22 + ["engine"] * 8
+
+
+def test_strengths_come_first_and_are_marked():
+    for entry in library():
+        marked = {parameter.name for parameter in entry.parameters if parameter.strength}
+        assert entry.parameters[0].strength
+        assert marked == STRENGTHS.get(entry.name, {entry.parameters[0].name})
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "expected"),
+    [
+        ("seal_friction", "coefficient", "0 to 0.0001 N/Pa"),
+        ("quadratic_drag", "coefficient", "0 to 40 N s^2/m^2"),
+        ("pressure_dependent_delay", "slope", "-2.5 to 2.5 ms/MPa"),
+        ("critical_ratio", "b", "0.2 to 0.528"),
+        ("groove_area_error", "taper", "-0.4 to 0.4"),
+        ("exhaust_timing", "angle", "-8 to 8 deg"),
+    ],
+)
+def test_ranges_are_told_with_their_unit(effect, parameter, expected):
+    (entry,) = (entry for entry in library() if entry.name == effect)
+    (found,) = (found for found in entry.parameters if found.name == parameter)
+    assert found.range == expected
+
+
+def test_the_command_prints_a_table_and_json(apesim):
+    code, out, _ = apesim("gap", "effects")
+    assert code == 0
+    assert all(name in out for name in NAMES)
+    code, out, _ = apesim("gap", "effects", "--json")
+    told = json.loads(out)["effects"]
+    assert code == 0
+    assert [effect["name"] for effect in told] == NAMES
+    assert {"slots", "parameters", "equation", "source", "seen_in", "isolated_by", "off"} < told[0].keys()
+    (ratio,) = (effect for effect in told if effect["name"] == "critical_ratio")
+    assert (ratio["off"], ratio["slots"], ratio["parameters"][0]["default"]) == (0.528, ["adjust"], "0.528")
