@@ -16,6 +16,8 @@ PATIENCE = 60
 """Cycles after which a tenth of that is good enough."""
 BURST = 15
 """Plain cycles before the march is helped by Newton's method, and between two such helps."""
+NEARER = 0.9
+"""Share of a change that is clearly less."""
 FARTHEST = 10.0
 """Estimated distance from the periodic state, over the tolerance, up to which plain cycles alone are believed."""
 SLOWEST = 0.999
@@ -23,6 +25,8 @@ SLOWEST = 0.999
 NO_TIMES, NO_TRACE = np.empty(0), np.empty((0, 0))
 LOOSE = 1e-9
 """A state whose map differs from the identity by less is held, as a piston on its stop."""
+CLIP = 0.3
+"""Longest step of Newton's method in any state, relative."""
 NUDGE = 1e-3
 """Relative change of a state for a difference of the cycle's map."""
 
@@ -166,7 +170,7 @@ def _newton(drive, y, mode, count):
     step = np.zeros(n)
     step[free] = np.linalg.lstsq(gap[np.ix_(free, free)], ((image - y)[:n] / sizes)[free], rcond=1e-9)[0]
     better = y.copy()
-    better[:n] += np.clip(step, -0.3, 0.3) * sizes
+    better[:n] += np.clip(step, -CLIP, CLIP) * sizes
     return better
 
 
@@ -198,9 +202,9 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
     Orbit
     """
     drive = Drive(p, tables, kinks, accuracy)
-    kept = None
+    kept, fine = None, 0
     while True:
-        sure = kept is not None or drive.cycles >= PATIENCE
+        sure = fine >= 2 or (kept is None and drive.cycles >= PATIENCE)
         found = _plain_cycles(drive, y, mode, tolerance, max(1, min(BURST, most - drive.cycles)), sure)
         astray = kept is not None and not found.period and not (found.status == Status.DONE and _nearer(found, kept))
         if astray:
@@ -211,7 +215,8 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
         if not astray:
             better = _newton(drive, y, mode, 2 if found.change_of_two < 0.5 * found.change else 1)
             if better is not None:
-                y, kept = better, found
+                clipped = distance(y, better, accuracy.scale) >= CLIP / (1.0 + CLIP)
+                y, kept, fine = better, found, 0 if clipped else fine + 1
     y = found.y.copy()
     y[accuracy.scale.shape[0] :] = 0.0
     return Orbit(
@@ -227,5 +232,5 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
 
 
 def _nearer(found, kept):
-    """Whether cycles come at least twice as near to a period as others."""
-    return min(found.change, found.change_of_two) < 0.5 * min(kept.change, kept.change_of_two)
+    """Whether cycles come clearly nearer to a period than others; a step that was clipped cannot do more."""
+    return min(found.change, found.change_of_two) < NEARER * min(kept.change, kept.change_of_two)

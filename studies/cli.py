@@ -1,6 +1,7 @@
 """The command line of apesim."""
 
 import os
+import signal
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -67,11 +68,19 @@ def paper(
     return paper_command(*common, out, overwrite)
 
 
+def _interrupt(*_):
+    """Raise it; and if whoever was at work took no notice, end at once when it comes again."""
+    signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+    raise KeyboardInterrupt
+
+
 def main():
     """Entry point of the command `apesim`."""
     # Matrices are small here: several threads only wait for one another.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    signal.signal(signal.SIGINT, _interrupt)
     code = main_of(app)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is over
     if code == INTERRUPTED:
         os._exit(code)  # what is at work in another thread need not come to its end
     sys.exit(code)

@@ -6,11 +6,12 @@ import json
 import math
 import os
 import sys
-import threading
 import traceback
-from concurrent.futures import Future, wait
+from concurrent.futures import wait
 
 import typer
+
+from studies.aside import aside
 
 DONE, FAULT_OF_OURS, BAD_INPUT, INCOMPLETE, INTERRUPTED = 0, 1, 2, 3, 130
 COMMAND_LINE = "command line"
@@ -69,7 +70,7 @@ class Console:
             yield lambda done, total: progress.update(task, completed=done, total=total)
 
     def run(self, what, function, *arguments, **options):
-        """Call a function in a thread of its own, so that Ctrl-C is heard at once whatever compiled code is at work.
+        """Call a function aside, see `studies.aside`.
 
         Parameters
         ----------
@@ -82,15 +83,7 @@ class Console:
         object
             What the function returns.
         """
-        future = Future()
-
-        def call():
-            try:
-                future.set_result(function(*arguments, **options))
-            except BaseException as error:
-                future.set_exception(error)
-
-        threading.Thread(target=call, daemon=True).start()
+        future = aside(function, *arguments, **options)
         wait([future], PATIENCE)
         if future.done() or self.quiet or not sys.stderr.isatty():
             return future.result()

@@ -9,6 +9,8 @@ import threading
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
+from studies.aside import aside
+
 TRIES = 2
 """A task that kills its worker so often is set aside."""
 
@@ -50,7 +52,7 @@ def run_tasks(task, items, jobs=1):
     """
     if jobs == 1:
         for item in items:
-            yield item, task(item)
+            yield item, aside(task, item).result()
         return
     waiting = [(item, 1) for item in items]
     while waiting:

@@ -242,6 +242,22 @@ def test_an_interrupt_is_heard_at_once_while_the_model_is_compiled(tmp_path, com
     assert err.endswith("interrupted\n") and "Traceback" not in err
 
 
+@pytest.mark.skipif(os.name != "posix" or bool(numba.config.DISABLE_JIT), reason="Ctrl-C of POSIX, in compiled code")
+@pytest.mark.parametrize("later", [0.0, 0.21, 0.43])
+def test_an_interrupt_while_it_computes_ends_with_130_whenever_it_comes(tmp_path, later):
+    """Raised where compiled code hands on its results, it would crash the process."""
+    sweep = [*PROGRAM, "engine", "sweep", "--speed", "300:2400:2 rpm", "--intake", "cam", "--jobs", "1", "--no-figures"]
+    run = subprocess.Popen(sweep, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+    while not any(tmp_path.glob("**/*.h5")):
+        time.sleep(0.01)
+        assert run.poll() is None
+    time.sleep(later)
+    run.send_signal(signal.SIGINT)
+    _, err = run.communicate(timeout=60)
+    assert run.returncode == 130
+    assert err.endswith("--resume\ninterrupted\n")
+
+
 def test_on_a_terminal_a_long_march_shows_the_time_it_has_taken(monkeypatch, capsys):
     monkeypatch.setattr("studies.console.PATIENCE", 0.05)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)

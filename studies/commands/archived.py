@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 
 from apesim.archive import command_line
+from studies.aside import aside
 from studies.commands.tables import warm_up
 from studies.output import publish, refuse_to_replace
 
@@ -36,7 +37,7 @@ def computed(console, what, first, compute, out, overwrite, draw):
     warm_up(console, *first)
     start = time.perf_counter()
     with console.progress(what) as report:
-        archive = compute(command=command_line(["apesim", *sys.argv[1:]]), report=report)
+        archive = aside(compute, command=command_line(["apesim", *sys.argv[1:]]), report=report).result()
     wall = time.perf_counter() - start
     publish(archive, out, overwrite)
     drawn = draw(archive, out.with_suffix(".figures"))

@@ -7,6 +7,7 @@ import numpy as np
 
 from apesim.air import gas_of
 from apesim.quantities import Culprit, InputError, Quantity, parse
+from studies.aside import aside
 from studies.commands.given import TEMPERATURE
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of, write_traces
@@ -55,7 +56,7 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
         refuse_to_replace(out)
     start = time.perf_counter()
     vessel = Vessel(volume, temperature, machine.ambient.pressure, gas_of(machine.air))
-    found = discharge(vessel, records)
+    found = aside(discharge, vessel, records).result()
     wall = time.perf_counter() - start
     write_traces(out, HEADER, found.curve * np.array([1e3, 1.0, 1e6, 1e6, 1e6]))
     drawn = _drawn(found, out.with_suffix(".figures")) if figures else []

@@ -7,6 +7,7 @@ import time
 from apesim.archive import ArchiveError, command_line
 from apesim.quantities import parse_range
 from apesim.quantities.settings import dumps
+from studies.aside import aside
 from studies.commands.given import PRESSURE, TEMPERATURE
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of, warm_up
@@ -36,13 +37,17 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     warm_up(console, run_bench, machine, PULSE)
     start = time.perf_counter()
     pressures = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure)
-    with console.progress("paper") as report:
+
+    def compute(report):
         command = command_line(["apesim", *sys.argv[1:]])
         archive = map_valve(machine, pressures, parse_range(TEMPERATURES, TEMPERATURE), PULSE, command, report)
-    vessel, records = discharge_tests(machine)
-    found = discharge(vessel, records)
-    claims = all_claims(machine, archive, found)
-    drawn = paper_figures(machine, archive, found, folder)
+        vessel, records = discharge_tests(machine)
+        found = discharge(vessel, records)
+        claims = all_claims(machine, archive, found)
+        return vessel, archive, claims, paper_figures(machine, archive, found, folder)
+
+    with console.progress("paper") as report:
+        vessel, archive, claims, drawn = aside(compute, report).result()
     publish(archive, folder / "valve_map.h5", overwrite=True)
     told = [plain(claim._asdict()) for claim in claims]
     (folder / "claims.json").write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
