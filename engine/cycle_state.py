@@ -100,7 +100,7 @@ def cylinder_state(p, t, y):
     volume, slope = cylinder_volume(p.crank, angle)
     gas = p.actuator.gas
     pressure, temperature = chamber_state(gas, y[CYLINDER_MASS], y[CYLINDER_ENERGY], volume)
-    intake = receiver_state(p, y)
+    intake = receiver_state(p, y) if len(p.effects) > 0 else p.supply
     return CylinderState(
         gas, p.actuator.ambient, p.engine, p.speed, angle, volume, pressure, temperature, intake[0], intake[1]
     ), slope
@@ -109,7 +109,8 @@ def cylinder_state(p, t, y):
 @kernel
 def control_air(p, y):
     """Pressure [Pa abs] and temperature [K] before the solenoids, and pressure before the groove [Pa abs]."""
-    receiver = receiver_state(p, y)
     if p.control_from_receiver:
-        return receiver[0], receiver[1], receiver[0]
-    return p.control[0], p.control[1], receiver[0]
+        pressure, temperature = receiver_state(p, y)
+        return pressure, temperature, pressure
+    before_groove = receiver_state(p, y)[0] if len(p.actuator.effects) > 0 else p.supply[0]
+    return p.control[0], p.control[1], before_groove
