@@ -217,3 +217,15 @@ def test_file_and_folder_reach_the_disk_before_and_after_the_rename(tmp_path, mo
 def test_missing_folder_is_one_line(tmp_path):
     with pytest.raises(ArchiveError, match=r"could not be written .No such file"):
         write(sample(), tmp_path / "none" / "a.h5")
+
+
+@pytest.mark.parametrize("locking", [None, True])
+def test_an_archive_that_xarray_or_hdf5_has_open_is_read_and_stays_open(tmp_path, locking):
+    path = write(sample(), tmp_path / "a.h5")
+    with xarray.open_dataset(path, engine="h5netcdf") as data, h5py.File(path, locking=locking) as file:
+        assert same(read(path), sample()) and verify(path) == []
+        assert (
+            data["speed"].values.tolist()
+            == file["speed"][...].tolist()
+            == read(path).variables["speed"].values.tolist()
+        )

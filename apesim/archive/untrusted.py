@@ -10,7 +10,7 @@ import json
 import math
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import h5py
@@ -165,7 +165,7 @@ def opened(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Iterator[h5
     path = Path(path)
     if not path.is_file():
         raise ArchiveError(path, "there is no such file", "check the name")
-    with damage_named(path, ""), h5py.File(path, "r", locking=False) as file:
+    with damage_named(path, ""), _file(path) as file:
         if "format" not in file.attrs or _text(file, "format") != FORMAT:
             raise ArchiveError(path, "is not an apesim archive", "give a file written by apesim")
         version = file.attrs.get_id("format_version")
@@ -177,6 +177,19 @@ def opened(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Iterator[h5
             )
         refuse_unsafe(file, path, limit)
         yield file
+
+
+@contextmanager
+def _file(path: Path) -> Iterator[h5py.File]:
+    """The file for reading; through Python's own file where HDF5 refuses as this process has it open otherwise."""
+    with ExitStack() as stack:
+        try:
+            file = h5py.File(path, "r", locking=False)
+        except OSError as error:
+            if "file locking flag values" not in str(error):
+                raise
+            file = h5py.File(stack.enter_context(open(path, "rb")), "r")
+        yield stack.enter_context(file)
 
 
 @contextmanager
