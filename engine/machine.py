@@ -1,6 +1,6 @@
 """A machine: everything a machine file can say."""
 
-from math import pi
+from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
 from apesim.air import Air, Ambient
@@ -46,3 +46,7 @@ class Machine(NamedTuple):
         if self.groove.lap >= self.valve.stroke:
             stroke = f"{self.valve.stroke * 1e3:g} mm"
             yield "groove.lap", "the groove never opens", f"less than the valve's stroke, {stroke}"
+        ports, round_piston = self.groove.ports, sqrt(4.0 * pi * self.valve.piston_area)
+        if self.groove.has_ports and ports.number * ports.diameter > round_piston:
+            room = f"number times diameter at most {round_piston * 1e3:.4g} mm, the way round the valve's piston"
+            yield "groove.ports.number", f"{ports.number:g} ports of {ports.diameter * 1e3:g} mm overlap", room

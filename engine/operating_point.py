@@ -25,7 +25,6 @@ from engine.kinematics import crank_of, cylinder_volume
 from valve.actuator import PHASE, actuator_of, closed_at_rest
 from valve.actuator import STATES as VALVE_STATES
 from valve.bench import STEP_MOST
-from valve.groove import PORTS
 from valve.piston import HELD_CLOSED
 from valve.supply import RECEIVER
 
@@ -67,7 +66,7 @@ def cycle_of(machine, speed):
         command.close_target,
         float(np.interp(actuator.valve.stroke, valve_tables.groove[:, 0], valve_tables.groove[:, 1])),
         machine.groove.lap,
-        int(machine.groove.geometry == PORTS and not len(machine.groove.area_curve)),
+        int(machine.groove.has_ports),
         machine.groove.ports,
         int(len(engine.cam.lift_curve) > 0),
         chosen(ENGINE_EFFECTS, machine.effects, EngineLaws),

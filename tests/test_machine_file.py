@@ -143,6 +143,17 @@ def test_what_only_several_keys_show_is_refused(key, value, blamed, tmp_path):
     assert culprits_of(write_machine(tmp_path, key, value))[blamed].right
 
 
+def test_ports_that_overlap_round_the_piston_are_refused(tmp_path):
+    # A piston of 1134.1 mm2 is 38.0 mm wide and 119.4 mm round: 14 ports of 8 mm find room, 15 do not.
+    settings = ["groove.geometry=ports", "groove.ports.diameter=8 mm"]
+    assert load(Machine, None, [*settings, "groove.ports.number=14"]).groove.ports.number == 14.0
+    with pytest.raises(InputError, match=r"groove.ports.number: 15 ports of 8 mm overlap.* 119.4 mm"):
+        load(Machine, None, [*settings, "groove.ports.number=15"])
+    load(Machine, None, ["groove.ports.number=15"])  # of no matter to a line
+    with pytest.raises(InputError, match=r"groove.ports.number: '2.5' is no whole number; write 2 or 3"):
+        load(Machine, None, ["groove.ports.number=2.5"])
+
+
 def test_all_faults_are_told_at_once(tmp_path):
     path = tmp_path / "machine.toml"
     path.write_text('[engine]\nbore = 90\nstroke = "88 kg"\nintake = "valve"\nbohr = "1 mm"\n')

@@ -31,6 +31,7 @@ STROKE = Quantity("mm", 1, 50, "Table 1")
 SPEED = Quantity("rpm", 0, 3000, "chosen")
 ANGLE = Quantity("deg", -180, 180, "chosen")
 RATIO = Quantity("", 1, 50, "Table 1")
+PORTS = Quantity("", 1, 100, "here", whole=True)
 VOLUME = Quantity("L", 0, math.inf, "chosen")
 TEMPERATURE = Quantity("K", 200, 350, "20 °C")
 SUPPLY = Pressure(0.02, 30, "chosen")
@@ -212,8 +213,17 @@ def test_hertz_is_no_angular_speed():
         ("50.000000000000001 cm", STROKE, "out of range", "allowed: 1 to 50 mm"),
         ("-1 L", VOLUME, "out of range", "allowed: at least 0 L"),
         ("0.49 MPa", SUPPLY, "says neither", 'write "0.49 MPa gauge" or "0.49 MPa abs"'),
-        ("0.49", SUPPLY, "has no unit", 'write e.g. "30 MPa abs"'),
-        (0.49, SUPPLY, "has no unit", 'write e.g. "30 MPa abs"'),
+        ("0.49", SUPPLY, "has no unit", 'write "0.49 MPa gauge" or "0.49 MPa abs"'),
+        (0.49, SUPPLY, "has no unit", 'write "0.49 MPa gauge" or "0.49 MPa abs"'),
+        ("49", SUPPLY, "has no unit", 'write e.g. "30 MPa abs"'),
+        ("9", STROKE, "'9' has no unit", 'write e.g. "9 mm"'),
+        (9.0, STROKE, "9.0 has no unit", 'write e.g. "9 mm"'),
+        ("1000:2000:100 rpm", SPEED, "is more than one value", 'write one, e.g. "1000 rpm"'),
+        ("9 mm, 10 mm", STROKE, "is more than one value", 'write one, e.g. "9 mm"'),
+        ("99 mm, 10 mm", STROKE, "no known unit", '"50 mm"'),
+        (2.5, PORTS, "2.5 is no whole number", "write 2 or 3"),
+        ("2.5", PORTS, "'2.5' is no whole number", "write 2 or 3"),
+        (2000, PORTS, "out of range", "allowed: 1 to 100, whole"),
         ("0.49 abs", SUPPLY, "has no unit", 'write e.g. "30 MPa abs"'),
         ("0.49 mm", SUPPLY, "cannot be converted to MPa", 'write e.g. "30 MPa abs"'),
         ("30 MPa gauge", SUPPLY, "out of range", "allowed: 0.02 to 30 MPa abs"),
@@ -399,7 +409,7 @@ def test_a_stop_is_met_exactly_despite_rounding():
         ("", SPEED, "'' is no finite number", '"3000 rpm"'),
         ([], SPEED, "no list", '"3000 rpm"'),
         (500, SPEED, "no list", '"3000 rpm"'),
-        ([500], SPEED, "500 has no unit", '"3000 rpm"'),
+        ([500], SPEED, "500 has no unit", '"500 rpm"'),
         ("1:2:1", INTAKE, "no option", '"epv"'),
     ],
 )

@@ -26,6 +26,11 @@ class Groove(NamedTuple):
     ] = LINE
     ports: Ports = Ports()
 
+    @property
+    def has_ports(self):
+        """Whether its area is that of the ports."""
+        return self.geometry == PORTS and not len(self.area_curve)
+
     def faults(self):
         """Faults that no single key shows."""
         curve = self.area_curve
@@ -50,7 +55,7 @@ def area_table(groove, stroke):
     """
     if len(groove.area_curve):
         return np.ascontiguousarray(groove.area_curve)
-    if groove.geometry == PORTS:
+    if groove.has_ports:
         return ports_table(groove.ports, groove.lap, stroke)
     return np.array([[groove.lap, 0.0], [stroke, groove.effective_area]])
 

@@ -14,7 +14,7 @@ HALVINGS = 200
 class Ports(NamedTuple):
     """Round ports and what passes over them (groove.geometry = "ports"); lap is where the groove meets the ports."""
 
-    number: Annotated[float, Quantity("", 1, 100, "chosen; of the ports round the piston")] = 4.0
+    number: Annotated[float, Quantity("", 1, 100, "chosen; of the ports round the piston", whole=True)] = 4.0
     diameter: Annotated[float, Quantity("mm", 0.1, 100, "chosen: open at full lift behind a lap of 1 mm")] = 8.0e-3
     groove_width: Annotated[
         float, Quantity("mm", 0.1, 200, "chosen; a narrower groove than port never opens it whole")

@@ -1,11 +1,12 @@
 """Declarations: what a parameter may be, with its unit, range and source."""
 
 import math
+import re
 from dataclasses import dataclass
 from functools import cached_property
 
 from apesim.quantities.culprits import Wrong, quoted
-from apesim.quantities.units import si_value, unit
+from apesim.quantities.units import NUMBER, si_value, unit
 
 
 class Declaration:
@@ -36,6 +37,8 @@ class Quantity(Declaration):
         What holds if an optional value is not given.
     optional : bool
         NaN inside means not given, "" in a file.
+    whole : bool
+        A number of things.
     """
 
     unit: str
@@ -44,6 +47,7 @@ class Quantity(Declaration):
     source: str
     text: str | None = None
     optional: bool = False
+    whole: bool = False
 
     suffix = ""
 
@@ -55,7 +59,7 @@ class Quantity(Declaration):
             ends = "any number" if math.isinf(self.low) else f"at least {low}"
         else:
             ends = f"at most {high}" if math.isinf(self.low) else f"{low} to {high}"
-        return f"{ends} {self.unit}{self.suffix}".strip()
+        return f"{ends} {self.unit}{self.suffix}".strip() + ", whole" * self.whole
 
     @cached_property
     def ends(self):
@@ -67,12 +71,12 @@ class Quantity(Declaration):
         """The SI value of what a user wrote; raises `Wrong`."""
         if isinstance(raw, bool) or not isinstance(raw, str | int | float):
             raise Wrong(f"{quoted(raw)} is no {'quantity' if self.unit else 'number'}")
-        if self.unit and not isinstance(raw, str):
-            raise Wrong(f"{quoted(raw)} has no unit")
         try:
             text = raw.strip() if isinstance(raw, str) else repr(float(raw))
         except OverflowError:
             raise Wrong(f"{quoted(raw)} is too large") from None
+        if self.unit and (re.fullmatch(NUMBER, text) or not isinstance(raw, str)):
+            raise Wrong(f"{quoted(raw)} has no unit", self._with_unit(text))
         if self.optional and not text:
             return math.nan
         if text == "inf" and self.high == math.inf:
@@ -80,10 +84,21 @@ class Quantity(Declaration):
         value = self._value(raw, text, ambient_pressure)
         if not self.ends[0] <= value <= self.ends[1]:
             raise Wrong(f"{quoted(raw)} is out of range", f"allowed: {self.range_text}")
+        if self.whole and not value.is_integer():
+            raise Wrong(f"{quoted(raw)} is no whole number", f"write {math.floor(value)} or {math.ceil(value)}")
         return value
 
     def _value(self, raw, text, ambient_pressure):
         return si_value(raw, text, self.unit)
+
+    def _with_unit(self, number):
+        """A bare number in a right form; "" if that is out of range."""
+        form = f"{number.removesuffix('.0')} {self.unit}"
+        try:
+            self.read(f"{form}{self.suffix}")
+        except Wrong:
+            return ""
+        return f'write "{form} gauge" or "{form} abs"' if self.suffix else f'write e.g. "{form}"'
 
     def render(self, value, ambient_pressure=None):
         """The shortest text that reads back as `value`; "" if not given."""

@@ -35,7 +35,20 @@ def parse(text, declaration, ambient_pressure=None, where="", file=""):
     try:
         return declaration.read(text, ambient_pressure)
     except Wrong as wrong:
+        wrong = _several(text, declaration, ambient_pressure) or wrong
         raise InputError([culprit(file, where, wrong, declaration)]) from None
+
+
+def _several(text, declaration, ambient_pressure):
+    """The `Wrong` of a good range or list where a single text is due; else None."""
+    if not isinstance(text, str) or not isinstance(declaration, Quantity):
+        return None
+    try:
+        items = _steps(text, declaration) if ":" in text else text.split(",")
+        declaration.read(items[0], ambient_pressure)
+    except Wrong:
+        return None
+    return Wrong(f"{quoted(text)} is more than one value", f'write one, e.g. "{items[0].strip()}"')
 
 
 def parse_range(text, declaration, ambient_pressure=None, where="", file=""):
