@@ -18,12 +18,13 @@ from engine.breathing import DEGREE, TURN
 from engine.machine import Machine
 from engine.steady import run_steady
 from studies.cli import app
+from studies.commands.timing import _law_lines
 from studies.console import main_of
 from studies.figures.timing import timing_figures
 from studies.timing.export import as_json, export
 from studies.timing.grid import REASONS, faults_of_timing, map_timing
 from studies.timing.header import c_header
-from studies.timing.law import fitted
+from studies.timing.law import Law, fitted
 from studies.timing.open_loop import open_loop_delays
 from studies.timing.solve import Look, Reason, corrected, reason_of
 from studies.timing.table import Axes, centres, interpolated
@@ -245,6 +246,29 @@ def test_the_advance_falls_with_temperature_against_the_paper(mapped):
     assert sum(np.isnan(law.speed) for law in mapped.laws["advance"]) == len(PRESSURES)
 
 
+def test_where_one_law_for_all_speeds_is_far_off_those_of_each_speed_are_told():
+    def law(speed, at_reference, slope, angle):
+        return Law(AMBIENT + 1e6, speed, at_reference, slope, 1e-5, 1e-5, angle * DEGREE, angle * DEGREE, 3)
+
+    each = [law(50.0, 7e-3, -6e-6, 0.1), law(90.0, 7.5e-3, 1e-6, 0.3)]
+    [near] = _law_lines({"advance": [*each, law(nan, 7.2e-3, -2e-6, 0.9)]}, Machine())
+    assert near.startswith("advance at 1 MPa gauge: 7.200 ms -2.00 us/K") and "0.90 deg; it falls" in near
+    [far] = _law_lines({"advance": [*each, law(nan, 7.2e-3, -2e-6, 38.0)]}, Machine())
+    for told in (
+        "each speed",
+        "off by 38 deg",
+        "7.000 to 7.500 ms -6.00 to +1.00 us/K",
+        "0.10 to 0.30 deg",
+        "1 of 2 sp",
+    ):
+        assert told in far
+    [alone] = _law_lines({"advance": each[:1]}, Machine())
+    assert alone == (
+        "advance at 1 MPa gauge: 7.000 ms -6.00 us/K (T_0 - 287 K), off by at most 0.010 ms or 0.10 deg; it falls with "
+        "T_0, against the paper"
+    )
+
+
 def test_several_processes_give_the_same_bits(mapped):
     other = map_timing(Machine(), Axes(SPEEDS, PRESSURES, TEMPERATURES), jobs=2)
     for name, variable in mapped.archive.variables.items():
@@ -315,7 +339,9 @@ def test_exports_say_the_same_and_state_their_error(mapped, tmp_path):
     np.testing.assert_allclose(data["advance_deg"], mapped.advance / DEGREE)
     assert [row["reason"] for row in rows] == ["reached"] * 8
     error = f"{np.degrees(mapped.error.release_advance_most):.3g} (release)"
-    assert error in header.read_text() and error in data["interpolation_error"]["measured"]
+    for told in (header.read_text(), data["interpolation_error"]["measured"]):
+        assert error in told and "at the centres of cells" in told and "at most" not in told
+    assert data["interpolation_error"]["where"] == "centres of cells"
     assert all(path.stat().st_size > 5000 for path in timing_figures(mapped, AMBIENT, tmp_path))
 
 
@@ -340,6 +366,7 @@ def test_engine_run_opens_and_closes_where_engine_timing_promises(apesim):
     assert code == 0 and data["reachable"] == [[[True]]] and data["wall_time_s"] > 0.0
     assert data["advance_deg"] == [[[data["points"][0]["advance_deg"]]]]
     assert verify("timing.h5") == []
+    assert "cell" not in data["interpolation_error"]["measured"] and "one point" in Path("timing.h").read_text()
     assert read("timing.h5").machine == dumps(machine_at_targets(-8.0, 60.0))
     settings = (
         f"command.energise={data['points'][0]['energise_deg']!r} deg",
@@ -356,6 +383,12 @@ def test_engine_run_opens_and_closes_where_engine_timing_promises(apesim):
         pytest.approx(60.0, abs=1e-3),
     )
     assert run["brake_torque_Nm"] == pytest.approx(data["points"][0]["brake_torque_Nm"])
+
+
+def test_even_the_quiet_table_says_why_a_point_is_out_of_reach(apesim):
+    point = ["--speed", "2400 rpm", "--pressure", "1 MPa gauge", "--temperature", "287 K", "--no-figures", "--quiet"]
+    code, out, _ = apesim("engine", "timing", "--target", "-5 deg, -4.5 deg", *point)
+    assert code == 3 and "open too long" in " ".join(out.split())
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,8 @@ from studies.commands.tables import number, table_of
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from studies.output import refuse_to_replace
 
+FAR_OFF = 1.0 * DEGREE
+"""A law over all speeds that is off by more is not worth telling [rad]."""
 ANGLE = Quantity("deg", -360, 720, "command line")
 SHOWN = (
     ("speed_rpm", 1.0, 0, "r/min"),
@@ -105,7 +107,8 @@ def timing_command(
     where = summary(told, f"{len(data['points'])} points") + "; " + ", ".join(path.name for path in exported)
     opening, closing = data["target_deg"].values()
     title = f"Commands that open the valve at {opening:g} deg and close it at {closing:g} deg"
-    table = table_of(title, [name for *_, name in SHOWN], _rows(found.archive, machine.ambient.pressure), left=())
+    header = [*(name for *_, name in SHOWN), "out of reach"]
+    table = table_of(title, header, _rows(found.archive, machine.ambient.pressure), left=(len(SHOWN),))
     error = f"error of the interpolated table: {error_text(found.error)}"
     console.result(data, table, UNITS, *_law_lines(found.laws, machine), error, where)
     for fault in faults:
@@ -117,21 +120,55 @@ def _rows(archive, ambient_pressure):
     v = {name: variable.values for name, variable in archive.variables.items()}
     v["supply_pressure"] = v["supply_pressure"] - ambient_pressure
     columns = [(v[name] * factor, digits) for name, factor, digits, _ in SHOWN]
-    return [[number(values[run], f".{digits}f") for values, digits in columns] for run in range(len(archive.runs))]
+    return [
+        [*(number(values[run], f".{digits}f") for values, digits in columns), _why_not(v["reason"][run])]
+        for run in range(len(archive.runs))
+    ]
+
+
+def _why_not(code):
+    from studies.timing.solve import Reason
+
+    reason = Reason(code)
+    return "" if reason == Reason.REACHED else reason.words
 
 
 def _law_lines(laws, machine):
-    """The laws over all speeds in words, or those of one speed where there is only one."""
+    """The laws of each pressure in words: that over all speeds, or where it is far off, the span of those of each."""
     lines = []
     for name, found in laws.items():
-        for law in [law for law in found if isnan(law.speed)] or found:
-            pressure = f"{(law.pressure - machine.ambient.pressure) / 1e6:.3g} MPa gauge"
-            sign = (
-                "falls with T_0, against the paper" if law.opposite_to_the_paper else "rises with T_0, as in the paper"
-            )
-            lines.append(
-                f"{name.replace('_', ' ')} at {pressure}: {law.at_reference * 1e3:.3f} ms "
-                f"{law.slope * 1e6:+.2f} us/K (T_0 - 287 K), off by at most {law.error_most * 1e3:.3f} ms or "
-                f"{law.angle_error_most / DEGREE:.2f} deg; it {sign}"
-            )
+        for pressure in sorted({law.pressure for law in found}):
+            here = [law for law in found if law.pressure == pressure]
+            over_all = [law for law in here if isnan(law.speed)]
+            each = [law for law in here if not isnan(law.speed)]
+            far = [law for law in over_all if law.angle_error_most > FAR_OFF]
+            told = each if far else over_all or each
+            gauge = (pressure - machine.ambient.pressure) / 1e6
+            lines.append(f"{name.replace('_', ' ')} at {gauge:.3g} MPa gauge{_law_text(told, far)}")
     return lines
+
+
+def _law_text(told, far):
+    """Laws of one pressure in words, with the one over all speeds that is far off, if there is one."""
+    against = sum(law.opposite_to_the_paper for law in told)
+    at = f" at {against} of {len(told)} speeds" if 0 < against < len(told) else ""
+    sign = f"falls with T_0{at}, against the paper" if against else "rises with T_0, as in the paper"
+    times, slopes, errors, angles = (
+        [factor * getattr(law, name) for law in told]
+        for name, factor in (
+            ("at_reference", 1e3),
+            ("slope", 1e6),
+            ("error_most", 1e3),
+            ("angle_error_most", 1.0 / DEGREE),
+        )
+    )
+    scope = f", a law for each speed (one for all is off by {far[0].angle_error_most / DEGREE:.2g} deg)" if far else ""
+    return (
+        f"{scope}: {_span(times, '.3f')} ms {_span(slopes, '+.2f')} us/K (T_0 - 287 K), off by at most "
+        f"{_span(errors, '.3f')} ms or {_span(angles, '.2f')} deg; it {sign}"
+    )
+
+
+def _span(values, form):
+    low, high = (f"{end:{form}}" for end in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"

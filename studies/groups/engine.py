@@ -73,7 +73,7 @@ def engine_timing(
         str | None,
         typer.Option(metavar="ANGLES", help='Opening and closing, e.g. "-5 deg, 70 deg"; the machine\'s if left out.'),
     ] = None,
-    speed: Speeds = "300:2400:300 rpm",
+    speed: Speeds = "300:2400:150 rpm",
     pressure: SupplyPressures = "0.6:1.4:0.4 MPa gauge",
     temperature: SupplyTemperatures = "250 K, 287 K, 322 K",
     out: Annotated[

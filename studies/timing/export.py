@@ -48,6 +48,7 @@ def as_json(timing_map):
             "release_advance_deg": timing_map.release_advance / DEGREE,
             "reachable": ~np.isnan(timing_map.advance),
             "interpolation_error": {
+                "where": "centres of cells",
                 "advance_most_deg": error.advance_most / DEGREE,
                 "advance_rms_deg": error.advance_rms / DEGREE,
                 "release_advance_most_deg": error.release_advance_most / DEGREE,

@@ -28,7 +28,7 @@ CRITERION = (
     "both angles within 0.05 deg of their targets, in a periodic state that repeats every cycle, the lift through the "
     "lap once a cycle"
 )
-REASONS = ", ".join(f"{int(reason)} {reason.name.lower().replace('_', ' ')}" for reason in Reason)
+REASONS = ", ".join(f"{int(reason)} {reason.words}" for reason in Reason)
 COLUMNS = {
     "speed_rpm": ("r/min", "speed"),
     "supply_pressure": ("Pa abs", "pressure of the supply"),

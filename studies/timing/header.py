@@ -96,14 +96,14 @@ static int apesim_timing(double speed, double pressure, double temperature, doub
 
 def error_text(error):
     """What is known of the error of interpolation, in a sentence."""
+    if not error.centres:
+        return "none, as it has one point only"
     if not error.points:
         return "not measured: no centre of a cell is reachable on both sides"
-    most = (
-        f"at most {error.advance_most / DEGREE:.3g} deg (energise), {error.release_advance_most / DEGREE:.3g} (release)"
-    )
+    where = "" if error.points == error.centres else f"{error.points} of {error.centres}, seed {error.seed}; "
+    most = f"{error.advance_most / DEGREE:.3g} deg (energise), {error.release_advance_most / DEGREE:.3g} (release)"
     rms = f"rms {error.advance_rms / DEGREE:.3g} and {error.release_advance_rms / DEGREE:.3g}"
-    choice = "" if error.points == error.centres else f", seed {error.seed}"
-    return f"{most}, {rms}; solved at {error.points} of {error.centres} centres of cells{choice}"
+    return f"at the centres of cells ({where}elsewhere it is not measured) up to {most}, {rms}"
 
 
 def c_header(timing_map):

@@ -53,6 +53,11 @@ class Reason(IntEnum):
     FAILED = 9
 
     @property
+    def words(self):
+        """In short, e.g. "never opens"."""
+        return self.name.lower().replace("_", " ")
+
+    @property
     def remedy(self):
         """What is the matter, and what to change."""
         return REMEDIES[self]
