@@ -186,7 +186,7 @@ def _file(path: Path) -> Iterator[h5py.File]:
         try:
             file = h5py.File(path, "r", locking=False)
         except OSError as error:
-            if "file locking flag values" not in str(error):
+            if "flag values don't match" not in str(error):
                 raise
             file = h5py.File(stack.enter_context(open(path, "rb")), "r")
         yield stack.enter_context(file)
