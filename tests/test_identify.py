@@ -9,7 +9,7 @@ from machines import AMBIENT, machine
 from truth.valve import POSITION, PRESSURE_A, Bench, noise, simulate
 
 from apesim.quantities import InputError
-from studies.commands.fit import fit_command, free_parameters
+from studies.commands.fit import fit_command, free_parameters, si_unit
 from studies.console import Console
 from studies.identify import identify, judge, predict, run_of, time_shift, whiten, with_value
 from studies.measured import Measured, MeasuredRun
@@ -164,6 +164,66 @@ def test_a_parameter_without_any_effect_warns():
     found = fit(measured_run(0), free=[BETA, "groove.lap"])
     assert any("groove.lap" in warning and "bound" in warning for warning in found.warnings)
     assert holds(found)
+
+
+SPRING, FIVE = (
+    "valve.spring_rate",
+    {
+        "valve.spring_rate": 1828.0,
+        "valve.moving_mass": 0.1145,
+        BETA: TRUE,
+        "valve.clearance_volume": 11.382e-6,
+        "valve.solenoid.effective_area": 9e-6,
+    },
+)
+
+
+def coarse(seed):
+    """A run of 201 samples, 0.5 ms apart."""
+    run = measured_run(seed)
+    return run._replace(times=TIMES[::10], channels={"lift": run.channels["lift"][::10]})
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_five_parameters_of_one_run_warn_all_together_though_the_optimum_is_right(seed):
+    """No two of them need be strongly correlated: four make up for one."""
+    found = fit(coarse(seed), free=FIVE, stated={"lift": NOISE})
+    [warning] = [warning for warning in found.warnings if "cannot be told apart" in warning]
+    assert all(f"{key} (±" in warning for key in FIVE)
+    assert "more supply pressures" in warning and "chamber pressures" in warning
+    true = np.linalg.norm(coarse(seed).channels["lift"] - (9e-3 - states(0.4)[::10, POSITION])) / 200
+    assert found.objective < true
+    assert found.evaluations < 3200
+
+
+def test_five_parameters_are_told_apart_by_chamber_pressures():
+    found = fit(measured_run(0, pressures=True), free=FIVE)
+    assert not found.warnings
+    assert all(holds(found, true, key) for key, true in FIVE.items())
+
+
+def test_three_parameters_of_one_run_do_not_warn():
+    assert not fit(measured_run(0), free=[BETA, SPRING, "valve.moving_mass"]).warnings
+
+
+def test_one_parameter_badly_known_is_named():
+    found = fit(coarse(0), free=[BETA, SPRING, "valve.moving_mass"], stated={"lift": NOISE})
+    [warning] = found.warnings
+    low, high = found.interval_95[SPRING]
+    assert f"{SPRING} (± {50.0 * (high - low) / found.parameters[SPRING]:.0f} %) is badly known" in warning
+
+
+def test_a_fit_ends_with_a_warning_as_its_simulations_are_spent(monkeypatch):
+    monkeypatch.setattr("studies.identify.simulation.MOST_SIMULATIONS", 25)
+    keys = [BETA, SPRING]
+    found = fit(measured_run(0), free=keys)
+    assert any(f"stopped after {found.evaluations} simulations" in warning for warning in found.warnings)
+    assert not found.converged and 50 <= found.evaluations < 73
+    monkeypatch.undo()
+    whole = fit(measured_run(0), free=keys)
+    assert whole.converged and whole.evaluations > found.evaluations
+    for key in keys:
+        assert found.interval_95[key] == pytest.approx(whole.interval_95[key], rel=0.05)
 
 
 def test_two_parameters_that_can_be_told_apart_do_not_warn():
@@ -335,6 +395,7 @@ def test_the_command_prints_one_json_object(folder, capsys):
     assert low < data["parameters"][BETA] < high
     assert data["evaluations"] < 60 and data["objective"] > 0.0 and data["warnings"] == []
     assert data["correlation"] == [[pytest.approx(1.0)]]
+    assert data["units"] == {BETA: "N s/m"}
     assert [check["run"] for check in data["checks"]] == ["1.csv", "2.csv"]
     assert 0.0 < data["wall_time_s"] < 30.0
 
@@ -366,6 +427,21 @@ def test_a_wrong_free_parameter_is_told(free, line):
 def test_a_free_supply_must_be_one_in_all_runs():
     with pytest.raises(InputError, match=r"supply\.pressure: differs between the runs; fit runs of one value"):
         fit(measured_run(0), measured_run(1, 0.2), free=["supply.pressure"])
+
+
+@pytest.mark.parametrize(
+    ("key", "name"),
+    [
+        ("valve.spring_rate", "N/m"),
+        ("valve.solenoid.effective_area", "m^2"),
+        ("supply.pressure", "Pa abs"),
+        ("valve.solenoid.dead_time", "s"),
+        ("groove.ports.number", "-"),
+    ],
+)
+def test_units_are_those_of_the_values_in_si(key, name):
+    [free] = free_parameters(DEFAULT, [key])
+    assert si_unit(free.declaration) == name
 
 
 def test_nothing_to_fit_is_told():

@@ -56,7 +56,7 @@ def fit_command(console, machine_file, settings, folder, free, method):
         "method": method,
         "parameters": found.parameters,
         "interval_95": found.interval_95,
-        "units": {f.key: unit(f.declaration.unit).si_text for f in free},
+        "units": {f.key: si_unit(f.declaration) for f in free},
         "evaluations": found.evaluations,
         "objective": found.objective,
         "objective_unit": "m",
@@ -78,6 +78,14 @@ def fit_command(console, machine_file, settings, folder, free, method):
             f"beyond the {one.limit:.3g} that noise and the parameters' uncertainty allow"
         )
     return DONE if found.converged and not refused else INCOMPLETE
+
+
+def si_unit(declaration):
+    """Name of the SI unit of a quantity: the declared one if it is that, e.g. "N s/m"."""
+    own = unit(declaration.unit)
+    si = own._replace(factor=1, offset=0)
+    names = [name for name in (declaration.unit, "Pa") if unit(name) == si]
+    return f"{names[0] or '-'}{declaration.suffix}" if names else own.si_text
 
 
 def _shown(found, free, judged):

@@ -13,7 +13,11 @@ from studies.identify.simulation import SUPPLY, Problem
 from studies.measured import FIT
 
 STARTS = 3
-ALIKE = 0.99
+ALIKE, COUPLED = 0.99, 0.98
+"""Correlation of one estimate with another, and with all others together, above which they may be confused."""
+WIDE = 0.2
+"""Half an interval as a share of the value, above which a parameter counts as badly known."""
+HELP = "fit runs at more supply pressures, measure chamber pressures too, or hold some parameters"
 MOST_RESTARTS = 5
 BASIN = 1e-2
 """Relative tolerance of parameters and sum of squares with which a start is followed; the best goes on to `FINE`."""
@@ -100,11 +104,63 @@ def identify(machine, measured, free, method="least-squares", report=None):
         warnings.append("the fit has not converged; give narrower bounds or free fewer parameters")
     if not is_white(problem, best, noise):
         warnings.append("what is left at the optimum is not AR(1) noise; the intervals may be too narrow")
+    if problem.cut:
+        success = False
+        warnings.append(
+            f"stopped after {problem.evaluations} simulations: intervals may be from the curvature at the optimum "
+            "alone, which is not to be relied on; give narrower bounds or free fewer parameters"
+        )
     covariance = np.linalg.inv(curvature)
     deviations = np.sqrt(np.diag(covariance))
-    return _identified(
-        problem, best, intervals, covariance / np.outer(deviations, deviations), (noise, own), warnings, success
-    )
+    correlation = covariance / np.outer(deviations, deviations)
+    together = np.sqrt(np.maximum(0.0, 1.0 - 1.0 / (np.diag(covariance) * np.diag(curvature))))
+    if better is not None:
+        intervals = None
+    else:
+        warnings += _badly_known([f.key for f in problem.free], best, intervals, correlation, together)
+    return _identified(problem, best, intervals, correlation, (noise, own), warnings, success)
+
+
+def _badly_known(keys, best, intervals, correlation, together):
+    """Warnings of parameters that cannot be told apart, and of those whose interval is wide.
+
+    Pairs alone do not show it: of five parameters, any one may be made up for by the other four, while no two of them
+    are strongly correlated. The curvature does not either, where it changes along the way; intervals by profile do.
+
+    Parameters
+    ----------
+    keys : list of str
+    best : (p,) float array
+        The optimum.
+    intervals : list
+        See `intervals_of`.
+    correlation : (p, p) float array
+    together : (p,) float array
+        Multiple correlation of each estimate with all others.
+
+    Returns
+    -------
+    list of str
+    """
+    widths = [high - low for (low, _, _), (high, _, _) in intervals]
+    shares = [0.5 * width / max(abs(x), 1e-12) for x, width in zip(best, widths, strict=True)]
+    shown = [
+        f"{key} (± {100.0 * share:.2g} %)" if share < 1.0 else f"{key} (± 100 % or more)"
+        for key, share in zip(keys, shares, strict=True)
+    ]
+    coupled = [j for j in range(len(keys)) if together[j] > COUPLED]
+    closest = np.abs(np.triu(correlation, 1)[np.ix_(coupled, coupled)]).max(initial=0.0)
+    warnings, told = [], []
+    if len(coupled) > 1 and (closest > ALIKE or max(shares[j] for j in coupled) > WIDE):
+        *most, last = [shown[j] for j in coupled]
+        warnings.append(
+            f"{', '.join(most)} and {last} cannot be told apart: the others make up for a change of one; {HELP}"
+        )
+        told = coupled
+    for j, ends in enumerate(intervals):
+        if j not in told and shares[j] > WIDE and not any(at_bound for _, at_bound, _ in ends):
+            warnings.append(f"{shown[j]} is badly known from these data; {HELP}")
+    return warnings
 
 
 def _refuse(problem, measured, method):
@@ -129,9 +185,6 @@ def _identified(problem, x, intervals, correlation, noises, warnings, converged)
     for j, key in enumerate(keys if intervals else ()):
         if any(at_bound for _, at_bound, _ in intervals[j]):
             warnings.append(f"{key}: its 95 % interval runs into a bound; these data do not hold it")
-        for i in range(j):
-            if abs(correlation[i, j]) > ALIKE:
-                warnings.append(f"{keys[i]} and {key} cannot be told apart: correlation {correlation[i, j]:+.4f}")
     return Identified(
         dict(zip(keys, (x * problem.scale).tolist(), strict=True)),
         {

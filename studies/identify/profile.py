@@ -55,11 +55,12 @@ def _along(best, slopes, j, away):
 
 
 def _profile_end(problem, best, cost, noise, j, side, curvature):
-    """End of a parameter's profile-likelihood interval.
+    """End of a parameter's profile-likelihood interval; from the curvature alone once the simulations are spent.
 
     Parameters
     ----------
     problem : Problem
+        It is told where the search is cut short.
     best : (p,) float array
         The optimum.
     cost : float
@@ -80,7 +81,12 @@ def _profile_end(problem, best, cost, noise, j, side, curvature):
     limit = problem.bounds[(side + 1) // 2, j] - best[j]
     covariance = np.linalg.inv(curvature)
     away, inner, outer = side * DEVIATIONS * np.sqrt(covariance[j, j]), 0.0, inf
+    linear = away
     for _ in range(20):
+        if problem.spent:
+            problem.cut = True
+            beyond = abs(linear) >= abs(limit)
+            return best[j] + (limit if beyond else linear), beyond, None
         if abs(away) >= abs(limit):
             away = limit
         guess = np.clip(_along(best, covariance[:, j] / covariance[j, j], j, away), *problem.bounds)

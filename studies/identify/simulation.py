@@ -14,7 +14,8 @@ COLUMN = {header.split(" [")[0]: i for i, header in enumerate(TRACE)}
 STEP = 1e-3
 """Of a finite difference, as a share of a parameter's scale."""
 
-
+MOST_SIMULATIONS = 600
+"""Of each run for each free parameter, after which a fit by least squares ends as it stands."""
 KEPT = 16
 """Points whose simulations are kept, so that a fit that goes on from one does not repeat them."""
 
@@ -132,7 +133,7 @@ class Problem:
 
     def __init__(self, machine, runs, free, report=None):
         self.machine, self.runs, self.free, self.report = machine, runs, free, report
-        self.evaluations = 0
+        self.evaluations, self.cut = 0, False
         self.scale = np.array([f.scale for f in free])
         self.bounds = np.array([[f.low, f.high] for f in free]).T / self.scale
         self.blocks = [(run, sensor) for run in runs for sensor in FITTED if sensor in run.channels]
@@ -165,6 +166,11 @@ class Problem:
         if len(self._kept) > KEPT:
             del self._kept[next(iter(self._kept))]
         return found
+
+    @property
+    def spent(self):
+        """Whether there have been as many simulations as a fit may take."""
+        return self.evaluations >= MOST_SIMULATIONS * len(self.runs) * len(self.free)
 
     def forget(self):
         """Simulate anew, even where it has been done."""
