@@ -154,7 +154,8 @@ def _badly_known(keys, best, intervals, correlation, together):
     if len(coupled) > 1 and (closest > ALIKE or max(shares[j] for j in coupled) > WIDE):
         *most, last = [shown[j] for j in coupled]
         warnings.append(
-            f"{', '.join(most)} and {last} cannot be told apart: the others make up for a change of one; {HELP}"
+            f"{', '.join(most)} and {last} cannot be told apart: the others make up for a change of one, "
+            f"and an interval may miss the true value more often than one in twenty; {HELP}"
         )
         told = coupled
     for j, ends in enumerate(intervals):
