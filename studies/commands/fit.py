@@ -5,6 +5,7 @@ from math import inf, isnan
 
 from apesim.quantities import Choice, Culprit, InputError, Quantity, Wrong, parse, quoted, unit
 from apesim.quantities.settings import schema
+from studies.aside import aside
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of, warm_up
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
@@ -46,7 +47,7 @@ def fit_command(console, machine_file, settings, folder, free, method):
     warm_up(console, run_bench, machine, 10e-3)
     start = time.perf_counter()
     with console.progress("simulations") as report:
-        found = identify(machine, measured, free, method, report)
+        found = aside(identify, machine, measured, free, method, report).result()
     judged = {role: judge(found, measured, free, measured.of(role)) for role in (GATE, CHECK)}
     wall = time.perf_counter() - start
     for one in judged[GATE]:
