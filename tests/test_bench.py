@@ -252,6 +252,21 @@ def test_brakes_change_nothing_before_they_act_and_delay_contact():
     assert braked.closing.contact > 50e-3
 
 
+def test_a_brake_of_one_solenoid_fills_or_empties_its_chamber_alone():
+    # Braked in flight: A sees supply again and fills, B is vented and empties; the other keeps its own way.
+    plain = run_bench(DEFAULT, 50e-3)
+    of_a = run_bench(DEFAULT, 50e-3, brakes=(9e-3, 14e-3), brakes_b=())
+    of_b = run_bench(DEFAULT, 50e-3, brakes_b=(9e-3, 14e-3))
+    now = plain.times.searchsorted(11.5e-3)
+    a, b = 2, 3
+    assert of_a.trace[now, a] > plain.trace[now, a] + 2e4 and of_b.trace[now, b] < plain.trace[now, b] - 2e4
+    both = run_bench(DEFAULT, 50e-3, brakes=(9e-3, 14e-3))
+    own = run_bench(DEFAULT, 50e-3, brakes=(9e-3, 14e-3), brakes_b=(9e-3, 14e-3))
+    np.testing.assert_array_equal(own.trace, both.trace)
+    for run in (of_a, of_b):
+        assert max(run.closure.values()) < 1e-7
+
+
 def test_the_log_tells_each_contact():
     run = run_bench(DEFAULT, 50e-3)
     for event, stroke in ((MET_OPEN, run.opening), (MET_CLOSED, run.closing)):

@@ -172,15 +172,19 @@ def test_at_a_corner_the_piston_takes_the_next_piece_in_its_direction():
 
 
 def test_on_entering_a_stretch_the_solenoids_lines_run_from_end_to_end():
-    p, tables = bench_of(BenchMachine(), [0.0, 20e-3])
+    own_a, own_b = [0.0, 20e-3], [0.0, 9e-3, 13.2e-3, 20e-3]
+    p, tables = bench_of(BenchMachine(), own_a, edges_b=own_b)
     kinks = np.append(0.0, tables.kinks(0.0, 30e-3))
     for t, t_end in pairwise(kinks):
         mode = np.zeros(MODES)
         actuator_enters(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode, p.supply)
         assert mode[START] == t
-        for x, slope, curve in ((X_A, X_A_SLOPE, tables.curve_a), (X_B, X_B_SLOPE, tables.curve_b)):
+        for x, slope, edges, curve in (
+            (X_A, X_A_SLOPE, own_a, tables.curve_a),
+            (X_B, X_B_SLOPE, own_b, tables.curve_b),
+        ):
             for share in (0.0, 0.4, 1.0):
-                expected = energised_fraction(tables.edges, np.inf, curve, t + share * (t_end - t))
+                expected = energised_fraction(np.array(edges), np.inf, curve, t + share * (t_end - t))
                 assert mode[x] + mode[slope] * share * (t_end - t) == pytest.approx(expected, abs=1e-12)
 
 

@@ -59,7 +59,7 @@ def test_a_solenoid_b_that_would_be_earlier_than_its_command_keeps_its_lines():
         mode = np.zeros(MODES)
         actuator_enters(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode, p.supply)
         middle = 0.5 * (t + t_end)
-        expected = energised_fraction(tables.edges, tables.period, tables.curve_b, middle)
+        expected = energised_fraction(tables.edges_b, tables.period, tables.curve_b, middle)
         assert mode[X_B] + mode[X_B_SLOPE] * (middle - t) == pytest.approx(expected, abs=1e-9)
 
 

@@ -90,6 +90,18 @@ def test_the_compiled_bench_agrees_with_the_truth_on_strokes_that_are_interrupte
     assert run.closing.seating_speed == pytest.approx(found.closing.seating_speed, abs=1.5 * ERROR)
 
 
+@pytest.mark.parametrize("alone", ["a", "b"])
+def test_the_compiled_bench_agrees_with_the_truth_where_one_solenoid_is_switched_alone(alone):
+    brakes = (8.6e-3, 12.8e-3, 58.5e-3, 62.7e-3)
+    own = (brakes, ()) if alone == "a" else ((), brakes)
+    run = run_bench(machine(supply=1.0), 50e-3, 100e-3, sample=5e-5, brakes=own[0], brakes_b=own[1])
+    found = simulate(Bench(), 50e-3, 100e-3, *own)
+    assert np.abs(run.trace[:, 0] - (9e-3 - found.states(run.times)[POSITION])).max() < 1e-6
+    assert run.opening.seating_speed == pytest.approx(found.opening.seating_speed, abs=1.5 * ERROR)
+    assert run.closing.seating_speed == pytest.approx(found.closing.seating_speed, abs=1.5 * ERROR)
+    assert run.opening.seating_speed < 1.4  # unbraked 1.451
+
+
 def test_a_pulse_too_short_for_a_stroke_has_none():
     run = simulate(Bench(), 4e-3, 30e-3)
     assert np.isnan(run.opening.stroke_time)

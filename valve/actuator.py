@@ -54,8 +54,9 @@ class Actuator(NamedTuple):
 class ActuatorTables(NamedTuple):
     """The valve's arrays."""
 
-    edges: np.ndarray
-    """Energise, release, energise, ... ascending [s], shape (n,)."""
+    edges_a: np.ndarray
+    """Of solenoid A: energise, release, energise, ... ascending [s], shape (n,)."""
+    edges_b: np.ndarray
     period: float
     """At which the edges repeat for ever, in the past too [s]; inf: they happen once."""
     curve_a: np.ndarray
@@ -66,11 +67,12 @@ class ActuatorTables(NamedTuple):
 
     def kinks(self, start, end):
         """Times at which a switch happens or a solenoid's curve bends, up to end and with it [s]."""
-        delays = np.concatenate((self.curve_a[:, 0], self.curve_b[:, 0]))
-        return kinks_of(self.edges, self.period, delays, start, end)
+        solenoids = (self.edges_a, self.curve_a), (self.edges_b, self.curve_b)
+        kinks = [kinks_of(edges, self.period, curve[:, 0], start, end) for edges, curve in solenoids]
+        return np.unique(np.concatenate(kinks))
 
 
-def actuator_of(machine, edges, period):
+def actuator_of(machine, edges, period, edges_b=None):
     """The kernels' view of a machine's valve, its effects applied.
 
     Parameters
@@ -81,6 +83,8 @@ def actuator_of(machine, edges, period):
         Energise, release, energise, ... ascending [s].
     period : float
         At which the edges repeat [s]; inf: they happen once.
+    edges_b : (m,) float array, optional
+        Those of solenoid B where they are its own [s].
 
     Returns
     -------
@@ -97,9 +101,8 @@ def actuator_of(machine, edges, period):
         1.0,
         chosen(VALVE_EFFECTS, machine.effects, ValveLaws),
     )
-    tables = ActuatorTables(
-        np.asarray(edges, dtype=float), float(period), curve, curve, area_table(machine.groove, valve.stroke)
-    )
+    edges_a, edges_b = (np.asarray(each, dtype=float) for each in (edges, edges if edges_b is None else edges_b))
+    tables = ActuatorTables(edges_a, edges_b, float(period), curve, curve, area_table(machine.groove, valve.stroke))
     return adjusted(VALVE_EFFECTS, machine.effects, actuator, tables)
 
 

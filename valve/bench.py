@@ -130,7 +130,7 @@ def bench_observes(p, t, y, mode, row):
     row[4], row[5] = state.temperature_a, state.temperature_b
 
 
-def bench_of(machine, edges, period=inf, intake_pressure=None):
+def bench_of(machine, edges, period=inf, intake_pressure=None, edges_b=None):
     """The bench with a machine's valve and supply.
 
     Parameters
@@ -143,12 +143,14 @@ def bench_of(machine, edges, period=inf, intake_pressure=None):
         At which they repeat [s].
     intake_pressure : float, optional
         Before the groove; ambient pressure if left out [Pa abs].
+    edges_b : (m,) float array, optional
+        Those of solenoid B where they are its own [s].
 
     Returns
     -------
     Bench, valve.actuator.ActuatorTables
     """
-    actuator, tables = actuator_of(machine, edges, period)
+    actuator, tables = actuator_of(machine, edges, period, edges_b)
     before_groove = machine.ambient.pressure if intake_pressure is None else intake_pressure
     return Bench(actuator, (*machine.supply.control(), before_groove)), tables
 
@@ -159,7 +161,15 @@ def accuracy_of(tolerance=TOLERANCE):
 
 
 def run_bench(
-    machine, pulse, until=None, period=inf, sample=1e-4, tolerance=TOLERANCE, brakes=(), intake_pressure=None
+    machine,
+    pulse,
+    until=None,
+    period=inf,
+    sample=1e-4,
+    tolerance=TOLERANCE,
+    brakes=(),
+    intake_pressure=None,
+    brakes_b=None,
 ):
     """One run: from rest with a single pulse, or the periodic state of a repeated one.
 
@@ -181,13 +191,16 @@ def run_bench(
         many as wanted after it [s].
     intake_pressure : float, optional
         See `bench_of`.
+    brakes_b : sequence of float, optional
+        Those of solenoid B where they are its own; then ``brakes`` are those of solenoid A [s].
 
     Returns
     -------
     BenchRun
     """
     repeated = period < inf
-    p, tables = bench_of(machine, sorted((0.0, pulse, *brakes)), period, intake_pressure)
+    edges_a, edges_b = (sorted((0.0, pulse, *own)) for own in (brakes, brakes if brakes_b is None else brakes_b))
+    p, tables = bench_of(machine, edges_a, period, intake_pressure, edges_b)
     end = period if repeated else 2.0 * pulse if until is None else until
     kinks = tables.kinks(0.0, end)
     accuracy = accuracy_of(tolerance)

@@ -151,7 +151,7 @@ def closed_at_rest(bench, supply):
     return [bench.stroke, 0.0, supply[0], supply[1], bench.ambient_pressure, supply[1]]
 
 
-def simulate(bench, pulse, until, brakes=()):
+def simulate(bench, pulse, until, brakes=(), brakes_b=None):
     """One run from rest, closed, A full and B empty.
 
     Parameters
@@ -163,14 +163,21 @@ def simulate(bench, pulse, until, brakes=()):
         [s]
     brakes : sequence of float
         Further edges, which interrupt a stroke [s].
+    brakes_b : sequence of float, optional
+        Those of solenoid B where they are its own [s].
 
     Returns
     -------
     Run
     """
     supply = bench.supply_pressure, bench.supply_temperature
-    edges = [(edge, (-1.0) ** number) for number, edge in enumerate(sorted((0.0, pulse, *brakes)))]
-    corners = [at for edge, _ in edges for at in corners_after(bench, edge)] + [edge for edge, _ in edges]
+    brakes_b = brakes if brakes_b is None else brakes_b
+    edges_a, edges_b = (
+        [(edge, (-1.0) ** number) for number, edge in enumerate(sorted((0.0, pulse, *own)))]
+        for own in (brakes, brakes_b)
+    )
+    edges = sorted({edge for edge, _ in edges_a + edges_b})
+    corners = [at for edge in edges for at in corners_after(bench, edge)] + edges
 
     def now(y):
         y = y.tolist()
@@ -178,7 +185,7 @@ def simulate(bench, pulse, until, brakes=()):
 
     def rates(t, y, phase):
         here = now(y)
-        x_a, x_b = (energised(bench, edges, delay, t) for delay in (bench.delay_a, bench.delay_b))
+        x_a, x_b = energised(bench, edges_a, bench.delay_a, t), energised(bench, edges_b, bench.delay_b, t)
         return valve_rates(bench, here, sums_of(bench.terms, here), phase, x_a, x_b)[0]
 
     def force(t, y):
