@@ -20,17 +20,24 @@ from studies.soft_landing.braking import (
     ADDED,
     APART,
     BRAKE,
-    CLOSING,
-    OPENING,
     RELEASE,
     SPEED,
+    SWITCHED,
+    front_of,
+    search,
+    widest_soft,
+)
+from studies.soft_landing.landing import (
+    BOTH,
+    CLOSING,
+    ONLY_A,
+    ONLY_B,
+    OPENING,
+    SOLENOIDS,
     STROKES,
     Task,
     apart_of,
-    front_of,
     land,
-    search,
-    widest_soft,
 )
 from studies.soft_landing.results import archive_of
 from studies.soft_landing.strokes import FACTORS, LIMITS, OFFSETS, SPACING, conditions_of, faults_of, soft_landings
@@ -53,11 +60,22 @@ def of_the_paper():
     return soft_landings(machine(), [AMBIENT + 1e6], 287.0, DWELL, SPACING, COST)
 
 
+@pytest.fixture(scope="module")
+def at_once():
+    """The same for brakes that switch both solenoids at once."""
+    return soft_landings(machine(), [AMBIENT + 1e6], 287.0, DWELL, SPACING, COST, solenoids=(BOTH,))
+
+
+def switched(task, row):
+    """The task whose brakes switch the solenoids that a row of brakes tells of."""
+    return task._replace(solenoids=SOLENOIDS[int(row[SWITCHED])])
+
+
 def truth_of(task, brake):
     """Contact after the command [s], highest speed at or after it [m/s], least share of the stroke kept after it."""
     bench = Bench(task.machine.supply.pressure, task.machine.supply.temperature)
     until = task.command + task.dwell
-    run = simulate(bench, task.dwell, until, task.edges(brake))
+    run = simulate(bench, task.dwell, until, *task.edges(brake))
     stroke = getattr(run, task.stroke)
     contact = stroke.delay + stroke.stroke_time
     times = np.arange(task.command + contact + 1e-6, until, 1e-5)
@@ -70,17 +88,20 @@ def truth_of(task, brake):
 
 
 @pytest.mark.parametrize(
-    ("stroke", "brake", "stays"),
+    ("stroke", "solenoids", "brake", "stays"),
     [
-        (OPENING, (), True),
-        (OPENING, (9.17e-3, 9.89e-3), True),
-        (OPENING, (9.6e-3, 13.8e-3), False),  # thrown off the stop
-        (CLOSING, (8.6e-3, 9.1e-3), True),
-        (CLOSING, (9.2e-3, 12.0e-3), False),
+        (OPENING, BOTH, (), True),
+        (OPENING, BOTH, (9.17e-3, 9.89e-3), True),
+        (OPENING, BOTH, (9.6e-3, 13.8e-3), False),  # thrown off the stop
+        (OPENING, ONLY_B, (8.6e-3, 12.8e-3), True),
+        (OPENING, ONLY_A, (9.0e-3, 9.8e-3), True),
+        (CLOSING, BOTH, (8.6e-3, 9.1e-3), True),
+        (CLOSING, BOTH, (9.2e-3, 12.0e-3), False),
+        (CLOSING, ONLY_A, (8.2e-3, 12.4e-3), True),
     ],
 )
-def test_a_landing_is_that_of_an_independent_solver(stroke, brake, stays):
-    task = Task(machine(), DWELL, stroke)
+def test_a_landing_is_that_of_an_independent_solver(stroke, solenoids, brake, stays):
+    task = Task(machine(), DWELL, stroke, solenoids)
     landing = land(task, brake)
     contact, speed, kept = truth_of(task, brake)
     assert landing.contact == pytest.approx(contact, abs=CONTACT_ERROR)
@@ -118,7 +139,7 @@ def test_a_small_rebound_is_no_falling_off():
 
 def test_a_front_holds_all_that_no_other_beats_and_nothing_else():
     rng = np.random.default_rng(1)
-    brakes = rng.uniform(size=(300, 5))
+    brakes = rng.uniform(size=(300, 6))
     front = front_of(brakes, 0.3, 0.8)
     allowed = brakes[(brakes[:, APART] >= 0.3) & (brakes[:, ADDED] <= 0.8)]
     beaten = [np.any((allowed[:, ADDED] <= row[ADDED]) & (allowed[:, SPEED] < row[SPEED])) for row in allowed]
@@ -150,7 +171,7 @@ def test_what_is_found_keeps_the_spacing_and_the_cost(results, number):
 def test_a_chosen_brake_lands_as_softly_in_an_independent_solver(results, number, kind):
     result = results[number]
     row = result.choices["within_spacing", kind].row
-    contact, speed, kept = truth_of(result.task, row[:2])
+    contact, speed, kept = truth_of(switched(result.task, row), row[:2])
     plain, unbraked, _ = truth_of(result.task, ())
     assert contact - plain == pytest.approx(row[ADDED], abs=CONTACT_ERROR)
     assert speed == pytest.approx(row[SPEED], abs=SPEED_ERROR)
@@ -160,10 +181,11 @@ def test_a_chosen_brake_lands_as_softly_in_an_independent_solver(results, number
 
 def test_brakes_drawn_at_random_are_not_softer(results):
     rng = np.random.default_rng(2)
-    task, unbraked = results[0].task, results[0].unbraked
+    unbraked = results[0].unbraked
     softest = results[0].choices["any_spacing", "softest"].row[SPEED]
+    tasks = [results[0].task._replace(solenoids=solenoids) for solenoids in SOLENOIDS]
     near = np.column_stack((rng.uniform(8.7e-3, 9.7e-3, 400), rng.uniform(0.3e-3, 1.2e-3, 400)))
-    landings = [land(task, (start, start + length)) for start, length in near]
+    landings = [land(task, (start, start + length)) for start, length in near for task in tasks]
     allowed = [found.speed for found in landings if found.stays and found.contact - unbraked.contact <= COST]
     assert len(allowed) > 50
     assert min(allowed) > softest - 0.02
@@ -172,11 +194,25 @@ def test_brakes_drawn_at_random_are_not_softer(results):
 # --- what 120 Hz allows ---
 
 
-def test_no_brake_of_120_hz_helps_within_a_millisecond(of_the_paper):
-    for result in of_the_paper:
+@pytest.mark.parametrize(("number", "alone"), [(0, ONLY_B), (1, ONLY_A)], ids=STROKES)
+def test_at_120_hz_the_solenoid_that_drives_lands_the_piston_softly_alone(of_the_paper, number, alone):
+    # B drives the opening, A the closing: shut off, it takes the push away, and the piston stays at its stop.
+    result = of_the_paper[number]
+    choice = result.choices["within_spacing", "softest"]
+    begin, release = choice.row[:2]
+    assert choice.solenoids == alone
+    assert min(begin, release - begin, DWELL - release) >= SPACING - 1e-9
+    contact, speed, kept = truth_of(switched(result.task, choice.row), (begin, release))
+    plain, unbraked, _ = truth_of(result.task, ())
+    assert speed == pytest.approx(choice.row[SPEED], abs=SPEED_ERROR)
+    assert speed < 0.3 * unbraked and contact - plain <= COST and kept > 0.99
+
+
+def test_both_at_once_do_not_land_softly_at_120_hz_within_a_millisecond(at_once):
+    for result in at_once:
         assert all(result.choices["within_spacing", kind] is None for kind in ("softest", "sturdy"))
         assert len(front_of(result.brakes, SPACING)) == 0
-    task, unbraked = of_the_paper[0].task, of_the_paper[0].unbraked
+    task, unbraked = at_once[0].task, at_once[0].unbraked
     for start in np.arange(SPACING, unbraked.contact, 0.1e-3):
         for longer in (0.0, 1e-3, 4e-3):
             brake = (start, start + SPACING + longer)
@@ -187,10 +223,14 @@ def test_no_brake_of_120_hz_helps_within_a_millisecond(of_the_paper):
             assert late or not landing.stays or landing.speed >= unbraked.speed
 
 
-def test_out_of_reach_is_told_with_what_it_would_take(of_the_paper):
-    lines = faults_of(of_the_paper, SPACING, COST)
+def test_out_of_reach_is_told_with_what_it_would_take(of_the_paper, at_once):
+    assert faults_of(of_the_paper, SPACING, COST) == []
+    lines = faults_of(at_once, SPACING, COST, (BOTH,))
     assert len(lines) == 2
-    assert lines[0].startswith("1 MPa gauge, opening: out of reach") and "one halves it" in lines[0]
+    assert (
+        lines[0].startswith("1 MPa gauge, opening: out of reach: no brake of both solenoids at once")
+        and "one halves it" in lines[0]
+    )
 
 
 def test_a_brake_of_120_hz_helps_a_heavy_piston():
@@ -210,7 +250,7 @@ def test_robustness_is_the_same_brake_under_other_conditions(results):
     choice = result.choices["within_spacing", "softest"]
     assert choice.landings[4].speed == choice.row[SPEED] and choice.added[4] == choice.row[ADDED]
     other = machine(supply=FACTORS[2], temperature=287.0 + OFFSETS[0])
-    expected, plain = (land(Task(other, DWELL, OPENING), brake) for brake in (choice.row[:2], ()))
+    expected, plain = (land(switched(Task(other, DWELL, OPENING), choice.row), brake) for brake in (choice.row[:2], ()))
     assert choice.landings[6].speed == pytest.approx(expected.speed, rel=1e-6)
     assert choice.added[6] == pytest.approx(expected.contact - plain.contact, abs=1e-9)
 
@@ -226,8 +266,8 @@ def test_a_sturdy_brake_holds_under_all_conditions_and_is_better_at_the_worst(re
     assert sturdy.row[SPEED] >= softest.row[SPEED]
     # None of a coarse grid of brakes is sturdier.
     conditions = conditions_of(result.task)
-    for brake in result.brakes[:: max(1, len(result.brakes) // 60), :2]:
-        found = [(land(task, brake), plain) for task, plain in conditions]
+    for row in result.brakes[:: max(1, len(result.brakes) // 60)]:
+        found = [(land(switched(task, row), row[:2]), plain) for task, plain in conditions]
         if all(landing.stays and landing.contact - plain.contact <= COST for landing, plain in found):
             assert max(landing.speed for landing, _ in found) >= worst
 
@@ -276,12 +316,15 @@ def test_the_command_gives_patterns_whose_edges_repeat_its_numbers(apesim):
     data = json.loads(out)
     assert code == 0 and err == "" and data["reachable"]
     opening, closing = data["points"]
-    edges = [1e-3 * edge for edge in opening["within_spacing"]["softest"]["edges_ms"]]
-    for point, before, command in ((opening, (), 0.0), (closing, edges[1:], DWELL)):
+    edges_a, edges_b = (), ()
+    for point, command in ((opening, 0.0), (closing, DWELL)):
         pattern = point["within_spacing"]["softest"]
         found = [1e-3 * edge for edge in pattern["edges_ms"]]
         assert np.diff(found).min() >= CLOSE - 1e-9 and found[0] == 0.0
-        run = simulate(Bench(), DWELL, 2.0 * DWELL, (*before, *(command + edge for edge in found[1:])))
+        own = tuple(command + edge for edge in found[1:])
+        edges_a += own if pattern["solenoids"] in ("both", "a") else ()
+        edges_b += own if pattern["solenoids"] in ("both", "b") else ()
+        run = simulate(Bench(), DWELL, 2.0 * DWELL, edges_a, edges_b)
         stroke = getattr(run, point["stroke"])
         assert stroke.seating_speed == pytest.approx(pattern["seating_speed_m_s"], abs=SPEED_ERROR)
         added = stroke.delay + stroke.stroke_time - 1e-3 * point["unbraked"]["contact_ms"]
@@ -295,7 +338,7 @@ def test_the_command_gives_patterns_whose_edges_repeat_its_numbers(apesim):
 
 
 def test_out_of_reach_ends_with_3_and_keeps_the_rest(apesim):
-    code, out, err = apesim("--pressure", "1 MPa gauge", "--out", "s.h5")
+    code, out, err = apesim("--pressure", "1 MPa gauge", "--solenoids", "both", "--out", "s.h5")
     assert code == 3
     assert err.count("out of reach") == 2
     assert "none lowers the seating speed" in out and "sturdy" in out
@@ -306,6 +349,7 @@ def test_out_of_reach_ends_with_3_and_keeps_the_rest(apesim):
     ("arguments", "told"),
     [
         (["--cost", "1"], ["--cost", "no unit"]),
+        (["--solenoids", "c"], ["--solenoids", "both"]),
         (["--spacing", "1 mm"], ["--spacing", "ms"]),
         (["--pressure", "1 MPa"], ["--pressure", "gauge"]),
         (["--temperature", "287"], ["--temperature", "K"]),

@@ -2,22 +2,26 @@
 
 import numpy as np
 
-from apesim.quantities import Quantity, parse, parse_range
+from apesim.quantities import Choice, Quantity, parse, parse_range
 from studies.commands.archived import computed, summary
 from studies.commands.given import PRESSURE, TEMPERATURE, TIME
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.soft_landing.braking import ADDED, APART, BRAKE, RELEASE, SPEED, front_of, widest_soft
+from studies.soft_landing.braking import ADDED, APART, BRAKE, RELEASE, SPEED, SWITCHED, front_of, widest_soft
+from studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS
 from studies.soft_landing.results import archive_of
 from studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, SPACING, faults_of, soft_landings
 from valve.bench import run_bench
 
+ANY = "any"
+TOLD = {BOTH: "A and B", ONLY_A: "A", ONLY_B: "B"}
+GIVEN = Choice((*SOLENOIDS, ANY), "command line")
 SHORT_TIME = Quantity("ms", 0.01, 100, "command line")
 
 
 def soft_landing_command(
-    console, machine_file, settings, pressure, temperature, cost, spacing, pulse, out, overwrite, figures
+    console, machine_file, settings, pressure, temperature, cost, spacing, solenoids, pulse, out, overwrite, figures
 ):
     """Brakes that land the piston softly; see `apesim valve soft-landing --help`.
 
@@ -33,21 +37,24 @@ def soft_landing_command(
     temperature = parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
     cost = parse(cost, SHORT_TIME, where="--cost", file=COMMAND_LINE)
     spacing = parse(spacing, SHORT_TIME, where="--spacing", file=COMMAND_LINE) if spacing else SPACING
+    solenoids = GIVEN.options[parse(solenoids, GIVEN, where="--solenoids", file=COMMAND_LINE)]
     pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
+    ways = SOLENOIDS if solenoids == ANY else (solenoids,)
     results = []
 
     def compute(command, report):
-        results.extend(soft_landings(machine, pressures, temperature, pulse, spacing, cost, report))
-        return archive_of(machine, results, spacing, cost, command)
+        results.extend(soft_landings(machine, pressures, temperature, pulse, spacing, cost, report, ways))
+        return archive_of(machine, results, spacing, cost, command, ways)
 
     def draw(archive, folder):
         return soft_landing_figures(archive, machine.ambient.pressure, folder) if figures else []
 
     _, told = computed(console, "soft landing", (run_bench, machine, pulse), compute, out, overwrite, draw)
-    faults = faults_of(results, spacing, cost)
+    faults = faults_of(results, spacing, cost, ways)
     data = {
         "spacing_ms": 1e3 * spacing,
         "cost_ms": 1e3 * cost,
+        "solenoids": solenoids,
         "reachable": not faults,
         "points": [_point(result, spacing, cost) for result in results],
         "faults": faults,
@@ -78,7 +85,12 @@ def _point(result, spacing, cost):
         "needed_spacing_ms": 1e3 * wide[0, APART] if len(wide) else None,
         "front": {
             limit: [
-                {"edges_ms": _edges(row), "added_ms": 1e3 * row[ADDED], "seating_speed_m_s": row[SPEED]}
+                {
+                    "solenoids": _solenoids(row),
+                    "edges_ms": _edges(row),
+                    "added_ms": 1e3 * row[ADDED],
+                    "seating_speed_m_s": row[SPEED],
+                }
                 for row in front_of(result.brakes, apart)
             ]
             for limit, apart in fronts
@@ -89,6 +101,11 @@ def _point(result, spacing, cost):
 def _edges(row):
     """The command and the edges of a brake, after the command [ms]."""
     return [0.0, *(round(1e3 * row[column], 6) for column in (BRAKE, RELEASE))]
+
+
+def _solenoids(row):
+    """Those that a brake switches."""
+    return SOLENOIDS[int(row[SWITCHED])]
 
 
 def _energy(result, speed):
@@ -102,6 +119,7 @@ def _pattern(result, choice):
         return None
     conditions = [(factor, offset) for factor in FACTORS for offset in OFFSETS]
     return {
+        "solenoids": choice.solenoids,
         "edges_ms": _edges(choice.row),
         "spacing_ms": 1e3 * choice.row[APART],
         "added_ms": 1e3 * choice.row[ADDED],
@@ -147,6 +165,7 @@ def _tables(results, spacing, cost):
                 "MPa gauge",
                 "stroke",
                 "",
+                "solenoids",
                 "edges [ms]",
                 "added [ms]",
                 "v_e [m/s]",
@@ -154,7 +173,7 @@ def _tables(results, spacing, cost):
                 "worst v_e",
                 "added",
             )
-            yield table_of(f"{title}, for {1e3 * cost:.3g} ms", header, (*rows,), left=(1, 2))
+            yield table_of(f"{title}, for {1e3 * cost:.3g} ms", header, (*rows,), left=(1, 2, 3))
         else:
             yield f"{title}, for {1e3 * cost:.3g} ms: none lowers the seating speed\n"
     yield (
@@ -172,6 +191,7 @@ def _row(result, limit, kind):
         f"{result.gauge / 1e6:.3g}",
         result.task.stroke,
         kind,
+        TOLD[choice.solenoids],
         " ".join(f"{edge:.2f}" for edge in _edges(choice.row)[1:]),
         f"{1e3 * choice.row[ADDED]:.2f}",
         f"{choice.row[SPEED]:.3f}",

@@ -120,7 +120,7 @@ def over_spacing(v, titles, spacing, cost):
 
 
 def traces(v, titles, stroke, dwell):
-    """Solenoid command, lift and speed of a stroke, without a brake and with the softest one.
+    """Commands of both solenoids, lift and speed of a stroke, without a brake and with the softest one.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def traces(v, titles, stroke, dwell):
     -------
     matplotlib.figure.Figure
     """
-    figure, axes = panels(titles, 3, 6.2, sharex=True, sharey="row", height_ratios=(1, 1.6, 1.6))
+    figure, axes = panels(titles, 4, 7.0, sharex=True, sharey="row", height_ratios=(0.8, 0.8, 1.6, 1.6))
     command, sign = (0.0, -1.0) if stroke == "opening" else (dwell, 1.0)
     time = 1e3 * v["time"] - command
     last = 0.0
@@ -145,20 +145,22 @@ def traces(v, titles, stroke, dwell):
         for name, colour, width in (("unbraked", "0.55", 1.2), ("braked", "C3", 1.6)):
             if name == "braked" and not edges:
                 continue
-            levels = (
-                np.resize((0.0, 1.0), 2 + len(edges)) if stroke == "opening" else np.resize((1.0, 0.0), 2 + len(edges))
-            )
-            if name == "braked":
-                steps = [-1.0, 0.0, *edges, 1e3]
-                axes[0, column].step(steps, [*levels, levels[-1]], where="post", color=colour, lw=1.0)
-            axes[0, column].plot(time, v[f"{name}_energised"][run], color=colour, lw=width, ls="--")
-            axes[1, column].plot(time, 1e3 * v[f"{name}_lift"][run], color=colour, lw=width)
-            axes[2, column].plot(time, sign * v[f"{name}_velocity"][run], color=colour, lw=width)
-        axes[2, column].set_xlabel(f"time after the command [ms], {stroke}")
+            for row, solenoid in enumerate("ab"):
+                if name == "braked":
+                    own = edges if v[f"{prefix}_solenoids"][run] in (0, row + 1) else []
+                    levels = np.resize((0.0, 1.0) if stroke == "opening" else (1.0, 0.0), 2 + len(own))
+                    steps = [-1.0, 0.0, *own, 1e3]
+                    axes[row, column].step(steps, [*levels, levels[-1]], where="post", color=colour, lw=1.0)
+                axes[row, column].plot(time, v[f"{name}_energised_{solenoid}"][run], color=colour, lw=width, ls="--")
+            axes[2, column].plot(time, 1e3 * v[f"{name}_lift"][run], color=colour, lw=width)
+            axes[3, column].plot(time, sign * v[f"{name}_velocity"][run], color=colour, lw=width)
+        axes[3, column].set_xlabel(f"time after the command [ms], {stroke}")
     axes[0, 0].set_xlim(-0.5, last)
     peak = max(np.nanmax(sign * v["unbraked_velocity"]), 0.1)
-    axes[2, 0].set_ylim(-0.15 * peak, 1.1 * peak)
-    for axis, label in zip(axes[:, 0], ("solenoids [-]", "lift [mm]", "speed to the stop [m/s]"), strict=True):
+    axes[3, 0].set_ylim(-0.15 * peak, 1.1 * peak)
+    for axis, label in zip(
+        axes[:, 0], ("solenoid A", "solenoid B", "lift [mm]", "speed to the stop [m/s]"), strict=True
+    ):
         axis.set_ylabel(label)
     line = plt.Line2D
     handles = (

@@ -84,6 +84,9 @@ def valve_soft_landing(
         str | None,
         typer.Option(metavar="TIME", help="Between two edges of a solenoid, at least; 4.17 ms (120 Hz) if left out."),
     ] = None,
+    solenoids: Annotated[
+        str, typer.Option(metavar="both|a|b|any", help="Switched by a brake: both at once, A or B alone, the best.")
+    ] = "any",
     pulse: Annotated[str, typer.Option(metavar="TIME", help="From each command edge to the next.")] = "50 ms",
     out: Out = Path("soft_landing.h5"),
     overwrite: Overwrite = False,
@@ -91,13 +94,16 @@ def valve_soft_landing(
 ):
     """Pulse patterns that lower the seating speed: a braking re-switch in each stroke.
 
-    Edges are counted from the command edge of their stroke. Brakes are given for the spacing the solenoids can do, and
+    A brake switches both solenoids at once or one of them alone, whichever lands the piston more softly. Edges are
+    counted from the command edge of their stroke. Brakes are given for the spacing the solenoids can do, and
     for any spacing; the softest, and the sturdiest at 5 % more and less pressure and 10 K more and less. Exit code 3
     where no brake within the spacing lowers the seating speed at that cost.
     """
     from studies.commands.soft_landing import soft_landing_command
 
-    return soft_landing_command(*common, pressure, temperature, cost, spacing, pulse, out, overwrite, figures)
+    return soft_landing_command(
+        *common, pressure, temperature, cost, spacing, solenoids, pulse, out, overwrite, figures
+    )
 
 
 @command(valve, "discharge")

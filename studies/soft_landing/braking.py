@@ -1,22 +1,17 @@
-"""Brakes: both solenoids switched back for a while in mid-stroke, so that the piston lands softly.
+"""Brakes: solenoids switched back for a while in mid-stroke, so that the piston lands softly.
 
-Two numbers make a brake, when it begins and when it is released. The landscape over them has cliffs, where the piston
-turns back or falls off its stop again. So all brakes of a grid are run on the bench, then those around the best ones on
-ever finer grids: a scan sees a cliff, where a descent would end on it.
+Two numbers make a brake of given solenoids, when it begins and when it is released. The landscape over them has cliffs,
+where the piston turns back or falls off its stop again. So all brakes of a grid are run on the bench, then those around
+the best ones on ever finer grids: a scan sees a cliff, where a descent would end on it.
 """
 
 from math import ceil, inf
-from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march import LOG_HEAD, WATCH
-from valve.bench import run_bench
-from valve.measures import NEVER
-from valve.motion import MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT
+from studies.soft_landing.landing import SOLENOIDS, apart_of, land
 from valve.solenoid import opening_curve
 
-OPENING, CLOSING = STROKES = ("opening", "closing")
 RESOLUTION = 0.01e-3
 """Of the edges [s]."""
 COARSE = 32
@@ -29,95 +24,9 @@ SPACINGS = np.arange(1, 19) * 0.25e-3
 """Times between edges, for each of which the best brake is sought [s]."""
 SOFT = 0.5
 """A landing at this share of the unbraked seating speed, a quarter of its energy, counts as soft."""
-BRAKE, RELEASE, ADDED, SPEED, APART = range(5)
+BRAKE, RELEASE, ADDED, SPEED, APART, SWITCHED = range(6)
 """Columns of brakes: its two edges after the command [s], time added to the stroke [s], seating speed [m/s], shortest
-time between two edges [s]."""
-
-
-class Landing(NamedTuple):
-    """How a stroke ends."""
-
-    delay: float = NEVER
-    """Command edge to 1 % of the stroke [s]; NaN: the piston does not move so far."""
-    contact: float = NEVER
-    """Command edge to first contact with the far stop [s]; NaN: it is not met."""
-    speed: float = NEVER
-    """Highest speed at any contact, with either stop, from the command to the end of the dwell [m/s]."""
-    stays: bool = False
-    """Whether the piston keeps within 1 % of the stroke of the far stop from first contact to the end of the dwell."""
-
-
-class Task(NamedTuple):
-    """A stroke that is to land softly."""
-
-    machine: object
-    """`engine.machine.Machine`"""
-    dwell: float
-    """From each command edge to the next [s]."""
-    stroke: str
-    """One of `STROKES`."""
-    before: tuple = ()
-    """Edges of the brake in the opening that goes before a closing [s]."""
-
-    @property
-    def command(self):
-        """The command edge of the stroke [s]."""
-        return 0.0 if self.stroke == OPENING else self.dwell
-
-    def edges(self, brake):
-        """All edges of brakes in a run, for a brake of this stroke [s]."""
-        return (*self.before, *(self.command + edge for edge in brake))
-
-
-def landing_of(log, stroke, command, until):
-    """How a stroke ends.
-
-    Parameters
-    ----------
-    log : (l, 3 + n) float array
-        Of a bench run, see `apesim.march.march`; columns 3 and 4 are position and speed.
-    stroke : str
-        One of `STROKES`.
-    command, until : float
-        Its command edge, and the end of its dwell [s].
-
-    Returns
-    -------
-    Landing
-    """
-    log = log[(log[:, 0] >= command) & (log[:, 0] <= until)]
-    time, code, sign, speed = log[:, 0], log[:, 1], log[:, 2], np.abs(log[:, LOG_HEAD + 1])
-    near_closed, near_open = ((code == WATCH + watch) for watch in (ONE_PERCENT, NEAR_OPEN))
-    if stroke == OPENING:
-        begins, leaves, met = near_closed & (sign > 0.0), near_open & (sign < 0.0), MET_OPEN
-    else:
-        begins, leaves, met = near_open & (sign < 0.0), near_closed & (sign > 0.0), MET_CLOSED
-    contacts = time[code == met]
-    if not len(contacts):
-        return Landing()
-    hardest = speed[(code == MET_OPEN) | (code == MET_CLOSED)].max()
-    stays = not np.any(leaves & (time > contacts[0]))
-    return Landing(float(time[begins][0] - command), float(contacts[0] - command), float(hardest), stays)
-
-
-def land(task, brake=(), within=inf):
-    """Run a stroke to the end of its dwell, or no farther than a time after its command.
-
-    Parameters
-    ----------
-    task : Task
-    brake : sequence of float
-        Its two edges, after the command; none: no brake [s].
-    within : float
-        [s]
-
-    Returns
-    -------
-    Landing
-    """
-    until = task.command + min(task.dwell, within)
-    run = run_bench(task.machine, task.dwell, until, sample=until, brakes=task.edges(brake))
-    return Landing() if run.status else landing_of(run.log, task.stroke, task.command, until)
+time between two edges of a solenoid [s], number in `SOLENOIDS` of those it switches."""
 
 
 def front_of(brakes, apart=0.0, added_most=inf):
@@ -125,7 +34,7 @@ def front_of(brakes, apart=0.0, added_most=inf):
 
     Parameters
     ----------
-    brakes : (n, 5) float array
+    brakes : (n, 6) float array
         See `BRAKE`.
     apart : float
         Least time between two edges [s].
@@ -134,7 +43,7 @@ def front_of(brakes, apart=0.0, added_most=inf):
 
     Returns
     -------
-    (m, 5) float array
+    (m, 6) float array
         Added time ascending, seating speed falling; the softest is the last.
     """
     allowed = brakes[(brakes[:, APART] >= apart) & (brakes[:, ADDED] <= added_most)]
@@ -144,13 +53,13 @@ def front_of(brakes, apart=0.0, added_most=inf):
 
 
 def widest_soft(brakes, unbraked, cost):
-    """The brake whose edges are farthest apart of those that land softly (see `SOFT`) at a cost; shape (0 or 1, 5)."""
+    """The brake whose edges are farthest apart of those that land softly (see `SOFT`) at a cost; shape (0 or 1, 6)."""
     soft = brakes[(brakes[:, ADDED] <= cost) & (brakes[:, SPEED] <= SOFT * unbraked.speed)]
     return soft[np.argsort(soft[:, APART])[-1:]]
 
 
 def search(task, unbraked, spacing, cost):
-    """Brakes that complete the stroke and lower its seating speed.
+    """Brakes of a task's solenoids that complete the stroke and lower its seating speed.
 
     Parameters
     ----------
@@ -164,16 +73,16 @@ def search(task, unbraked, spacing, cost):
 
     Returns
     -------
-    (n, 5) float array
+    (n, 6) float array
         See `BRAKE`; of each front all that were met, refined for the given spacing, for none and for `SPACINGS`.
     """
     most = max(ADDED_LEAST, cost)
     points, tried, found = first_grid(task, unbraked, spacing, most), set(), []
-    unit, brakes = COARSE, np.empty((0, 5))
+    unit, brakes = COARSE, np.empty((0, 6))
     while points:
         found += [row for point in sorted(points) if (row := attempt(task, unbraked, most, point))]
         tried |= points
-        brakes = np.array(found).reshape(-1, 5)
+        brakes = np.array(found).reshape(-1, 6)
         softest = [front_of(brakes, apart, cost)[-1:] for apart in (spacing, 0.0)]
         if unit > 1:
             unit //= 2
@@ -237,7 +146,7 @@ def attempt(task, unbraked, most, point):
         added = landing.contact - unbraked.contact
         if not (landing.stays and added <= most and landing.speed < unbraked.speed):
             return None
-    return brake, release, added, landing.speed, apart
+    return brake, release, added, landing.speed, apart, SOLENOIDS.index(task.solenoids)
 
 
 def _thinned(front):
@@ -249,25 +158,26 @@ def _thinned(front):
 def sturdiest(conditions, brakes, spacing, cost):
     """The brake with the lowest worst seating speed over several conditions, costing no more in any.
 
-    The best of the given brakes that lie on a grid, moved by ever smaller steps for as long as its worst speed falls.
+    The best of the given brakes that begin on a grid, moved by ever smaller steps for as long as its worst speed falls.
 
     Parameters
     ----------
     conditions : sequence of (Task, Landing)
-        Each with its unbraked landing.
-    brakes : (n, 5) float array
-        See `BRAKE`.
+        Each with its unbraked landing, all of the same solenoids.
+    brakes : (n, 6) float array
+        See `BRAKE`; of those solenoids.
     spacing, cost : float
         [s]
 
     Returns
     -------
-    pair of float, or None
-        Its edges after the command [s]; None: no brake completes the stroke in every condition at that cost.
+    pair of float or None, float
+        Its edges after the command [s]; None: no brake completes the stroke in every condition at that cost. Its worst
+        seating speed [m/s].
     """
     conditions, unit = list(conditions), COARSE // 8
     points = np.round(brakes[:, (BRAKE, RELEASE)] / RESOLUTION).astype(int)
-    start = (brakes[:, APART] >= spacing) & (brakes[:, ADDED] <= cost) & np.all(points % unit == 0, axis=1)
+    start = (brakes[:, APART] >= spacing) & (brakes[:, ADDED] <= cost) & (points[:, 0] % unit == 0)
     best, lowest, around = None, inf, list(map(tuple, points[start].tolist()))
     while unit:
         moved = False
@@ -279,16 +189,11 @@ def sturdiest(conditions, brakes, spacing, cost):
             if speed < lowest:
                 best, lowest, moved = point, speed, True
         if best is None:
-            return None
+            return None, inf
         unit = unit if moved else unit // 2
         moves = range(-2 * unit, 2 * unit + 1, unit or 1)
         around = [(best[0] + a, best[1] + b) for a in moves for b in moves if a or b]
-    return tuple(round(edge * RESOLUTION, 9) for edge in best)
-
-
-def apart_of(task, brake):
-    """Shortest time between two edges of a task with a brake [s]."""
-    return round(min(brake[0], brake[1] - brake[0], task.dwell - brake[1]), 9)
+    return tuple(round(edge * RESOLUTION, 9) for edge in best), lowest
 
 
 def worst_speed(conditions, brake, cost, bound=inf):

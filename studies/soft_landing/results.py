@@ -11,26 +11,26 @@ from studies.soft_landing.braking import (
     ADDED,
     APART,
     BRAKE,
-    OPENING,
     RELEASE,
     RESOLUTION,
     SPACINGS,
     SPEED,
-    STROKES,
+    SWITCHED,
     front_of,
     widest_soft,
 )
+from studies.soft_landing.landing import OPENING, SOLENOIDS, STROKES
 from studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS
-from valve.bench import run_bench
 from valve.solenoid import energised_fraction, opening_curve
 
 STEP = 0.02e-3
 """Of the added time over which the fronts stand [s]."""
 SAMPLE = 0.05e-3
 """Of the traces [s]."""
+NUMBERED = "-1 none, 0 both, 1 A, 2 B"
 
 
-def archive_of(machine, results, spacing, cost, command=""):
+def archive_of(machine, results, spacing, cost, command="", solenoids=SOLENOIDS):
     """Results as an archive; a run is a pressure.
 
     Parameters
@@ -41,6 +41,8 @@ def archive_of(machine, results, spacing, cost, command=""):
         [s]
     command : str
         The command line.
+    solenoids : sequence of str
+        Tried to brake with, see `studies.soft_landing.strokes.soften`.
 
     Returns
     -------
@@ -72,6 +74,7 @@ def archive_of(machine, results, spacing, cost, command=""):
         "spacing_s": repr(spacing),
         "cost_s": repr(cost),
         "resolution_s": repr(RESOLUTION),
+        "solenoids": ", ".join(solenoids),
     }
     return Archive(dumps(machine), provenance, variables)
 
@@ -110,26 +113,32 @@ def _fronts(stroke, results, added, spacing):
     """Fronts as variables: for each added time the softest brake that costs no more; NaN where there is none."""
     variables = {}
     for limit, apart in zip(LIMITS, (spacing, 0.0), strict=True):
-        values = np.full((3, len(results), len(added)), nan)
+        values = np.full((4, len(results), len(added)), nan)
         for run, result in enumerate(results):
             front = front_of(result.brakes, apart)
             last = np.searchsorted(front[:, ADDED], added, side="right") - 1
-            for number, column in enumerate((SPEED, BRAKE, RELEASE)):
+            for number, column in enumerate((SPEED, BRAKE, RELEASE, SWITCHED)):
                 values[number, run, last >= 0] = front[last[last >= 0], column]
         told = (
             ("speed", "m/s", "front: seating speed"),
             ("brake", "s", "front: begin of the brake after the command edge"),
             ("release", "s", "front: end of the brake after the command edge"),
+            ("solenoids", "1", "front: solenoids that the brake switches", NUMBERED),
         )
-        for (name, unit, description), column in zip(told, values, strict=True):
-            variables[f"{stroke}_{limit}_front_{name}"] = Variable(("run", "added_time"), column, unit, description)
+        columns = (*values[:3], _numbers(values[3]))
+        for (name, *of), column in zip(told, columns, strict=True):
+            variables[f"{stroke}_{limit}_front_{name}"] = Variable(("run", "added_time"), column, *of)
     return variables
+
+
+def _numbers(solenoids):
+    return np.nan_to_num(solenoids, nan=-1.0).astype(np.int8)
 
 
 def _choices(prefix, choices):
     """A kind of choice as variables; NaN where there is none."""
     shape = (len(choices), len(FACTORS), len(OFFSETS))
-    rows, speed, added = np.full((len(choices), 5), nan), np.full(shape, nan), np.full(shape, nan)
+    rows, speed, added = np.full((len(choices), 6), nan), np.full(shape, nan), np.full(shape, nan)
     stays = np.zeros(shape, dtype=np.int8)
     for run, choice in enumerate(choices):
         if choice:
@@ -141,6 +150,9 @@ def _choices(prefix, choices):
     return {
         f"{prefix}_brake": Variable(("run",), rows[:, BRAKE], "s", "begin of the brake after the command edge"),
         f"{prefix}_release": Variable(("run",), rows[:, RELEASE], "s", "end of the brake after the command edge"),
+        f"{prefix}_solenoids": Variable(
+            ("run",), _numbers(rows[:, SWITCHED]), "1", "solenoids that it switches", NUMBERED
+        ),
         f"{prefix}_added": Variable(("run",), rows[:, ADDED], "s", "time added to the stroke"),
         f"{prefix}_speed": Variable(("run",), rows[:, SPEED], "m/s", "seating speed"),
         f"{prefix}_speed_at": Variable(axes, speed, "m/s", "seating speed under other conditions"),
@@ -150,24 +162,21 @@ def _choices(prefix, choices):
 
 
 def _traces(results):
-    """Lift, velocity and energised fraction over both strokes, unbraked and with the best brakes, as variables."""
-    pairs = list(zip(results[::2], results[1::2], strict=True))
+    """Lift, velocity and energised fractions over both strokes, unbraked and with the best brakes, as variables."""
+    openings, closings = results[::2], results[1::2]
     task = results[0].task
-    times = run_bench(task.machine, task.dwell, sample=SAMPLE).times
+    times = task.run(sample=SAMPLE).times
     variables = {"time": Variable(("time",), times, "s", "time after the solenoids are energised")}
     curve = opening_curve(task.machine.valve.solenoid)
-    for name in ("unbraked", "braked"):
-        lift, velocity, energised = [], [], []
-        for opening, closing in pairs:
-            brakes = closing.task.edges(closing.best.row[:2] if closing.best else ()) if name == "braked" else ()
-            run = run_bench(opening.task.machine, task.dwell, sample=SAMPLE, brakes=brakes)
-            edges = np.array(sorted((0.0, task.dwell, *brakes)))
-            lift.append(run.trace[:, 0])
-            velocity.append(run.trace[:, 1])
-            energised.append([energised_fraction(edges, np.inf, curve, t) for t in run.times])
-        variables[f"{name}_lift"] = Variable(("run", "time"), np.array(lift), "m", "lift")
-        variables[f"{name}_velocity"] = Variable(
-            ("run", "time"), np.array(velocity), "m/s", "dL/dt, positive as it closes"
-        )
-        variables[f"{name}_energised"] = Variable(("run", "time"), np.array(energised), "1", "energised fraction")
+    braked = [result.braked for result in closings]
+    for name, runs in (("unbraked", [(result.task, ()) for result in openings]), ("braked", braked)):
+        traces = np.array([task.run(brake, sample=SAMPLE).trace for task, brake in runs])
+        variables[f"{name}_lift"] = Variable(("run", "time"), traces[..., 0], "m", "lift")
+        variables[f"{name}_velocity"] = Variable(("run", "time"), traces[..., 1], "m/s", "dL/dt, positive as it closes")
+        for number, solenoid in enumerate("ab"):
+            commands = [np.array(sorted((0.0, task.dwell, *task.edges(brake)[number]))) for task, brake in runs]
+            energised = [[energised_fraction(edges, np.inf, curve, t) for t in times] for edges in commands]
+            variables[f"{name}_energised_{solenoid}"] = Variable(
+                ("run", "time"), np.array(energised), "1", f"energised fraction of solenoid {solenoid.upper()}"
+            )
     return variables

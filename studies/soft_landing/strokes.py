@@ -8,18 +8,14 @@ import numpy as np
 from apesim.march import LOG_HEAD, WATCH
 from studies.soft_landing.braking import (
     APART,
-    STROKES,
-    Landing,
-    Task,
-    apart_of,
+    SWITCHED,
     front_of,
-    land,
     search,
     sturdiest,
     widest_soft,
 )
+from studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS, STROKES, Landing, Task, apart_of, land
 from studies.valve_map import with_supply
-from valve.bench import run_bench
 from valve.motion import MET_CLOSED, MET_OPEN, SPEED_EXTREMUM
 
 PRESSURES = "0.4:1.6:0.6 MPa gauge"
@@ -45,6 +41,11 @@ class Choice(NamedTuple):
     added: np.ndarray
     """Time added to the unbraked stroke of the same condition [s], in the same order."""
 
+    @property
+    def solenoids(self):
+        """Those it switches, one of `studies.soft_landing.landing.SOLENOIDS`."""
+        return SOLENOIDS[int(self.row[SWITCHED])]
+
 
 class Result(NamedTuple):
     """What was found for a stroke at one pressure."""
@@ -55,7 +56,7 @@ class Result(NamedTuple):
     """Lowest speed of the unbraked piston between its peak and contact [m/s]: the most that the fluctuation alone could
     give, if the stop stood there."""
     brakes: np.ndarray
-    """See `studies.soft_landing.braking.search`."""
+    """Of all solenoids tried, see `studies.soft_landing.braking.search`."""
     choices: dict
     """`Choice` or None by limit and kind."""
 
@@ -68,6 +69,12 @@ class Result(NamedTuple):
     def best(self):
         """The softest brake within the spacing; without one, the softest of any spacing; else None."""
         return next((c for limit in LIMITS if (c := self.choices[limit, "softest"])), None)
+
+    @property
+    def braked(self):
+        """The task with the solenoids of its best brake, and the edges of that; none if there is no brake."""
+        best = self.best
+        return (self.task._replace(solenoids=best.solenoids), tuple(best.row[:2])) if best else (self.task, ())
 
 
 def lowest_speed(log, command, contact):
@@ -104,22 +111,34 @@ def conditions_of(task):
 def choose(task, unbraked, brakes, conditions, spacing, cost):
     """The softest and the sturdiest brake for a spacing and a cost; a dict of `Choice` or None by kind."""
     softest = front_of(brakes, spacing, cost)[-1:]
-    sturdy = sturdiest(conditions, brakes, spacing, cost) if len(softest) else None
+    if not len(softest):
+        return dict.fromkeys(KINDS)
+    found = []
+    for number in np.unique(brakes[:, SWITCHED]).astype(int):
+        brake, worst = sturdiest(_of(number, conditions), brakes[brakes[:, SWITCHED] == number], spacing, cost)
+        found += [(worst, brake, number)] if brake else []
+    _, brake, number = min(found, default=(None, None, None))
     return {
-        "softest": _choice(task, unbraked, softest[0, :2], conditions) if len(softest) else None,
-        "sturdy": _choice(task, unbraked, sturdy, conditions) if sturdy else None,
+        "softest": _choice(task, unbraked, softest[0, :2], int(softest[0, SWITCHED]), conditions),
+        "sturdy": _choice(task, unbraked, brake, number, conditions) if brake else None,
     }
 
 
-def _choice(task, unbraked, brake, conditions):
+def _of(number, conditions):
+    """Conditions whose brake switches the solenoids of that number."""
+    return [(task._replace(solenoids=SOLENOIDS[number]), unbraked) for task, unbraked in conditions]
+
+
+def _choice(task, unbraked, brake, number, conditions):
+    [(task, _)], conditions = _of(number, [(task, unbraked)]), _of(number, conditions)
     landings = tuple(land(other, brake) for other, _ in conditions)
     added = np.array([found.contact - base.contact for found, (_, base) in zip(landings, conditions, strict=True)])
     landing = land(task, brake)
     apart = apart_of(task, brake)
-    return Choice(np.array([*brake, landing.contact - unbraked.contact, landing.speed, apart]), landings, added)
+    return Choice(np.array([*brake, landing.contact - unbraked.contact, landing.speed, apart, number]), landings, added)
 
 
-def soften(task, spacing, cost):
+def soften(task, spacing, cost, solenoids=SOLENOIDS):
     """Find the brakes of a stroke.
 
     Parameters
@@ -129,6 +148,8 @@ def soften(task, spacing, cost):
         Between two edges of a solenoid, at least [s].
     cost : float
         Added time allowed [s].
+    solenoids : sequence of str
+        Tried to brake with, of `studies.soft_landing.landing.SOLENOIDS`.
 
     Returns
     -------
@@ -138,11 +159,11 @@ def soften(task, spacing, cost):
     unbraked = land(task)
     if not unbraked.stays:
         return Result(
-            task, unbraked, nan, np.empty((0, 5)), {(limit, kind): None for limit in LIMITS for kind in KINDS}
+            task, unbraked, nan, np.empty((0, 6)), {(limit, kind): None for limit in LIMITS for kind in KINDS}
         )
-    plain = run_bench(task.machine, task.dwell, sample=task.dwell, brakes=task.before)
+    plain = task.run(sample=task.dwell)
     lowest = lowest_speed(plain.log, task.command, task.command + unbraked.contact)
-    brakes = search(task, unbraked, spacing, cost)
+    brakes = np.concatenate([search(task._replace(solenoids=s), unbraked, spacing, cost) for s in solenoids])
     conditions = conditions_of(task)
     choices = {
         (limit, kind): choice
@@ -152,7 +173,7 @@ def soften(task, spacing, cost):
     return Result(task, unbraked, lowest, brakes, choices)
 
 
-def soft_landings(machine, pressures, temperature, dwell, spacing=SPACING, cost=1e-3, report=None):
+def soft_landings(machine, pressures, temperature, dwell, spacing=SPACING, cost=1e-3, report=None, solenoids=SOLENOIDS):
     """Brakes of both strokes over pressure.
 
     Parameters
@@ -170,6 +191,8 @@ def soft_landings(machine, pressures, temperature, dwell, spacing=SPACING, cost=
         Added time allowed for a stroke, command edge to contact [s].
     report : function, optional
         Called with the numbers of strokes done and in all.
+    solenoids : sequence of str
+        See `soften`.
 
     Returns
     -------
@@ -179,23 +202,26 @@ def soft_landings(machine, pressures, temperature, dwell, spacing=SPACING, cost=
     results = []
     for pressure in pressures:
         supplied = with_supply(machine, pressure, temperature)
-        before = ()
+        before = Task(supplied, dwell, STROKES[0]).before
         for stroke in STROKES:
-            result = soften(Task(supplied, dwell, stroke, before), spacing, cost)
+            result = soften(Task(supplied, dwell, stroke, before=before), spacing, cost, solenoids)
             results.append(result)
-            before = tuple(result.best.row[:2]) if result.best else ()
+            task, brake = result.braked
+            before = task.edges(brake)
             if report:
                 report(len(results), 2 * len(pressures))
     return results
 
 
-def faults_of(results, spacing, cost):
+def faults_of(results, spacing, cost, solenoids=SOLENOIDS):
     """One line for each stroke that is not completed, or that no brake within the spacing softens at that cost.
 
     Returns
     -------
     list of str
     """
+    told = {BOTH: "both solenoids at once", ONLY_A: "solenoid A alone", ONLY_B: "solenoid B alone"}
+    which = "" if len(solenoids) == len(SOLENOIDS) else " of " + " or ".join(told[name] for name in solenoids)
     lines = []
     for result in results:
         where = f"{result.gauge / 1e6:.3g} MPa gauge, {result.task.stroke}"
@@ -203,7 +229,7 @@ def faults_of(results, spacing, cost):
             lines.append(f"{where}: not completed even without a brake; try more pressure or a longer pulse")
         elif not result.choices["within_spacing", "softest"]:
             tried = f"with edges {1e3 * spacing:.3g} ms apart lowers the seating speed at a cost of {1e3 * cost:.3g} ms"
-            lines.append(f"{where}: out of reach: no brake {tried}{_what_would(result, cost)}")
+            lines.append(f"{where}: out of reach: no brake{which} {tried}{_what_would(result, cost)}")
     return lines
 
 
