@@ -415,7 +415,7 @@ def test_the_command_prints_tables(folder, capsys):
         ([BETA, BETA], f"{BETA} is given twice; give it once"),
         ([f"{BETA}=1 N s/m"], "'1 N s/m' are no bounds; write valve.viscous_friction=LOW:HIGH"),
         ([f"{BETA}=2 N s/m:1 N s/m"], "the first is not below the second; write valve.viscous_friction=LOW:HIGH"),
-        ([f"{BETA}=1:2"], "'1' has no unit; write valve.viscous_friction=LOW:HIGH"),
+        ([f"{BETA}=1:2"], "'1' has no unit; write e.g. \"1 N s/m\""),
     ],
 )
 def test_a_wrong_free_parameter_is_told(free, line):

@@ -1,6 +1,7 @@
 from math import exp, log
 from typing import NamedTuple
 
+import numba
 import numpy as np
 import pytest
 from test_march import NoTables, cached_apart
@@ -172,6 +173,7 @@ def stiff_rates(p, t, y, mode, dy):
     return True
 
 
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="ten million steps")
 def test_an_orbit_that_takes_too_many_steps_is_given_up():
     orbit = settle(Stiff(), [0.0, 0.0])
     assert orbit.status == Status.TOO_MANY_STEPS
