@@ -233,7 +233,7 @@ def test_figures_are_drawn_of_a_single_speed(found, tmp_path):
         (["--free", "supply.pressure"], ["--free", "bounds", "0.5 MPa gauge:1.5 MPa gauge"]),
         (["--free", "valve.stroke=5 mm:6 mm"], ["--free", "not the supply pressure", "supply.pressure="]),
         (["--free", "supply.pressure=2 MPa abs:1 MPa abs"], ["--free", "not below", "LOW:HIGH"]),
-        (["--free", "supply.pressure=1:2"], ["--free", "no unit", "LOW:HIGH"]),
+        (["--free", "supply.pressure=1:2"], ["--free", "no unit", "gauge"]),
     ],
 )
 def test_bad_input_is_one_line_that_says_what_would_be_right(apesim, arguments, words):
