@@ -59,6 +59,7 @@ def told(point):
 
 
 @pytest.mark.parametrize(("goal", "sign"), [(Goal.TORQUE, 1.0), (Goal.AIR, -1.0)])
+@pytest.mark.slow
 def test_no_point_of_a_grid_is_better_than_the_optimum(found, grid, goal, sign):
     best = found.best[goal]
     assert outcome(*angles_of(best)) == pytest.approx(told(best), rel=1e-6)
