@@ -8,7 +8,7 @@ from pathlib import Path
 from apesim.archive import ArchiveError, replace_file
 from apesim.kernel import when_compiling
 
-COMPILING = "compiling the model for this processor: once, about 20 s"
+COMPILING = "compiling the model for this processor: once, about half a minute"
 
 
 def warm_up(console, march, *arguments, **options):
