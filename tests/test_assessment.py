@@ -1,7 +1,6 @@
 """The chain of valves: its steps sum up, each is zero where its cause is absent, and what is undefined says why."""
 
 import json
-import sys
 from math import isnan
 
 import numpy as np
@@ -29,8 +28,6 @@ from studies.assessment.chain import (
 )
 from studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
 from studies.assessment.lift import constant_speed_lift, lift_curve_of
-from studies.cli import app
-from studies.console import main_of
 from studies.figures import assessment as figures
 
 SPEEDS = [600.0 * RPM, 1000.0 * RPM, 1600.0 * RPM]
@@ -242,20 +239,6 @@ def test_figures_are_drawn_for_one_point_too_and_are_the_same_each_time(options,
     assert [path.name for path in first] == ["losses.png", "losses.pdf"]
     for one, other in zip(first, second, strict=True):
         assert one.read_bytes() == other.read_bytes()
-
-
-@pytest.fixture
-def apesim(monkeypatch, capsys, tmp_path):
-    """Runs a command in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["apesim", *arguments])
-        code = main_of(app)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_the_command_tells_chain_losses_and_whole_as_json(apesim, tmp_path):

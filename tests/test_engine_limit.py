@@ -1,7 +1,6 @@
 """The engine's limit is where its targets, full strokes or repetition stop being had, and what fails first is named."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
@@ -9,8 +8,6 @@ import pytest
 from apesim.archive.inspection import verify
 from engine.breathing import DEGREE
 from engine.machine import Machine
-from studies.cli import app
-from studies.console import main_of
 from studies.engine_limit import (
     CRITERION,
     PAPER_RPM,
@@ -115,20 +112,6 @@ def test_a_map_is_its_limits_one_by_one_and_states_its_criterion(found, tmp_path
     assert np.isnan(v["works_again_rpm"]).all() and v["peak_lift_m"][1] == pytest.approx(9e-3)
     assert archive.provenance["criterion"] == CRITERION
     assert all(path.stat().st_size > 5000 for path in engine_limit_figures(archive, AMBIENT, tmp_path))
-
-
-@pytest.fixture
-def apesim(monkeypatch, capsys, tmp_path):
-    """Runs a command in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["apesim", *arguments])
-        code = main_of(app)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_the_command_puts_limit_and_criterion_into_its_json(apesim):

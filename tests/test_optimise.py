@@ -1,7 +1,6 @@
 """The best commands are what a brute-force grid of operating points cannot beat, and the front is one."""
 
 import json
-import sys
 from math import nan
 
 import numpy as np
@@ -12,8 +11,6 @@ from engine.breathing import DEGREE
 from engine.indicators import indicators
 from engine.machine import Machine
 from engine.steady import run_steady
-from studies.cli import app
-from studies.console import main_of
 from studies.figures.optimise import optimise_figures
 from studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Landscape, Point, judged
 from studies.optimise.search import optimise, undominated
@@ -167,20 +164,6 @@ def test_a_front_keeps_what_nothing_dominates():
     merits = [(1.0, 9.0), (2.0, 8.0), (2.0, 7.0), (1.5, 8.5), (1.4, 8.4), (3.0, 1.0), (2.999, 1.01), (-1.0, 20.0)]
     front = undominated([point(*merit) for merit in merits])
     assert [one.merit for one in front] == [(1.0, 9.0), (1.5, 8.5), (2.0, 8.0), (2.999, 1.01), (3.0, 1.0)]
-
-
-@pytest.fixture
-def apesim(monkeypatch, capsys, tmp_path):
-    """Runs a command in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["apesim", *arguments])
-        code = main_of(app)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_the_command_leaves_json_archive_and_figures(apesim, tmp_path):

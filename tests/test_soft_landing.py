@@ -1,7 +1,7 @@
 """Brakes land the piston softly, within their cost and what the solenoids can do; an independent solver agrees."""
 
+import functools
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +13,6 @@ from truth.valve import SPEED as VELOCITY
 
 from apesim.archive import write
 from apesim.archive.inspection import verify
-from studies.cli import app
-from studies.console import main_of
 from studies.figures.soft_landing import soft_landing_figures
 from studies.soft_landing.braking import (
     ADDED,
@@ -299,20 +297,13 @@ def test_figures_are_drawn_with_brakes_and_for_a_piston_that_does_not_move(resul
 
 
 @pytest.fixture
-def apesim(monkeypatch, capsys, tmp_path):
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["apesim", "valve", "soft-landing", *arguments])
-        code = main_of(app)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
+def soft_landing(apesim):
+    """The command in an empty folder; returns exit code, standard output and standard error."""
+    return functools.partial(apesim, "valve", "soft-landing")
 
 
-def test_the_command_gives_patterns_whose_edges_repeat_its_numbers(apesim):
-    code, out, err = apesim("--pressure", "1 MPa gauge", "--spacing", "0.6 ms", "--json", "--no-figures")
+def test_the_command_gives_patterns_whose_edges_repeat_its_numbers(soft_landing):
+    code, out, err = soft_landing("--pressure", "1 MPa gauge", "--spacing", "0.6 ms", "--json", "--no-figures")
     data = json.loads(out)
     assert code == 0 and err == "" and data["reachable"]
     opening, closing = data["points"]
@@ -337,8 +328,8 @@ def test_the_command_gives_patterns_whose_edges_repeat_its_numbers(apesim):
         assert all(np.diff([row["seating_speed_m_s"] for row in front]) < 0.0)
 
 
-def test_out_of_reach_ends_with_3_and_keeps_the_rest(apesim):
-    code, out, err = apesim("--pressure", "1 MPa gauge", "--solenoids", "both", "--out", "s.h5")
+def test_out_of_reach_ends_with_3_and_keeps_the_rest(soft_landing):
+    code, out, err = soft_landing("--pressure", "1 MPa gauge", "--solenoids", "both", "--out", "s.h5")
     assert code == 3
     assert err.count("out of reach") == 2
     assert "none lowers the seating speed" in out and "sturdy" in out
@@ -356,7 +347,7 @@ def test_out_of_reach_ends_with_3_and_keeps_the_rest(apesim):
         (["--out", ".", "--overwrite"], ["is a folder"]),
     ],
 )
-def test_bad_input_ends_with_2(apesim, arguments, told):
-    code, out, err = apesim("--pressure", "0.03 MPa gauge", "--pulse", "5 ms", *arguments)
+def test_bad_input_ends_with_2(soft_landing, arguments, told):
+    code, out, err = soft_landing("--pressure", "0.03 MPa gauge", "--pulse", "5 ms", *arguments)
     assert code == 2 and out == "" and len(err.strip().splitlines()) == 1
     assert all(part in err for part in told)

@@ -4,7 +4,6 @@ import csv
 import json
 import shutil
 import subprocess
-import sys
 from math import nan
 from pathlib import Path
 
@@ -17,9 +16,7 @@ from apesim.quantities.settings import dumps, load
 from engine.breathing import DEGREE, TURN
 from engine.machine import Machine
 from engine.steady import run_steady
-from studies.cli import app
 from studies.commands.timing import _law_lines
-from studies.console import main_of
 from studies.figures.timing import timing_figures
 from studies.timing.export import as_json, export
 from studies.timing.grid import REASONS, faults_of_timing, map_timing
@@ -343,20 +340,6 @@ def test_exports_say_the_same_and_state_their_error(mapped, tmp_path):
         assert error in told and "at the centres of cells" in told and "at most" not in told
     assert data["interpolation_error"]["where"] == "centres of cells"
     assert all(path.stat().st_size > 5000 for path in timing_figures(mapped, AMBIENT, tmp_path))
-
-
-@pytest.fixture
-def apesim(monkeypatch, capsys, tmp_path):
-    """Runs a command in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["apesim", *arguments])
-        code = main_of(app)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_engine_run_opens_and_closes_where_engine_timing_promises(apesim):

@@ -4,6 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from studies.figures.lines import over_pressure
 from studies.figures.style import draw
 
 MAPS = {
@@ -181,17 +182,8 @@ def limits(archive, ambient_pressure):
     matplotlib.figure.Figure
     """
     v = {name: variable.values for name, variable in archive.variables.items()}
-    pressure = (v["supply_pressure"] - ambient_pressure) / 1e6
-    temperatures, duties = np.unique(v["supply_temperature"]), np.unique(v["duty"])
     figure, axis = plt.subplots(figsize=(7.8, 4.2), layout="constrained")
-    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(duties)))
-    styles = ["-", "--", ":", "-."]
-    for duty, colour in zip(duties, colours, strict=True):
-        for number, temperature in enumerate(temperatures):
-            chosen = (v["duty"] == duty) & (v["supply_temperature"] == temperature)
-            label = f"duty {duty:g}, {temperature:g} K"
-            style = styles[number % len(styles)]
-            axis.plot(pressure[chosen], v["limit_hz"][chosen], color=colour, ls=style, marker="o", ms=3, label=label)
+    over_pressure(axis, v, "limit_hz", "duty", "duty {:g}", ambient_pressure, 0.9)
     axis.axhline(30.0, color="0.3", lw=0.9, label="30 Hz = 1800 r/min")
     axis.axhline(2000.0 / 60.0, color="0.3", lw=0.9, ls="--", label="33.3 Hz = 2000 r/min")
     axis.set(xlabel="control pressure [MPa gauge]", ylabel="highest working rate [Hz]", title="Every stroke complete")
