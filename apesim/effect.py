@@ -59,9 +59,14 @@ class NoEffects(NamedTuple):
     """In place of a library's laws where none is on: the march is compiled without any."""
 
 
-def acting(name, library):
-    """NamedTuple type of the parameters of those effects that act within the march, by law or contact."""
-    return NamedTuple(name, [(effect.name, effect.parameters) for effect in library if set(effect.slots) - {"adjust"}])
+def acting(name, module, library):
+    """NamedTuple type of the parameters of those effects that act within the march: all but those that only adjust.
+
+    The compile cache finds a type again by the module that it says it is from, and by its name there.
+    """
+    found = NamedTuple(name, [(effect.name, effect.parameters) for effect in library if set(effect.slots) - {"adjust"}])
+    found.__module__ = module
+    return found
 
 
 def chosen(library, effects, container):

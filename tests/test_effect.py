@@ -1,3 +1,4 @@
+import pickle
 import re
 import runpy
 from pathlib import Path
@@ -11,6 +12,8 @@ from apesim.air import Air, Ambient, gas_of
 from apesim.effect import Effect, NoEffects, add_laws, adjusted, chosen, contact, law, restitution
 from apesim.kernel import kernel
 from apesim.restriction import flow_between
+from engine.effects import EngineLaws
+from valve.effects import ValveLaws
 from valve.terms import MASS_A, TERMS, ValveState
 
 # --- a library of three effects, and one that is not in it ---
@@ -123,6 +126,12 @@ def test_chosen_takes_its_own_effects_by_name():
 
 def test_an_effect_of_another_library_switches_nothing_on():
     assert type(chosen(LIBRARY, AllEffects(foreign=Foreign(9.0)), Effects)) is NoEffects
+
+
+@pytest.mark.parametrize("laws", [ValveLaws, EngineLaws])
+def test_the_compile_cache_finds_the_laws_again(laws):
+    """A type that cannot be found by its module and name has its kernels compiled anew in every process."""
+    assert pickle.loads(pickle.dumps(laws)) is laws
 
 
 # --- adjust ---

@@ -31,7 +31,7 @@ ENGINE_EFFECTS = (
 )
 ALL_EFFECTS = VALVE_EFFECTS + ENGINE_EFFECTS
 
-EngineLaws = acting("EngineLaws", ENGINE_EFFECTS)
+EngineLaws = acting("EngineLaws", __name__, ENGINE_EFFECTS)
 Effects = NamedTuple("Effects", [(effect.name, effect.parameters) for effect in ALL_EFFECTS])
 Effects.__doc__ = "Effects: physics that the base model leaves out. A table that is present switches its effect on."
 Effects.__new__.__defaults__ = tuple(effect.parameters() for effect in ALL_EFFECTS)

@@ -59,4 +59,4 @@ VALVE_EFFECTS = (
 
 ValveEffects = NamedTuple("ValveEffects", [(effect.name, effect.parameters) for effect in VALVE_EFFECTS])
 ValveEffects.__new__.__defaults__ = tuple(effect.parameters() for effect in VALVE_EFFECTS)
-ValveLaws = acting("ValveLaws", VALVE_EFFECTS)
+ValveLaws = acting("ValveLaws", __name__, VALVE_EFFECTS)
