@@ -9,6 +9,7 @@ from apesim.quantities.files import csv_columns
 from apesim.quantities.units import NUMBER
 
 TIME = "time"
+NOT_MEASURED = "nan"
 KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
 
 
@@ -20,9 +21,9 @@ def read_columns(path, declared, due, ambient_pressure, right):
     path : path
     declared : dict of str
         The unit of each column by name, in any of its dimension; that of a pressure ends in `` abs``, and the file
-        says whether it is abs or gauge. Time has to rise.
+        says whether it is abs or gauge.
     due : sequence of str
-        Names that must be there.
+        Names that must be there; the first of them has to rise. Of others, one of nan alone is as if it were not there.
     ambient_pressure : float
         What gauge pressures stand above [Pa].
     right : str
@@ -49,15 +50,15 @@ def read_columns(path, declared, due, ambient_pressure, right):
             culprits.append(Culprit(file, name, "there is no such column", form))
         if len(given) > 1:
             culprits.append(Culprit(file, name, "stands in several columns", "keep one of them"))
-        elif given:
+        elif given and (name in due or any(cell.strip() != NOT_MEASURED for cell in given[0][1])):
             (_, own), cells = given[0]
             try:
                 columns[name] = _values(name, own, cells, expected, ambient_pressure, form)
             except Wrong as wrong:
                 culprits.append(Culprit(file, name, wrong.wrong, wrong.right))
-    stuck = np.flatnonzero(np.diff(columns.get(TIME, ())) <= 0.0)
+    stuck = np.flatnonzero(np.diff(columns.get(due[0], ())) <= 0.0)
     if len(stuck) and not culprits:
-        culprits.append(Culprit(file, TIME, f"does not rise in row {stuck[0] + 2}", "sort the rows, one of equals"))
+        culprits.append(Culprit(file, due[0], f"does not rise in row {stuck[0] + 2}", "sort the rows, one of equals"))
     return columns, names, culprits
 
 

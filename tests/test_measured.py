@@ -2,14 +2,21 @@
 
 import numpy as np
 import pytest
-from machines import AMBIENT, machine
+from machines import AMBIENT, machine, settled
 
 from apesim.quantities import InputError
 from studies.commands.tables import write_traces
-from studies.measured import read_measured
+from studies.measured import VALVE, read_measured
 from valve.bench import TRACE, run_bench
 
 RUN = '[[run]]\ndata = "a.csv"\nsupply = "0.40 MPa gauge"\ntemperature = "287 K"\npulse = "50 ms"\nrole = "fit"\n'
+ENGINE_RUN = """[[run]]
+data = "a.csv"
+supply = "1.0 MPa gauge"
+speed = "600 rpm"
+energise = "-10 deg"
+release = "70 deg"
+"""
 ROWS = "".join(f"{0.5 * i},{0.01 * i}\n" for i in range(10))
 
 
@@ -26,10 +33,10 @@ def folder(tmp_path):
     return write
 
 
-def faults(folder):
+def faults(folder, bench=None):
     """The lines of what is wrong with a folder, less its path."""
     with pytest.raises(InputError) as caught:
-        read_measured(folder, AMBIENT)
+        read_measured(folder, AMBIENT, bench)
     lines = str(caught.value).replace(f"{folder}/", "").splitlines()
     assert len(lines) == len(caught.value.culprits)
     return lines
@@ -90,7 +97,7 @@ name = ""
     lines = faults(folder(toml, a="time [ms],lft [mm]\n1,2\n"))
     assert lines == [
         "measured.toml: colour: unknown key; valid here: bench, sensor, run",
-        "measured.toml: bench: 'valv' is no bench known here; write bench = \"valve\"",
+        'measured.toml: bench: \'valv\' is no bench known here; write bench = "valve" or bench = "engine"',
         "measured.toml: sensor.lfit: unknown key; did you mean lift?",
         "measured.toml: sensor.lift.nose: unknown key; did you mean noise?",
         lines[4],
@@ -122,8 +129,12 @@ name = ""
             "or gauge",
         ),
         (
-            "time [ms],lift [mm]\n0,nan\n",
-            "a.csv: lift: 'nan' in row 1 is no finite number; give a number in every cell",
+            "time [ms],lift [mm]\n0,1\n1,nan\n",
+            "a.csv: lift: 'nan' in row 2 is no finite number; give a number in every cell",
+        ),
+        (
+            "time [ms],lift [mm]\n0,nan\n1,nan\n",
+            'a.csv: no column of a sensor; name one in the header, e.g. "lift [mm]"',
         ),
         ("time [ms],lift [mm]\n0,1e999\n", "a.csv: lift: row 1 is too large, not finite; give finite numbers"),
         ("time [ms],lift [mm]\n1,1\n1,2\n", "a.csv: time: does not rise in row 2; sort the rows, one of equals"),
@@ -147,7 +158,11 @@ def test_a_wrong_csv_is_told(folder, text, line):
     [
         ("bench = ", "measured.toml: end of document: no TOML: "),
         ('bench = "valve"\nrun = 3\n', "measured.toml: run: no list of runs; "),
-        ('bench = "engine"\n' + RUN, "measured.toml: bench: 'engine' is no bench known here; "),
+        (
+            'bench = "motor"\n' + RUN,
+            "measured.toml: bench: 'motor' is no bench known here; write bench = \"valve\" or ",
+        ),
+        ('bench = "engine"\n' + RUN, "measured.toml: run 1.pulse: unknown key; valid here: data, name, supply, "),
         (f'bench = "valve"\nsensor = 1\n{RUN}', "measured.toml: sensor: 1 is no table; write [sensor.lift]"),
         (f'bench = "valve"\nsensor.lift = 1\n{RUN}', "measured.toml: sensor.lift: 1 is no table; "),
         (f'bench = "valve"\n{RUN.replace("a.csv", " ")}', "measured.toml: run 1.data: ' ' is no text; "),
@@ -160,3 +175,97 @@ def test_a_wrong_file_is_told(folder, toml, starts):
 def test_a_folder_without_the_file_is_told(tmp_path):
     [line] = faults(tmp_path)
     assert line.endswith("give a folder with measured.toml and the CSV files that it names")
+
+
+# --- an engine's bench ---
+
+
+def test_an_engines_folder_is_read_in_si(folder):
+    noise = '[sensor.torque]\nnoise = "0.5 N m"\n[sensor.cylinder_pressure]\nnoise = "0.1 bar"\n'
+    means = 'torque = "-3 N m"\nair_flow = "12 g/s"\ntemperature = "300 K"\nrole = "check"\nname = "n"\n'
+    header = "cylinder_pressure [bar gauge],crank_angle [deg],receiver_pressure [kPa abs],lift [mm]\n"
+    rows = "".join(f"{i},{i - 46},{i},{i}\n" for i in range(360))
+    measured = read_measured(folder(f'bench = "engine"\n{noise}{ENGINE_RUN}{means}', a=header + rows), AMBIENT)
+    [run] = measured.runs
+    steps = np.arange(360)
+    assert measured.bench == run.bench == "engine"
+    assert measured.noise == pytest.approx({"torque": 0.5, "cylinder_pressure": 1e4})
+    assert (run.name, run.role, run.temperature, run.supply) == ("n", "check", 300.0, 1e6 + AMBIENT)
+    assert (run.speed, run.energise, run.release) == pytest.approx((20.0 * np.pi, -np.pi / 18.0, 7.0 * np.pi / 18.0))
+    assert np.isnan(run.pulse)
+    assert run.angles == pytest.approx(np.radians(steps - 46))
+    assert run.times == pytest.approx((steps - 36) / 3600.0)  # 3600 degrees a second
+    assert run.means == pytest.approx({"torque": -3.0, "air_flow": 12e-3})
+    assert run.channels["cylinder_pressure"] == pytest.approx(AMBIENT + steps * 1e5)
+    assert run.channels["receiver_pressure"] == pytest.approx(steps * 1e3)
+    assert run.channels["lift"] == pytest.approx(steps * 1e-3)
+
+
+def test_an_engines_run_may_have_means_alone(folder):
+    text = f'bench = "engine"\n{ENGINE_RUN}torque = "31.2 N m"\n'.replace('data = "a.csv"\n', "")
+    [run] = read_measured(folder(text), AMBIENT).runs
+    assert (run.name, run.data, run.means) == ("run 1", "", {"torque": 31.2})
+    assert len(run.times) == len(run.angles) == len(run.channels) == 0
+
+
+@pytest.mark.parametrize("intake", ["epv", "cam"])
+def test_what_an_engine_run_writes_we_read(folder, apesim, intake):
+    where = folder(f'bench = "engine"\n{ENGINE_RUN}')
+    code, _, _ = apesim("engine", "run", "--speed", "600 rpm", "--set", f"engine.intake={intake}", "--csv", "a.csv")
+    assert code == 0
+    [read] = read_measured(where, AMBIENT).runs
+    run = settled(machine(intake, supply=1.0, receiver=1.0), 600.0)
+    assert read.angles == pytest.approx(run.angles, abs=1e-15)
+    assert np.array_equal(read.channels["cylinder_pressure"], run.trace[:, 0])
+    valve = {"velocity", "pressure_a", "pressure_b"}
+    others = {"cylinder_pressure", "cylinder_temperature", "lift", "receiver_pressure"}
+    assert read.channels.keys() == others | (valve if intake == "epv" else set())
+
+
+def test_every_fault_of_an_engines_folder_is_told_at_once(folder):
+    toml = """
+bench = "engine"
+[sensor.troque]
+[sensor.air_flow]
+noise = "1 kg"
+[[run]]
+data = "a.csv"
+supply = "1 MPa abs"
+speed = "600 K"
+energise = "70 deg"
+release = "70 deg"
+pulse = "50 ms"
+[[run]]
+supply = "1 MPa abs"
+speed = "600 rpm"
+energise = "-5 deg"
+"""
+    lines = faults(folder(toml, a="crank_angle [deg],time [ms],lift [mm]\n1,1,1\n1,1,1\n"))
+    assert [line.partition("; ")[0] for line in lines] == [
+        "measured.toml: sensor.troque: unknown key",
+        "measured.toml: sensor.air_flow.noise: '1 kg': 'kg' cannot be converted to g/s",
+        "measured.toml: run 1.pulse: unknown key",
+        "measured.toml: run 1.speed: '600 K': 'K' cannot be converted to rpm",
+        "measured.toml: run 1.release: is 0 deg after energise",
+        "a.csv: time: unknown key",
+        "a.csv: crank_angle: does not rise in row 2",
+        "measured.toml: run 2.release: is not given",
+        "measured.toml: run 2: nothing is measured",
+    ]
+    assert lines[-1].endswith('write data = "p040.csv", torque = "31.2 N m" or air_flow = "12.3 g/s"')
+
+
+def test_a_record_of_few_angles_is_told(folder):
+    text = "crank_angle [deg],lift [mm]\n1,1\n2,1\n"
+    assert faults(folder(f'bench = "engine"\n{ENGINE_RUN}', a=text)) == [
+        "a.csv: crank_angle: 2 rows; give at least 8 rows"
+    ]
+
+
+def test_a_bench_that_a_command_does_not_take_is_told_in_one_line(folder, apesim):
+    where = folder(f'bench = "engine"\ncolour = "red"\n{ENGINE_RUN}')
+    told = "bench: is the engine's; this command takes the valve's alone; give a folder with bench = \"valve\""
+    assert faults(where, VALVE) == [f"measured.toml: {told}"]
+    code, out, err = apesim("valve", "fit", str(where), "--free", "valve.viscous_friction")
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert told in err

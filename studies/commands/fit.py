@@ -10,7 +10,7 @@ from studies.commands.machine import load_machine
 from studies.commands.tables import table_of, warm_up
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from studies.identify import Free, identify, judge
-from studies.measured import CHECK, GATE, read_measured
+from studies.measured import CHECK, GATE, VALVE, read_measured
 from valve.bench import run_bench
 
 METHODS = ("least-squares", "ga")
@@ -43,7 +43,7 @@ def fit_command(console, machine_file, settings, folder, free, method):
     machine = load_machine(machine_file, settings)
     method = METHODS[parse(method or METHODS[0], METHOD, where="--method", file=COMMAND_LINE)]
     free = free_parameters(machine, free or (), method)
-    measured = read_measured(folder, machine.ambient.pressure)
+    measured = read_measured(folder, machine.ambient.pressure, VALVE)
     warm_up(console, run_bench, machine, 10e-3)
     start = time.perf_counter()
     with console.progress("simulations") as report:

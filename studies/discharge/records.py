@@ -48,7 +48,7 @@ def read_test(path, ambient_pressure):
         With a culprit for each fault.
     """
     path, right = Path(path), 'give a CSV with the header "time [ms],pressure [kPa abs]"'
-    columns, _, culprits = read_columns(path, COLUMNS, COLUMNS, ambient_pressure, right)
+    columns, _, culprits = read_columns(path, COLUMNS, tuple(COLUMNS), ambient_pressure, right)
     if not culprits:
         culprits = [Culprit(str(path), *fault) for fault in _faults(**columns, ambient_pressure=ambient_pressure)]
     if culprits:

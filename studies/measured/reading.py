@@ -1,0 +1,202 @@
+"""A folder of measured data, read strictly.
+
+All that is wrong is told at once, each fault with its file, its key or column, and the right form.
+"""
+
+import difflib
+import tomllib
+from math import nan
+from pathlib import Path
+
+import numpy as np
+
+from apesim.quantities import Culprit, InputError, Wrong, culprit, quoted
+from apesim.quantities.files import text_of
+from studies.columns import TIME, read_columns
+from studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Measured, MeasuredRun
+from studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
+
+TOP_KEYS = ("bench", "sensor", "run")
+TEXT_KEYS = ("data", "name")
+FEWEST_ROWS = 8
+TURN = 2.0 * np.pi
+
+
+def read_measured(folder, ambient_pressure, bench=None):
+    """Read a folder of measured data.
+
+    Parameters
+    ----------
+    folder : path
+    ambient_pressure : float
+        What gauge pressures stand above [Pa].
+    bench : {"valve", "engine"}, optional
+        The only one that is of use.
+
+    Returns
+    -------
+    Measured
+
+    Raises
+    ------
+    InputError
+        With a culprit for each fault; of a bench that is of no use, with that alone.
+    """
+    path = Path(folder) / FILE
+    data, culprits = _toml(path), []
+    file, given = str(path), data.get("bench")
+    if bench and given in BENCHES and given != bench:
+        right = f'give a folder with bench = "{bench}"'
+        raise InputError([Culprit(file, "bench", f"is the {given}'s; this command takes the {bench}'s alone", right)])
+    culprits += _unknown(file, "", data, TOP_KEYS)
+    if given not in BENCHES:
+        wrong = f"{quoted(given)} is no bench known here" if "bench" in data else "is not given"
+        forms = [f'bench = "{one}"' for one in ([bench] if bench else BENCHES)]
+        culprits.append(Culprit(file, "bench", wrong, f"write {' or '.join(forms)}"))
+        given = bench or VALVE
+    sensors = SENSORS[given]
+    noise = _noise(file, data.get("sensor", {}), sensors.traces | sensors.means, culprits)
+    tables, runs = data.get("run"), []
+    if not isinstance(tables, list) or not tables or not all(isinstance(run, dict) for run in tables):
+        culprits.append(Culprit(file, "run", "no list of runs", 'give each run a table [[run]] with data = "p040.csv"'))
+        tables = []
+    for number, run in enumerate(tables, 1):
+        runs.append(_run(path, f"run {number}", run, given, ambient_pressure, culprits))
+    if culprits:
+        raise InputError(culprits)
+    return Measured(str(folder), noise, tuple(runs), given)
+
+
+def _toml(path):
+    """What stands in the file of a folder."""
+    try:
+        return tomllib.loads(text_of(path))
+    except Wrong as wrong:
+        right = wrong.right or f"give a folder with {FILE} and the CSV files that it names"
+        raise InputError([Culprit(str(path), "", wrong.wrong, right)]) from None
+    except (ValueError, RecursionError) as error:
+        what, _, where = str(error).partition(" (at ")
+        right = 'write key = "value", a quantity in quotes: pulse = "50 ms"'
+        raise InputError([Culprit(str(path), where.rstrip(")"), f"no TOML: {what}", right)]) from None
+
+
+def _unknown(file, section, given, valid):
+    """Culprits of the keys that nobody knows."""
+    for key in given:
+        if key not in valid:
+            near = difflib.get_close_matches(key, valid, n=1)
+            right = f"did you mean {near[0]}?" if near else f"valid here: {', '.join(valid)}"
+            yield Culprit(file, f"{section}.{key}".lstrip("."), "unknown key", right)
+
+
+def _noise(file, given, sensors, culprits):
+    """Stated standard deviations [SI] by sensor."""
+    if not isinstance(given, dict):
+        culprits.append(Culprit(file, "sensor", f"{quoted(given)} is no table", "write [sensor.lift]"))
+        return {}
+    culprits += _unknown(file, "sensor", given, sensors)
+    noise = {}
+    for name in [name for name in sensors if name in given]:
+        key, own = f"sensor.{name}", given[name]
+        if not isinstance(own, dict):
+            culprits.append(Culprit(file, key, f"{quoted(own)} is no table", f"write [{key}]"))
+            continue
+        culprits += _unknown(file, key, own, ("noise",))
+        if "noise" in own:
+            try:
+                noise[name] = sensors[name].read(own["noise"])
+            except Wrong as wrong:
+                culprits.append(culprit(file, f"{key}.noise", wrong, sensors[name], sensors[name].ends[1]))
+    return noise
+
+
+def _run(path, section, given, bench, ambient_pressure, culprits):
+    """A run; None if it is wrong, of which the culprits tell."""
+    file, before, sensors = str(path), len(culprits), SENSORS[bench]
+    culprits += _unknown(file, section, given, (*TEXT_KEYS, *sensors.keys))
+    values = dict.fromkeys(sensors.keys, nan) | {"role": 0}
+    for key in sensors.due:
+        if key not in given:
+            culprits.append(
+                Culprit(file, f"{section}.{key}", "is not given", f'write {key} = "{_example(key, bench)}"')
+            )
+    for key, declaration in sensors.keys.items():
+        if key in given:
+            try:
+                values[key] = declaration.read(given[key], ambient_pressure)
+            except Wrong as wrong:
+                shown = EXAMPLES[key]
+                culprits.append(culprit(file, f"{section}.{key}", wrong, declaration, shown, ambient_pressure))
+    for key in TEXT_KEYS:
+        if key in given and not (isinstance(given[key], str) and given[key].strip()):
+            right = f'write {key} = "p040{".csv" * (key == "data")}"'
+            culprits.append(Culprit(file, f"{section}.{key}", f"{quoted(given[key])} is no text", right))
+    if bench == ENGINE:
+        culprits += _engine_faults(file, section, given, values)
+    columns = {}
+    if isinstance(given.get("data"), str):
+        columns = _columns(path.parent / given["data"], sensors, ambient_pressure, culprits)
+    if len(culprits) > before:
+        return None
+    return _run_of(given, section, bench, values, columns)
+
+
+def _example(key, bench):
+    """A right value of a key."""
+    return SENSORS[bench].keys[key].render(EXAMPLES[key], 101325.0) if key in SENSORS[bench].keys else EXAMPLES[key]
+
+
+def _engine_faults(file, section, given, values):
+    """Culprits of what no single key of an engine's run shows."""
+    means = SENSORS[ENGINE].means
+    if not {"data", *means} & given.keys():
+        examples = [f'{key} = "{_example(key, ENGINE)}"' for key in ("data", *means)]
+        yield Culprit(file, section, "nothing is measured", f"write {', '.join(examples[:-1])} or {examples[-1]}")
+    duration = values["release"] - values["energise"]
+    if not np.isnan(duration) and not 0.0 < duration < TURN:
+        wrong = f"is {np.degrees(duration):g} deg after energise"
+        yield Culprit(file, f"{section}.release", wrong, "give more than 0 and less than 360 deg after it")
+
+
+def _run_of(given, section, bench, values, columns):
+    """A run of what was read."""
+    data, role = given.get("data", ""), ROLES[values.pop("role")]
+    common = given.get("name", data or section), data, values["supply"], values["temperature"]
+    if bench == VALVE:
+        return MeasuredRun(*common, values["pulse"], role, columns.pop(TIME), columns)
+    angles = columns.pop(ANGLE, NO_ANGLES)
+    return MeasuredRun(
+        *common,
+        nan,
+        role,
+        (angles - values["energise"]) / values["speed"],
+        columns,
+        bench,
+        *(values[key] for key in ("speed", "energise", "release")),
+        angles,
+        {name: values[name] for name in SENSORS[ENGINE].means if name in given},
+    )
+
+
+def _columns(path, sensors, ambient_pressure, culprits):
+    """The columns of a CSV, SI, by name."""
+    file, axis, declared = str(path), sensors.axis, sensors.columns
+    example = f'give a CSV with the header "{axis} [{sensors.axis_unit}],lift [mm]", its path from the folder'
+    columns, names, wrong = read_columns(path, declared, (axis,), ambient_pressure, example)
+    found = [*_unknown(file, "", [name for name in names if name not in sensors.computed], declared), *wrong]
+    if names and not wrong and not sensors.traces.keys() & columns.keys():
+        found.append(Culprit(file, "", "no column of a sensor", 'name one in the header, e.g. "lift [mm]"'))
+    if not found:
+        found += _too_short(file, axis, columns[axis])
+    culprits += found
+    return columns
+
+
+def _too_short(file, axis, values):
+    """Culprits of a record that is too short to judge anything by."""
+    if axis == ANGLE and len(values) < FEWEST_ROWS:
+        yield Culprit(file, axis, f"{len(values)} rows", f"give at least {FEWEST_ROWS} rows")
+    elif axis == TIME and (len(values) < FEWEST_ROWS or values[-1] <= 0.0):
+        short = f"{len(values)} rows up to {values[-1] * 1e3:g} ms"
+        right = f"give at least {FEWEST_ROWS} rows, some after t = 0, when the solenoids are energised"
+        yield Culprit(file, axis, short, right)

@@ -1,0 +1,101 @@
+"""What can be measured on a bench, and what is told of a run."""
+
+from math import pi
+from typing import NamedTuple
+
+from apesim.quantities import Choice, Pressure, Quantity
+from studies.columns import TIME
+from studies.measured.runs import ENGINE, ROLES, VALVE
+
+FILE = "measured.toml"
+ANGLE = "crank_angle"
+LIFT = Quantity("mm", 1e-9, 100, FILE)
+SPEED = Quantity("m/s", 1e-9, 1000, FILE)
+PRESSURE = Quantity("kPa", 1e-9, 30000, FILE)
+TEMPERATURE = Quantity("K", 1e-9, 100, FILE)
+SUPPLY_KEYS = {"supply": Pressure(0.02, 30, FILE, show="gauge"), "temperature": Quantity("K", 150, 600, FILE)}
+ROLE_KEY = {"role": Choice(ROLES, FILE)}
+EXAMPLES = {
+    "data": "p040.csv",
+    "supply": 0.40e6 + 101325.0,
+    "temperature": 287.0,
+    "role": 0,
+    "pulse": 50e-3,
+    "speed": 100.0 * pi / 3.0,
+    "energise": -pi / 36.0,
+    "release": 7.0 * pi / 18.0,
+    "torque": 31.2,
+    "air_flow": 12.3e-3,
+}
+"""Right values, SI, to show."""
+
+
+class Sensors(NamedTuple):
+    """What a bench can measure."""
+
+    axis: str
+    """Column over which the traces stand."""
+    axis_unit: str
+    traces: dict
+    """How the noise of a sensor is given, by its name."""
+    means: dict
+    """The same of what is measured as a mean."""
+    computed: tuple
+    """Columns that `apesim` writes, too, but that no sensor measures: they are let pass."""
+    keys: dict
+    """Declarations of the keys of a run."""
+    due: tuple
+    """Keys of a run that must be there."""
+
+    @property
+    def columns(self):
+        """Units of the columns that are read, by name."""
+        pressures = {name: " abs" for name in self.traces if "pressure" in name}
+        units = {name: sensor.unit + pressures.get(name, "") for name, sensor in self.traces.items()}
+        return {self.axis: self.axis_unit} | units
+
+
+SENSORS = {
+    VALVE: Sensors(
+        TIME,
+        "ms",
+        {
+            "lift": LIFT,
+            "velocity": SPEED,
+            "pressure_a": PRESSURE,
+            "pressure_b": PRESSURE,
+            "temperature_a": TEMPERATURE,
+            "temperature_b": TEMPERATURE,
+        },
+        {},
+        (),
+        SUPPLY_KEYS | {"pulse": Quantity("ms", 0.01, 60000, FILE)} | ROLE_KEY,
+        ("data", "supply", "pulse"),
+    ),
+    ENGINE: Sensors(
+        ANGLE,
+        "deg",
+        {
+            "cylinder_pressure": PRESSURE,
+            "cylinder_temperature": TEMPERATURE,
+            "lift": LIFT,
+            "velocity": SPEED,
+            "pressure_a": PRESSURE,
+            "pressure_b": PRESSURE,
+            "receiver_pressure": PRESSURE,
+        },
+        {"torque": Quantity("N m", 1e-9, 10000, FILE), "air_flow": Quantity("g/s", 1e-9, 10000, FILE)},
+        ("groove_flow", "torque", "exhaust_flow", "cylinder_volume"),
+        SUPPLY_KEYS
+        | {
+            "speed": Quantity("rpm", 1, 30000, FILE),
+            "energise": Quantity("deg", -360, 360, FILE),
+            "release": Quantity("deg", -360, 720, FILE),
+            "torque": Quantity("N m", -10000, 10000, FILE),
+            "air_flow": Quantity("g/s", -10000, 10000, FILE),
+        }
+        | ROLE_KEY,
+        ("supply", "speed", "energise", "release"),
+    ),
+}
+"""By bench."""
