@@ -1,8 +1,10 @@
-"""The one compile decorator, its cache, and functions chosen by the type of their first argument.
+"""How functions are compiled: kernels, the entries that Python calls, and functions chosen by the type of their first
+argument.
 
-Numba's disk cache notices an edit only in the file a function stands in; an edited callee elsewhere would
-silently give the old answer. The cache folder is therefore named by a hash of every source file that holds
-kernels, so that any edit opens a new, empty folder.
+Only an entry is compiled to be called from Python and kept in the cache, all its kernels in it. Numba's disk cache
+notices an edit only in the file a function stands in; an edited callee elsewhere would silently give the old answer.
+The cache folder is therefore named by a hash of every source file that holds kernels, so that any edit opens a new,
+empty folder.
 """
 
 import contextlib
@@ -18,13 +20,14 @@ from pathlib import Path
 import llvmlite.binding
 import numba
 import numpy
-from numba.core import event
+from numba.core import event, types
 from numba.core.caching import FunctionCache
-from numba.extending import overload
+from numba.core.typing.templates import AbstractTemplate, infer_global
 
 ROOT = Path(__file__).resolve().parent.parent
 LAYERS = ("apesim", "valve", "engine")
 FOLDERS_KEPT = 4
+OPTIONS = {"error_model": "numpy", "nogil": True}
 
 
 @functools.cache
@@ -141,10 +144,27 @@ class _SelfHealingCache(FunctionCache):
             super().save_overload(sig, data)
 
 
-def kernel(function=None, *, inline=True):
-    """Compile a pure function of floats, arrays and NamedTuples.
+def _let_call(function, body_for):
+    """Let compiled code call a function of Python by the kernel that it has for the type of the first argument."""
 
-    Without fast-math, so that compiled and plain Python (``NUMBA_DISABLE_JIT=1``) give the same bits.
+    class Call(AbstractTemplate):
+        key = function
+
+        def generic(self, args, kws):
+            return types.Dispatcher(body_for(args[0])).get_call_type(self.context, args, kws)
+
+        def get_impl_key(self, signature):
+            return body_for(signature.args[0]).get_overload(signature.args)
+
+    infer_global(function, types.Function(Call))
+
+
+def kernel(function=None, *, inline=True):
+    """Let a pure function of floats, arrays and NamedTuples be compiled into the kernels that call it.
+
+    Called from Python it stays the function it is: what unpacks a machine's parameters from Python takes as long to
+    compile as a law. Without fast-math, so that compiled and plain Python (``NUMBA_DISABLE_JIT=1``) give the same
+    bits.
 
     Parameters
     ----------
@@ -155,7 +175,15 @@ def kernel(function=None, *, inline=True):
     """
     if function is None:
         return functools.partial(kernel, inline=inline)
-    compiled = numba.njit(error_model="numpy", nogil=True, forceinline=inline)(function)
+    bare = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": inline}
+    function.compiled = numba.njit(**OPTIONS, **bare)(function)
+    _let_call(function, lambda first: function.compiled)
+    return function
+
+
+def entry(function):
+    """Compile a function that is called from Python, with all kernels that it calls, and keep it in the cache."""
+    compiled = numba.njit(**OPTIONS, no_cfunc_wrapper=True)(function)
     if not numba.config.DISABLE_JIT:
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(cache_folder())
@@ -180,18 +208,13 @@ def by_type(default):
         Callable from Python and from kernels. ``for_type(cls)`` registers a kernel for the NamedTuple ``cls``;
         ``bodies`` has those registered.
     """
-    bodies = {}
-    fallback = numba.njit(error_model="numpy", nogil=True)(default)
+    bodies, default = {}, kernel(default)
 
     @functools.wraps(default)
     def chosen(first, *rest):
-        return bodies.get(type(first), fallback)(first, *rest)
+        return bodies.get(type(first), default)(first, *rest)
 
-    def choose(first, *rest):
-        body = bodies.get(getattr(first, "instance_class", None), fallback)
-        return body.py_func
-
-    overload(chosen, strict=False, jit_options={"error_model": "numpy", "forceinline": True})(choose)
+    _let_call(chosen, lambda first: bodies.get(getattr(first, "instance_class", None), default).compiled)
 
     def for_type(cls):
         def register(body):

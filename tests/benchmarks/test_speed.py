@@ -79,12 +79,12 @@ class BenchCycle:
         dy, g = np.empty_like(y), np.full(EVENTS, -1.0)
 
         def slope(t, y):
-            rates(p, t, y, mode, dy)
+            compiled_rates(p, t, y, mode, dy)
             return dy.copy()
 
         def event(i):
             def value(t, y):
-                events(p, t, y, mode, g)
+                compiled_events(p, t, y, mode, g)
                 return g[i]
 
             value.terminal, value.direction = True, 1.0
@@ -102,6 +102,16 @@ class BenchCycle:
                     respond(p, self.tables, which, t, y, mode)
                     contacts += [t] if which in (MET_OPEN, MET_CLOSED) else []
         return np.array(contacts)
+
+
+@numba.njit(error_model="numpy")
+def compiled_rates(p, t, y, mode, dy):
+    rates(p, t, y, mode, dy)
+
+
+@numba.njit(error_model="numpy")
+def compiled_events(p, t, y, mode, g):
+    events(p, t, y, mode, g)
 
 
 @numba.njit(error_model="numpy")
