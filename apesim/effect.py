@@ -69,7 +69,12 @@ def acting(name, module, library):
     return found
 
 
-def chosen(library, effects, container):
+def acts(library, effects):
+    """Whether an effect of a library that acts within the march is on; parameters by name of effect."""
+    return any(effect.is_on(getattr(effects, effect.name)) for effect in library if set(effect.slots) - {"adjust"})
+
+
+def chosen(library, effects, container, beside=False):
     """The effects of one library that act within the march.
 
     Parameters
@@ -79,15 +84,18 @@ def chosen(library, effects, container):
         Parameters by name of effect; may hold those of other libraries too.
     container : type
         Of their parameters, see `acting`.
+    beside : bool
+        Another library's laws are compiled into the march: these, too, so that there are two kinds of march to compile
+        and not four.
 
     Returns
     -------
     NamedTuple
         Of the type ``container``; `NoEffects` where none is on.
     """
-    by_name = {effect.name: effect for effect in library}
-    own = container(*(getattr(effects, name) for name in container._fields))
-    return own if any(by_name[name].is_on(values) for name, values in own._asdict().items()) else NoEffects()
+    if beside or acts(library, effects):
+        return container(*(getattr(effects, name) for name in container._fields))
+    return NoEffects()
 
 
 def adjusted(library, effects, machine, tables):

@@ -5,7 +5,7 @@ from math import isinf
 import numpy as np
 
 from apesim.air import internal_energy
-from apesim.effect import adjusted, chosen
+from apesim.effect import acts, adjusted, chosen
 from apesim.march import TOLERANCE, Accuracy
 from engine.breathing import DEGREE, TURN, cam_corners, window_corners
 from engine.cycle_state import (
@@ -49,7 +49,8 @@ def cycle_of(machine, speed):
     """
     engine, command = machine.engine, machine.command
     period = TURN / speed
-    actuator, valve_tables = actuator_of(machine, [0.0, (command.release - command.energise) / speed], period)
+    edges, beside = [0.0, (command.release - command.energise) / speed], acts(ENGINE_EFFECTS, machine.effects)
+    actuator, valve_tables = actuator_of(machine, edges, period, beside=beside)
     tables = CycleTables(valve_tables, np.ascontiguousarray(engine.cam.lift_curve))
     infinite = isinf(engine.receiver.volume)
     p = Cycle(
@@ -69,7 +70,7 @@ def cycle_of(machine, speed):
         int(machine.groove.has_ports),
         machine.groove.ports,
         int(len(engine.cam.lift_curve) > 0),
-        chosen(ENGINE_EFFECTS, machine.effects, EngineLaws),
+        chosen(ENGINE_EFFECTS, machine.effects, EngineLaws, len(actuator.effects) > 0),
     )
     p, tables = adjusted(ENGINE_EFFECTS, machine.effects, p, tables)
     return p, tables, kinks_of_cycle(p, tables, period)

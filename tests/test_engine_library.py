@@ -8,9 +8,13 @@ from test_engine_effects import SPEED, with_effects
 from apesim.effect import NoEffects
 from apesim.quantities.settings import dumps, load
 from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws
+from engine.effects.exhaust_timing import ExhaustTiming
+from engine.effects.seat_leak import SeatLeak
 from engine.indicators import indicators
 from engine.machine import Machine
 from engine.operating_point import cycle_of
+from valve.effects import ValveLaws
+from valve.effects.bounce import Bounce
 
 
 def test_the_library_names_every_effect_once():
@@ -45,6 +49,23 @@ def test_mass_and_energy_close_with_an_effect_on_and_it_changes_what_comes_out(e
 def test_effects_that_only_adjust_are_marched_without_any_law(effect):
     p, _, _ = cycle_of(with_effects(**{effect.name: turned_on(effect)}), SPEED)
     assert type(p.effects) is (NoEffects if effect.slots == ("adjust",) else EngineLaws)
+
+
+def kinds_of_laws(**effects):
+    p, _, _ = cycle_of(with_effects(**effects), SPEED)
+    return type(p.actuator.effects), type(p.effects)
+
+
+def test_one_law_that_is_on_has_those_of_valve_and_engine_compiled_in():
+    assert kinds_of_laws() == kinds_of_laws(exhaust_timing=ExhaustTiming(0.1)) == (NoEffects, NoEffects)
+    assert kinds_of_laws(bounce=Bounce(0.1)) == kinds_of_laws(seat_leak=SeatLeak(1e-9)) == (ValveLaws, EngineLaws)
+
+
+def test_laws_at_strength_zero_that_are_looked_at_change_no_bit():
+    # A restitution too small for any rebound has all laws compiled in, and does nothing itself.
+    plain, idle = (settled(with_effects(**effects), 800.0) for effects in ({}, {"bounce": Bounce(1e-9)}))
+    assert np.array_equal(plain.end, idle.end)
+    assert np.array_equal(plain.trace, idle.trace)
 
 
 @every

@@ -72,7 +72,7 @@ class ActuatorTables(NamedTuple):
         return np.unique(np.concatenate(kinks))
 
 
-def actuator_of(machine, edges, period, edges_b=None):
+def actuator_of(machine, edges, period, edges_b=None, beside=False):
     """The kernels' view of a machine's valve, its effects applied.
 
     Parameters
@@ -85,6 +85,8 @@ def actuator_of(machine, edges, period, edges_b=None):
         At which the edges repeat [s]; inf: they happen once.
     edges_b : (m,) float array, optional
         Those of solenoid B where they are its own [s].
+    beside : bool
+        See `apesim.effect.chosen`.
 
     Returns
     -------
@@ -99,7 +101,7 @@ def actuator_of(machine, edges, period, edges_b=None):
         machine.supply.control()[0],
         machine.ambient.pressure,
         1.0,
-        chosen(VALVE_EFFECTS, machine.effects, ValveLaws),
+        chosen(VALVE_EFFECTS, machine.effects, ValveLaws, beside),
     )
     edges_a, edges_b = (np.asarray(each, dtype=float) for each in (edges, edges if edges_b is None else edges_b))
     tables = ActuatorTables(edges_a, edges_b, float(period), curve, curve, area_table(machine.groove, valve.stroke))
