@@ -5,6 +5,7 @@ import numpy as np
 from apesim.air import heat_capacity
 from apesim.effect import add_laws
 from apesim.kernel import kernel
+from apesim.scratch import zeros
 from apesim.slots import enter, events, observe, power, rates, respond, watch
 from engine.breathing import TURN, lift_line
 from engine.cycle_state import (
@@ -76,7 +77,7 @@ TRACE = (
 def effects_of(p, cylinder):
     """What effects let into the cylinder: mass [kg/s] and energy [W] from outside, and past the groove."""
     if len(p.effects) > 0:
-        balance = np.zeros(TERMS)
+        balance = zeros(TERMS)
         add_laws(p.effects, cylinder, balance)
         return balance[MASS], balance[ENERGY], balance[GROOVE_MASS], balance[GROOVE_ENERGY]
     return 0.0, 0.0, 0.0, 0.0

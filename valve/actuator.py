@@ -8,6 +8,7 @@ from apesim.air import Ambient, Gas, gas_of, internal_energy
 from apesim.effect import NoEffects, add_laws, adjusted, chosen
 from apesim.kernel import kernel
 from apesim.restriction import flow_in
+from apesim.scratch import zeros
 from valve.chamber import chamber_state
 from valve.effects import VALVE_EFFECTS, ValveLaws
 from valve.groove import area_table
@@ -236,7 +237,7 @@ def actuator_rates(actuator, t, y, mode, supply):
     force = smooth_force(valve, state.position, state.speed, state.pressure_a, state.pressure_b)
     speed = acceleration = mass_a = mass_b = energy_a = energy_b = 0.0
     if len(actuator.effects) > 0:
-        balance = np.zeros(TERMS)
+        balance = zeros(TERMS)
         add_laws(actuator.effects, state, balance)
         share = 1.0 + balance[FLOW_SHARE + SUPPLY_A]
         in_a, in_energy_a = share * in_a, share * in_energy_a

@@ -1,10 +1,9 @@
 """How the piston's motion breaks up into smooth stretches: contacts, starts from rest, corners of tables,
 regimes of flow."""
 
-import numpy as np
-
 from apesim.effect import add_laws, restitution
 from apesim.kernel import kernel
+from apesim.scratch import zeros
 from valve.actuator import (
     AREA,
     AREA_SLOPE,
@@ -40,7 +39,7 @@ def rest_forces(actuator, state):
     """Force on a piston without dry friction, and what holds it at rest [N]."""
     force = smooth_force(actuator.valve, state.position, state.speed, state.pressure_a, state.pressure_b)
     if len(actuator.effects) > 0:
-        balance = np.zeros(TERMS)
+        balance = zeros(TERMS)
         add_laws(actuator.effects, state, balance)
         return force + balance[FORCE], balance[BREAKAWAY]
     return force, 0.0
