@@ -37,6 +37,8 @@ class Effect(NamedTuple):
     """Names of the strengths where there is more than the first parameter."""
     adjust: Callable | None = None
     """Slot: (parameters, machine, tables) -> machine, tables with other parameters, before the march."""
+    sensor: Callable | None = None
+    """Slot: (parameters, reading) -> reading that is taken otherwise, see `apesim.reading`; the march knows nothing."""
     off: float = 0.0
     """Strength at which the effect does nothing."""
 
@@ -51,8 +53,14 @@ class Effect(NamedTuple):
             "adjust": self.adjust is not None,
             "law": self.parameters in law.bodies,
             "contact": self.parameters in contact.bodies,
+            "sensor": self.sensor is not None,
         }
         return tuple(slot for slot, is_filled in filled.items() if is_filled)
+
+    @property
+    def is_marched(self):
+        """Whether it acts within the march, not only before or after it."""
+        return bool(set(self.slots) - {"adjust", "sensor"})
 
 
 class NoEffects(NamedTuple):
@@ -60,18 +68,18 @@ class NoEffects(NamedTuple):
 
 
 def acting(name, module, library):
-    """NamedTuple type of the parameters of those effects that act within the march: all but those that only adjust.
+    """NamedTuple type of the parameters of those effects that act within the march.
 
     The compile cache finds a type again by the module that it says it is from, and by its name there.
     """
-    found = NamedTuple(name, [(effect.name, effect.parameters) for effect in library if set(effect.slots) - {"adjust"}])
+    found = NamedTuple(name, [(effect.name, effect.parameters) for effect in library if effect.is_marched])
     found.__module__ = module
     return found
 
 
 def acts(library, effects):
     """Whether an effect of a library that acts within the march is on; parameters by name of effect."""
-    return any(effect.is_on(getattr(effects, effect.name)) for effect in library if set(effect.slots) - {"adjust"})
+    return any(effect.is_on(getattr(effects, effect.name)) for effect in library if effect.is_marched)
 
 
 def chosen(library, effects, container, beside=False):
@@ -118,6 +126,27 @@ def adjusted(library, effects, machine, tables):
         if effect.adjust and effect.is_on(values):
             machine, tables = effect.adjust(values, machine, tables)
     return machine, tables
+
+
+def sensed(library, effects, reading):
+    """A reading after every `sensor` of a library that is on.
+
+    Parameters
+    ----------
+    library : tuple of Effect
+    effects : NamedTuple
+        Parameters by name of effect.
+    reading : apesim.reading.Reading
+
+    Returns
+    -------
+    apesim.reading.Reading
+    """
+    for effect in library:
+        values = getattr(effects, effect.name)
+        if effect.sensor and effect.is_on(values):
+            reading = effect.sensor(values, reading)
+    return reading
 
 
 def add_laws(effects, state, balance):

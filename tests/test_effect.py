@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from apesim.air import Air, Ambient, gas_of
-from apesim.effect import Effect, NoEffects, add_laws, adjusted, chosen, contact, law, restitution
+from apesim.effect import Effect, NoEffects, acting, add_laws, adjusted, chosen, contact, law, restitution, sensed
 from apesim.kernel import kernel
 from apesim.restriction import flow_between
 from engine.effects import EngineLaws
@@ -149,6 +149,38 @@ def test_effects_that_are_off_leave_machine_and_tables_as_they_are():
     same_machine, same_tables = adjusted(LIBRARY, Effects(rubber=Rubber(1.0)), machine, tables)
     assert same_machine is machine
     assert same_tables is tables
+
+
+# --- sensor ---
+
+
+class Scale(NamedTuple):
+    share: float = 0.0
+
+
+class Shift(NamedTuple):
+    by: float = 0.0
+
+
+SENSORS = (
+    effect_of("shift", Shift, sensor=lambda effect, reading: reading + effect.by),
+    effect_of("scale", Scale, sensor=lambda effect, reading: reading * effect.share),
+)
+
+
+class Read(NamedTuple):
+    shift: Shift
+    scale: Scale
+
+
+def test_effects_of_sensors_that_are_on_are_applied_in_the_librarys_order():
+    assert sensed(SENSORS, Read(Shift(3.0), Scale(2.0)), 10.0) == 26.0
+    assert sensed(SENSORS, Read(Shift(3.0), Scale()), 10.0) == 13.0
+
+
+def test_effects_of_sensors_act_in_no_march():
+    assert [effect.slots for effect in SENSORS] == [("sensor",), ("sensor",)]
+    assert acting("Acting", (*SENSORS, *LIBRARY))._fields == ("push", "warmth", "rubber")
 
 
 # --- laws and contacts, compiled and plain ---

@@ -23,6 +23,10 @@ def test_the_library_names_every_effect_once():
 
 
 every = pytest.mark.parametrize("effect", ENGINE_EFFECTS, ids=[effect.name for effect in ENGINE_EFFECTS])
+MARCHED = [effect for effect in ENGINE_EFFECTS if effect.slots != ("sensor",)]
+every_marched = pytest.mark.parametrize("effect", MARCHED, ids=[effect.name for effect in MARCHED])
+OF_SENSORS = [effect for effect in ALL_EFFECTS if effect.slots == ("sensor",)]
+every_of_sensors = pytest.mark.parametrize("effect", OF_SENSORS, ids=[effect.name for effect in OF_SENSORS])
 
 
 @every
@@ -33,7 +37,14 @@ def test_an_effect_says_what_it_is(effect):
     assert effect.is_on(turned_on(effect))
 
 
-@every
+@every_of_sensors
+def test_an_effect_of_sensors_changes_no_bit_of_the_run(effect):
+    read, plain = (settled(with_effects(**on), 800.0) for on in ({effect.name: turned_on(effect)}, {}))
+    assert np.array_equal(read.end, plain.end)
+    assert np.array_equal(read.trace, plain.trace)
+
+
+@every_marched
 @pytest.mark.parametrize("share", [0.1, 1.0])
 def test_mass_and_energy_close_with_an_effect_on_and_it_changes_what_comes_out(effect, share):
     a_machine = with_effects(**{effect.name: turned_on(effect, share)})
@@ -46,9 +57,9 @@ def test_mass_and_energy_close_with_an_effect_on_and_it_changes_what_comes_out(e
 
 
 @every
-def test_effects_that_only_adjust_are_marched_without_any_law(effect):
+def test_effects_without_law_or_contact_are_marched_without_any_law(effect):
     p, _, _ = cycle_of(with_effects(**{effect.name: turned_on(effect)}), SPEED)
-    assert type(p.effects) is (NoEffects if effect.slots == ("adjust",) else EngineLaws)
+    assert type(p.effects) is (NoEffects if effect.slots in (("adjust",), ("sensor",)) else EngineLaws)
 
 
 def kinds_of_laws(**effects):
@@ -68,7 +79,7 @@ def test_laws_at_strength_zero_that_are_looked_at_change_no_bit():
     assert np.array_equal(plain.trace, idle.trace)
 
 
-@every
+@every_marched
 @pytest.mark.parametrize("other", ["blow_by", "exhaust_timing"])
 def test_strength_zero_changes_no_bit_with_another_effect_on(effect, other):
     if effect.name == other:

@@ -9,19 +9,23 @@ NAMES = """
 solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio discharge_coefficient_slope
 vent_back_pressure dead_volume ring_leakage leakage_a leakage_b chamber_wall_heat moving_mass_error spring_rate_error
 coulomb_friction stribeck_friction seal_friction quadratic_drag side_force intake_flow_force end_cushion bounce
+lift_sensor_lag pressure_sensor_lag sensor_gain sensor_offset time_zero
 groove_area_error seat_leak clearance_error cylinder_wall_heat blow_by exhaust_timing exhaust_restriction
-friction_torque
+friction_torque speed_ripple tdc_error
 """.split()
+CHANNELS = {"lift", "pressure_a", "pressure_b", "cylinder_pressure", "torque", "air_flow"}
 STRENGTHS = {
     "coulomb_friction": {"force", "breakaway"},
     "cylinder_wall_heat": {"h", "factor"},
     "groove_area_error": {"share", "taper"},
+    "sensor_gain": CHANNELS,
+    "sensor_offset": CHANNELS,
 }
 
 
 def test_the_library_lists_every_effect_in_the_order_of_the_air():
     assert [entry.name for entry in library()] == NAMES == [effect.name for effect in ALL_EFFECTS]
-    assert [entry.layer for entry in library()] == ["valve"] * 22 + ["engine"] * 8
+    assert [entry.layer for entry in library()] == ["valve"] * 27 + ["engine"] * 10
 
 
 def test_strengths_come_first_and_are_marked():
@@ -40,6 +44,11 @@ def test_strengths_come_first_and_are_marked():
         ("critical_ratio", "b", "0.2 to 0.528"),
         ("groove_area_error", "taper", "-0.4 to 0.4"),
         ("exhaust_timing", "angle", "-8 to 8 deg"),
+        ("lift_sensor_lag", "time", "0 to 0.5 ms"),
+        ("pressure_sensor_lag", "time", "0 to 0.5 ms"),
+        ("time_zero", "time", "-1 to 1 ms"),
+        ("tdc_error", "angle", "-2 to 2 deg"),
+        ("speed_ripple", "share", "0 to 0.04"),
     ],
 )
 def test_ranges_are_told_with_their_unit(effect, parameter, expected):

@@ -20,6 +20,10 @@ INTAKE = 0.6e6
 ON = {effect.name: turned_on(effect) for effect in VALVE_EFFECTS}
 BREAKAWAY_ALONE = CoulombFriction(0.0, 6.0)
 every = pytest.mark.parametrize("effect", VALVE_EFFECTS, ids=[effect.name for effect in VALVE_EFFECTS])
+MARCHED = [effect for effect in VALVE_EFFECTS if effect.slots != ("sensor",)]
+every_marched = pytest.mark.parametrize("effect", MARCHED, ids=[effect.name for effect in MARCHED])
+OF_SENSORS = [effect for effect in VALVE_EFFECTS if effect.slots == ("sensor",)]
+every_of_sensors = pytest.mark.parametrize("effect", OF_SENSORS, ids=[effect.name for effect in OF_SENSORS])
 
 
 def machine_with(**effects):
@@ -58,9 +62,14 @@ def test_an_effect_says_what_it_is(effect):
     assert effect.is_on(ON[effect.name])
 
 
-@every
+@every_marched
 def test_an_effect_that_is_on_changes_the_run(effect):
     assert not np.array_equal(numbers(run_with(**{effect.name: ON[effect.name]})), numbers(run_with()))
+
+
+@every_of_sensors
+def test_an_effect_of_sensors_changes_no_bit_of_the_run(effect):
+    assert np.array_equal(numbers(run_with(**{effect.name: ON[effect.name]})), numbers(run_with()))
 
 
 def test_laws_at_strength_zero_that_are_looked_at_change_no_bit():
@@ -70,12 +79,12 @@ def test_laws_at_strength_zero_that_are_looked_at_change_no_bit():
 
 
 @every
-def test_effects_that_only_adjust_are_marched_without_any_law(effect):
+def test_effects_without_law_or_contact_are_marched_without_any_law(effect):
     found = bench_of(machine_with(**{effect.name: ON[effect.name]}), [0.0, PULSE])[0].actuator.effects
-    assert type(found) is (NoEffects if effect.slots == ("adjust",) else ValveLaws)
+    assert type(found) is (NoEffects if effect.slots in (("adjust",), ("sensor",)) else ValveLaws)
 
 
-@every
+@every_marched
 @pytest.mark.parametrize("other", ["bounce", "seal_friction", "solenoid_b_delay"])
 def test_strength_zero_changes_no_bit_with_another_effect_on(effect, other):
     if effect.name != other:
@@ -84,7 +93,7 @@ def test_strength_zero_changes_no_bit_with_another_effect_on(effect, other):
         assert np.array_equal(numbers(run_with(**beside, **off)), numbers(run_with(**beside)))
 
 
-@every
+@every_marched
 @pytest.mark.parametrize("share", [0.1, 1.0])
 def test_mass_energy_and_work_close_with_an_effect_on(effect, share):
     run = run_with(**{effect.name: turned_on(effect, share)})

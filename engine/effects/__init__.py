@@ -16,6 +16,8 @@ from engine.effects import (
     friction_torque,
     groove_area_error,
     seat_leak,
+    speed_ripple,
+    tdc_error,
 )
 from valve.effects import VALVE_EFFECTS
 
@@ -28,6 +30,8 @@ ENGINE_EFFECTS = (
     exhaust_timing.EFFECT,
     exhaust_restriction.EFFECT,
     friction_torque.EFFECT,
+    speed_ripple.EFFECT,
+    tdc_error.EFFECT,
 )
 ALL_EFFECTS = VALVE_EFFECTS + ENGINE_EFFECTS
 

@@ -1,4 +1,5 @@
-"""Effects of the valve, in the order in which air flows: solenoids, chambers, piston, stops.
+"""Effects of the valve, in the order in which air flows: solenoids, chambers, piston, stops; then what a
+record passes: sensors, the recorder.
 
 This list names them by hand; machine file, sweeps, archives, tests and the missing-effect search read it and
 nothing else.
@@ -18,17 +19,22 @@ from valve.effects import (
     intake_flow_force,
     leakage_a,
     leakage_b,
+    lift_sensor_lag,
     moving_mass_error,
     pressure_dependent_delay,
+    pressure_sensor_lag,
     quadratic_drag,
     ring_leakage,
     seal_friction,
+    sensor_gain,
+    sensor_offset,
     side_force,
     slow_ramp,
     solenoid_a_delay,
     solenoid_b_delay,
     spring_rate_error,
     stribeck_friction,
+    time_zero,
     vent_back_pressure,
 )
 
@@ -55,6 +61,11 @@ VALVE_EFFECTS = (
     intake_flow_force.EFFECT,
     end_cushion.EFFECT,
     bounce.EFFECT,
+    lift_sensor_lag.EFFECT,
+    pressure_sensor_lag.EFFECT,
+    sensor_gain.EFFECT,
+    sensor_offset.EFFECT,
+    time_zero.EFFECT,
 )
 
 ValveEffects = NamedTuple("ValveEffects", [(effect.name, effect.parameters) for effect in VALVE_EFFECTS])

@@ -1,0 +1,51 @@
+"""Sensors whose zero is not the one that was taken for it."""
+
+from typing import Annotated, NamedTuple
+
+from apesim.effect import Effect
+from apesim.quantities import Quantity
+
+PRESSURE = Quantity("kPa", -100, 100, "drift of the zero: 1 to 5 kPa")
+
+
+class SensorOffset(NamedTuple):
+    """What channels read more, each in its own unit."""
+
+    lift: Annotated[float, Quantity("mm", -2, 2, "mounting: 0.02 to 0.1 mm")] = 0.0
+    pressure_a: Annotated[float, PRESSURE] = 0.0
+    pressure_b: Annotated[float, PRESSURE] = 0.0
+    cylinder_pressure: Annotated[float, PRESSURE] = 0.0
+    torque: Annotated[float, Quantity("N m", -20, 20, "tare of the brake: 0.2 to 0.5 N m")] = 0.0
+    air_flow: Annotated[float, Quantity("g/s", -20, 20, "zero of the meter: 0.05 to 0.2 g/s")] = 0.0
+
+
+def sensor(effect, reading):
+    """Shift the channels.
+
+    Parameters
+    ----------
+    effect : SensorOffset
+    reading : apesim.reading.Reading
+
+    Returns
+    -------
+    apesim.reading.Reading
+    """
+    offsets = effect._asdict()
+
+    def at(times):
+        return {name: values + offsets.get(name, 0.0) for name, values in reading.at(times).items()}
+
+    return reading._replace(at=at)
+
+
+EFFECT = Effect(
+    "sensor_offset",
+    SensorOffset,
+    equation="recorded = x + offset, of each channel",
+    source="Doebelin, Measurement Systems, 3.2: static calibration",
+    seen_in="one channel alone, the same at all times",
+    isolated_by="known values at rest: the closed stop, ambient pressure, a free shaft",
+    strengths=SensorOffset._fields,
+    sensor=sensor,
+)
