@@ -23,6 +23,10 @@ FARTHEST = 10.0
 SLOWEST = 0.999
 """Factor by which a change falls from cycle to cycle, at most, when the distance is estimated."""
 NO_TIMES, NO_TRACE = np.empty(0), np.empty((0, 0))
+SWINGING = -0.5
+"""Factor by which a deviation falls from cycle to cycle, below which a machine near by may settle otherwise."""
+CORRECTIONS_MOST = 12
+"""Cycles from a known state, before it counts as too far away."""
 LOOSE = 1e-9
 """A state whose map differs from the identity by less is held, as a piston on its stop."""
 CLIP = 0.3
@@ -55,6 +59,15 @@ def distance(a, b, scale):
     n = len(scale)
     sizes = scale + np.maximum(np.abs(a[:n]), np.abs(b[:n]))
     return float(np.max(np.abs(a[:n] - b[:n]) / sizes))
+
+
+class Known(NamedTuple):
+    """A periodic state, from which those of a little different machines are near."""
+
+    y: np.ndarray
+    mode: np.ndarray
+    correction: np.ndarray
+    """(n, n): times what a state gains over a cycle, it is the way to the periodic state; both relative."""
 
 
 class Drive:
@@ -149,32 +162,121 @@ def _newton(drive, y, mode, count):
         None where the cycles change the mode or fail, so that the map has no slope; or where the slope repels, so that
         the fixed point is none that a machine settles to.
     """
-    accuracy = drive.accuracy
-    n = accuracy.scale.shape[0]
-    image, mode_image, status = drive.march(y, mode, count)
-    if status != Status.DONE or mode_image[0] != mode[0]:
+    slopes, image = _slopes(drive, y, mode, count)
+    if slopes is None or np.abs(np.linalg.eigvals(slopes)).max() > 1.0 + drive.accuracy.tolerance / NUDGE:
         return None
-    slopes = np.zeros((n, n))
-    sizes = accuracy.scale + np.abs(y[:n])
-    for i in range(n):
-        nudged = y.copy()
-        nudged[i] -= NUDGE * sizes[i]
-        other, mode_other, status = drive.march(nudged, mode, count)
-        if status != Status.DONE or mode_other[0] != mode[0]:
-            return None
-        slopes[:, i] = (image[:n] - other[:n]) / sizes / NUDGE
-    if np.abs(np.linalg.eigvals(slopes)).max() > 1.0 + accuracy.tolerance / NUDGE:
-        return None
-    gap = np.eye(n) - slopes
-    free = np.flatnonzero(np.abs(gap).max(axis=1) > LOOSE)
-    step = np.zeros(n)
-    step[free] = np.linalg.lstsq(gap[np.ix_(free, free)], ((image - y)[:n] / sizes)[free], rcond=1e-9)[0]
+    n, sizes = len(slopes), _sizes(drive, y)
+    step = _correction(slopes) @ ((image - y)[:n] / sizes)
     better = y.copy()
     better[:n] += np.clip(step, -CLIP, CLIP) * sizes
     return better
 
 
-def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLERANCE, most=CYCLES_MOST):
+def _sizes(drive, y):
+    """What changes of a state are related to."""
+    scale = drive.accuracy.scale
+    return scale + np.abs(y[: len(scale)])
+
+
+def _slopes(drive, y, mode, count):
+    """Slopes of the map of some cycles, relative, (n, n), and the image of the state; None where it has none."""
+    n, sizes = len(drive.accuracy.scale), _sizes(drive, y)
+    image, mode_image, status = drive.march(y, mode, count)
+    if status != Status.DONE or mode_image[0] != mode[0]:
+        return None, image
+    slopes = np.zeros((n, n))
+    for i in range(n):
+        nudged = y.copy()
+        nudged[i] -= NUDGE * sizes[i]
+        other, mode_other, status = drive.march(nudged, mode, count)
+        if status != Status.DONE or mode_other[0] != mode[0]:
+            return None, image
+        slopes[:, i] = (image[:n] - other[:n]) / sizes / NUDGE
+    return slopes, image
+
+
+def _correction(slopes):
+    """See `Known`: the inverse of one less the slopes; states that are held stay."""
+    gap = np.eye(len(slopes)) - slopes
+    free = np.flatnonzero(np.abs(gap).max(axis=1) > LOOSE)
+    correction = np.zeros_like(gap)
+    correction[np.ix_(free, free)] = np.linalg.pinv(gap[np.ix_(free, free)], rcond=1e-9)
+    return correction
+
+
+def known_orbit(p, tables, orbit, kinks, accuracy):
+    """A periodic state as a start for others, see `periodic_orbit`.
+
+    Returns
+    -------
+    Known or None
+        None where it has not converged to a period of one cycle, or its map has no slope, or nearly swings.
+    """
+    if not orbit.converged or orbit.period != 1:
+        return None
+    slopes, _ = _slopes(Drive(p, tables, kinks, accuracy), orbit.y, orbit.mode, 1)
+    if slopes is None or np.linalg.eigvals(slopes).real.min() < SWINGING:
+        return None
+    return Known(orbit.y, orbit.mode, _correction(slopes))
+
+
+def _from_known(drive, known, tolerance):
+    """Broyden's method from a state that is near; None where it does not come to the periodic state at once.
+
+    Parameters
+    ----------
+    drive : Drive
+    known : Known
+    tolerance : float
+        Of the way that is left to the periodic state.
+
+    Returns
+    -------
+    Settling or None
+    """
+    n, y, mode, correction = len(drive.accuracy.scale), known.y, known.mode, known.correction
+    before = gain_before = step = None
+    for _ in range(CORRECTIONS_MOST):
+        image, mode_image, status = drive.march(y, mode)
+        if status != Status.DONE or mode_image[0] != mode[0]:
+            return None
+        sizes = _sizes(drive, y)
+        gain = (image - y)[:n] / sizes
+        if step is not None:
+            moved = correction @ (gain_before - gain)
+            if abs(weight := step @ moved) > 0.0:
+                correction = correction + np.outer(step - moved, step @ correction) / weight
+        step = correction @ gain
+        left = np.abs(step).max()
+        if left <= tolerance:
+            return Settling(y, mode, status, np.abs(gain).max(), np.inf, 1)
+        if (before is not None and left > before) or left > CLIP:
+            return None
+        y, before, gain_before = y.copy(), left, gain
+        y[:n] += step * sizes
+    return None
+
+
+def _settled(drive, y, mode, tolerance, most):
+    """Plain cycles, and help between them; see `periodic_orbit`."""
+    kept, fine = None, 0
+    while True:
+        sure = fine >= 2 or (kept is None and drive.cycles >= PATIENCE)
+        found = _plain_cycles(drive, y, mode, tolerance, max(1, min(BURST, most - drive.cycles)), sure)
+        astray = kept is not None and not found.period and not (found.status == Status.DONE and _nearer(found, kept))
+        if astray:
+            found = kept
+        if found.status != Status.DONE or found.period or drive.cycles >= most:
+            return found
+        y, mode, kept = found.y, found.mode, None
+        if not astray:
+            better = _newton(drive, y, mode, 2 if found.change_of_two < 0.5 * found.change else 1)
+            if better is not None:
+                clipped = distance(y, better, drive.accuracy.scale) >= CLIP / (1.0 + CLIP)
+                y, kept, fine = better, found, 0 if clipped else fine + 1
+
+
+def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLERANCE, most=CYCLES_MOST, known=None):
     """March to the periodic state, helped by Newton's method where plain cycles converge slowly.
 
     What a Newton step found is kept only where the plain cycles after it come nearer to a period than those before it.
@@ -196,27 +298,16 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
         Largest change of any state over a cycle, relative.
     most : int
         Cycles at most.
+    known : Known, optional
+        Of a little different machine: where that is near it takes few cycles, else the march is the one without it.
 
     Returns
     -------
     Orbit
     """
     drive = Drive(p, tables, kinks, accuracy)
-    kept, fine = None, 0
-    while True:
-        sure = fine >= 2 or (kept is None and drive.cycles >= PATIENCE)
-        found = _plain_cycles(drive, y, mode, tolerance, max(1, min(BURST, most - drive.cycles)), sure)
-        astray = kept is not None and not found.period and not (found.status == Status.DONE and _nearer(found, kept))
-        if astray:
-            found = kept
-        if found.status != Status.DONE or found.period or drive.cycles >= most:
-            break
-        y, mode, kept = found.y, found.mode, None
-        if not astray:
-            better = _newton(drive, y, mode, 2 if found.change_of_two < 0.5 * found.change else 1)
-            if better is not None:
-                clipped = distance(y, better, accuracy.scale) >= CLIP / (1.0 + CLIP)
-                y, kept, fine = better, found, 0 if clipped else fine + 1
+    found = _from_known(drive, known, tolerance) if known else None
+    found = found or _settled(drive, y, mode, tolerance, most)
     y = found.y.copy()
     y[accuracy.scale.shape[0] :] = 0.0
     return Orbit(

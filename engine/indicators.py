@@ -112,6 +112,24 @@ def valve_angles(machine, run):
     if p.engine.intake == IDEAL_VALVE:
         found = (p.open_target, p.close_target, p.open_target, p.close_target, machine.valve.stroke)
         return _angles(*found) | _no_strokes()
+    opening, closing, opened, shut = valve_motion(machine, run)
+    lift = np.minimum(machine.valve.stroke - log[:, LOG_HEAD], machine.valve.stroke)
+    times = (opened, shut, opening.contact, closing.contact)
+    return _angles(*(p.start + p.speed * t for t in times), lift.max()) | {
+        "opening_seating_speed_m_s": opening.seating_speed,
+        "closing_seating_speed_m_s": closing.seating_speed,
+        "fluctuation": opening.fluctuation,
+        "closing_fluctuation": closing.fluctuation,
+    }
+
+
+def valve_motion(machine, run):
+    """Strokes of the valve (`valve.measures.Stroke`), and when its lift rises and then falls through the lap [s].
+
+    Times are from the energising on, and later than a cycle where the valve moves into the next; NaN: never.
+    """
+    p, log = run.p, run.log
+    table = area_table(machine.groove, machine.valve.stroke)
     period = TURN / p.speed
     doubled = np.concatenate((log, log))
     doubled[len(log) :, 0] += period
@@ -124,13 +142,7 @@ def valve_angles(machine, run):
     opened = time[at_lap & (speed < 0.0)]
     opened = opened[0] if len(opened) else nan
     shut = time[at_lap & (speed > 0.0) & (time > opened)]
-    times = (opened, shut[0] if len(shut) else nan, opening.contact, closing.contact)
-    return _angles(*(p.start + p.speed * t for t in times), lift.max()) | {
-        "opening_seating_speed_m_s": opening.seating_speed,
-        "closing_seating_speed_m_s": closing.seating_speed,
-        "fluctuation": opening.fluctuation,
-        "closing_fluctuation": closing.fluctuation,
-    }
+    return opening, closing, opened, shut[0] if len(shut) else nan
 
 
 def _angles(opens, closes, full_open, closed, lift):
@@ -157,6 +169,12 @@ def peak_pressure(run):
         y = row[LOG_HEAD:]
         pressures.append(chamber_state(gas, y[CYLINDER_MASS], y[CYLINDER_ENERGY], volume)[0])
     return max(pressures)
+
+
+def friction_pressure(run, peak):
+    """Friction mean effective pressure of a run with a highest cylinder pressure [Pa]."""
+    engine = run.p.engine
+    return friction_mean_effective_pressure(engine.friction, peak, mean_piston_speed(engine.stroke, run.p.speed))
 
 
 def closure(run):
@@ -202,7 +220,7 @@ def indicators(machine, run):
     work = end[WORK]
     swept = swept_volume(p.engine)
     peak = peak_pressure(run)
-    fmep = friction_mean_effective_pressure(p.engine.friction, peak, mean_piston_speed(p.engine.stroke, p.speed))
+    fmep = friction_pressure(run, peak)
     brake = work - fmep * swept
     engine_air, control_air = end[GROOVE], end[SUPPLIED]
     air = engine_air + control_air

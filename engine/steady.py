@@ -1,15 +1,18 @@
 """One operating point at its periodic steady state."""
 
+from math import nan
 from typing import NamedTuple
 
 import numpy as np
 
 from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Status, march
-from apesim.periodic import CYCLES_MOST, PERIODIC_TOLERANCE, Orbit, periodic_orbit
+from apesim.periodic import CYCLES_MOST, PERIODIC_TOLERANCE, Orbit, known_orbit, periodic_orbit
 from engine.breathing import DEGREE
 from engine.cycle import TRACE
 from engine.cycle_state import GROOVE, STATES, WORK, Cycle
 from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
+from valve.actuator import PHASE
+from valve.piston import HELD_CLOSED
 
 
 class SteadyRun(NamedTuple):
@@ -46,6 +49,9 @@ def run_steady(
     most=CYCLES_MOST,
     steady=PERIODIC_TOLERANCE,
     first_angle=0.0,
+    angles=None,
+    start=None,
+    doubted=True,
 ):
     """March an operating point to its periodic steady state, and through one more cycle that is noted.
 
@@ -63,6 +69,12 @@ def run_steady(
         Largest change of a state over a cycle that counts as periodic, relative.
     first_angle : float
         Of the first row of the trace, from the energising [rad].
+    angles : (n,) float array, optional
+        Of the rows of the trace, ascending within the turn from the energising on [rad]; they go before a step.
+    start : apesim.periodic.Known, optional
+        See `known_state`.
+    doubted : bool
+        Whether to march a cycle at tenfold tolerance, too, for the changes of work and air; else they are NaN.
 
     Returns
     -------
@@ -70,8 +82,10 @@ def run_steady(
     """
     p, tables, kinks = cycle_of(machine, speed)
     accuracy = accuracy_at(speed, tolerance)
-    orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy, steady, most)
-    angles = p.start + np.arange(first_angle, 2.0 * np.pi + 0.5 * angle_step, angle_step)
+    start = start and _at_its_stop(p, start)
+    orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy, steady, most, start)
+    if angles is None:
+        angles = p.start + np.arange(first_angle, 2.0 * np.pi + 0.5 * angle_step, angle_step)
     times = np.minimum((angles - p.start) / speed, kinks[-1])
 
     def cycle(y, mode, accuracy, times=times[:0]):
@@ -83,10 +97,12 @@ def run_steady(
     log, trace, outcome = cycle(end, mode, accuracy, times)
     work = outcome.work
     coarse, coarse_mode = orbit.y.copy(), orbit.mode.copy()
-    cycle(coarse, coarse_mode, accuracy.tenfold())
+    if doubted:
+        cycle(coarse, coarse_mode, accuracy.tenfold())
     if orbit.period == 2:
         work = 0.5 * (work + cycle(end, mode, accuracy)[2].work)
-        cycle(coarse, coarse_mode, accuracy.tenfold())
+        if doubted:
+            cycle(coarse, coarse_mode, accuracy.tenfold())
         end, coarse = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse)
     return SteadyRun(
         p,
@@ -97,15 +113,43 @@ def run_steady(
         angles,
         trace,
         work,
-        _change(coarse[WORK], end[WORK]),
-        _change(coarse[GROOVE], end[GROOVE]),
+        _change(coarse[WORK], end[WORK]) if doubted else nan,
+        _change(coarse[GROOVE], end[GROOVE]) if doubted else nan,
         tolerance,
         int(outcome.status if orbit.status == Status.DONE else orbit.status),
         outcome.steps,
     )
 
 
+def known_state(machine, speed):
+    """The periodic state of an operating point, from which those of a little different machines take few cycles.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    speed : float
+        [rad/s]
+
+    Returns
+    -------
+    apesim.periodic.Known or None
+        None where it does not settle to a period of one cycle.
+    """
+    p, tables, kinks = cycle_of(machine, speed)
+    accuracy = accuracy_at(speed)
+    orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy)
+    return known_orbit(p, tables, orbit, kinks, accuracy)
+
+
+def _at_its_stop(p, known):
+    """A known state whose piston, held closed, is so at this machine's stroke."""
+    y = known.y.copy()
+    if known.mode[PHASE] == HELD_CLOSED:
+        y[0] = p.actuator.valve.stroke
+    return known._replace(y=y)
+
+
 def _change(value, reference):
     if value == reference:
         return 0.0
-    return abs(value / reference - 1.0) if reference else float("nan")
+    return abs(value / reference - 1.0) if reference else nan

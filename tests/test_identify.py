@@ -11,9 +11,9 @@ from truth.valve import POSITION, PRESSURE_A, Bench, noise, simulate
 from apesim.quantities import InputError
 from studies.commands.fit import fit_command, free_parameters, si_unit
 from studies.console import Console
-from studies.identify import identify, judge, predict, run_of, time_shift, whiten, with_value
+from studies.identify import identify, judge, time_shift, whiten
 from studies.measured import Measured, MeasuredRun
-from valve.bench import run_bench
+from studies.measured.prediction import predict, run_of
 
 BETA = "valve.viscous_friction"
 TRUE = 111.08
@@ -252,28 +252,6 @@ def test_only_runs_to_be_fitted_are_looked_at():
     assert fit(measured_run(0), *others).parameters == fit(measured_run(0)).parameters
 
 
-# --- the simulation at the measured times ---
-
-
-def test_prediction_passes_the_contacts_without_error():
-    run = measured_run(0)._replace(times=np.sort(np.random.default_rng(1).uniform(-5e-3, 0.1, 3000)))
-    at = run_of(DEFAULT, run)
-    found = predict(at, run, ["lift", "pressure_a"])[0]
-    true = simulate(Bench(run.supply), 50e-3, 0.1).states(np.maximum(run.times, 0.0))
-    assert np.abs(found["lift"] - (9e-3 - true[POSITION])).max() < 1e-6
-    assert np.abs(found["pressure_a"] - true[PRESSURE_A]).max() < 100.0
-    assert found["lift"].max() == run_bench(at, 50e-3).trace[:, 0].max()
-
-
-def test_the_supply_of_a_run_is_that_of_the_control_air_too():
-    at = run_of(machine(supply__control_pressure=0.9e6), measured_run(0))
-    assert at.supply.control() == (AMBIENT + 0.4e6, 287.0)
-
-
-def test_a_value_is_set_at_its_key():
-    assert with_value(DEFAULT, "valve.solenoid.dead_time", 1e-3).valve.solenoid.dead_time == 1e-3
-
-
 # --- check runs, the command, bad input ---
 
 
@@ -340,7 +318,7 @@ def test_a_gate_allows_what_the_parameters_are_not_known_to():
     exact = {"lift": NOISE}  # against a good sensor, the same fit is off by far more than noise
     measured, free = Measured("", exact, (short, measured_run(4, 0.16, role="gate"))), free_parameters(DEFAULT, keys)
     [strict] = judge(found._replace(sensor_noise={"lift": (NOISE, 0.0)}), measured, free, measured.of("gate"))
-    raw = predict(run_of(found.machine, measured.runs[1]), measured.runs[1], ("lift",))[0]["lift"]
+    raw = predict(run_of(found.machine, measured.runs[1]), measured.runs[1], ("lift",)).channels["lift"]
     off = np.sqrt(np.mean((raw - measured.runs[1].channels["lift"]) ** 2)) / NOISE
     assert off > strict.limit > strict.residual_over_noise
 

@@ -183,8 +183,8 @@ def run_bench(
         End of a single run; twice the pulse if left out [s].
     period : float
         Of a repeated pulse [s]; inf: it is single.
-    sample : float
-        Between two rows of the trace [s].
+    sample : float or (n,) float array
+        Between two rows of the trace, or when to take them, ascending [s].
     tolerance : float
     brakes : sequence of float
         Further edges of the solenoids, which interrupt a stroke: two (or four, ...) between the edges of the pulse, as
@@ -214,7 +214,7 @@ def run_bench(
         y, mode = orbit.y.copy(), orbit.mode.copy()
     start = y.copy()
     log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
-    times = np.append(np.arange(0.0, end, sample), end)
+    times = np.append(np.arange(0.0, end, sample), end) if np.ndim(sample) == 0 else sample
     trace = np.empty((len(times), len(TRACE)))
     outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
     log = log[: outcome.logged].copy()

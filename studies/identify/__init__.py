@@ -20,7 +20,7 @@ from studies.identify.fit import Identified, identify
 from studies.identify.gate import Judgement, judge
 from studies.identify.noise import whiten
 from studies.identify.shift import time_shift
-from studies.identify.simulation import Free, predict, run_of, with_value
+from studies.identify.simulation import Free
 
 __all__ = [
     "Free",
@@ -28,9 +28,6 @@ __all__ = [
     "Judgement",
     "identify",
     "judge",
-    "predict",
-    "run_of",
     "time_shift",
     "whiten",
-    "with_value",
 ]

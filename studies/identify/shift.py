@@ -4,7 +4,8 @@ from math import inf
 
 import numpy as np
 
-from studies.identify.simulation import fitted_for, predict
+from studies.identify.simulation import fitted_for
+from studies.measured.prediction import predict
 
 FLIGHT = 0.1, 0.9
 """Shares of the stroke between which the piston counts as in flight."""
@@ -29,7 +30,7 @@ def time_shift(found, run):
     if "lift" in run.channels:
         deviation, stroke = found.noise.get("lift", (0.0, 0.0))[0], machine.valve.stroke
         times = np.arange(0.0, float(run.times[-1]), 1e-5)
-        lift = predict(machine, run._replace(times=times), ("lift",))[0]["lift"]
+        lift = predict(machine, run._replace(times=times), ("lift",)).channels["lift"]
         for start, end, sign in ((0.0, run.pulse, 1.0), (run.pulse, inf, -1.0)):
             flights = []
             for t, values in ((times, lift), (run.times, run.channels["lift"])):

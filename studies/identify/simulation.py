@@ -5,12 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march import Status
 from apesim.quantities import Quantity
 from studies.identify.noise import FITTED, whiten
-from valve.bench import TRACE, run_bench
+from studies.measured.prediction import predict, run_of, with_value
 
-COLUMN = {header.split(" [")[0]: i for i, header in enumerate(TRACE)}
 STEP = 1e-3
 """Of a finite difference, as a share of a parameter's scale."""
 
@@ -33,20 +31,6 @@ class Free(NamedTuple):
     """Whether starts stay within a factor of two of the machine's value; else they lie all over the range."""
 
 
-def with_value(tree, key, value):
-    """A machine with another value, SI, at a key with dots."""
-    name, _, rest = key.partition(".")
-    return tree._replace(**{name: with_value(getattr(tree, name), rest, value) if rest else value})
-
-
-def run_of(machine, run):
-    """The machine with the supply of a measured run, which is that of the control air, too."""
-    supply = machine.supply._replace(pressure=run.supply, control_pressure=nan)
-    if not isnan(run.temperature):
-        supply = supply._replace(temperature=run.temperature)
-    return machine._replace(supply=supply)
-
-
 SUPPLY = {"supply.pressure": "supply", "supply.temperature": "temperature"}
 """What a measured run says of its supply, by key of the machine."""
 
@@ -64,59 +48,6 @@ def fitted_for(found, run):
         if carries(found, key, run):
             machine = with_value(machine, key, found.parameters[key])
     return machine
-
-
-def predict(machine, run, sensors):
-    """What ideal sensors would see of a measured run.
-
-    Parameters
-    ----------
-    machine : engine.machine.Machine
-        With the supply of the run, see `run_of`.
-    run : studies.measured.MeasuredRun
-    sensors : iterable of str
-
-    Returns
-    -------
-    dict
-        (n,) float arrays at the times of the run, by sensor; NaN if the simulation ended early.
-    bench : valve.bench.BenchRun
-    """
-    until = float(run.times[-1])
-    bench = run_bench(machine, run.pulse, until, sample=min(max(until / 1e4, 2e-5), 1e-4))
-    if bench.status != Status.DONE:
-        return {sensor: np.full(len(run.times), nan) for sensor in sensors}, bench
-    lift = _lift_at(machine.valve.stroke, bench)
-    found = {
-        sensor: lift(run.times)
-        if sensor == "lift"
-        else np.interp(run.times, bench.times, bench.trace[:, COLUMN[sensor]])
-        for sensor in sensors
-    }
-    return found, bench
-
-
-def _lift_at(stroke, bench):
-    """Lift as a function of time: cubic Hermite between the rows of the trace and the first contacts."""
-    times, lift, speed = bench.times, bench.trace[:, COLUMN["lift"]], -bench.trace[:, COLUMN["velocity"]]
-    for measures, met, sign in ((bench.opening, stroke, 1.0), (bench.closing, 0.0, -1.0)):
-        if not isnan(measures.contact):
-            at = np.searchsorted(times, measures.contact)
-            times = np.insert(times, at, [measures.contact] * 2)
-            lift = np.insert(lift, at, [met] * 2)
-            # The speed jumps: before contact it is the seating speed, after it what the stop leaves of it.
-            after = speed[at] if at < len(speed) else 0.0
-            speed = np.insert(speed, at, [sign * measures.seating_speed, after])
-
-    def at(t):
-        i = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
-        h = times[i + 1] - times[i]
-        s = np.clip((t - times[i]) / np.where(h > 0.0, h, 1.0), 0.0, 1.0)
-        rise = lift[i + 1] - lift[i]
-        cubic = (speed[i] * (1.0 - s) - speed[i + 1] * s) * h - rise * (1.0 - 2.0 * s)
-        return lift[i] + s * (rise + (1.0 - s) * cubic)
-
-    return at
 
 
 class Problem:
@@ -154,7 +85,7 @@ class Problem:
             return self._kept[at]
         for run in self.runs:
             sensors = [sensor for sensor in FITTED if sensor in run.channels]
-            values, _ = predict(self.machine_at(x, run), run, sensors)
+            values = predict(self.machine_at(x, run), run, sensors).channels
             self.evaluations += 1
             if self.report:
                 self.report(self.evaluations, None)

@@ -28,7 +28,7 @@ An engine's bench, at its periodic state; data, or one of the means, may be left
     air_flow = "12.3 g/s"            # mean of all air: engine's and control air
 
 Inside all is SI and absolute. In the order in which they build on one another: runs (what a run is), sensors (what
-can be measured), reading (the folder).
+can be measured), reading (the folder), prediction (what a machine would have shown).
 """
 
 from studies.measured.reading import read_measured

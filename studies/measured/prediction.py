@@ -1,0 +1,181 @@
+"""What a machine would have shown the sensors of a measured run."""
+
+from math import isnan, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.effect import sensed
+from apesim.march import Status
+from apesim.reading import Reading
+from engine.breathing import DEGREE, TURN
+from engine.cycle import TRACE as ENGINE_TRACE
+from engine.cycle_state import GROOVE, SUPPLIED, WORK
+from engine.cylinder import EPV
+from engine.effects import ALL_EFFECTS
+from engine.indicators import friction_pressure, peak_pressure, valve_angles, valve_motion
+from engine.kinematics import swept_volume
+from engine.steady import known_state, run_steady
+from studies.measured.runs import ENGINE
+from valve.bench import TRACE as VALVE_TRACE
+from valve.bench import run_bench
+
+VALVE_COLUMNS, ENGINE_COLUMNS = (
+    {header.split(" [")[0]: column for column, header in enumerate(trace)} for trace in (VALVE_TRACE, ENGINE_TRACE)
+)
+MEANS = ("torque", "air_flow")
+NEVER = {"opening_start": nan, "opening_contact": nan, "closing_start": nan, "closing_contact": nan}
+
+
+class Prediction(NamedTuple):
+    """A run as its sensors would have shown it."""
+
+    channels: dict
+    """(n,) float arrays at the times of the run, SI, by sensor; NaN where the simulation failed."""
+    means: dict
+    """Floats, SI, by sensor."""
+    marks: dict
+    """Times since the energising by which the model divides the run [s]; NaN: never. ``energise``, ``release``;
+    ``opening_start`` and ``closing_start``, with 1 % of the stroke done; ``opening_contact`` and ``closing_contact``,
+    the first with the far stop. Of an engine ``groove_opens``, ``groove_closes``, ``exhaust_opens`` and
+    ``exhaust_closes``, too; what the valve does in the next cycle is later than a period."""
+    failed: bool
+    """Whether the march ended early, or has not become periodic."""
+
+
+def with_value(tree, key, value):
+    """A machine with another value, SI, at a key with dots."""
+    name, _, rest = key.partition(".")
+    return tree._replace(**{name: with_value(getattr(tree, name), rest, value) if rest else value})
+
+
+def run_of(machine, run):
+    """The machine with the supply of a measured run, which is that of the control air, too; and an engine's command."""
+    supply = machine.supply._replace(pressure=run.supply, control_pressure=nan)
+    if not isnan(run.temperature):
+        supply = supply._replace(temperature=run.temperature)
+    if run.bench == ENGINE:
+        machine = machine._replace(command=machine.command._replace(energise=run.energise, release=run.release))
+    return machine._replace(supply=supply)
+
+
+def start_of(machine, run):
+    """From where the predictions of a little different machines start, see `predict`.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+        With the supply and the command of the run, see `run_of`.
+    run : studies.measured.MeasuredRun
+
+    Returns
+    -------
+    apesim.periodic.Known or None
+        None on a valve's bench, which starts from rest, and where an engine does not settle to every cycle alike.
+    """
+    return known_state(machine, run.speed) if run.bench == ENGINE else None
+
+
+def predict(machine, run, sensors=None, start=None):
+    """What the sensors would have shown of a measured run, the effects of the slot ``sensor`` applied.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+        With the supply and the command of the run, see `run_of`.
+    run : studies.measured.MeasuredRun
+    sensors : iterable of str, optional
+        Those of the run, if left out.
+    start : apesim.periodic.Known, optional
+        From `start_of`, of this run with a machine a little different: the outcome is the same, and comes sooner.
+
+    Returns
+    -------
+    Prediction
+    """
+    sensors = [*run.channels, *run.means] if sensors is None else list(sensors)
+    simulated = _EngineRun(machine, run, sensors, start) if run.bench == ENGINE else _ValveRun(machine, run, sensors)
+    reading = sensed(ALL_EFFECTS, machine.effects, Reading(simulated, run.speed, run.energise))
+    shown = reading.at(run.times)
+    means = {name: float(shown.pop(name)) for name in MEANS if name in shown}
+    return Prediction(shown, means, simulated.marks, simulated.failed)
+
+
+class _ValveRun:
+    """A run of the valve's bench as ideal sensors see it; marched when it is asked for its channels."""
+
+    def __init__(self, machine, run, sensors):
+        self.machine, self.run, self.sensors = machine, run, sensors
+        self.marks, self.failed = {}, False
+
+    def __call__(self, times):
+        """(n,) arrays by sensor; before the energising all rests."""
+        times = np.maximum(times, 0.0)
+        pulse = self.run.pulse
+        bench = run_bench(self.machine, pulse, float(times[-1]), sample=times)
+        self.marks = {"energise": 0.0, "release": pulse} | _marks(bench.opening, bench.closing, pulse)
+        self.failed = bench.status != Status.DONE
+        return _shown(self.sensors, VALVE_COLUMNS, bench.trace, self.failed)
+
+
+class _EngineRun:
+    """A periodic cycle of the engine as ideal sensors see it; marched when it is asked for its channels."""
+
+    def __init__(self, machine, run, sensors, start):
+        self.machine, self.run, self.sensors, self.start = machine, run, sensors, start
+        self.marks, self.failed = {}, False
+
+    def __call__(self, times):
+        """(n,) arrays by sensor, and means; every turn is like the other."""
+        speed = self.run.speed
+        period = TURN / speed
+        times = times % period
+        order = np.argsort(times)
+        angles = self.machine.command.energise + speed * times[order]
+        run = run_steady(self.machine, speed, angles=angles, start=self.start, doubted=False)
+        self.failed = run.status != Status.DONE or not run.orbit.converged
+        trace = np.empty_like(run.trace)
+        trace[order] = run.trace
+        traces = [sensor for sensor in self.sensors if sensor not in MEANS]
+        shown = _shown(traces, ENGINE_COLUMNS, trace, self.failed) | dict.fromkeys(set(self.sensors) & set(MEANS), nan)
+        self.marks = dict.fromkeys(("energise", *NEVER), nan)
+        if not self.failed:
+            self.marks = _engine_marks(self.machine, run)
+            brake = run.end[WORK] - friction_pressure(run, peak_pressure(run)) * swept_volume(run.p.engine)
+            means = {"torque": brake / TURN, "air_flow": (run.end[GROOVE] + run.end[SUPPLIED]) / period}
+            shown |= {name: means[name] for name in MEANS if name in shown}
+        return shown
+
+
+def _shown(sensors, columns, trace, failed):
+    """Channels of a trace, by sensor."""
+    return {sensor: np.full(len(trace), nan) if failed else trace[:, columns[sensor]] for sensor in sensors}
+
+
+def _marks(opening, closing, release):
+    """Starts and contacts of both strokes [s]."""
+    return dict(
+        zip(NEVER, (opening.delay, opening.contact, release + closing.delay, closing.contact), strict=True),
+    )
+
+
+def _engine_marks(machine, run):
+    """See `Prediction.marks`."""
+    p, command = run.p, machine.command
+    release = (command.release - command.energise) / p.speed
+    if p.engine.intake == EPV:
+        opening, closing, opens, closes = valve_motion(machine, run)
+        marks = _marks(opening, closing, release) | {"groove_opens": opens, "groove_closes": closes}
+    else:
+        angles = valve_angles(machine, run)
+        named = {
+            "opening_contact": "full_open_deg",
+            "closing_contact": "closed_deg",
+            "groove_opens": "valve_open_deg",
+            "groove_closes": "valve_close_deg",
+        }
+        marks = NEVER | {mark: (angles[name] * DEGREE - p.start) / p.speed for mark, name in named.items()}
+    exhaust = {
+        f"exhaust_{name}": (getattr(p.engine.exhaust, name) - p.start) % TURN / p.speed for name in ("opens", "closes")
+    }
+    return {"energise": 0.0, "release": release} | marks | exhaust
