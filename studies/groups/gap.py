@@ -1,5 +1,8 @@
 """The commands of what measurements show and the model does not."""
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
 
 from studies.options import Common, command
@@ -13,3 +16,18 @@ def effects(common: Common):
     from studies.commands.gap import effects_command
 
     return effects_command(*common)
+
+
+@command(gap)
+def explain(
+    common: Common,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with measured.toml.")],
+    out: Annotated[Path, typer.Option(metavar="OUT", help="Folder for verdict.json, machine.toml and report.html.")],
+    without: Annotated[
+        list[str] | None, typer.Option(metavar="EFFECT", help="Leave an effect of the library out. Repeatable.")
+    ] = None,
+):
+    """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink."""
+    from studies.commands.gap_explain import explain_command
+
+    return explain_command(*common, folder, out, without or ())

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.effect import sensed
-from apesim.march import Status
+from apesim.march import TOLERANCE, Status
 from apesim.reading import Reading
 from engine.breathing import DEGREE, TURN
 from engine.cycle import TRACE as ENGINE_TRACE
@@ -76,7 +76,7 @@ def start_of(machine, run):
     return known_state(machine, run.speed) if run.bench == ENGINE else None
 
 
-def predict(machine, run, sensors=None, start=None):
+def predict(machine, run, sensors=None, start=None, tolerance=TOLERANCE, memory=None):
     """What the sensors would have shown of a measured run, the effects of the slot ``sensor`` applied.
 
     Parameters
@@ -88,31 +88,53 @@ def predict(machine, run, sensors=None, start=None):
         Those of the run, if left out.
     start : apesim.periodic.Known, optional
         From `start_of`, of this run with a machine a little different: the outcome is the same, and comes sooner.
+    tolerance : float
+        Of the march.
+    memory : dict, optional
+        What ideal sensors see of this run, by the instants asked for: filled here, and looked at before anything is
+        marched. To be handed again with machines that differ in effects of the slot ``sensor`` alone.
 
     Returns
     -------
     Prediction
     """
     sensors = [*run.channels, *run.means] if sensors is None else list(sensors)
-    simulated = _EngineRun(machine, run, sensors, start) if run.bench == ENGINE else _ValveRun(machine, run, sensors)
+    bench = _EngineRun if run.bench == ENGINE else _ValveRun
+    simulated = _Remembered(bench(machine, run, sensors, start, tolerance), {} if memory is None else memory)
     reading = sensed(ALL_EFFECTS, machine.effects, Reading(simulated, run.speed, run.energise))
     shown = reading.at(run.times)
     means = {name: float(shown.pop(name)) for name in MEANS if name in shown}
     return Prediction(shown, means, simulated.marks, simulated.failed)
 
 
+class _Remembered:
+    """A run that is marched once for the same instants."""
+
+    def __init__(self, simulated, memory):
+        self.simulated, self.memory = simulated, memory
+        self.marks, self.failed = {}, False
+
+    def __call__(self, times):
+        key = times.tobytes()
+        if key not in self.memory:
+            shown = self.simulated(times)
+            self.memory[key] = shown, self.simulated.marks, self.simulated.failed
+        shown, self.marks, self.failed = self.memory[key]
+        return dict(shown)
+
+
 class _ValveRun:
     """A run of the valve's bench as ideal sensors see it; marched when it is asked for its channels."""
 
-    def __init__(self, machine, run, sensors):
-        self.machine, self.run, self.sensors = machine, run, sensors
+    def __init__(self, machine, run, sensors, start, tolerance):
+        self.machine, self.run, self.sensors, self.tolerance = machine, run, sensors, tolerance
         self.marks, self.failed = {}, False
 
     def __call__(self, times):
         """(n,) arrays by sensor; before the energising all rests."""
         times = np.maximum(times, 0.0)
         pulse = self.run.pulse
-        bench = run_bench(self.machine, pulse, float(times[-1]), sample=times)
+        bench = run_bench(self.machine, pulse, float(times[-1]), sample=times, tolerance=self.tolerance)
         self.marks = {"energise": 0.0, "release": pulse} | _marks(bench.opening, bench.closing, pulse)
         self.failed = bench.status != Status.DONE
         return _shown(self.sensors, VALVE_COLUMNS, bench.trace, self.failed)
@@ -121,8 +143,8 @@ class _ValveRun:
 class _EngineRun:
     """A periodic cycle of the engine as ideal sensors see it; marched when it is asked for its channels."""
 
-    def __init__(self, machine, run, sensors, start):
-        self.machine, self.run, self.sensors, self.start = machine, run, sensors, start
+    def __init__(self, machine, run, sensors, start, tolerance):
+        self.machine, self.run, self.sensors, self.start, self.tolerance = machine, run, sensors, start, tolerance
         self.marks, self.failed = {}, False
 
     def __call__(self, times):
@@ -132,7 +154,7 @@ class _EngineRun:
         times = times % period
         order = np.argsort(times)
         angles = self.machine.command.energise + speed * times[order]
-        run = run_steady(self.machine, speed, angles=angles, start=self.start, doubted=False)
+        run = run_steady(self.machine, speed, self.tolerance, angles=angles, start=self.start, doubted=False)
         self.failed = run.status != Status.DONE or not run.orbit.converged
         trace = np.empty_like(run.trace)
         trace[order] = run.trace

@@ -1,0 +1,55 @@
+"""The machine file that a verdict leads to, with where it comes from."""
+
+from importlib.metadata import version
+from pathlib import Path
+
+from apesim.archive import sha256
+from apesim.quantities.settings import dumps
+from studies.measured.sensors import FILE
+
+
+def child_of(findings, parent_text, data):
+    """A machine file with what was found: the effects added, or the number that was wrong; else the parent's machine.
+
+    Parameters
+    ----------
+    findings : studies.gap.explain.Findings
+    parent_text : str
+        The machine file that the search began with.
+    data : dict
+        Content of ``verdict.json``, see `studies.gap.record`.
+
+    Returns
+    -------
+    str
+        TOML; what it comes from stands in comments.
+    """
+    found = data["effects"]
+    lines = [
+        f"apesim {version('apesim')}, gap explain: {data['verdict']}",
+        data["sentence"],
+        *(f"{row['key']} = {row['text']}, 95 % interval {_interval(row)}" for row in found),
+        f"gap over noise on the fitted runs: {data['gap']['before']:.3f} before, {data['gap']['after']:.3f} after",
+    ]
+    if data["held_out"]:
+        checked = data["held_out"]
+        lines.append(f"on runs opened once: {checked['before']:.3f} before, {checked['after']:.3f} after")
+    lines += [
+        f"chance of noise alone {data['p_value']:.2g}, probability of the statement {data['probability']:.2f}",
+        f"parent machine sha256 {sha256(parent_text)}",
+        f"measured data sha256 {data_hash(findings.measured)}",
+    ]
+    machine = findings.best.machine() if found else findings.base.problem.machine
+    return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine)
+
+
+def _interval(row):
+    low, high = row["interval_95"]
+    return f"{low:.4g} to {high:.4g} {row['unit']}".strip()
+
+
+def data_hash(measured):
+    """Digest of a folder's measured.toml and of the data files that it names, in their order."""
+    folder = Path(measured.folder)
+    names = [FILE, *(run.data for run in measured.runs if run.data)]
+    return sha256("".join(sha256((folder / name).read_text()) for name in names))

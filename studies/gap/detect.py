@@ -1,0 +1,60 @@
+"""Is there a gap? The first key: the largest score, against what noise alone gives over the whole bank."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+DRAWS = 40_000
+SEED = 20090715
+ALARM = 0.01
+"""Chance of noise alone to open the case."""
+
+
+class Detection(NamedTuple):
+    """The first key."""
+
+    p_value: float
+    """Chance of noise alone to give as large a score."""
+    largest: float
+    """Score, or deviations of a local shape [standard deviations]."""
+    limit: float
+    """Score that noise alone exceeds with the chance `ALARM`."""
+
+    @property
+    def alarm(self):
+        """Whether the case is open."""
+        return self.p_value < ALARM
+
+
+def detect(columns, local, errors):
+    """Compare the largest of all scores with those of noise alone.
+
+    Parameters
+    ----------
+    columns : list of studies.gap.score.Column
+    local : (n + p, m) float array
+        Shapes of no known cause, one for each signal and phase, free of what nuisances can imitate.
+    errors : (n + p,) float array
+        What is left at the calibrated machine.
+
+    Returns
+    -------
+    Detection
+    """
+    shapes = np.column_stack([*(c.bare for c in columns), local])
+    lengths = np.linalg.norm(shapes, axis=0)
+    shapes = shapes[:, lengths > 0.0] / lengths[lengths > 0.0]
+    one_sided = np.array([_one_sided(c.probe) for c in columns] + [False] * local.shape[1])[lengths > 0.0]
+    seen = -(shapes.T @ errors)
+    largest = float(np.max(np.where(one_sided, seen, np.abs(seen))))
+    # Scores of white noise have the correlations of the shapes.
+    values, vectors = np.linalg.eigh(shapes.T @ shapes)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    draws = np.random.default_rng(SEED).standard_normal((DRAWS, len(values))) @ root.T
+    highest = np.max(np.where(one_sided, draws, np.abs(draws)), axis=1)
+    p_value = (1.0 + np.sum(highest >= largest)) / (1.0 + DRAWS)
+    return Detection(float(p_value), largest, float(np.quantile(highest, 1.0 - ALARM)))
+
+
+def _one_sided(probe):
+    return probe.candidate.strengths[probe.strength].low >= 0.0

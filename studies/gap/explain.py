@@ -1,0 +1,251 @@
+"""The missing-effect workflow, from measured data to a verdict."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from engine.effects import ALL_EFFECTS
+from studies.gap.candidates import candidates_of
+from studies.gap.descent import descend
+from studies.gap.detect import detect
+from studies.gap.gate import OWN_ERROR, gate, own_error
+from studies.gap.heldout import held_out, leave_one_out, left_over, point_of
+from studies.gap.localise import localise
+from studies.gap.noise import from_what_nothing_explains, noise_for, noise_of
+from studies.gap.nuisances import nuisances_of
+from studies.gap.phases import local_shapes
+from studies.gap.problem import Problem
+from studies.gap.refit import Model
+from studies.gap.score import bank, imitated, scores
+from studies.gap.select import AMBIGUOUS, Choice, pairs, released, singles
+from studies.gap.verdict import explained, with_alarm, without_alarm
+from studies.measured import CHECK, FIT, GATE
+from valve.effects import VALVE_EFFECTS
+
+LEFT = 0.01
+"""Chance of noise alone, below which what the best single effect leaves calls for pairs."""
+
+
+class Findings(NamedTuple):
+    """All that was found."""
+
+    measured: object
+    base: Model
+    """The calibrated machine."""
+    noise: dict
+    columns: list
+    """The bank."""
+    scores: list
+    detection: object
+    choices: list
+    """Penalised, the best first."""
+    cells: list
+    """Where the gap lives."""
+    size: float
+    """Of the gap where it is largest, over the noise."""
+    judged: object
+    """`HeldOut` on the gate runs, or with operating points left out one at a time."""
+    verdict: object
+    checked: object
+    """`HeldOut` on the check runs; None: there are none, or nothing was added."""
+    marks: list
+    own_error: float
+    simulations: int
+    warnings: list
+
+    @property
+    def best(self):
+        """The model that is judged; the calibrated machine where nothing was added."""
+        return self.verdict.best.model if self.verdict.best else self.base
+
+
+def explain(machine, measured, without=(), report=None):
+    """Find what is missing between a machine and measured data.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    measured : studies.measured.Measured
+    without : sequence of str
+        Effects of the library that are not to be considered.
+    report : callable, optional
+        Told of each stage: its name, how far it is, of how much.
+
+    Returns
+    -------
+    Findings
+
+    Raises
+    ------
+    InputError
+        See `studies.gap.gate.gate`.
+    """
+    tell = report or (lambda stage, done, whole: None)
+    warnings = gate(measured)
+    tell("calibrating", 0, 1)
+    base, more = calibrate(machine, measured)
+    warnings += more
+    candidates = candidates_of(machine, measured.bench, library(measured.bench, without))
+    base, columns = scored(base, candidates, tell)
+    noise, problem = base.problem.noise, base.problem
+    own = own_error(problem, base.fitted.x)
+    if own > OWN_ERROR:
+        warnings.append(f"the simulator's own error is {own:.2g} of the noise: it may be taken for a gap")
+    ranked = scores(columns, base.fitted.errors)
+    marks = problem.marks(base.fitted.x)
+    local = local_shapes(problem, marks, imitated(base.fitted.jacobian))
+    detection = detect(columns, local, base.fitted.errors)
+    n = len(base.fitted.errors) - len(base.fitted.x)
+    choices, judged, checked = [], None, None
+    cells, size = localise(problem, marks, base.fitted.errors[:n], True), 0.0
+    if not detection.alarm:
+        verdict = without_alarm(base, detection.p_value)
+    else:
+        choices = explanations(base, columns, ranked, len(candidates), local, tell)
+        choices, judged = hold_out(base, choices, measured, noise)
+        if choices:
+            cells = localise(problem, marks, explained(base, choices[0]), False)
+        size = max(cell.size for cell in cells)
+        verdict = with_alarm(base, choices, size, judged)
+    if verdict.best and measured.of(CHECK):
+        checked = held_out([(base, verdict.best.model, measured.of(CHECK))], noise)
+    return Findings(
+        measured,
+        base,
+        noise,
+        columns,
+        ranked,
+        detection,
+        choices,
+        cells,
+        size,
+        judged,
+        verdict,
+        checked,
+        marks,
+        own,
+        problem.simulations,
+        warnings,
+    )
+
+
+def library(bench, without=()):
+    """The effects that can show on a bench."""
+    effects = VALVE_EFFECTS if bench == "valve" else ALL_EFFECTS
+    return [effect for effect in effects if effect.name not in without]
+
+
+def calibrate(machine, measured):
+    """The noise of the data, and the machine with its nuisances fitted under their priors.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    measured : studies.measured.Measured
+
+    Returns
+    -------
+    Model
+    warnings : list of str
+    """
+    nuisances = nuisances_of(machine, measured)
+    nominal = np.zeros(len(nuisances))
+    known = Problem(machine, measured.of(FIT) + measured.of(GATE), nuisances)
+    noise, warnings = noise_of(known.blocks, known.predicted(nominal), measured.noise)
+    problem = Problem(machine, measured.of(FIT), nuisances, noise)
+    fitted = descend(problem, nominal)
+    problem.starts.clear()
+    if not fitted.converged:
+        warnings.append("the calibration did not converge")
+    return Model((), problem, fitted), warnings
+
+
+def scored(base, candidates, tell):
+    """The bank of the candidates; where noise is not known but by what nothing explains, with the noise found so.
+
+    Returns
+    -------
+    base : Model
+    columns : list of Column
+    """
+    problem = base.problem
+
+    def whole():
+        return bank(problem, base.fitted, candidates, lambda *at: tell("scoring", *at))
+
+    columns = whole()
+    explainable = np.column_stack([base.fitted.jacobian, *(column.effect for column in columns)])
+    left, *_ = np.linalg.svd(explainable / np.maximum(np.linalg.norm(explainable, axis=0), 1e-12), full_matrices=False)
+    errors = base.fitted.errors - left @ (left.T @ base.fitted.errors)
+    ends = np.cumsum([len(block.values) for block in problem.blocks])
+    parts = np.split(errors[: ends[-1]], ends[:-1])
+    parts = [part * noise_for(problem.noise, b).deviation for part, b in zip(parts, problem.blocks, strict=True)]
+    if not from_what_nothing_explains(problem.blocks, problem.noise, parts):
+        return base, columns
+    base = Model((), problem, descend(problem, base.fitted.x))
+    return base, whole()
+
+
+def explanations(base, columns, ranked, library, local, tell):
+    """All models that may explain the gap, penalised, the best first.
+
+    Parameters
+    ----------
+    base : Model
+    columns : list of Column
+    ranked : list of Score
+    library : int
+        Number of candidates.
+    local : (n + p, m) float array
+        See `studies.gap.phases.local_shapes`.
+    tell : callable
+
+    Returns
+    -------
+    list of Choice
+    """
+    found = singles(base, ranked, library, lambda *at: tell("fitting effects", *at)) + released(base, library)
+    found.sort(key=lambda choice: choice.cost)
+    alone = [choice for choice in found if choice.model.candidates]
+    if alone and gap_left(alone[0].model, columns, local):
+        found += pairs(base, columns, ranked, alone, library, lambda *at: tell("fitting pairs", *at))
+    return sorted(found, key=lambda choice: choice.cost)
+
+
+def gap_left(model, columns, local):
+    """Whether the best single effect leaves more than noise: only then are pairs looked at."""
+    more = model.added
+    space = imitated(model.fitted.jacobian)
+    again = [
+        column._replace(bare=space.removed(np.append(column.effect, np.zeros(more))))
+        for column in columns
+        if column.probe.candidate.name not in model.names
+    ]
+    wider = space.removed(np.vstack([local, np.zeros((more, local.shape[1]))]))
+    return detect(again, wider, model.fitted.errors).p_value < LEFT
+
+
+def hold_out(base, choices, measured, noise):
+    """Judge the best explanation by the gate runs, or by operating points left out one at a time.
+
+    Where there are gate runs, what each explanation leaves of them counts beside its cost.
+
+    Returns
+    -------
+    choices : list of Choice
+        The best first.
+    judged : studies.gap.heldout.HeldOut or None
+        None: there is nothing to hold out.
+    """
+    runs = measured.of(GATE)
+    if not choices or choices[0].cost >= base.cost:
+        return choices, None
+    if runs:
+        near = [choice for choice in choices if choice.cost - choices[0].cost < 4.0 * AMBIGUOUS]
+        whole = [Choice(c.model, c.cost + left_over(c.model, runs, noise)[1]) for c in near]
+        shift = left_over(base, runs, noise)[1]
+        choices = sorted((c._replace(cost=c.cost - shift) for c in whole), key=lambda choice: choice.cost)
+        return choices, held_out([(base, choices[0].model, runs)], noise)
+    if len({point_of(run) for run in base.problem.runs}) < 2:
+        return choices, None
+    return choices, held_out(leave_one_out(base, choices[0].model), noise)

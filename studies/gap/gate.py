@@ -1,0 +1,66 @@
+"""What measured data must have before anything is concluded from them."""
+
+import numpy as np
+
+from apesim.march import TOLERANCE
+from apesim.quantities import Culprit, InputError
+from studies.measured import FIT
+from studies.measured.sensors import FILE
+
+SATURATED = 0.05
+"""Share of samples at the very largest or smallest value, from which a sensor may be at its end."""
+OWN_ERROR = 0.05
+"""Standard deviations per sample, up to which the simulator's own error is let pass."""
+
+
+def gate(measured):
+    """Refuse data that nothing can be concluded from, and warn of what looks wrong.
+
+    Parameters
+    ----------
+    measured : studies.measured.Measured
+
+    Returns
+    -------
+    list of str
+        Warnings.
+
+    Raises
+    ------
+    InputError
+        No run is to be fitted.
+    """
+    file = f"{measured.folder}/{FILE}"
+    if not measured.of(FIT):
+        raise InputError([Culprit(file, "run.role", "no run is to be fitted", f'give at least one run role = "{FIT}"')])
+    warnings = []
+    for run in measured.runs:
+        steps = np.diff(run.times)
+        if len(steps) and np.ptp(steps) > 0.02 * np.median(steps):
+            warnings.append(
+                f"{run.data}: the samples are not evenly spaced; the colour of noise is taken as if they were"
+            )
+        for sensor, values in run.channels.items():
+            if sensor != "lift" and len(values) > 40 and _saturated(values):
+                warnings.append(
+                    f"{run.data}: {sensor} stays at its largest or smallest value: is the sensor at its end?"
+                )
+    return warnings
+
+
+def _saturated(values):
+    ends = values.min(), values.max()
+    return ends[0] < ends[1] and any(np.mean(values == end) > SATURATED for end in ends)
+
+
+def own_error(problem, x):
+    """The simulator's own error by a tenfold sharper march [standard deviations per sample], root mean square.
+
+    Parameters
+    ----------
+    problem : studies.gap.problem.Problem
+    x : (p,) float array
+    """
+    usual, sharp = (problem.predicted(x, tolerance) for tolerance in (TOLERANCE, 0.1 * TOLERANCE))
+    change = problem.whiten([a - b for a, b in zip(usual, sharp, strict=True)])
+    return float(np.sqrt(np.mean(change**2)))

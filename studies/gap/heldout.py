@@ -1,0 +1,131 @@
+"""How large the gap is on runs that nothing was fitted to: the size that names an effect, or refuses it.
+
+What is left is freed of what the parameters' uncertainty allows, to first order: the least of
+``|e + J d|^2 + d C^-1 d`` over shifts d of the parameters. Noise is averaged out over windows, so that a gap far below
+the noise of a sample is seen.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.gap.descent import descend
+from studies.gap.problem import Problem
+from studies.gap.refit import Model
+
+WINDOWS = 50
+"""Of each channel of each run."""
+SURE = 1.64
+"""Deviations by which a left-over has to stand out of noise to count."""
+
+
+class HeldOut(NamedTuple):
+    """Two models on the same runs."""
+
+    samples: int
+    before: float
+    """Root mean square of what the calibrated machine leaves, over the noise."""
+    after: float
+    """Of what the model with its effects leaves."""
+    removed: float
+    """Energy of the gap that the effects took away [standard deviations squared]."""
+    left: float
+    """Energy that is still there."""
+    chance: float
+    """Standard deviation of `left` by noise alone."""
+
+    @property
+    def left_surely(self):
+        """Energy that is still there, as far as it stands out of noise."""
+        return max(0.0, self.left - SURE * self.chance)
+
+    @property
+    def share(self):
+        """Of the gap's energy that is gone; 0 where nothing was removed."""
+        return self.removed / (self.removed + self.left_surely) if self.removed > 0.0 else 0.0
+
+    @property
+    def size(self):
+        """Root mean square of the gap that is still there, over the noise."""
+        return float(np.sqrt(self.left_surely / self.samples))
+
+    @property
+    def size_before(self):
+        """Root mean square of the gap without the effects."""
+        return float(np.sqrt(max(0.0, self.removed + self.left) / self.samples))
+
+
+def left_over(model, runs, noise):
+    """What a model leaves of runs that it was not fitted to.
+
+    Returns
+    -------
+    plain : (n,) float array
+        [standard deviations]
+    misfit : float
+        Sum of squares, the parameters' uncertainty taken off.
+    windowed : (m,) float array
+        Means over windows [standard deviations of a mean].
+    """
+    problem = Problem(model.problem.machine, runs, model.problem.parameters, noise)
+    n = sum(len(block.values) for block in problem.blocks)
+    errors = problem.errors(model.fitted.x)
+    slopes = problem.jacobian(model.fitted.x, errors)[:n]
+    plain = errors[:n]
+    information = model.fitted.jacobian.T @ model.fitted.jacobian
+    shift = -np.linalg.lstsq(slopes.T @ slopes + information, slopes.T @ plain, rcond=None)[0]
+    rest = plain + slopes @ shift
+    windows, start = [], 0
+    for block in problem.blocks:
+        own = rest[start : start + len(block.values)]
+        start += len(own)
+        windows += [part.sum() / np.sqrt(len(part)) for part in np.array_split(own, min(WINDOWS, len(own)))]
+    model.problem.simulations += problem.simulations
+    return plain, float(rest @ rest + shift @ information @ shift), np.array(windows)
+
+
+def held_out(pairs, noise):
+    """Judge models by runs left out.
+
+    Parameters
+    ----------
+    pairs : list of tuple
+        Base model, model with effects, runs that neither was fitted to.
+    noise : dict
+        See `studies.gap.noise.noise_of`.
+
+    Returns
+    -------
+    HeldOut
+    """
+    samples, before, after, removed, left, windows = 0, 0.0, 0.0, 0.0, 0.0, 0
+    for base, model, runs in pairs:
+        plain, misfit, _ = left_over(base, runs, noise)
+        rest, own, means = left_over(model, runs, noise)
+        samples += len(plain)
+        before, after = before + plain @ plain, after + rest @ rest
+        removed += misfit - own
+        left += means @ means - len(means)
+        windows += len(means)
+    chance = float(np.sqrt(2.0 * windows + 4.0 * max(left, 0.0)))
+    return HeldOut(samples, float(np.sqrt(before / samples)), float(np.sqrt(after / samples)), removed, left, chance)
+
+
+def point_of(run):
+    """The operating point of a run."""
+    return (run.supply, run.temperature, getattr(run, "pulse", None), getattr(run, "speed", None))
+
+
+def leave_one_out(base, model):
+    """The same two models fitted without one operating point, for each; with the runs left out."""
+    runs = base.problem.runs
+    pairs = []
+    for point in dict.fromkeys(map(point_of, runs)):
+        kept = [run for run in runs if point_of(run) != point]
+        problem = Problem(base.problem.machine, kept, base.problem.parameters, base.problem.noise)
+        without = Model((), problem, descend(problem, base.fitted.x))
+        wider = problem.with_parameters(model.problem.parameters)
+        with_effects = Model(model.candidates, wider, descend(wider, model.fitted.x))
+        base.problem.simulations += problem.simulations + wider.simulations
+        pairs.append((without, with_effects, [run for run in runs if point_of(run) == point]))
+    return pairs

@@ -1,0 +1,88 @@
+"""Parameters that measured data may move: nuisances, which have priors, and strengths of effects, which have none."""
+
+from typing import NamedTuple
+
+from apesim.quantities.settings import schema
+from apesim.quantities.units import unit as unit_of
+from engine.effects import ALL_EFFECTS
+from engine.machine import Machine
+from studies.measured.prediction import with_value
+
+
+class Parameter(NamedTuple):
+    """A parameter, scaled.
+
+    That of an effect has the value ``origin + scale x``; a nuisance shifts what the machine has by ``scale x``, or by
+    that share of it.
+    """
+
+    key: str
+    """Of the machine, e.g. "effects.coulomb_friction.force"."""
+    scale: float
+    """Of x: the standard deviation of a prior, or the larger end of an effect's range [SI]."""
+    low: float
+    """Least x."""
+    high: float
+    origin: float = 0.0
+    """Value at x = 0 [SI]; of a nuisance the machine's own."""
+    shifts: bool = False
+    """Whether it is a nuisance."""
+    relative: bool = False
+    """Whether its scale is a share."""
+    prior: bool = False
+    """Whether x is known beforehand to be a standard normal number."""
+
+    @property
+    def declaration(self):
+        """How the machine file declares it."""
+        return DECLARED[self.key]
+
+    @property
+    def is_marched(self):
+        """Whether the march knows of it, not the sensors alone."""
+        return self.key.split(".")[1] not in SENSED if self.key.startswith("effects.") else True
+
+    def value(self, x):
+        """SI value at x."""
+        return self.origin + self.scale * float(x) * (self.origin if self.relative else 1.0)
+
+    def shown(self, value):
+        """An SI value in the unit of the machine file."""
+        return value / unit_of(self.declaration.unit).si("1")
+
+
+SENSED = {effect.name for effect in ALL_EFFECTS if effect.slots == ("sensor",)}
+DECLARED = {leaf.key: leaf.declaration for leaf in schema(Machine)}
+
+
+def value_of(tree, key):
+    """What stands in a machine at a key with dots."""
+    for name in key.split("."):
+        tree = getattr(tree, name)
+    return tree
+
+
+def put(machine, parameters, x):
+    """The machine with the parameters at x.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+        With the supply of a run: a share of its pressure is one of that run's, above ambient, as a gauge errs.
+    parameters : sequence of Parameter
+    x : sequence of float
+
+    Returns
+    -------
+    engine.machine.Machine
+    """
+    for parameter, number in zip(parameters, x, strict=True):
+        value = parameter.scale * float(number)
+        if parameter.shifts:
+            own = value_of(machine, parameter.key)
+            zero = machine.ambient.pressure if parameter.key == "supply.pressure" else 0.0
+            value = own + value * (own - zero if parameter.relative else 1.0)
+        else:
+            value += parameter.origin
+        machine = with_value(machine, parameter.key, value)
+    return machine

@@ -1,0 +1,180 @@
+"""Findings as plain data: what ``verdict.json`` holds."""
+
+from math import sqrt
+
+import numpy as np
+
+from studies.gap.verdict import (
+    AMBIGUOUS_VERDICT,
+    CALIBRATION,
+    NAMED,
+    NAMED_CLASS,
+    NO_GAP,
+    REFUSED,
+    TWO_EFFECTS,
+)
+
+DETECTED = 5.0
+"""Deviations at which an effect counts as visible."""
+NORMAL_95 = 1.959963984540054
+
+
+def record(findings, wall_time):
+    """The content of ``verdict.json``.
+
+    Parameters
+    ----------
+    findings : studies.gap.explain.Findings
+    wall_time : float
+        [s]
+
+    Returns
+    -------
+    dict
+    """
+    verdict = findings.verdict
+    named = verdict.verdict in (NAMED, NAMED_CLASS, TWO_EFFECTS, CALIBRATION)
+    found = effects_of(verdict.best.model) if verdict.best else []
+    rivals = [
+        {
+            "effects": list(choice.names),
+            "cost": choice.cost - verdict.best.cost,
+            "parameters": effects_of(choice.model),
+        }
+        for choice in verdict.rivals
+    ]
+    return {
+        "verdict": verdict.verdict,
+        "sentence": sentence(findings),
+        "reason": verdict.reason,
+        "effects": found if named else [],
+        "nearest": [] if named else found,
+        "class": [*verdict.best.names, *(name for c in verdict.rivals for name in c.names)] if named else [],
+        "alternatives": rivals,
+        "probability": verdict.probability,
+        "alarm": findings.detection.alarm,
+        "p_value": findings.detection.p_value,
+        "largest_score": findings.detection.largest,
+        "gap": gap_of(findings),
+        "held_out": held_out_of(findings.checked),
+        "gates": held_out_of(findings.judged),
+        "localised": {
+            "signal": findings.cells[0].signal,
+            "phase": findings.cells[0].phase,
+            "size": findings.size,
+            "shares": [cell._asdict() for cell in findings.cells if cell.share > 0.01],
+        },
+        "detection_limits": detection_limits(findings.columns),
+        "scores": [{"effect": score.name, "deviations": score.deviations} for score in findings.scores],
+        "nuisances": nuisances_of(findings.best),
+        "noise": [
+            {"sensor": sensor, "deviation": n.deviation, "order": n.order, "hum_hz": n.hum, "source": n.source}
+            for sensor, by_interval in findings.noise.items()
+            for n in by_interval.values()
+        ],
+        "own_error": findings.own_error,
+        "simulations": findings.simulations,
+        "warnings": findings.warnings,
+        "wall_time_s": wall_time,
+    }
+
+
+def effects_of(model):
+    """Parameters of the effects that a model adds, or of the nuisance that it frees, with their intervals."""
+    deviations = np.sqrt(np.diag(model.fitted.covariance))
+    rows = []
+    for parameter, x, deviation in zip(model.problem.parameters, model.fitted.x, deviations, strict=True):
+        if parameter.prior:
+            continue
+        ends = np.clip([x - NORMAL_95 * deviation, x + NORMAL_95 * deviation], parameter.low, parameter.high)
+        low, high = sorted(parameter.value(end) for end in ends)
+        rows.append(
+            {
+                "name": parameter.key.split(".")[1] if parameter.key.startswith("effects.") else parameter.key,
+                "parameter": parameter.key.split(".")[-1],
+                "key": parameter.key,
+                "value": parameter.shown(parameter.value(x)),
+                "unit": parameter.declaration.unit,
+                "interval_95": [parameter.shown(low), parameter.shown(high)],
+                "text": parameter.declaration.render(parameter.value(x)),
+            }
+        )
+    return rows
+
+
+def nuisances_of(model):
+    """What the calibration moved, the farthest first."""
+    rows = [
+        {"key": p.key, "value": p.shown(p.value(x)), "unit": p.declaration.unit, "deviations": float(x)}
+        for p, x in zip(model.problem.parameters, model.fitted.x, strict=True)
+        if p.prior
+    ]
+    return sorted(rows, key=lambda row: -abs(row["deviations"]))
+
+
+def gap_of(findings):
+    """The gap on the fitted runs, root mean squares over the noise."""
+    n = len(findings.base.fitted.errors) - len(findings.base.fitted.x)
+    before, after = (m.fitted.errors[:n] for m in (findings.base, findings.best))
+    return {
+        "before": float(np.sqrt(before @ before / n)),
+        "after": float(np.sqrt(after @ after / n)),
+        "noise_floor": sqrt(max(0.0, 1.0 - len(findings.base.fitted.x) / n)),
+    }
+
+
+def held_out_of(judged):
+    """The gap on runs that nothing was fitted to; None where there are none."""
+    if judged is None:
+        return None
+    return {
+        "before": judged.before,
+        "after": judged.after,
+        "noise_floor": 1.0,
+        "removed_share": judged.share,
+        "size_before": judged.size_before,
+        "size_after": judged.size,
+    }
+
+
+def detection_limits(columns):
+    """For each candidate the size that these data show with `DETECTED` deviations; None beyond its range."""
+    found = {}
+    for column in columns:
+        probe = column.probe
+        parameter = probe.candidate.strengths[probe.strength]
+        x = abs(probe.x[probe.strength]) * DETECTED / column.length if column.length else np.inf
+        best = found.get(probe.candidate.name)
+        if best is None or x < best[0]:
+            found[probe.candidate.name] = x, parameter, column.kept
+    return {
+        name: {
+            "parameter": parameter.key.split(".")[-1],
+            "unit": parameter.declaration.unit,
+            "limit": abs(parameter.shown(parameter.scale * x)) if x <= 1.0 else None,
+            "kept": kept,
+        }
+        for name, (x, parameter, kept) in found.items()
+    }
+
+
+def sentence(findings):
+    """The verdict in a sentence that a technician understands."""
+    verdict = findings.verdict
+    if verdict.verdict == NO_GAP:
+        return "The model explains the data: nothing is missing that these data could show."
+    if verdict.verdict == REFUSED:
+        return "There is a gap, and nothing in the library closes it."
+    if verdict.verdict == AMBIGUOUS_VERDICT:
+        names = [" with ".join(c.names) for c in (verdict.best, *verdict.rivals)]
+        return f"There is a gap, and these data do not tell what closes it: {', or '.join(names).replace('_', ' ')}."
+    rows = effects_of(verdict.best.model)
+    texts = [f"{row['name'].replace('_', ' ')} ({row['parameter']} {row['text']})" for row in rows]
+    if verdict.verdict == CALIBRATION:
+        return f"Nothing is missing, but a number is wrong: {texts[0]}."
+    if verdict.verdict == NAMED:
+        return f"The model lacks {texts[0]}."
+    if verdict.verdict == NAMED_CLASS:
+        others = " or ".join(name.replace("_", " ") for choice in verdict.rivals for name in choice.names)
+        return f"The model lacks {texts[0]}, or what these data do not tell from it: {others}."
+    return f"The model lacks two effects: {' and '.join(texts)}."

@@ -1,0 +1,123 @@
+"""The score of each candidate: how many deviations of the gap it would explain, the nuisances projected out."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.gap.candidates import probes_of
+from studies.gap.problem import EndedEarly
+
+ALIKE = 0.98
+"""Cosine from which two probes of one candidate are one."""
+
+
+class Column(NamedTuple):
+    """What a probe does to the data."""
+
+    probe: object
+    effect: np.ndarray
+    """(n + p,), for the probe's size [standard deviations]."""
+    bare: np.ndarray
+    """The same with what nuisances can imitate taken off."""
+    kept: float
+    """Share of its length that is left."""
+
+    @property
+    def length(self):
+        """Of what is left [standard deviations]."""
+        return float(np.linalg.norm(self.bare))
+
+
+class Score(NamedTuple):
+    """A candidate's best probe."""
+
+    column: Column
+    deviations: float
+    """Length of the gap in its direction [standard deviations]."""
+    size: float
+    """Times the probe's size that the gap suggests."""
+
+    @property
+    def name(self):
+        """Of the candidate."""
+        return self.column.probe.candidate.name
+
+
+class Nuisances(NamedTuple):
+    """What the nuisances can imitate."""
+
+    base: np.ndarray
+    """Orthonormal, (n + p, p)."""
+
+    def removed(self, columns):
+        """Columns without what the nuisances can imitate."""
+        return columns - self.base @ (self.base.T @ columns)
+
+
+def imitated(jacobian):
+    """The space of the nuisances' sensitivities."""
+    left, sizes, _ = np.linalg.svd(jacobian, full_matrices=False)
+    return Nuisances(left[:, sizes > 1e-10 * sizes[0]])
+
+
+def bank(problem, fitted, candidates, report=None):
+    """The columns of all candidates at a calibrated machine.
+
+    Parameters
+    ----------
+    problem : studies.gap.problem.Problem
+        Of the nuisances, and of the effects that are in the model already.
+    fitted : studies.gap.descent.Fitted
+    candidates : sequence of Candidate
+    report : callable, optional
+        Told how many are done, and of how many.
+
+    Returns
+    -------
+    list of Column
+    """
+    space, found = imitated(fitted.jacobian), []
+    for done, candidate in enumerate(candidates, 1):
+        wider = problem.with_parameters([*problem.parameters, *candidate.parameters])
+        own = []
+        for probe in probes_of(candidate):
+            try:
+                errors = wider.errors(np.append(fitted.x, probe.x))
+            except EndedEarly:
+                continue
+            effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.errors
+            bare = space.removed(effect)
+            length = np.linalg.norm(bare)
+            if length == 0.0 or any(abs(bare @ c.bare) > ALIKE * length * c.length for c in own):
+                continue
+            own.append(Column(probe, effect, bare, float(length / np.linalg.norm(effect))))
+        found += own
+        problem.simulations += wider.simulations
+        if report:
+            report(done, len(candidates))
+    return found
+
+
+def scores(columns, errors):
+    """The best probe of each candidate, the largest first.
+
+    Parameters
+    ----------
+    columns : list of Column
+    errors : (n + p,) float array
+        What is left at the calibrated machine, free of what nuisances can imitate.
+
+    Returns
+    -------
+    list of Score
+    """
+    best = {}
+    for column in columns:
+        signed = -float(column.bare @ errors) / column.length
+        probe = column.probe
+        one_sided = probe.candidate.strengths[probe.strength].low >= 0.0
+        score = Score(column, max(signed, 0.0) if one_sided else abs(signed), signed / column.length)
+        name = probe.candidate.name
+        if name not in best or score.deviations > best[name].deviations:
+            best[name] = score
+    return sorted(best.values(), key=lambda score: -score.deviations)

@@ -1,0 +1,158 @@
+"""The models that explain the gap, by penalised cost: the best, and all that these data cannot tell from it."""
+
+from itertools import combinations
+from math import log
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.gap.refit import guess_of, refit, release
+from studies.gap.score import bank, imitated, scores
+
+SINGLES = 7
+"""Candidates that are fitted alone."""
+PAIRS = 6
+"""Pairs that are fitted."""
+CHANCE = 0.01
+"""Of a term that is not there: 2 ln(n/p) is its penalty."""
+PULLED = 2.5
+"""Prior deviations from which a wrong nuisance is one of the explanations."""
+AMBIGUOUS = 2.0 * log(100.0)
+"""Penalised cost within which two models are not told apart."""
+
+
+class Choice(NamedTuple):
+    """A model with its penalised cost."""
+
+    model: object
+    cost: float
+
+    @property
+    def names(self):
+        """Of the effects it adds."""
+        return self.model.names
+
+
+def penalty(model, library):
+    """What the effects of a model have to earn: 2 ln(n/p) each, and 2 for each further parameter."""
+    terms = len(model.names)
+    return terms * 2.0 * log(library / CHANCE) + 2.0 * max(0, model.added - terms)
+
+
+def singles(base, ranked, library, report=None):
+    """The best candidates by score, each fitted alone.
+
+    Parameters
+    ----------
+    base : Model
+    ranked : list of Score
+    library : int
+        Number of candidates.
+
+    Returns
+    -------
+    list of Choice
+        The best first.
+    """
+    found = []
+    for done, score in enumerate(ranked[:SINGLES], 1):
+        if score.deviations <= 0.0:
+            continue
+        model = refit(base, (score.column.probe.candidate,), (guess_of(score),))
+        found.append(Choice(model, model.cost + penalty(model, library)))
+        if report:
+            report(done, SINGLES)
+    return sorted(found, key=lambda choice: choice.cost)
+
+
+def released(base, library):
+    """The calibrated model without one prior, for each nuisance that is pulled by more than `PULLED`.
+
+    Returns
+    -------
+    list of Choice
+    """
+    known = base.problem.known
+    models = [release(base, j) for j in np.flatnonzero(known & (np.abs(base.fitted.x) > PULLED))]
+    return [Choice(model, model.cost + penalty(model, library)) for model in models]
+
+
+def pairs(base, columns, ranked, alone, library, report=None):
+    """The best pairs: by the straight screen of all, and partners of the best singles; each fitted.
+
+    Parameters
+    ----------
+    base : Model
+    columns : list of Column
+        Of the bank at the calibrated machine.
+    ranked : list of Score
+    alone : list of Choice
+        Singles, the best first.
+    library : int
+
+    Returns
+    -------
+    list of Choice
+        The best first.
+    """
+    wanted = {}
+    for (first, second), guesses in [*_partners(alone[:3], columns), *_screened(ranked, base.fitted.errors)]:
+        wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
+    found = []
+    for done, (candidates, guesses) in enumerate(list(wanted.values())[:PAIRS], 1):
+        model = refit(base, candidates, guesses)
+        found.append(Choice(model, model.cost + penalty(model, library)))
+        if report:
+            report(done, PAIRS)
+    return sorted(found, key=lambda choice: choice.cost)
+
+
+def _partners(alone, columns):
+    """For each single the two candidates that score best on what it leaves."""
+    by_candidate = list({column.probe.candidate.name: column.probe.candidate for column in columns}.values())
+    for rank, choice in enumerate(alone):
+        model = choice.model
+        first = model.candidates[0]
+        others = [candidate for candidate in by_candidate if candidate.name != first.name]
+        if rank == 0:
+            own = bank(model.problem, model.fitted, others)
+        else:
+            own = _again(columns, model, first)
+        for score in scores(own, model.fitted.errors)[:2]:
+            if score.deviations > 0.0:
+                x = tuple(model.fitted.x[len(model.fitted.x) - len(first.parameters) :])
+                yield (first, score.column.probe.candidate), (x, guess_of(score))
+
+
+def _again(columns, model, first):
+    """Columns of the bank freed of what another model can imitate, too."""
+    space, more = imitated(model.fitted.jacobian), len(first.parameters)
+    found = []
+    for column in columns:
+        if column.probe.candidate.name != first.name:
+            bare = space.removed(np.append(column.effect, np.zeros(more)))
+            if np.linalg.norm(bare) > 1e-9:
+                found.append(column._replace(bare=bare))
+    return found
+
+
+def _screened(ranked, errors):
+    """The three pairs that explain most of the gap if all is straight."""
+    drops = []
+    for one, other in combinations([score.column for score in ranked], 2):
+        both = np.column_stack([one.bare, other.bare])
+        weights, *_ = np.linalg.lstsq(both, -errors, rcond=None)
+        drops.append((-float(errors @ (both @ weights)), one, other, weights))
+    drops.sort(key=lambda drop: -drop[0])
+    for _, one, other, weights in drops[:3]:
+        yield (
+            (one.probe.candidate, other.probe.candidate),
+            tuple(_scaled(column.probe, weight) for column, weight in zip((one, other), weights, strict=True)),
+        )
+
+
+def _scaled(probe, weight):
+    x = list(probe.x)
+    strength = probe.candidate.strengths[probe.strength]
+    x[probe.strength] = float(np.clip(x[probe.strength] * weight, strength.low, strength.high))
+    return tuple(x)

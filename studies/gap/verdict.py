@@ -1,0 +1,146 @@
+"""The verdict: what is missing, if anything, and how sure that is.
+
+Two keys open a case: the chance of noise alone, and the size of the gap against the noise. What is named has to earn
+its penalty, has to be told from every other explanation, and has to close the gap on runs that it was not fitted to.
+"""
+
+from math import exp
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.gap.refit import release
+from studies.gap.select import AMBIGUOUS, Choice
+
+NO_GAP, NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION, REFUSED = VERDICTS = (
+    "NO_GAP",
+    "NAMED",
+    "NAMED_CLASS",
+    "TWO_EFFECTS",
+    "AMBIGUOUS",
+    "CALIBRATION",
+    "REFUSED",
+)
+TOLERANCE = 0.15
+"""Of the noise: a gap below it, where it is largest, is none."""
+PULL_MOST = 4.0
+"""Prior deviations beyond which a nuisance is itself a finding."""
+REMOVED_LEAST = 0.6
+"""Share of the gap's energy that a name has to take away where nothing was fitted."""
+LEFT_MOST = 0.05
+"""Share of the gap's size that may be left, where that is more than the tolerance."""
+ALIKE = 0.9
+"""Cosine between what two effects do to the data, from which they are of one class."""
+OUTSIDE = 0.02
+"""Chance that an effect that passes everything is yet another that the library does not have."""
+SURE = 0.99
+"""Probability of a statement that only the chance `studies.gap.detect.ALARM` contradicts."""
+
+
+class Verdict(NamedTuple):
+    """What is said, and why."""
+
+    verdict: str
+    best: object
+    """`studies.gap.select.Choice` that is named or comes nearest; None where there is no gap."""
+    rivals: tuple
+    """Choices that these data do not tell from it, the best first, without it."""
+    probability: float
+    """Of what is said."""
+    reason: str
+
+
+def explained(base, choice):
+    """What a model takes away of what the calibrated machine leaves [standard deviations], shape (n,)."""
+    n = len(base.fitted.errors) - len(base.fitted.x)
+    return base.fitted.errors[:n] - choice.model.fitted.errors[:n]
+
+
+def cosine(one, other):
+    """Between two arrays; 0 where one is nothing."""
+    size = np.linalg.norm(one) * np.linalg.norm(other)
+    return float(one @ other / size) if size > 0.0 else 0.0
+
+
+def pulled(model):
+    """Numbers of the nuisances beyond `PULL_MOST`, the farthest first."""
+    far = [j for j in np.flatnonzero(model.problem.known) if abs(model.fitted.x[j]) > PULL_MOST]
+    return sorted(far, key=lambda j: -abs(model.fitted.x[j]))
+
+
+def without_alarm(base, p_value):
+    """The verdict where noise alone explains what is left."""
+    far = pulled(base)
+    if far:
+        key, x = base.problem.parameters[far[0]].key, base.fitted.x[far[0]]
+        reason = f"{key} is {x:+.1f} prior deviations from what the machine says"
+        return Verdict(CALIBRATION, Choice(release(base, far[0]), 0.0), (), SURE, reason)
+    return Verdict(NO_GAP, None, (), SURE, f"noise alone leaves as much with a chance of {p_value:.2g}")
+
+
+def ambiguous(choices):
+    """The best choice, and those that are not told from it: no larger model that contains it."""
+    best = choices[0]
+    near = [choice for choice in choices[1:] if choice.cost - best.cost < AMBIGUOUS]
+    return best, tuple(choice for choice in near if not set(best.names) < set(choice.names))
+
+
+def with_alarm(base, choices, size, judged):
+    """The verdict where noise alone does not explain what is left.
+
+    Parameters
+    ----------
+    base : Model
+        The calibrated machine.
+    choices : list of Choice
+        Singles, pairs and released priors, the least penalised cost first.
+    size : float
+        Of the gap where it is largest, over the noise.
+    judged : studies.gap.heldout.HeldOut or None
+        The best choice on runs that it was not fitted to; None: there are none.
+
+    Returns
+    -------
+    Verdict
+    """
+    if size < TOLERANCE:
+        return Verdict(
+            NO_GAP, None, (), 0.9, f"the gap is {size:.2g} of the noise where it is largest: too small to matter"
+        )
+    if not choices or choices[0].cost >= base.cost:
+        return Verdict(REFUSED, None, (), 0.9, "no effect of the library earns its place")
+    best, rivals = ambiguous(choices)
+    weights = [exp(-0.5 * (choice.cost - best.cost)) for choice in (best, *rivals)]
+    chance = (1.0 - OUTSIDE) / sum(weights)
+    if judged is None:
+        return Verdict(
+            AMBIGUOUS_VERDICT, best, rivals, 0.5, "there is one operating point alone: nothing can be held out"
+        )
+    refused = refusal(judged)
+    if refused:
+        return Verdict(REFUSED, best, rivals, 0.9, refused)
+    if best.model.released:
+        verdict = CALIBRATION if not rivals else AMBIGUOUS_VERDICT
+        return Verdict(verdict, best, rivals, chance, "a number of the machine is wrong, and nothing is missing")
+    single = next((choice for choice in choices if len(choice.names) == 1), best)
+    if len(best.names) == 2 and single.names[0] not in best.names:
+        rivals = tuple(dict.fromkeys((single, *rivals)))
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the best pair does not contain the best single effect")
+    if not rivals:
+        verdict = NAMED if len(best.names) == 1 else TWO_EFFECTS
+        return Verdict(verdict, best, (), chance, "told from every other explanation, and held out")
+    own = explained(base, best)
+    if len(best.names) == 1 and all(cosine(own, explained(base, choice)) > ALIKE for choice in rivals):
+        return Verdict(NAMED_CLASS, best, rivals, 1.0 - OUTSIDE, "one of a class that these data do not tell apart")
+    return Verdict(AMBIGUOUS_VERDICT, best, rivals, 1.0 - OUTSIDE, "several explanations are as good")
+
+
+def refusal(judged):
+    """Why the best explanation is refused on runs that it was not fitted to; "" where it is not."""
+    if judged.removed <= 0.0:
+        return "on runs that it was not fitted to, the best explanation removes nothing"
+    if judged.share < REMOVED_LEAST:
+        return f"on runs that it was not fitted to, {100.0 * (1.0 - judged.share):.0f} % of the gap is still there"
+    if judged.size > max(TOLERANCE, LEFT_MOST * judged.size_before):
+        return f"on runs that it was not fitted to, a gap of {judged.size:.2g} of the noise is left"
+    return ""

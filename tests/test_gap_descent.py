@@ -1,0 +1,66 @@
+"""Least squares with few simulations."""
+
+import numpy as np
+import pytest
+
+from studies.gap.descent import descend
+from studies.gap.problem import EndedEarly
+
+
+class Curved:
+    """Rosenbrock's valley as two errors, counted."""
+
+    low, high = np.array([-5.0, -5.0]), np.array([5.0, 5.0])
+
+    def __init__(self, fails_beyond=np.inf):
+        self.evaluations, self.fails_beyond = 0, fails_beyond
+
+    def errors(self, x):
+        self.evaluations += 1
+        if x[0] > self.fails_beyond:
+            raise EndedEarly("too far")
+        return np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0]])
+
+    def jacobian(self, x, errors):
+        return np.column_stack([(self.errors(x + 1e-6 * one) - errors) / 1e-6 for one in np.eye(2)])
+
+
+def test_it_finds_the_end_of_a_curved_valley():
+    found = descend(Curved(), [-1.2, 1.0])
+    assert found.converged
+    assert found.cost < 0.02
+    assert found.x == pytest.approx([1.0, 1.0], abs=0.3)
+
+
+def test_it_stays_within_the_bounds():
+    problem = Curved()
+    problem.high = np.array([0.5, 5.0])
+    found = descend(problem, [-1.2, 1.0])
+    assert found.converged
+    assert found.x == pytest.approx([0.5, 0.25], abs=0.01)
+
+
+def test_a_simulation_that_fails_on_the_way_only_shortens_the_step():
+    found = descend(Curved(fails_beyond=1.05), [-1.2, 1.0])
+    assert found.converged
+    assert found.cost < 0.02
+
+
+def test_one_that_fails_at_the_start_is_told():
+    with pytest.raises(EndedEarly):
+        descend(Curved(fails_beyond=-2.0), [-1.2, 1.0])
+
+
+def test_sensitivities_from_nearby_save_simulations():
+    class Straight(Curved):
+        def errors(self, x):
+            self.evaluations += 1
+            return np.array([[2.0, 1.0], [0.5, 3.0], [1.0, 1.0]]) @ x - [4.0, 3.5, 2.0]
+
+    cold, warm = Straight(), Straight()
+    slopes = cold.jacobian(np.zeros(2), cold.errors(np.zeros(2)))
+    first = descend(warm, [0.0, 0.0], slopes)
+    assert first.x == pytest.approx([1.5, 1.0], abs=0.2)
+    assert warm.evaluations <= 6
+    with_own = Straight()
+    assert descend(with_own, [0.0, 0.0]).x == pytest.approx(first.x, abs=1e-6)

@@ -1,0 +1,122 @@
+"""The noise of measured channels."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from studies.gap.noise import autoregressive, levinson, noise_for, noise_of, sines, white, whitened, with_hum
+from studies.gap.problem import Block
+
+DEVIATION = 3e-5
+
+
+def process(rng, n, *weights):
+    """Autoregressive noise of standard deviation `DEVIATION`, settled."""
+    long = lfilter([1.0], np.append(1.0, -np.array(weights)), rng.normal(size=n + 500))
+    first, second = (*weights, 0.0, 0.0)[:2]
+    variance = (1.0 - second) / (1.0 + second) / ((1.0 - second) ** 2 - first**2)
+    return DEVIATION * long[500:] / np.sqrt(variance)
+
+
+def block(values, times, name="p040", sensor="lift", role="fit"):
+    return Block(0, SimpleNamespace(name=name, role=role), sensor, times, values, float(np.median(np.diff(times))))
+
+
+def test_levinson_solves_the_equations_of_yule_and_walker():
+    correlation = np.array([1.0, 0.8, 0.5, 0.3])
+    predictors, spread = levinson(correlation)
+    matrix = np.array([[correlation[abs(i - j)] for j in range(3)] for i in range(3)])
+    weights = np.linalg.solve(matrix, correlation[1:])
+    assert predictors[3] == pytest.approx(weights)
+    assert spread[3] ** 2 == pytest.approx(1.0 - weights @ correlation[1:])
+
+
+def test_the_colour_of_noise_is_found():
+    rng = np.random.default_rng(1)
+    found = autoregressive([process(rng, 4000, 1.2, -0.5) for _ in range(3)], "")
+    assert found.order == 2
+    assert found.predictors[-1] == pytest.approx([1.2, -0.5], abs=0.05)
+    assert found.deviation == pytest.approx(DEVIATION, rel=0.05)
+
+
+def test_white_noise_has_no_colour():
+    rng = np.random.default_rng(2)
+    assert autoregressive([rng.normal(size=1000) for _ in range(5)], "").order == 0
+
+
+def test_whitened_noise_is_white_from_the_first_sample_on():
+    rng = np.random.default_rng(3)
+    records = np.array([process(rng, 40, 0.9) for _ in range(4000)]).T
+    found = autoregressive(list(records.T), "")
+    bare = whitened(found, records, np.arange(40.0))
+    covariance = bare @ bare.T / records.shape[1]
+    assert covariance == pytest.approx(np.eye(40), abs=0.1)
+
+
+def test_hum_is_found_and_joins_the_covariance():
+    rng = np.random.default_rng(4)
+    times = np.arange(0.0, 0.1, 1e-4)
+    records = []
+    for _ in range(6):
+        hum = 1.5 * DEVIATION * sines(50.0, times + rng.uniform()) @ [1.0, 0.0]
+        records.append([(DEVIATION * rng.normal(size=len(times)) + hum, times)])
+    found = with_hum(records, "")
+    assert found.hum == 50.0
+    assert found.hum_deviation == pytest.approx(1.5 * DEVIATION / np.sqrt(2.0), rel=0.2)
+    assert found.deviation == pytest.approx(DEVIATION, rel=0.05)
+    bare = np.concatenate([whitened(found, values[:, None], t)[:, 0] for ((values, t),) in records])
+    assert np.mean(bare**2) == pytest.approx(1.0, abs=0.06)
+    # A sine of the mains hardly counts any more, another frequency as before.
+    mains, other = (whitened(found, DEVIATION * sines(f, times)[:, :1], times) for f in (50.0, 170.0))
+    assert np.linalg.norm(mains) < 0.1 * np.linalg.norm(other)
+
+
+@pytest.mark.parametrize("weights", [(), (0.9,)])
+def test_noise_without_hum_has_none(weights):
+    rng = np.random.default_rng(5)
+    times = np.arange(0.0, 0.1, 1e-4)
+    for _ in range(20):
+        records = [[(process(rng, len(times), *weights), times)] for _ in range(4)]
+        assert np.isnan(with_hum(records, "").hum)
+
+
+def test_noise_comes_from_repeats_even_where_the_model_is_wrong():
+    rng = np.random.default_rng(6)
+    times = np.linspace(0.0, 0.1, 1001)
+    gap = 1e-3 * np.sin(300.0 * times)
+    blocks = [block(gap + process(rng, 1001, 0.7), times) for _ in range(3)]
+    found, warnings = noise_of(blocks, [np.zeros(1001)] * 3, {})
+    noise = noise_for(found, blocks[0])
+    assert noise.source == "repeats"
+    assert noise.deviation == pytest.approx(DEVIATION, rel=0.1)
+    assert noise.colour == pytest.approx(0.7, abs=0.06)
+    assert not warnings
+
+
+def test_without_repeats_it_comes_from_stretches_at_rest():
+    rng = np.random.default_rng(7)
+    times = np.linspace(-0.02, 0.1, 1201)
+    model = np.clip((times - 0.02) / 0.01, 0.0, 1.0) * 9e-3
+    wrong = np.clip((times - 0.021) / 0.01, 0.0, 1.0) * 9e-3
+    blocks = [block(wrong + process(rng, 1201, 0.5), times, name) for name in "abc"]
+    noise = noise_for(noise_of(blocks, [model] * 3, {})[0], blocks[0])
+    assert noise.source == "stretches at rest"
+    assert noise.deviation == pytest.approx(DEVIATION, rel=0.1)
+    assert noise.colour == pytest.approx(0.5, abs=0.08)
+
+
+def test_a_stated_deviation_binds_and_a_contradiction_is_told():
+    rng = np.random.default_rng(8)
+    times = np.linspace(0.0, 0.1, 1001)
+    blocks = [block(process(rng, 1001), times) for _ in range(2)]
+    found, warnings = noise_of(blocks, [np.zeros(1001)] * 2, {"lift": 2.0 * DEVIATION})
+    assert noise_for(found, blocks[0]).deviation == 2.0 * DEVIATION
+    assert len(warnings) == 1 and "lift" in warnings[0]
+
+
+def test_noise_is_that_of_the_nearest_sampling_interval():
+    found = {"lift": {1e-4: white(1.0, "fine"), 1e-3: white(2.0, "coarse")}}
+    times = np.arange(100) * 8e-4
+    assert noise_for(found, block(np.zeros(100), times)).source == "coarse"
