@@ -10,7 +10,6 @@ empty folder.
 import contextlib
 import functools
 import hashlib
-import os
 import platform
 import shutil
 import sys
@@ -23,6 +22,8 @@ import numpy
 from numba.core import event, types
 from numba.core.caching import FunctionCache
 from numba.core.typing.templates import AbstractTemplate, infer_global
+
+from apesim.cache import cache_root, private_folder
 
 ROOT = Path(__file__).resolve().parent.parent
 LAYERS = ("apesim", "valve", "engine")
@@ -55,20 +56,6 @@ def sources_hash():
     return digest.hexdigest()[:16]
 
 
-def _cache_root():
-    given = os.environ.get("APESIM_CACHE_DIR")
-    if given:
-        return Path(given)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "apesim"
-
-
-def _private(folder):
-    """Whether the folder is ours alone: compiled kernels are pickles, which run code when they are read."""
-    status = folder.lstat()
-    own = status.st_uid == getattr(os, "getuid", lambda: status.st_uid)()
-    return own and folder.is_dir() and not folder.is_symlink() and not status.st_mode & 0o022
-
-
 def _prune(root, keep):
     folders = [f for f in root.glob("kernels-*") if f != keep]
     folders.sort(key=lambda f: f.stat().st_mtime, reverse=True)
@@ -78,24 +65,21 @@ def _prune(root, keep):
 
 @functools.cache
 def cache_folder():
-    """The folder of the compiled kernels, made with mode 0700 if need be.
-
-    ``APESIM_CACHE_DIR`` names its parent, else ``XDG_CACHE_HOME``, else ``~/.cache``. Where that cannot be
-    written, or belongs to somebody else, a folder for this process alone is made.
+    """The folder of the compiled kernels; they are pickles, which run code when they are read, so it is ours alone.
 
     Returns
     -------
     pathlib.Path
+        For this process alone where none can be kept, see `apesim.cache.private_folder`.
     """
-    root = _cache_root()
-    folder = root / f"kernels-{sources_hash()}"
-    with contextlib.suppress(OSError):
-        if not folder.exists():
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            _prune(root, folder)
-        if _private(folder) and os.access(folder, os.W_OK):
-            return folder
-    return Path(tempfile.mkdtemp(prefix="apesim-kernels-"))
+    name = f"kernels-{sources_hash()}"
+    is_new = not (cache_root() / name).exists()
+    folder = private_folder(name)
+    if folder is None:
+        return Path(tempfile.mkdtemp(prefix="apesim-kernels-"))
+    if is_new:
+        _prune(folder.parent, folder)
+    return folder
 
 
 @contextlib.contextmanager

@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from apesim.quantities.culprits import Wrong, quoted
+from apesim.quantities.names import named
 
 NUMBER = r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"
 """The grammar of a number, one group."""
@@ -93,7 +94,7 @@ def unit(text):
         at = token.end()
         if token[1]:
             power = sign * int(token[2] or 1)
-            scale, bases = _named(ALIASES.get(token[1], token[1]))
+            scale, bases = named(ALIASES.get(token[1], token[1]))
             factor *= scale**power
             for base, exponent in bases:
                 dimension[base] = dimension.get(base, 0) + exponent * power
@@ -109,32 +110,6 @@ def unit(text):
     if brackets:
         raise wrong
     return Unit(factor, Fraction(0), tuple(sorted(item for item in dimension.items() if item[1])))
-
-
-@lru_cache(maxsize=1)
-def _registry():
-    import pint  # a quarter of a second, so only when the first unit is met
-
-    return pint.UnitRegistry(non_int_type=Decimal)
-
-
-@lru_cache(maxsize=512)
-def _named(name):
-    """Factor and base units of a single name; pint is shown nothing but letters."""
-    wrong = Wrong(f"{quoted(name)} is no known unit")
-    if not _registry().parse_unit_name(name):
-        raise wrong
-    try:
-        one, two = (_registry().Quantity(Decimal(n), name).to_base_units() for n in (1, 2))
-    except (TypeError, ValueError, ArithmeticError, AttributeError):  # logarithms of Decimals, in many ways
-        raise wrong from None
-    bases = tuple((str(base), int(power)) for base, power in one.unit_items() if power == int(power))
-    linear = abs(two.magnitude / one.magnitude - 2) < 1e-20  # degC is not
-    if not linear or len(bases) < len(one.unit_items()):
-        raise wrong
-    factor = Fraction(one.magnitude)
-    # pi is irrational; with the float that math.radians multiplies by, radians(15) and "15 deg" agree.
-    return Fraction(float(factor)) if ("radian", 1) in bases else factor, bases
 
 
 def si_value(raw, text, expected, reference=0.0):

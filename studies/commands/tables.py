@@ -5,7 +5,6 @@ import io
 from math import isnan
 from pathlib import Path
 
-from apesim.archive import ArchiveError, replace_file
 from apesim.kernel import when_compiling
 
 COMPILING = "compiling the model for this processor: once, about half a minute"
@@ -70,6 +69,8 @@ def write_traces(path, header, rows):
     ArchiveError
         The file cannot be written.
     """
+    from apesim.archive import ArchiveError, replace_file
+
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
