@@ -43,6 +43,7 @@ from engine.gas_exchange import (
     exchange_changes,
     exchange_enters,
     exchange_events,
+    groove_enters,
     intake_lift,
 )
 from valve import actuator as valve_actuator
@@ -138,13 +139,13 @@ def cycle_events(p, t, y, mode, g):
 @respond.for_type(Cycle)
 @kernel
 def cycle_responds(p, tables, event, t, y, mode):
-    """Responses of the engine: those of its valve, and the flows' regimes."""
+    """Responses of the engine: those of its valve, and the regimes of the flows that they change."""
     if event >= FLOW:
         exchange_changes(p, t, y, event - FLOW, mode)
         return
     actuator_responds(p.actuator, tables.valve, event, y, mode, control_air(p, y))
     if event == CORNER:
-        exchange_enters(p, t, t, y, mode)
+        groove_enters(p, t, y, mode)
 
 
 @watch.for_type(Cycle)

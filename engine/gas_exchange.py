@@ -87,12 +87,24 @@ def exchange_changes(p, t, y, i, mode):
 
 
 @kernel
+def groove_regime(p, sides, mode):
+    """Regime of the flow through the groove between two sides; shut on a piece of its table without area."""
+    is_open = mode[INTAKE_OPEN] != 0.0 or mode[AREA] != 0.0 or mode[AREA_SLOPE] != 0.0
+    return regime_between(p.actuator.gas, sides) if is_open else SHUT
+
+
+@kernel
+def groove_enters(p, t, y, mode):
+    """Regime of the flow through the groove on entering a piece of its table; the other flows keep theirs."""
+    mode[GROOVE_FLOW] = groove_regime(p, sides_at(p, t, y)[0], mode)
+
+
+@kernel
 def exchange_enters(p, t, t_end, y, mode):
-    """Regimes of the flows at the start of a stretch, or on entering a piece of the groove's table."""
+    """Regimes of the flows at the start of a stretch."""
     gas, valve, sides = p.actuator.gas, p.engine.exhaust, sides_at(p, t, y)
-    groove_open = mode[INTAKE_OPEN] != 0.0 or mode[AREA] != 0.0 or mode[AREA_SLOPE] != 0.0
     middle = p.start + p.speed * 0.5 * (t + t_end)
     exhaust_open = raised_cosine(middle, valve.opens, valve.closes, valve.flank) > 0.0
-    is_open = groove_open, exhaust_open, p.receiver_volume > 0.0
-    for i in range(FLOWS):
-        mode[GROOVE_FLOW + i] = regime_between(gas, sides[i]) if is_open[i] else SHUT
+    mode[GROOVE_FLOW] = groove_regime(p, sides[0], mode)
+    mode[EXHAUST_FLOW] = regime_between(gas, sides[1]) if exhaust_open else SHUT
+    mode[FEED_FLOW] = regime_between(gas, sides[2]) if p.receiver_volume > 0.0 else SHUT

@@ -6,19 +6,23 @@ import numpy as np
 import pytest
 from machines import AMBIENT, RPM, machine, settled
 
+from apesim.restriction import CHOKED, SHUT
 from engine.breathing import DEGREE, raised_cosine
-from engine.cycle import TRACE, cycle_rates
+from engine.cycle import TRACE, cycle_enters, cycle_rates, cycle_responds
 from engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_BACK,
+    EXHAUST_FLOW,
     EXHAUSTED,
     EXHAUSTED_ENTHALPY,
     FED,
     FED_ENTHALPY,
+    FEED_FLOW,
     GROOVE,
     GROOVE_BACK,
     GROOVE_ENTHALPY,
+    GROOVE_FLOW,
     OTHER_ENERGY,
     OTHER_MASS,
     RECEIVER_ENERGY,
@@ -34,7 +38,8 @@ from engine.cycle_state import (
 from engine.gas_exchange import exchange_enters
 from engine.kinematics import cylinder_volume
 from engine.operating_point import charged_at_rest, cycle_of
-from valve.actuator import AREA, AREA_SLOPE, PHASE, REGIME, X_A, X_B, state_of
+from valve.actuator import AREA, AREA_SLOPE, PHASE, PIECE, REGIME, X_A, X_B, state_of
+from valve.motion import CORNER
 from valve.piston import TO_OPEN
 from valve.solenoid_flow import solenoids_enter
 
@@ -149,6 +154,25 @@ def test_what_one_volume_loses_another_one_gets(case):
         dy[FED_ENTHALPY] - dy[EXHAUSTED_ENTHALPY] - dy[VENTED_ENTHALPY] + dy[OTHER_ENERGY] - dy[WORK] - dy[VALVE_WORK],
         abs=1e-8,
     )
+
+
+def test_where_the_groove_begins_to_open_as_the_exhaust_does_the_exhaust_stays_open():
+    p, tables, kinks = cycle_of(machine(receiver=1.0), 1000.0 * RPM)
+    y, mode = charged_at_rest(p)
+    y[0], y[1], mode[PHASE] = 8e-3, -0.7, TO_OPEN
+    opens = p.engine.exhaust.opens
+    y[CYLINDER_MASS : CYLINDER_ENERGY + 1] *= (
+        5.0 * cylinder_volume(p.crank, opens)[0] / cylinder_volume(p.crank, p.start)[0]
+    )
+    t = (opens - p.start) / p.speed
+    cycle_enters(p, tables, t, kinks[kinks > t + 1e-9][0], y, mode)
+    mode[PIECE], mode[GROOVE_FLOW] = 0.0, SHUT
+    before = mode.copy()
+    assert before[EXHAUST_FLOW] == CHOKED
+    cycle_responds(p, tables, CORNER, t, y, mode)
+    assert mode[GROOVE_FLOW] != SHUT
+    assert mode[EXHAUST_FLOW] == before[EXHAUST_FLOW]
+    assert mode[FEED_FLOW] == before[FEED_FLOW]
 
 
 def test_a_cylinder_without_gas_is_out_of_the_domain():
