@@ -122,6 +122,10 @@ def main_of(app):
         0 done, 1 a fault of ours, 2 bad input, 3 the work ended with points failed or archives differ or are damaged,
         130 interrupted.
     """
+    if sys.stderr is None:  # closed: what is printed to None goes to standard output
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
+    if sys.stdout is None:
+        return _bad_input("standard output: is closed; send it elsewhere, e.g. > /dev/null")
     try:
         with contextlib.redirect_stdout(_Output(sys.stdout)):
             code = _run(app)

@@ -192,6 +192,27 @@ def test_nobody_listening_any_more_is_no_fault(arguments, unbuffered):
     assert (run.returncode, run.stderr) == (0, "")
 
 
+def with_closed(descriptor, *arguments):
+    """A command whose standard output (1) or error (2) is closed."""
+    script = f'exec "$@" {descriptor}>&-'
+    return subprocess.run(
+        ["sh", "-c", script, "sh", *PROGRAM, *arguments], capture_output=True, text=True, env=ENVIRONMENT, check=False
+    )
+
+
+@pytest.mark.parametrize("arguments", [["machine"], ["--help"], ["--version"], ["machine", "--check", "none.toml"]])
+def test_a_closed_output_is_told_on_one_line(arguments):
+    run = with_closed(1, *arguments)
+    assert (run.returncode, run.stdout) == (2, "")
+    [line] = run.stderr.splitlines()
+    assert line.startswith("standard output: is closed")
+
+
+def test_where_errors_cannot_be_told_none_goes_to_the_output():
+    run = with_closed(2, "machine", "--check", "none.toml")
+    assert (run.returncode, run.stdout, run.stderr) == (2, "", "")
+
+
 @pytest.mark.parametrize("group", [[], ["valve"], ["engine"], ["archive"]])
 def test_a_group_alone_shows_its_help(apesim, group):
     code, out, err = apesim(*group)

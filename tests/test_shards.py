@@ -2,6 +2,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -160,6 +161,29 @@ with lock("F.h5"):
     assert not (tmp_path / "none").exists()
     (tmp_path / "H.h5.lock").mkdir()
     with pytest.raises(ArchiveError, match=r"H.h5.lock: cannot be locked"), lock(tmp_path / "H.h5"):
+        pass
+
+
+def test_a_lock_leaves_no_file_behind(tmp_path):
+    with lock(tmp_path / "F.h5"):
+        assert [path.name for path in tmp_path.iterdir()] == ["F.h5.lock"]
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_lock_file_that_was_removed_after_it_was_opened_gives_no_lock(tmp_path, monkeypatch):
+    fcntl = pytest.importorskip("fcntl")
+    held, flock = ExitStack(), fcntl.flock
+    held.enter_context(lock(tmp_path / "F.h5"))
+
+    def released_first(descriptor, operation):
+        if operation & fcntl.LOCK_EX:
+            held.close()
+        return flock(descriptor, operation)
+
+    monkeypatch.setattr(fcntl, "flock", released_first)
+    with pytest.raises(ArchiveError, match="is being written"), lock(tmp_path / "F.h5"):
+        pass
+    with lock(tmp_path / "F.h5"):
         pass
 
 

@@ -73,7 +73,8 @@ def shards_folder(path: str | os.PathLike[str]) -> Path:
 def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     """Hold F.h5.lock while an archive is being made, so that no second sweep writes the same target.
 
-    The lock ends with the process, however it ends; the empty lock file stays.
+    The lock ends with the process, however it ends. Its file is removed while it is still held; filelock takes no lock
+    on a file that was removed in the meantime.
 
     Raises
     ------
@@ -103,8 +104,8 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
             lock_file.write_text(f"process {os.getpid()} since {since}", encoding="utf-8")
         yield
     finally:
-        with suppress(OSError):
-            lock_file.write_text("", encoding="utf-8")
+        with suppress(OSError):  # Windows lets go of no open file; there filelock removes it
+            lock_file.unlink()
         guard.release()
 
 
