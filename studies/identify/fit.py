@@ -155,7 +155,7 @@ def _badly_known(keys, best, intervals, correlation, together):
         *most, last = [shown[j] for j in coupled]
         warnings.append(
             f"{', '.join(most)} and {last} cannot be told apart: the others make up for a change of one, "
-            f"and an interval may miss the true value more often than one in twenty; {HELP}"
+            f"and where one interval misses its true value, most of them do; {HELP}"
         )
         told = coupled
     for j, ends in enumerate(intervals):

@@ -10,6 +10,12 @@ FINE = 1e-5
 """Relative tolerance, of parameters and sum of squares: a hundredth of a 95 % interval, and less."""
 SHARP = 0.01
 """Of half an interval: where its end is sought no further."""
+NEAR_NOTHING = 1e-3
+"""Scaled parameter, up to which it does not change as a power of another."""
+FACTOR = 1.5
+"""Logarithm of the largest factor by which a guess changes a parameter."""
+INSIDE = 0.1
+"""Share of a bracket that the next point stays away from its ends."""
 
 
 def minimise(problem, x, noise, tolerance, held=None):
@@ -42,16 +48,46 @@ def minimise(problem, x, noise, tolerance, held=None):
     return whole(found.x), 2.0 * found.cost, bool(found.success)
 
 
-def _along(best, slopes, j, away):
-    """The optimum with parameter j moved, and the others as the slopes say: as powers of it where all is positive."""
-    target = best[j] + away
-    guess = best + slopes * away
-    if best[j] > 0.0 and target > 0.0:
-        powers = best > 0.0
-        exponents = slopes[powers] * best[j] / best[powers]
-        guess[powers] = best[powers] * np.exp(np.clip(exponents * np.log(target / best[j]), -20.0, 20.0))
+def _along(point, slopes, j, target):
+    """A point with parameter j moved to a target, the others as the slopes say: as powers of it where that holds."""
+    guess = point + slopes * (target - point[j])
+    if point[j] > NEAR_NOTHING and target > NEAR_NOTHING:
+        powers = point > NEAR_NOTHING
+        exponents = slopes[powers] * point[j] / point[powers]
+        guess[powers] = point[powers] * np.exp(np.clip(exponents * np.log(target / point[j]), -FACTOR, FACTOR))
     guess[j] = target
     return guess
+
+
+def _held(problem, known, slopes, noise, j, target):
+    """Least squares with parameter j held at a target, from the nearest known points of the profile, carried on.
+
+    Parameters
+    ----------
+    problem : Problem
+    known : list of (p,) float array
+        From the optimum on.
+    slopes : (p,) float array
+        At the optimum, of all parameters along the profile.
+    noise : dict
+    j : int
+    target : float
+
+    Returns
+    -------
+    x, cost, success
+        See `minimise`; where that is not reached from there, also from the nearest known point as it is.
+    """
+    near, *others = sorted(known, key=lambda point: abs(point[j] - target))
+    if others:
+        slopes = (others[0] - near) / (others[0][j] - near[j])
+    found = None
+    for guess in (_along(near, slopes, j, target), _along(near, np.zeros_like(near), j, target)):
+        again = minimise(problem, np.clip(guess, *problem.bounds), noise, FINE, held=j)
+        found = again if found is None or again[1] < found[1] else found
+        if again[2]:
+            break
+    return found
 
 
 def _profile_end(problem, best, cost, noise, j, side, curvature):
@@ -80,8 +116,8 @@ def _profile_end(problem, best, cost, noise, j, side, curvature):
     """
     limit = problem.bounds[(side + 1) // 2, j] - best[j]
     covariance = np.linalg.inv(curvature)
-    away, inner, outer = side * DEVIATIONS * np.sqrt(covariance[j, j]), 0.0, inf
-    linear = away
+    away = linear = side * DEVIATIONS * np.sqrt(covariance[j, j])
+    inner, outer, known = (0.0, 0.0), (inf, inf), [best]  # away from the optimum, deviations there
     for _ in range(20):
         if problem.spent:
             problem.cut = True
@@ -89,25 +125,29 @@ def _profile_end(problem, best, cost, noise, j, side, curvature):
             return best[j] + (limit if beyond else linear), beyond, None
         if abs(away) >= abs(limit):
             away = limit
-        guess = np.clip(_along(best, covariance[:, j] / covariance[j, j], j, away), *problem.bounds)
-        point, other, _ = minimise(problem, guess, noise, FINE, held=j)
+        point, other, settled = _held(problem, known, covariance[:, j] / covariance[j, j], noise, j, best[j] + away)
         if other < cost - 0.05:
             return nan, False, point
         deviations = np.sqrt(max(other - cost, 0.0))
         if abs(deviations - DEVIATIONS) < 0.01:
             break
+        if settled:
+            known.append(point)
         if deviations < DEVIATIONS:
             if away == limit:
                 return best[j] + limit, True, None
-            inner = abs(away)
+            inner = abs(away), deviations
         else:
-            outer = abs(away)
-        # The root of the likelihood's loss is all but linear, unless a simulation changes its character on the way.
-        size = abs(away) * min(DEVIATIONS / max(deviations, 1e-3), 10.0)
-        away = side * (size if inner < size < outer else 0.5 * (inner + min(outer, abs(limit))))
-        if outer - inner < SHARP * outer:  # it jumps here
-            away = side * outer
+            outer = abs(away), deviations if settled else inf
+        if outer[0] == inf:
+            size = abs(away) * min(DEVIATIONS / max(deviations, 1e-3), 10.0)
+        elif outer[0] - inner[0] < SHARP * outer[0]:  # it jumps here
+            away = side * outer[0]
             break
+        else:
+            share = (DEVIATIONS - inner[1]) / (outer[1] - inner[1]) if outer[1] < inf else 0.5
+            size = inner[0] + min(max(share, INSIDE), 1.0 - INSIDE) * (outer[0] - inner[0])
+        away = side * size
     return best[j] + away, False, None
 
 
