@@ -4,28 +4,50 @@ from studies.limit import working_limit
 from studies.paper.claim import NOT_COMPUTABLE, Claim, verdict_of
 from studies.valve_map import PULSE, with_supply
 from valve.bench import run_bench
+from valve.effects.chamber_wall_heat import ChamberWallHeat
 from valve.effects.coulomb_friction import CoulombFriction
+
+MEASURED = (0.16, 0.4, 0.49)
+"""The paper's pressures of control air in experiments [MPa gauge]."""
+HEAT = 200.0
+"""Heat transfer coefficient, the upper end of 50 to 200 for forced convection in small cylinders [W/(m2 K)]."""
 
 
 def working_frequency(machine):
-    """About 30 Hz."""
+    """The valve reaches about 30 Hz, and that is the most it does: a list of two claims."""
     ambient = machine.ambient.pressure
     limits = {
         (pressure, duty): working_limit(with_supply(machine, ambient + pressure * 1e6, 287.0), duty, 0.1).limit
-        for pressure in (0.16, 0.4, 1.0)
         for duty in (0.3, 0.5)
+        for pressure in MEASURED
     }
-    told = "; ".join(f"{limits[p, 0.3]:.1f} and {limits[p, 0.5]:.1f} Hz at {p:g} MPa" for p in (0.16, 0.4, 1.0))
-    return Claim(
-        "working_frequency",
-        "abstract",
-        "The valve works up to about 30 Hz.",
-        "about 30 Hz",
-        f"every stroke complete, energised for 0.3 and 0.5 of the period: {told}",
-        {f"limit_hz_at_{p:g}_MPa_duty_{d:g}": value for (p, d), value in limits.items()},
-        verdict_of(all(value >= 30.0 for (p, d), value in limits.items() if p >= 0.4 and d == 0.5)),
-        "The paper names no duty. The limit depends on it more than on pressure.",
-    )
+    values = {f"limit_hz_at_{p:g}_MPa_duty_{d:g}": value for (p, d), value in limits.items()}
+    told = {d: ", ".join(f"{limits[p, d]:.1f}" for p in MEASURED) for d in (0.3, 0.5)}
+    half = [limits[p, 0.5] for p in MEASURED]
+    pressures = ", ".join(f"{p:g}" for p in MEASURED)
+    return [
+        Claim(
+            "reaches_30_hz",
+            "discussion of Fig. 10",
+            "The valve could reach about 30 Hz.",
+            "about 30 Hz",
+            f"every stroke is complete up to {told[0.5]} Hz at {pressures} MPa, energised for half of the period",
+            values,
+            verdict_of(min(half) >= 30.0),
+            "Judged by 30 Hz at all three pressures that the paper measured at.",
+        ),
+        Claim(
+            "working_frequency",
+            "abstract",
+            "About 30 Hz is the maximum working frequency.",
+            "30 Hz",
+            f"a matter of the duty, which the paper does not name: {told[0.5]} Hz at {pressures} MPa energised for 0.5 "
+            f"of the period, {told[0.3]} Hz for 0.3",
+            values,
+            verdict_of(all(abs(limit - 30.0) < 3.0 for limit in half)),
+            "A maximum is that of the best duty, half of the period; judged by a tenth. At 0.3 it is near 30 Hz.",
+        ),
+    ]
 
 
 def engine_speed():
@@ -61,6 +83,30 @@ def friction_is_small(machine):
     )
 
 
+def heat_is_small(machine):
+    """Heat from the walls can be left out (Eq. 6)."""
+    supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
+    warmed = supplied._replace(effects=supplied.effects._replace(chamber_wall_heat=ChamberWallHeat(HEAT)))
+    base, other = run_bench(supplied, PULSE), run_bench(warmed, PULSE)
+    pairs = [(getattr(other, side), getattr(base, side)) for side in ("opening", "closing")]
+    changes = [
+        max((getattr(new, f) / getattr(old, f) - 1.0 for new, old in pairs), key=abs)
+        for f in ("delay", "stroke_time", "seating_speed")
+    ]
+    return Claim(
+        "heat_is_negligible",
+        "Eq. 6",
+        "The strokes are so short that heat between air and walls can be left out.",
+        "negligible",
+        f"{HEAT:g} W/(m² K) change delay, stroke time and seating speed by up to "
+        f"{', '.join(f'{100 * c:+.2f} %' for c in changes)}, opening or closing",
+        dict(zip(("delay_change", "stroke_time_change", "seating_speed_change"), changes, strict=True)),
+        verdict_of(max(map(abs, changes)) < 0.05),
+        "At 0.40 MPa, walls at 293 K; the coefficient is the upper end of what small cylinders are said to have. "
+        "Judged by 5 %.",
+    )
+
+
 def springs_soften(machine):
     """The springs' main function is to soften the impact."""
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
@@ -92,7 +138,7 @@ def not_computable():
             told,
             {"paper": 111.08},
             NOT_COMPUTABLE,
-            "`apesim valve fit` finds it from data of the same kind.",
+            "apesim valve fit finds it from data of the same kind.",
         ),
         Claim(
             "time_error",
@@ -102,6 +148,6 @@ def not_computable():
             told,
             {"paper_ms": 1.2},
             NOT_COMPUTABLE,
-            "`apesim valve fit` measures it on a user's check runs.",
+            "apesim valve fit measures it on a user's check runs.",
         ),
     ]

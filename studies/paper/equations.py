@@ -43,8 +43,8 @@ def gauge_pressures(machine):
     return Claim(
         "gauge_pressures",
         "Eqs. 7-10, Figs. 3-4",
-        "Pressures are given relative to ambient, and put into Eqs. 7-10.",
-        "gauge",
+        "The pressures p_i and p_ini of Eqs. 9 and 10 are given relative to ambient.",
+        "relative",
         f"from a vessel that mass and energy balance empty from {GAUGE[0] / 1e6:g} MPa gauge, Eq. 10 gives the area "
         f"back within {np.abs(right).max():.0e} with absolute pressures; with gauge ones it is {wrong[0]:+.0%} off as "
         f"the valve is open, {wrong[-1]:+.0%} at {test.pressures[-1] / 1e6:.2f} MPa abs",
