@@ -97,7 +97,11 @@ def _label(axis, lines):
         if apart and 0.04 < x < 0.96 and 0.04 < y < 0.96:
             kept[text.get_text()] = x, y
         text.remove()
-    axis.clabel(lines, [level for level in lines.levels if style["fmt"] % level in kept], **style)
+    for level in lines.levels:
+        if style["fmt"] % level in kept:
+            # Yellow and light green, the upper end of the colour map, would swallow white.
+            on_light = level - lines.levels[0] > 0.6 * np.ptp(lines.levels)
+            axis.clabel(lines, [level], colors="black" if on_light else "white", **style)
 
 
 def _lines(figure, axes, values, pressures, temperatures, label):
@@ -136,11 +140,17 @@ def velocities(archive, ambient_pressure, most=5):
     colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(shown)))
     last = 0.0
     for colour, number in zip(colours, shown, strict=True):
-        velocity = v["velocity"].values[number * len(temperatures) + middle]
+        run = number * len(temperatures) + middle
+        velocity = v["velocity"].values[run]
         moving = np.flatnonzero((np.abs(velocity) > 0.0) & (time < release))
         last = max(last, time[moving[-1]] if len(moving) else 0.0)
-        for axis, start, sign in zip(axes, (0.0, release), (-1.0, 1.0), strict=True):
-            axis.plot(time - start, sign * velocity, color=colour, lw=1.3, label=f"{pressures[number]:.3g}")
+        for axis, stroke, start, sign in zip(axes, ("opening", "closing"), (0.0, release), (-1.0, 1.0), strict=True):
+            contact = sum(v[f"{stroke}_{name}"].values[run] for name in ("delay_s", "stroke_time_s")) * 1e3
+            # The speed ends at contact, between two rows of the trace.
+            at = np.searchsorted(time - start, contact)
+            times = np.insert(time - start, at, [contact] * 2)
+            speeds = np.insert(sign * velocity, at, [v[f"{stroke}_seating_speed_m_s"].values[run], 0.0])
+            axis.plot(times, speeds, color=colour, lw=1.3, label=f"{pressures[number]:.3g}")
     for axis, name in zip(axes, ("opening", "closing"), strict=True):
         axis.set(xlabel="time after the command [ms]", title=f"{name}, {temperatures[middle]:g} K")
         axis.set_xlim(0.0, last + 2.0)
