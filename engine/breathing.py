@@ -61,6 +61,11 @@ class Cam(NamedTuple):
         """Faults that no single key shows."""
         return lift_curve_faults(self.lift_curve) if len(self.lift_curve) else window_faults(self)
 
+    def overruled(self):
+        """Keys that are not looked at, and by what."""
+        if len(self.lift_curve):
+            yield from ((key, "engine.cam.lift_curve is given") for key in ("opens", "closes", "lift", "flank"))
+
 
 class Exhaust(NamedTuple):
     """The exhaust valve, driven by a cam."""

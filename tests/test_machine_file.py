@@ -149,7 +149,7 @@ def test_ports_that_overlap_round_the_piston_are_refused(tmp_path):
     assert load(Machine, None, [*settings, "groove.ports.number=14"]).groove.ports.number == 14.0
     with pytest.raises(InputError, match=r"groove.ports.number: 15 ports of 8 mm overlap.* 119.4 mm"):
         load(Machine, None, [*settings, "groove.ports.number=15"])
-    load(Machine, None, ["groove.ports.number=15"])  # of no matter to a line
+    load(Machine, write_machine(tmp_path, "groove.ports.number", 15))  # of no matter to a line
     with pytest.raises(InputError, match=r"groove.ports.number: '2.5' is no whole number; write 2 or 3"):
         load(Machine, None, ["groove.ports.number=2.5"])
 
@@ -186,3 +186,39 @@ def test_a_table_that_is_present_switches_its_effect_on(tmp_path):
     assert load(Machine, path).effects.blow_by.area == 0.5e-6
     path.write_text("[effects.blow_by]\n")
     assert "area" in culprits_of(path)["effects.blow_by"].right
+
+
+CURVES = {
+    "area.csv": "lift [mm],effective_area [mm^2]\n1,0\n9,150\n",
+    "cam.csv": "crank_angle [deg],lift [mm]\n0,0\n40,5\n80,0\n",
+    "x.csv": "time [ms],opening [-]\n1,0\n3,1\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "by"),
+    [
+        ("groove.ports.number", "6", None),
+        ("groove.effective_area", "120 mm^2", ("groove.geometry", "ports")),
+        ("groove.effective_area", "120 mm^2", ("groove.area_curve", "area.csv")),
+        ("engine.cam.lift", "8 mm", ("engine.cam.lift_curve", "cam.csv")),
+        ("valve.solenoid.dead_time", "2 ms", ("valve.solenoid.opening_curve", "x.csv")),
+    ],
+)
+def test_a_key_that_is_not_looked_at_is_refused_on_the_command_line_and_told_of_a_file(
+    key, value, by, tmp_path, monkeypatch, apesim
+):
+    for name, text in CURVES.items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.chdir(tmp_path)
+    others = [f"{by[0]}={by[1]}"] if by else []
+    with pytest.raises(InputError, match=f"{key}: is not looked at"):
+        load(Machine, None, [f"{key}={value}", *others])
+    section, _, name = key.rpartition(".")
+    lines = [f"[{section}]", f"{name} = {value if value.isdigit() else chr(34) + value + chr(34)}"]
+    if by:
+        head, _, other = by[0].rpartition(".")
+        lines += [*([f"[{head}]"] if head != section else []), f'{other} = "{by[1]}"']
+    (tmp_path / "m.toml").write_text("\n".join(lines) + "\n")
+    code, out, _ = apesim("machine", "--check", "m.toml")
+    assert code == 0 and f"m.toml: {key}: is not looked at" in out and out.count("not looked at") == 1

@@ -37,6 +37,15 @@ class Groove(NamedTuple):
         if len(curve) and (curve[0, 0] < 0.0 or curve[0, 1] != 0.0 or curve[:, 1].min() < 0.0):
             yield "area_curve", "does not start closed", "area 0 in the first row (lift >= 0), nowhere below 0"
 
+    def overruled(self):
+        """Keys that are not looked at, and by what."""
+        if len(self.area_curve):
+            yield from ((key, "groove.area_curve is given") for key in ("effective_area", "lap", "geometry", "ports"))
+        elif self.has_ports:
+            yield "effective_area", 'groove.geometry is "ports"'
+        else:
+            yield "ports", 'groove.geometry is "line"'
+
 
 def area_table(groove, stroke):
     """Effective area over lift, as knots.

@@ -30,6 +30,11 @@ class Solenoid(NamedTuple):
                 right = "opening 0 in the first row (time >= 0), 1 in the last, never falling"
                 yield "opening_curve", "does not rise from 0 to 1", right
 
+    def overruled(self):
+        """Keys that are not looked at, and by what."""
+        if len(self.opening_curve):
+            yield from ((key, "valve.solenoid.opening_curve is given") for key in ("dead_time", "ramp_time"))
+
 
 def opening_curve(solenoid):
     """The energised fraction after a switch.

@@ -8,9 +8,9 @@ from apesim.quantities.curves import Curve
 from apesim.quantities.files import text_of
 from apesim.quantities.printing import dumps
 from apesim.quantities.reading import COMMAND_LINE, read, unknown
-from apesim.quantities.trees import fields, is_section, joined, schema
+from apesim.quantities.trees import fields, is_section, joined, overruled, schema
 
-__all__ = ["COMMAND_LINE", "dumps", "load", "misassigned", "read", "schema"]
+__all__ = ["COMMAND_LINE", "dumps", "load", "misassigned", "overruled", "read", "schema"]
 
 
 def load(cls, path=None, assignments=()):
@@ -31,7 +31,7 @@ def load(cls, path=None, assignments=()):
     Raises
     ------
     InputError
-        As `read`; or the file cannot be read, or is no TOML.
+        As `read`; or the file cannot be read, or is no TOML; or a key is assigned that is not looked at.
     """
     data = {} if path is None else _toml(path)
     declarations = {leaf.key: leaf.declaration for leaf in schema(cls)}
@@ -53,6 +53,11 @@ def load(cls, path=None, assignments=()):
     file = str(path) if path is not None else COMMAND_LINE if assigned else "default"
     try:
         tree = read(cls, data, file, assigned)
+        for key, reason in overruled(tree):
+            if key in assigned:
+                culprits.append(
+                    Culprit(COMMAND_LINE, key, f"is not looked at: {reason}", "change that, or leave it out")
+                )
     except InputError as error:
         culprits += error.culprits
     if culprits:

@@ -3,7 +3,8 @@
 A parameter class is a `NamedTuple` whose fields are declared with `apesim.quantities`, or are parameter
 classes themselves: the sections. A section that a file names starts from the defaults of its own class; one
 that is left out is as the class above has it. A method ``faults`` may yield
-``(key, what is wrong, what would be right)`` for what only several keys together show.
+``(key, what is wrong, what would be right)`` for what only several keys together show. A method ``overruled`` may
+yield ``(key or section, by what)`` for what is not looked at.
 
 A class attribute ``due`` makes sections optional: to be present switches them on. It names, for each of these
 sections, the keys of which at least one must be given in it::
@@ -60,6 +61,17 @@ def due(cls):
 def joined(*keys):
     """A key of several parts, e.g. "valve.stroke"."""
     return ".".join(filter(None, keys))
+
+
+def overruled(tree, section=""):
+    """Keys that are not looked at because of others, with the reason; see the method of that name."""
+    for key, field in fields(type(tree)).items():
+        if is_section(field):
+            yield from overruled(getattr(tree, key), joined(section, key))
+    for key, reason in getattr(tree, "overruled", tuple)():
+        field, path = fields(type(tree))[key], joined(section, key)
+        inner = [leaf.key for leaf in schema(field, section=path)] if is_section(field) else [path]
+        yield from ((leaf, reason) for leaf in inner)
 
 
 def schema(cls, default=None, section=""):

@@ -1,6 +1,8 @@
 """The machine of a command: read, checked, printed."""
 
-from apesim.quantities.settings import dumps, load
+import numpy as np
+
+from apesim.quantities.settings import dumps, load, overruled, schema
 from engine.machine import Machine
 
 
@@ -29,7 +31,15 @@ def machine_command(console, machine_file, settings, check):
     """Print a machine as a commented machine file, or check one; raises `InputError` where it is wrong."""
     machine = load_machine(check or machine_file, settings)
     if check:
-        console.result({"file": str(check), "good": True}, f"{check}: good")
+        standard = {leaf.key: leaf.default for leaf in schema(Machine)}
+        given = {leaf.key: leaf.default for leaf in schema(Machine, machine)}
+        idle = {
+            key: reason
+            for key, reason in overruled(machine)
+            if not np.array_equal(given[key], standard[key], equal_nan=True)
+        }
+        told = (f"{check}: {key}: is not looked at: {reason}" for key, reason in idle.items())
+        console.result({"file": str(check), "good": True, "not_looked_at": idle}, *told, f"{check}: good")
         return
     text = dumps(machine)
     console.result({"machine": text}, text.rstrip())
