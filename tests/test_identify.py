@@ -160,10 +160,20 @@ def test_parameters_that_cannot_be_told_apart_warn():
     assert (low, high) == pytest.approx((150.0, 600.0))
 
 
-def test_a_parameter_without_any_effect_warns():
-    found = fit(measured_run(0), free=[BETA, "groove.lap"])
-    assert any("groove.lap" in warning and "bound" in warning for warning in found.warnings)
-    assert holds(found)
+@pytest.mark.parametrize("key", ["engine.bore", "groove.lap", "command.release", "effects.blow_by.area"])
+def test_a_key_that_has_no_part_in_the_bench_is_refused(key):
+    with pytest.raises(InputError, match=f"{key} has no part in the valve's bench"):
+        free_parameters(DEFAULT, [BETA, key])
+
+
+@pytest.mark.parametrize("key", ["effects.stribeck_friction.speed", "effects.chamber_wall_heat.wall_temperature"])
+def test_a_parameter_that_changes_nothing_is_refused(key):
+    with pytest.raises(InputError, match=f"{key} changes nothing"):
+        fit(measured_run(0), free=[BETA, key])
+
+
+def test_keys_of_the_bench_are_not_refused():
+    assert len(free_parameters(DEFAULT, ["valve.stroke", "effects.ring_leakage.area", "ambient.pressure"])) == 3
 
 
 SPRING, FIVE = (

@@ -12,11 +12,14 @@ from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from studies.identify import Free, identify, judge
 from studies.measured import CHECK, GATE, VALVE, read_measured
 from valve.bench import run_bench
+from valve.effects import ValveEffects
 
 METHODS = ("least-squares", "ga")
 METHOD = Choice(METHODS, "command line")
 PAPER_RANGES = {"valve.viscous_friction": (100.0, 120.0)}
 """Search space of the genetic algorithm: doi 10.1631/jzus.A0820373, Table 2 [N s/m]."""
+BENCH = ("air", "ambient", "supply", "valve")
+"""Sections of the machine that the valve's bench is made of, besides its effects."""
 HEADER = ("run", "largest time shift [ms]", "by noise alone, 95 % [ms]", "left over noise", "limit")
 
 
@@ -140,6 +143,9 @@ def free_parameters(machine, texts, method="least-squares"):
         try:
             if not isinstance(leaves[key].declaration if key in leaves else None, Quantity):
                 raise Wrong(f"{quoted(key)} is no key of a quantity", "give one, e.g. valve.viscous_friction")
+            if not _on_bench(key):
+                right = "free a key of the valve, its effects, the supply, the ambient or the air"
+                raise Wrong(f"{key} has no part in the valve's bench", right)
             if key in [free.key for free in found]:
                 raise Wrong(f"{key} is given twice", "give it once")
             found.append(_free(leaves[key], bounds if given else None, machine.ambient.pressure, method))
@@ -150,6 +156,12 @@ def free_parameters(machine, texts, method="least-squares"):
     if culprits:
         raise InputError(culprits)
     return found
+
+
+def _on_bench(key):
+    """Whether a key of the machine has a part in a run of the valve's bench."""
+    section, name, *_ = key.split(".")
+    return section in BENCH or (section == "effects" and name in ValveEffects._fields)
 
 
 def _free(leaf, bounds, ambient_pressure, method):

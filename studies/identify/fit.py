@@ -93,6 +93,7 @@ def identify(machine, measured, free, method="least-squares", report=None):
     for _ in range(MOST_RESTARTS):
         best, cost, success = minimise(problem, best, noise, FINE)
         jacobian = problem.jacobian(best, noise)
+        _refuse_idle(problem, jacobian)
         curvature = jacobian.T @ jacobian
         curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)
         intervals, better = intervals_of(problem, best, cost, noise, curvature)
@@ -178,6 +179,16 @@ def _refuse(problem, measured, method):
             )
     if culprits:
         raise InputError(culprits)
+
+
+def _refuse_idle(problem, jacobian):
+    """Raises `InputError` where a free parameter changes nothing in the fitted runs."""
+    idle = [free.key for free, column in zip(problem.free, jacobian.T, strict=True) if not column.any()]
+    if idle:
+        right = "leave it out, or switch on what it belongs to"
+        raise InputError(
+            [Culprit("command line", "--free", f"{key} changes nothing in the runs", right) for key in idle]
+        )
 
 
 def _identified(problem, x, intervals, correlation, noises, warnings, converged):
