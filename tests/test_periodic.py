@@ -8,7 +8,7 @@ from test_march import NoTables, cached_apart
 
 from apesim.kernel import kernel
 from apesim.march import Accuracy, Status
-from apesim.periodic import BURST, NOISE, distance, periodic_orbit
+from apesim.periodic import BURST, NOISE, distance, known_orbit, periodic_orbit
 from apesim.slots import enter, rates
 
 TOLERANCE = 1e-7
@@ -129,6 +129,48 @@ def test_slow_alternating_convergence_is_of_period_1():
     orbit = settle(Map(-0.99), [3.0])
     assert (orbit.converged, orbit.period) == (True, 1)
     assert orbit.y[0] == pytest.approx(2.0, abs=1e-5)
+
+
+# --- from a machine near by ---
+
+
+def known(machine, y):
+    accuracy = Accuracy(TOLERANCE, 10.0, np.ones(len(y)))
+    return known_orbit(machine, NoTables(), settle(machine, y), np.array([1.0]), accuracy)
+
+
+def settle_from(start, machine, y):
+    accuracy = Accuracy(TOLERANCE, 10.0, np.ones(len(y)))
+    given = np.array(y, dtype=float), np.zeros(1), np.array([1.0]), accuracy
+    return periodic_orbit(machine, NoTables(), *given, known=start)
+
+
+def test_a_slow_contraction_near_by_takes_a_few_cycles():
+    start = known(Contraction(), [5.0, 5.0])
+    orbit = settle_from(start, Contraction(target=3.01), [5.0, 5.0])
+    assert (orbit.converged, orbit.period, orbit.status) == (True, 1, Status.DONE)
+    assert orbit.cycles <= 4
+    assert orbit.y == pytest.approx([3.01, 3.01], abs=4.0 * TOLERANCE / 0.01)
+
+
+def test_other_slopes_are_learnt_on_the_way():
+    start = known(Contraction(0.5, 0.9), [5.0, 5.0])
+    orbit = settle_from(start, Contraction(0.4, 0.95, 3.1), [5.0, 5.0])
+    assert orbit.cycles <= 8
+    assert orbit.y == pytest.approx([3.1, 3.1], abs=4.0 * TOLERANCE / 0.05)
+
+
+def test_where_the_known_state_does_not_help_the_march_is_the_one_from_rest():
+    far, rest = Map(0.5, walls=0.7, fixed=4.0), [4.5]
+    orbit = settle_from(known(Map(0.5), [2.3]), far, rest)
+    assert (orbit.converged, orbit.y.tolist()) == (True, settle(far, rest).y.tolist())
+
+
+def test_a_state_is_known_only_where_one_near_by_settles_in_the_same_way():
+    """From a slope of -0.99 to one of -1.2 it is not far, and then the state swings for ever."""
+    assert known(Map(-0.3), [2.3]) is not None
+    assert known(Map(-0.99), [2.3]) is None
+    assert known(FLIP, [2.3]) is None
 
 
 # --- period 2 ---

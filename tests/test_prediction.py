@@ -203,6 +203,13 @@ def test_a_start_near_by_changes_nothing_but_the_number_of_cycles(change):
     assert known.orbit.cycles <= 8 < 20 < run_steady(at, run.speed).orbit.cycles
 
 
+def test_a_valve_that_never_moves_stands_at_its_own_stop_whatever_the_start():
+    base = machine(release=-4.0)
+    run = run_steady(changed(base, {"valve.stroke": 9.05e-3}), 1000.0 * RPM, start=known_state(base, 1000.0 * RPM))
+    assert run.orbit.converged
+    assert np.all(run.trace[:, 2] == 0.0)
+
+
 def test_a_start_far_away_is_left_for_rest():
     run = engine_run()
     start = start_of(run_of(machine(receiver=1.0), run), run)
