@@ -37,6 +37,9 @@ class Effect(NamedTuple):
     """Names of the strengths where there is more than the first parameter."""
     adjust: Callable | None = None
     """Slot: (parameters, machine, tables) -> machine, tables with other parameters, before the march."""
+    volume: Callable | None = None
+    """Slot: parameters -> a gas volume more [m3], which the base model has a place for, and the effective area through
+    which it is fed [m2]."""
     sensor: Callable | None = None
     """Slot: (parameters, reading) -> reading that is taken otherwise, see `apesim.reading`; the march knows nothing."""
     off: float = 0.0
@@ -53,6 +56,7 @@ class Effect(NamedTuple):
             "adjust": self.adjust is not None,
             "law": self.parameters in law.bodies,
             "contact": self.parameters in contact.bodies,
+            "volume": self.volume is not None,
             "sensor": self.sensor is not None,
         }
         return tuple(slot for slot, is_filled in filled.items() if is_filled)
@@ -104,6 +108,28 @@ def chosen(library, effects, container, beside=False):
     if beside or acts(library, effects):
         return container(*(getattr(effects, name) for name in container._fields))
     return NoEffects()
+
+
+def volume_of(library, effects):
+    """The gas volume that an effect of a library adds.
+
+    Parameters
+    ----------
+    library : tuple of Effect
+        One at most with that slot.
+    effects : NamedTuple
+        Parameters by name of effect.
+
+    Returns
+    -------
+    volume, area : float
+        [m3] and the effective area of its feed [m2]; both 0 where there is none.
+    """
+    for effect in library:
+        values = getattr(effects, effect.name)
+        if effect.volume and effect.is_on(values):
+            return effect.volume(values)
+    return 0.0, 0.0
 
 
 def adjusted(library, effects, machine, tables):

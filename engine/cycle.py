@@ -22,8 +22,16 @@ from engine.cycle_state import (
     INTAKE_OPEN,
     LIFT,
     LIFT_SLOPE,
+    LINE_ENERGY,
+    LINE_FED,
+    LINE_FED_ENTHALPY,
+    LINE_MASS,
     OTHER_ENERGY,
     OTHER_MASS,
+    PIPE_ENERGY,
+    PIPE_FED,
+    PIPE_FED_ENTHALPY,
+    PIPE_MASS,
     RECEIVER_ENERGY,
     RECEIVER_MASS,
     SUPPLIED,
@@ -35,7 +43,10 @@ from engine.cycle_state import (
     Cycle,
     control_air,
     cylinder_state,
+    has_pipe,
+    intake_state,
     receiver_state,
+    supply_of,
 )
 from engine.cylinder import CAM, ENERGY, EPV, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, indicated_power
 from engine.gas_exchange import (
@@ -45,17 +56,17 @@ from engine.gas_exchange import (
     exchange_events,
     groove_enters,
     intake_lift,
+    piped,
 )
 from valve import actuator as valve_actuator
-from valve import motion as valve_motion
 from valve.actuator import PHASE, PIECE, ActuatorRates, actuator_rates, state_of
 from valve.groove import piece_of
+from valve.line import LINE_FLOW, has_line, line_changes, line_enters, line_event, line_feed
 from valve.motion import CORNER, actuator_enters, actuator_events, actuator_responds, actuator_watches, take_piece
 from valve.piston import is_moving
-from valve.solenoid_flow import FLOWS
 
-FLOW = valve_motion.FLOW + FLOWS
-"""First event of the flows through groove, exhaust valve and feed: into another regime."""
+FLOW = LINE_FLOW + 1
+"""First event of the flows through groove, exhaust valve, feed and pipe: into another regime."""
 PRESSURE_EXTREMUM = 3
 """Watch: extremum of the cylinder pressure."""
 TRACE = (
@@ -84,38 +95,55 @@ def effects_of(p, cylinder):
     return 0.0, 0.0, 0.0, 0.0
 
 
+@kernel
+def in_domain(p, y):
+    """Whether masses and energies outside the valve are above zero."""
+    if p.receiver_volume > 0.0 and (y[RECEIVER_MASS] <= 0.0 or y[RECEIVER_ENERGY] <= 0.0):
+        return False
+    if has_pipe(p) and (y[PIPE_MASS] <= 0.0 or y[PIPE_ENERGY] <= 0.0):
+        return False
+    if has_line(p.actuator) and (y[LINE_MASS] <= 0.0 or y[LINE_ENERGY] <= 0.0):
+        return False
+    return y[CYLINDER_MASS] > 0.0 and y[CYLINDER_ENERGY] > 0.0
+
+
 @rates.for_type(Cycle)
 @kernel
 def cycle_rates(p, t, y, mode, dy):
     """Rates of the engine; see `apesim.march.rates`."""
-    if y[CYLINDER_MASS] <= 0.0 or y[CYLINDER_ENERGY] <= 0.0:
-        return False
-    if p.receiver_volume > 0.0 and (y[RECEIVER_MASS] <= 0.0 or y[RECEIVER_ENERGY] <= 0.0):
+    if not in_domain(p, y):
         return False
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
-    groove, groove_enthalpy, exhaust, exhaust_enthalpy, fed, fed_enthalpy = breathing(p, y, mode, cylinder, receiver)
+    intake = intake_state(p, y, receiver)
+    flows = breathing(p, y, mode, cylinder, receiver, intake)
+    groove, groove_enthalpy, exhaust, exhaust_enthalpy, fed, fed_enthalpy = flows
     valve = ActuatorRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if p.engine.intake == EPV:
         if not valve_actuator.in_domain(p.actuator, y):
             return False
-        valve = actuator_rates(p.actuator, t, y, mode, control_air(p, y))
+        valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
+    line, line_enthalpy = line_feed(p.actuator, mode, *control_air(p, y), valve)
     mass, energy, past_groove, past_groove_enthalpy = effects_of(p, cylinder)
     groove += past_groove
     groove_enthalpy += past_groove_enthalpy
+    pipe, pipe_enthalpy = piped(p, mode, receiver, intake, groove, groove_enthalpy)
     work = cylinder.pressure * slope * p.speed
     drawn = drawn_enthalpy = 0.0
     if p.receiver_volume > 0.0:
-        drawn, drawn_enthalpy = groove, groove_enthalpy
+        drawn, drawn_enthalpy = pipe, pipe_enthalpy
         if p.control_from_receiver:
-            drawn += valve.supplied
-            drawn_enthalpy += valve.supplied_enthalpy
+            drawn += line
+            drawn_enthalpy += line_enthalpy
     for i in range(valve_actuator.STATES):
         dy[i] = valve[i]
     dy[CYLINDER_MASS] = groove - exhaust + mass
     dy[CYLINDER_ENERGY] = groove_enthalpy - exhaust_enthalpy - work + energy
     dy[RECEIVER_MASS] = fed - drawn
     dy[RECEIVER_ENERGY] = fed_enthalpy - drawn_enthalpy
+    dy[LINE_MASS], dy[LINE_ENERGY] = line - valve.supplied, line_enthalpy - valve.supplied_enthalpy
+    dy[PIPE_MASS], dy[PIPE_ENERGY] = pipe - groove, pipe_enthalpy - groove_enthalpy
+    dy[LINE_FED], dy[LINE_FED_ENTHALPY], dy[PIPE_FED], dy[PIPE_FED_ENTHALPY] = line, line_enthalpy, pipe, pipe_enthalpy
     dy[SUPPLIED], dy[SUPPLIED_ENTHALPY] = valve.supplied, valve.supplied_enthalpy
     dy[VENTED], dy[VENTED_ENTHALPY] = valve.vented, valve.vented_enthalpy
     dy[OTHER_MASS], dy[OTHER_ENERGY] = valve.other_mass + mass, valve.other_energy + energy
@@ -132,7 +160,8 @@ def cycle_rates(p, t, y, mode, dy):
 def cycle_events(p, t, y, mode, g):
     """Events of the engine: those of its valve, and flows into another regime."""
     if p.engine.intake == EPV:
-        actuator_events(p.actuator, y, mode, control_air(p, y), g)
+        actuator_events(p.actuator, y, mode, supply_of(p, y), g)
+        g[LINE_FLOW] = line_event(p.actuator, *control_air(p, y), mode)
     exchange_events(p, t, y, mode, g, FLOW)
 
 
@@ -142,10 +171,12 @@ def cycle_responds(p, tables, event, t, y, mode):
     """Responses of the engine: those of its valve, and the regimes of the flows that they change."""
     if event >= FLOW:
         exchange_changes(p, t, y, event - FLOW, mode)
-        return
-    actuator_responds(p.actuator, tables.valve, event, y, mode, control_air(p, y))
-    if event == CORNER:
-        groove_enters(p, t, y, mode)
+    elif event == LINE_FLOW:
+        line_changes(p.actuator, *control_air(p, y), mode)
+    else:
+        actuator_responds(p.actuator, tables.valve, event, y, mode, supply_of(p, y))
+        if event == CORNER:
+            groove_enters(p, t, y, mode)
 
 
 @watch.for_type(Cycle)
@@ -169,7 +200,8 @@ def cycle_enters(p, tables, t, t_end, y, mode):
     on, or whether the ideal valve is open; the flows' regimes."""
     middle = p.start + p.speed * 0.5 * (t + t_end)
     if p.engine.intake == EPV:
-        actuator_enters(p.actuator, tables.valve, t, t_end, y, mode, control_air(p, y))
+        actuator_enters(p.actuator, tables.valve, t, t_end, y, mode, supply_of(p, y))
+        line_enters(p.actuator, *control_air(p, y), mode)
     elif p.engine.intake == CAM:
         if p.has_lift_curve:
             mode[LIFT], mode[LIFT_SLOPE] = lift_line(tables.cam, middle)
@@ -194,10 +226,10 @@ def cycle_observes(p, t, y, mode, row):
     """A row of the trace."""
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
-    groove, _, exhaust, _, _, _ = breathing(p, y, mode, cylinder, receiver)
+    groove, _, exhaust, _, _, _ = breathing(p, y, mode, cylinder, receiver, intake_state(p, y, receiver))
     row[0], row[1] = cylinder.pressure, cylinder.temperature
     if p.engine.intake == EPV:
-        valve = state_of(p.actuator, y, control_air(p, y))
+        valve = state_of(p.actuator, y, supply_of(p, y))
         row[2] = p.actuator.valve.stroke - y[0]
         row[3] = -y[1] if is_moving(mode[PHASE]) else 0.0
         row[4], row[5] = valve.pressure_a, valve.pressure_b

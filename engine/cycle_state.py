@@ -12,11 +12,18 @@ from engine.kinematics import Crank, cylinder_volume
 from valve import actuator as valve_actuator
 from valve.actuator import Actuator, ActuatorTables
 from valve.chamber import chamber_state
+from valve.line import before_solenoids
 from valve.ports import Ports
 
 CYLINDER_MASS, CYLINDER_ENERGY, RECEIVER_MASS, RECEIVER_ENERGY = range(valve_actuator.STATES, valve_actuator.STATES + 4)
 STATES = valve_actuator.STATES + 4
+LINE_MASS, LINE_ENERGY, PIPE_MASS, PIPE_ENERGY = range(STATES, STATES + 4)
+"""States of the supply line and of the intake pipe; they belong to the ledger, of no size, where there is none."""
 (
+    LINE_FED,
+    LINE_FED_ENTHALPY,
+    PIPE_FED,
+    PIPE_FED_ENTHALPY,
     SUPPLIED,
     SUPPLIED_ENTHALPY,
     VENTED,
@@ -33,16 +40,18 @@ STATES = valve_actuator.STATES + 4
     FED,
     FED_ENTHALPY,
     WORK,
-) = range(STATES, STATES + 16)
-"""The ledger: control air, vents, effects, work on the valve's piston; engine air through the groove and what of it
-flowed back, exhaust and what of it flowed back, feed of the receiver; work on the engine's piston. kg and J."""
-SIZE = STATES + 16
-INTAKE_OPEN, GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, LIFT, LIFT_SLOPE, MODES = range(
-    valve_actuator.MODES, valve_actuator.MODES + 7
+) = range(STATES + 4, STATES + 24)
+"""The ledger: control air from its source, engine air from the receiver; control air into the solenoids, vents,
+effects, work on the valve's piston; engine air through the groove and what of it flowed back, exhaust and what of it
+flowed back, feed of the receiver; work on the engine's piston. kg and J."""
+SIZE = STATES + 24
+INTAKE_OPEN, GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, PIPE_FLOW, LIFT, LIFT_SLOPE, MODES = range(
+    valve_actuator.MODES, valve_actuator.MODES + 8
 )
 """Modes: whether the ideal valve is open; regimes of the flows; the line of a cam's lift curve, as lift at crank angle
 0 [m] and slope [m/rad]; how many modes there are."""
 SCALE = valve_actuator.SCALE + 4 * (valve_actuator.GAS_SCALE,)
+"""Without line and pipe."""
 
 
 class Cycle(NamedTuple):
@@ -74,6 +83,8 @@ class Cycle(NamedTuple):
     ports: Ports
     has_lift_curve: int
     """1: the cam's lift is that of its curve."""
+    pipe: tuple[float, float]
+    """Intake pipe between receiver and groove, see `apesim.effect.volume_of`."""
     effects: EngineLaws | NoEffects
 
 
@@ -87,10 +98,24 @@ class CycleTables(NamedTuple):
 
 @kernel
 def receiver_state(p, y):
-    """Pressure [Pa abs] and temperature [K] before the groove."""
+    """Pressure [Pa abs] and temperature [K] in the receiver."""
     if p.receiver_volume > 0.0:
         return chamber_state(p.actuator.gas, y[RECEIVER_MASS], y[RECEIVER_ENERGY], p.receiver_volume)
     return p.supply
+
+
+@kernel
+def has_pipe(p):
+    """Whether there is an intake pipe."""
+    return len(p.effects) > 0 and p.pipe[1] > 0.0
+
+
+@kernel
+def intake_state(p, y, receiver):
+    """Pressure [Pa abs] and temperature [K] before the groove."""
+    if has_pipe(p):
+        return chamber_state(p.actuator.gas, y[PIPE_MASS], y[PIPE_ENERGY], p.pipe[0])
+    return receiver
 
 
 @kernel
@@ -100,7 +125,7 @@ def cylinder_state(p, t, y):
     volume, slope = cylinder_volume(p.crank, angle)
     gas = p.actuator.gas
     pressure, temperature = chamber_state(gas, y[CYLINDER_MASS], y[CYLINDER_ENERGY], volume)
-    intake = receiver_state(p, y) if len(p.effects) > 0 else p.supply
+    intake = intake_state(p, y, receiver_state(p, y)) if len(p.effects) > 0 else p.supply
     return CylinderState(
         gas, p.actuator.ambient, p.engine, p.speed, angle, volume, pressure, temperature, intake[0], intake[1]
     ), slope
@@ -108,9 +133,16 @@ def cylinder_state(p, t, y):
 
 @kernel
 def control_air(p, y):
-    """Pressure [Pa abs] and temperature [K] before the solenoids, and pressure before the groove [Pa abs]."""
-    if p.control_from_receiver:
-        pressure, temperature = receiver_state(p, y)
-        return pressure, temperature, pressure
-    before_groove = receiver_state(p, y)[0] if len(p.actuator.effects) > 0 else p.supply[0]
-    return p.control[0], p.control[1], before_groove
+    """Where control air comes from, and what is before the solenoids, both as pressure [Pa abs] and temperature [K]."""
+    source = receiver_state(p, y) if p.control_from_receiver else p.control
+    return source, before_solenoids(p.actuator, y[LINE_MASS], y[LINE_ENERGY], source)
+
+
+@kernel
+def supply_of(p, y):
+    """What `valve.actuator.state_of` wants to know."""
+    pressure, temperature = control_air(p, y)[1]
+    before_groove = p.supply[0]
+    if len(p.actuator.effects) > 0:
+        before_groove = intake_state(p, y, receiver_state(p, y))[0]
+    return pressure, temperature, before_groove

@@ -1,4 +1,4 @@
-"""Gas exchange: the flows through groove, exhaust valve and the receiver's feed, and their regimes."""
+"""Gas exchange: the flows through groove, exhaust valve, the receiver's feed and intake pipe, and their regimes."""
 
 from apesim.kernel import kernel
 from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
@@ -10,14 +10,17 @@ from engine.cycle_state import (
     INTAKE_OPEN,
     LIFT,
     LIFT_SLOPE,
+    PIPE_FLOW,
     cylinder_state,
+    has_pipe,
+    intake_state,
     receiver_state,
 )
 from engine.cylinder import EPV, IDEAL_VALVE
 from valve.actuator import AREA, AREA_SLOPE
 from valve.ports import ports_area
 
-FLOWS = FEED_FLOW - GROOVE_FLOW + 1
+FLOWS = PIPE_FLOW - GROOVE_FLOW + 1
 
 
 @kernel
@@ -43,20 +46,21 @@ def intake_area(p, angle, y, mode):
 
 
 @kernel
-def exchange_sides(p, cylinder, receiver):
-    """Pressures and temperatures before and behind the flows GROOVE_FLOW...FEED_FLOW [Pa abs, K, Pa abs, K]."""
+def exchange_sides(p, cylinder, receiver, intake):
+    """Pressures and temperatures before and behind the flows GROOVE_FLOW...PIPE_FLOW [Pa abs, K, Pa abs, K]."""
     ambient = p.actuator.ambient
     return (
-        (receiver[0], receiver[1], cylinder.pressure, cylinder.temperature),
+        (intake[0], intake[1], cylinder.pressure, cylinder.temperature),
         (cylinder.pressure, cylinder.temperature, ambient.pressure, ambient.temperature),
         (p.supply[0], p.supply[1], receiver[0], receiver[1]),
+        (receiver[0], receiver[1], intake[0], intake[1]),
     )
 
 
 @kernel
-def breathing(p, y, mode, cylinder, receiver):
+def breathing(p, y, mode, cylinder, receiver, intake):
     """Flows through groove, exhaust valve and feed, each with its enthalpy [kg/s, W]."""
-    gas, valve, sides = p.actuator.gas, p.engine.exhaust, exchange_sides(p, cylinder, receiver)
+    gas, valve, sides = p.actuator.gas, p.engine.exhaust, exchange_sides(p, cylinder, receiver, intake)
     area = intake_area(p, cylinder.angle, y, mode)
     groove, groove_enthalpy = flow_in(gas, mode[GROOVE_FLOW], area, sides[0])
     area = valve.effective_area * raised_cosine(cylinder.angle, valve.opens, valve.closes, valve.flank)
@@ -66,10 +70,19 @@ def breathing(p, y, mode, cylinder, receiver):
 
 
 @kernel
+def piped(p, mode, receiver, intake, groove, groove_enthalpy):
+    """Engine air from the receiver: into the intake pipe, or where there is none, to the groove [kg/s, W]."""
+    if has_pipe(p):
+        return flow_in(p.actuator.gas, mode[PIPE_FLOW], p.pipe[1], (*receiver, *intake))
+    return groove, groove_enthalpy
+
+
+@kernel
 def sides_at(p, t, y):
     """`exchange_sides` of a state."""
     cylinder, _ = cylinder_state(p, t, y)
-    return exchange_sides(p, cylinder, receiver_state(p, y))
+    receiver = receiver_state(p, y)
+    return exchange_sides(p, cylinder, receiver, intake_state(p, y, receiver))
 
 
 @kernel
@@ -108,3 +121,4 @@ def exchange_enters(p, t, t_end, y, mode):
     mode[GROOVE_FLOW] = groove_regime(p, sides[0], mode)
     mode[EXHAUST_FLOW] = regime_between(gas, sides[1]) if exhaust_open else SHUT
     mode[FEED_FLOW] = regime_between(gas, sides[2]) if p.receiver_volume > 0.0 else SHUT
+    mode[PIPE_FLOW] = regime_between(gas, sides[3]) if has_pipe(p) else SHUT

@@ -18,8 +18,16 @@ from engine.cycle_state import (
     GROOVE,
     GROOVE_BACK,
     GROOVE_ENTHALPY,
+    LINE_ENERGY,
+    LINE_FED,
+    LINE_FED_ENTHALPY,
+    LINE_MASS,
     OTHER_ENERGY,
     OTHER_MASS,
+    PIPE_ENERGY,
+    PIPE_FED,
+    PIPE_FED_ENTHALPY,
+    PIPE_MASS,
     RECEIVER_ENERGY,
     RECEIVER_MASS,
     SUPPLIED,
@@ -69,7 +77,7 @@ INDICATORS = {
     "fluctuation": ("1", "(peak speed - lowest later speed before contact)/peak, opening stroke"),
     "closing_fluctuation": ("1", "(peak speed - lowest later speed before contact)/peak, closing stroke"),
     "peak_cylinder_pressure_Pa": ("Pa abs", "highest cylinder pressure"),
-    "intake_pressure_fluctuation_Pa": ("Pa", "highest less lowest pressure before the groove"),
+    "intake_pressure_fluctuation_Pa": ("Pa", "highest less lowest pressure in the receiver"),
     "converged": ("1", "whether the state repeats: 1 yes, 0 no"),
     "period_cycles": ("1", "cycles after which the state repeats: 1 or 2; 0: not seen to repeat"),
     "cycles": ("1", "cycles marched to the periodic state"),
@@ -186,11 +194,11 @@ def closure(run):
     """
     p, d, end = run.p, run.end - run.start, run.end
     finite = p.receiver_volume > 0.0
-    mass_in, energy_in = (end[FED], end[FED_ENTHALPY]) if finite else (end[GROOVE], end[GROOVE_ENTHALPY])
+    mass_in, energy_in = (end[FED], end[FED_ENTHALPY]) if finite else (end[PIPE_FED], end[PIPE_FED_ENTHALPY])
     if not (finite and p.control_from_receiver):
-        mass_in, energy_in = mass_in + end[SUPPLIED], energy_in + end[SUPPLIED_ENTHALPY]
-    stored = d[2] + d[4] + d[CYLINDER_MASS] + d[RECEIVER_MASS]
-    stored_energy = d[3] + d[5] + d[CYLINDER_ENERGY] + d[RECEIVER_ENERGY]
+        mass_in, energy_in = mass_in + end[LINE_FED], energy_in + end[LINE_FED_ENTHALPY]
+    stored = d[2] + d[4] + d[CYLINDER_MASS] + d[RECEIVER_MASS] + d[LINE_MASS] + d[PIPE_MASS]
+    stored_energy = d[3] + d[5] + d[CYLINDER_ENERGY] + d[RECEIVER_ENERGY] + d[LINE_ENERGY] + d[PIPE_ENERGY]
     mass = stored - (mass_in - end[EXHAUSTED] - end[VENTED] + end[OTHER_MASS])
     energy = stored_energy - (
         energy_in - end[EXHAUSTED_ENTHALPY] - end[VENTED_ENTHALPY] + end[OTHER_ENERGY] - end[WORK] - end[VALVE_WORK]

@@ -4,27 +4,33 @@ from math import isinf
 
 import numpy as np
 
-from apesim.air import internal_energy
-from apesim.effect import acts, adjusted, chosen
+from apesim.effect import acts, adjusted, chosen, volume_of
 from apesim.march import TOLERANCE, Accuracy
 from engine.breathing import DEGREE, TURN, cam_corners, window_corners
 from engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
+    LINE_ENERGY,
+    LINE_MASS,
     MODES,
+    PIPE_ENERGY,
+    PIPE_MASS,
     RECEIVER_ENERGY,
     RECEIVER_MASS,
     SCALE,
     SIZE,
     Cycle,
     CycleTables,
+    has_pipe,
 )
 from engine.cylinder import CAM, EPV
 from engine.effects import ENGINE_EFFECTS, EngineLaws
 from engine.kinematics import crank_of, cylinder_volume
-from valve.actuator import PHASE, actuator_of, closed_at_rest
+from valve.actuator import GAS_SCALE, PHASE, actuator_of, closed_at_rest
 from valve.actuator import STATES as VALVE_STATES
 from valve.bench import STEP_MOST
+from valve.chamber import filled
+from valve.line import has_line
 from valve.piston import HELD_CLOSED
 from valve.supply import RECEIVER
 
@@ -70,6 +76,7 @@ def cycle_of(machine, speed):
         int(machine.groove.has_ports),
         machine.groove.ports,
         int(len(engine.cam.lift_curve) > 0),
+        volume_of(ENGINE_EFFECTS, machine.effects),
         chosen(ENGINE_EFFECTS, machine.effects, EngineLaws, len(actuator.effects) > 0),
     )
     p, tables = adjusted(ENGINE_EFFECTS, machine.effects, p, tables)
@@ -92,13 +99,14 @@ def kinks_of_cycle(p, tables, period):
     return times[apart & (times > 1e-12 * period)]
 
 
-def accuracy_at(speed, tolerance=TOLERANCE):
-    """`apesim.march.Accuracy` of an engine at a speed [rad/s]."""
-    return Accuracy(tolerance, min(STEP_MOST, TURN_MOST / speed), np.array(SCALE))
+def accuracy_at(p, tolerance=TOLERANCE):
+    """`apesim.march.Accuracy` of an engine; supply line and intake pipe are among its states where it has them."""
+    more = 4 if has_pipe(p) else 2 if has_line(p.actuator) else 0
+    return Accuracy(tolerance, min(STEP_MOST, TURN_MOST / p.speed), np.array(SCALE + more * (GAS_SCALE,)))
 
 
 def charged_at_rest(p):
-    """A start: valve closed and at rest, receiver at supply pressure, cylinder at ambient.
+    """A start: valve closed and at rest, receiver, line and pipe at supply pressure, cylinder at ambient.
 
     Returns
     -------
@@ -107,11 +115,12 @@ def charged_at_rest(p):
     """
     y, mode = np.zeros(SIZE), np.zeros(MODES)
     gas, ambient = p.actuator.gas, p.actuator.ambient
-    y[:VALVE_STATES] = closed_at_rest(p.actuator, p.supply if p.control_from_receiver else p.control)
+    control = p.supply if p.control_from_receiver else p.control
+    y[:VALVE_STATES] = closed_at_rest(p.actuator, control)
     volume, _ = cylinder_volume(p.crank, p.start)
-    y[CYLINDER_MASS] = ambient.pressure * volume / (gas.gas_constant * ambient.temperature)
-    y[CYLINDER_ENERGY] = y[CYLINDER_MASS] * internal_energy(gas, ambient.temperature)
-    y[RECEIVER_MASS] = p.supply[0] * p.receiver_volume / (gas.gas_constant * p.supply[1])
-    y[RECEIVER_ENERGY] = y[RECEIVER_MASS] * internal_energy(gas, p.supply[1])
+    y[CYLINDER_MASS], y[CYLINDER_ENERGY] = filled(gas, volume, *ambient)
+    y[RECEIVER_MASS], y[RECEIVER_ENERGY] = filled(gas, p.receiver_volume, *p.supply)
+    y[LINE_MASS], y[LINE_ENERGY] = filled(gas, p.actuator.line[0], *control)
+    y[PIPE_MASS], y[PIPE_ENERGY] = filled(gas, p.pipe[0], *p.supply)
     mode[PHASE] = HELD_CLOSED
     return y, mode

@@ -81,7 +81,7 @@ def run_steady(
     SteadyRun
     """
     p, tables, kinks = cycle_of(machine, speed)
-    accuracy = accuracy_at(speed, tolerance)
+    accuracy = accuracy_at(p, tolerance)
     start = start and _at_its_stop(p, start)
     orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy, steady, most, start)
     if angles is None:

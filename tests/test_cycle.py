@@ -33,7 +33,7 @@ from engine.cycle_state import (
     VENTED,
     VENTED_ENTHALPY,
     WORK,
-    control_air,
+    supply_of,
 )
 from engine.gas_exchange import exchange_enters
 from engine.kinematics import cylinder_volume
@@ -83,7 +83,7 @@ def state(a_machine, angle, cylinder, receiver, chambers=(0.6e6, 0.3e6), rpm=100
     mode[PHASE] = TO_OPEN
     mode[AREA], mode[AREA_SLOPE] = -150e-6 / 8.0, 150e-6 / 8e-3
     mode[X_A], mode[X_B] = 0.5, 0.25
-    solenoids_enter(state_of(p.actuator, y, control_air(p, y)), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
+    solenoids_enter(state_of(p.actuator, y, supply_of(p, y)), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
     exchange_enters(p, t, t, y, mode)
     dy = np.empty_like(y)
     assert cycle_rates(p, t, y, mode, dy)

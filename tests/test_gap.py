@@ -6,12 +6,12 @@ from engine.effects import ALL_EFFECTS
 from studies.gap.library import library
 
 NAMES = """
-solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio discharge_coefficient_slope
-vent_back_pressure dead_volume ring_leakage leakage_a leakage_b chamber_wall_heat moving_mass_error spring_rate_error
-coulomb_friction stribeck_friction seal_friction quadratic_drag side_force intake_flow_force end_cushion bounce
-lift_sensor_lag pressure_sensor_lag sensor_gain sensor_offset time_zero
-groove_area_error seat_leak clearance_error cylinder_wall_heat blow_by exhaust_timing exhaust_restriction
-friction_torque speed_ripple tdc_error
+supply_droop solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio
+discharge_coefficient_slope vent_back_pressure dead_volume ring_leakage leakage_a leakage_b chamber_wall_heat
+moving_mass_error spring_rate_error coulomb_friction stribeck_friction seal_friction quadratic_drag side_force
+intake_flow_force end_cushion bounce lift_sensor_lag pressure_sensor_lag sensor_gain sensor_offset time_zero
+intake_pipe_loss groove_area_error seat_leak clearance_error cylinder_wall_heat blow_by exhaust_timing
+exhaust_restriction friction_torque speed_ripple tdc_error
 """.split()
 CHANNELS = {"lift", "pressure_a", "pressure_b", "cylinder_pressure", "torque", "air_flow"}
 STRENGTHS = {
@@ -25,7 +25,7 @@ STRENGTHS = {
 
 def test_the_library_lists_every_effect_in_the_order_of_the_air():
     assert [entry.name for entry in library()] == NAMES == [effect.name for effect in ALL_EFFECTS]
-    assert [entry.layer for entry in library()] == ["valve"] * 27 + ["engine"] * 10
+    assert [entry.layer for entry in library()] == ["valve"] * 28 + ["engine"] * 11
 
 
 def test_strengths_come_first_and_are_marked():

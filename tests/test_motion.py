@@ -25,7 +25,7 @@ from valve.actuator import (
     closed_at_rest,
     state_of,
 )
-from valve.bench import SIZE, accuracy_of, bench_of
+from valve.bench import SIZE, WORK, accuracy_of, bench_of, closed_at_start
 from valve.motion import (
     CORNER,
     FLOW,
@@ -51,12 +51,10 @@ GROOVE_ROWS = np.array([[0.0, 0.0], [3e-3, 40e-6], [5e-3, 300e-6]])
 def marched(machine, pulse, until, tolerance=1e-9):
     """A run of the bench with its log: log, state and mode at the end, start, status."""
     p, tables = bench_of(machine, [0.0, pulse])
-    y, mode = np.zeros(SIZE), np.zeros(MODES)
-    y[:STATES] = closed_at_rest(p.actuator, p.supply)
-    mode[PHASE] = HELD_CLOSED
+    y, mode = closed_at_start(p)
     start = y.copy()
     log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
-    accuracy = accuracy_of(tolerance)
+    accuracy = accuracy_of(p, tolerance)
     kinks = tables.kinks(0.0, until)
     outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, np.empty(0), np.empty((0, 6)))
     return log[: outcome.logged], y, mode, start, outcome.status
@@ -277,7 +275,7 @@ def test_work_lost_to_dry_friction_is_force_times_distance():
     turns = np.concatenate([[9e-3], log[log[:, 1] == TURNED, LOG_HEAD], [y[0]]])
     distance = np.abs(np.diff(turns)).sum()
     springs = 1828.0 * (9e-3 * y[0] - y[0] ** 2) - 1828.0 * (9e-3 * 9e-3 - 9e-3**2)
-    lost = (y - start)[STATES + 6] + springs
+    lost = (y - start)[WORK] + springs
     assert lost == pytest.approx(5.0 * distance, rel=1e-6)
 
 

@@ -30,7 +30,7 @@ def orbit_from(change_start, a_machine, rpm):
     p, tables, kinks = cycle_of(a_machine, rpm * RPM)
     y, mode = charged_at_rest(p)
     change_start(y)
-    return periodic_orbit(p, tables, y, mode, kinks, accuracy_at(rpm * RPM))
+    return periodic_orbit(p, tables, y, mode, kinks, accuracy_at(p))
 
 
 def hot_and_full(y):
@@ -216,7 +216,7 @@ def test_work_and_air_of_a_state_of_period_2_are_the_mean_of_both_cycles():
     for _ in range(2):
         y[STATES:] = 0.0
         nothing = np.empty((0, LOG_HEAD + STATES)), np.empty(0), np.empty((0, 0))
-        march(p, tables, 0.0, y, mode, kinks, accuracy_at(p.speed), *nothing)
+        march(p, tables, 0.0, y, mode, kinks, accuracy_at(p), *nothing)
         cycles.append(y[STATES:].copy())
     assert abs(cycles[1][-1] / cycles[0][-1] - 1.0) > 1e-4
     assert run.end[STATES:] == pytest.approx(0.5 * (cycles[0] + cycles[1]), rel=1e-6)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.air import Ambient, Gas, gas_of, internal_energy
-from apesim.effect import NoEffects, add_laws, adjusted, chosen
+from apesim.effect import NoEffects, add_laws, adjusted, chosen, volume_of
 from apesim.kernel import kernel
 from apesim.restriction import flow_in
 from apesim.scratch import zeros
@@ -27,10 +27,11 @@ from valve.terms import DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, MASS_A, MASS
 STATES = 6
 """Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, the same of chamber B."""
 PHASE, PIECE, PIECE_LOW, PIECE_HIGH, AREA, AREA_SLOPE, START, X_A, X_A_SLOPE, X_B, X_B_SLOPE, REGIME = range(12)
-MODES = REGIME + FLOWS
+LINE_REGIME = REGIME + FLOWS
+MODES = LINE_REGIME + 1
 """Modes: phase of the piston; piece of the groove's table, its ends [m], its line as area [m2] at lift 0 and slope [m];
 start of the stretch [s], energised fraction of each solenoid there and its slope [1/s]; from REGIME on, those of the
-flows through the solenoids, see `apesim.restriction`; how many modes there are."""
+flows through the solenoids and that into the supply line, see `apesim.restriction`; how many modes there are."""
 GAS_SCALE = 1e-30
 SCALE = (9e-3, 1.0, GAS_SCALE, GAS_SCALE, GAS_SCALE, GAS_SCALE)
 """Scale of the error of each state beside its own size: the paper's stroke, 1 m/s; gas states are relative."""
@@ -49,6 +50,8 @@ class Actuator(NamedTuple):
     """Behind the vents of the solenoids [Pa abs]."""
     stretch: float
     """On the pressure difference over the upstream pressure, in Eq. 8 of the solenoids; 1: they choke as it says."""
+    line: tuple[float, float]
+    """Supply line before the solenoids, see `apesim.effect.volume_of`."""
     effects: ValveLaws | NoEffects
 
 
@@ -102,6 +105,7 @@ def actuator_of(machine, edges, period, edges_b=None, beside=False):
         machine.supply.control()[0],
         machine.ambient.pressure,
         1.0,
+        volume_of(VALVE_EFFECTS, machine.effects),
         chosen(VALVE_EFFECTS, machine.effects, ValveLaws, beside),
     )
     edges_a, edges_b = (np.asarray(each, dtype=float) for each in (edges, edges if edges_b is None else edges_b))

@@ -10,6 +10,7 @@ from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
 from apesim.periodic import periodic_orbit
 from apesim.slots import enter, events, observe, power, rates, respond, watch
 from valve.actuator import (
+    GAS_SCALE,
     MODES,
     PHASE,
     SCALE,
@@ -21,12 +22,26 @@ from valve.actuator import (
     in_domain,
     state_of,
 )
+from valve.chamber import filled
+from valve.line import LINE_FLOW, before_solenoids, has_line, line_changes, line_enters, line_event, line_feed
 from valve.measures import closing_stroke, opening_stroke
 from valve.motion import actuator_enters, actuator_events, actuator_responds, actuator_watches
 from valve.piston import HELD_CLOSED
 
-SUPPLIED, SUPPLIED_ENTHALPY, VENTED, VENTED_ENTHALPY, OTHER_MASS, OTHER_ENERGY, WORK = range(STATES, STATES + 7)
-SIZE = STATES + 7
+LINE_MASS, LINE_ENERGY = range(STATES, STATES + 2)
+"""States of the supply line; they belong to the ledger, of no size, where there is none."""
+(
+    LINE_FED,
+    LINE_FED_ENTHALPY,
+    SUPPLIED,
+    SUPPLIED_ENTHALPY,
+    VENTED,
+    VENTED_ENTHALPY,
+    OTHER_MASS,
+    OTHER_ENERGY,
+    WORK,
+) = range(STATES + 2, STATES + 11)
+SIZE = STATES + 11
 STEP_MOST = 0.5e-3
 """Longest step [s]: no contact and start from rest of a valve fit into it unseen."""
 TRACE = (
@@ -71,15 +86,36 @@ class BenchRun(NamedTuple):
     steps: int
 
 
+@kernel
+def control_air(p, y):
+    """Where control air comes from, and what is before the solenoids, both as pressure [Pa abs] and temperature [K]."""
+    source = p.supply[0], p.supply[1]
+    return source, before_solenoids(p.actuator, y[LINE_MASS], y[LINE_ENERGY], source)
+
+
+@kernel
+def supply_of(p, y):
+    """What `valve.actuator.state_of` wants to know."""
+    pressure, temperature = control_air(p, y)[1]
+    return pressure, temperature, p.supply[2]
+
+
 @rates.for_type(Bench)
 @kernel
 def bench_rates(p, t, y, mode, dy):
     """Rates of the bench; see `apesim.march.rates`."""
     if not in_domain(p.actuator, y):
         return False
-    r = actuator_rates(p.actuator, t, y, mode, p.supply)
-    for i in range(SIZE):
+    if has_line(p.actuator) and (y[LINE_MASS] <= 0.0 or y[LINE_ENERGY] <= 0.0):
+        return False
+    r = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
+    fed, fed_enthalpy = line_feed(p.actuator, mode, *control_air(p, y), r)
+    for i in range(STATES):
         dy[i] = r[i]
+    dy[LINE_MASS], dy[LINE_ENERGY] = fed - r.supplied, fed_enthalpy - r.supplied_enthalpy
+    dy[LINE_FED], dy[LINE_FED_ENTHALPY] = fed, fed_enthalpy
+    for i in range(STATES, len(r)):
+        dy[SUPPLIED - STATES + i] = r[i]
     return True
 
 
@@ -87,14 +123,18 @@ def bench_rates(p, t, y, mode, dy):
 @kernel
 def bench_events(p, t, y, mode, g):
     """Events of the bench."""
-    actuator_events(p.actuator, y, mode, p.supply, g)
+    actuator_events(p.actuator, y, mode, supply_of(p, y), g)
+    g[LINE_FLOW] = line_event(p.actuator, *control_air(p, y), mode)
 
 
 @respond.for_type(Bench)
 @kernel
 def bench_responds(p, tables, event, t, y, mode):
     """Responses of the bench."""
-    actuator_responds(p.actuator, tables, event, y, mode, p.supply)
+    if event == LINE_FLOW:
+        line_changes(p.actuator, *control_air(p, y), mode)
+    else:
+        actuator_responds(p.actuator, tables, event, y, mode, supply_of(p, y))
 
 
 @watch.for_type(Bench)
@@ -108,7 +148,8 @@ def bench_watches(p, t, y, dy, mode, w):
 @kernel
 def bench_enters(p, tables, t, t_end, y, mode):
     """Modes of a smooth stretch."""
-    actuator_enters(p.actuator, tables, t, t_end, y, mode, p.supply)
+    actuator_enters(p.actuator, tables, t, t_end, y, mode, supply_of(p, y))
+    line_enters(p.actuator, *control_air(p, y), mode)
 
 
 @power.for_type(Bench)
@@ -155,9 +196,24 @@ def bench_of(machine, edges, period=inf, intake_pressure=None, edges_b=None):
     return Bench(actuator, (*machine.supply.control(), before_groove)), tables
 
 
-def accuracy_of(tolerance=TOLERANCE):
-    """`apesim.march.Accuracy` of the bench."""
-    return Accuracy(tolerance, STEP_MOST, np.array(SCALE))
+def accuracy_of(p, tolerance=TOLERANCE):
+    """`apesim.march.Accuracy` of a bench; its supply line is among the states where it has one."""
+    return Accuracy(tolerance, STEP_MOST, np.array(SCALE + 2 * (GAS_SCALE,) if has_line(p.actuator) else SCALE))
+
+
+def closed_at_start(p):
+    """State and mode of a bench at rest: valve closed, see `valve.actuator.closed_at_rest`, supply line full.
+
+    Returns
+    -------
+    y : (SIZE,) float array
+    mode : (MODES,) float array
+    """
+    y, mode = np.zeros(SIZE), np.zeros(MODES)
+    y[:STATES] = closed_at_rest(p.actuator, p.supply)
+    y[LINE_MASS], y[LINE_ENERGY] = filled(p.actuator.gas, p.actuator.line[0], *p.supply[:2])
+    mode[PHASE] = HELD_CLOSED
+    return y, mode
 
 
 def run_bench(
@@ -203,11 +259,8 @@ def run_bench(
     p, tables = bench_of(machine, edges_a, period, intake_pressure, edges_b)
     end = period if repeated else 2.0 * pulse if until is None else until
     kinks = tables.kinks(0.0, end)
-    accuracy = accuracy_of(tolerance)
-    y = np.zeros(SIZE)
-    y[:STATES] = closed_at_rest(p.actuator, p.supply)
-    mode = np.zeros(MODES)
-    mode[PHASE] = HELD_CLOSED
+    accuracy = accuracy_of(p, tolerance)
+    y, mode = closed_at_start(p)
     orbit = None
     if repeated:
         orbit = periodic_orbit(p, tables, y, mode, kinks, accuracy)
@@ -245,8 +298,8 @@ def closure(start, y, quadrature):
         ``mass`` and ``energy`` relative to what was supplied, ``work`` relative to its own size.
     """
     d = y - start
-    mass = d[2] + d[4] - (d[SUPPLIED] - d[VENTED] + d[OTHER_MASS])
-    energy = d[3] + d[5] + d[WORK] - (d[SUPPLIED_ENTHALPY] - d[VENTED_ENTHALPY] + d[OTHER_ENERGY])
+    mass = d[2] + d[4] + d[LINE_MASS] - (d[LINE_FED] - d[VENTED] + d[OTHER_MASS])
+    energy = d[3] + d[5] + d[LINE_ENERGY] + d[WORK] - (d[LINE_FED_ENTHALPY] - d[VENTED_ENTHALPY] + d[OTHER_ENERGY])
     work = quadrature - d[WORK]
     return {
         "mass": abs(mass / d[SUPPLIED]) if d[SUPPLIED] else abs(mass),

@@ -15,6 +15,7 @@ from engine.effects import (
     exhaust_timing,
     friction_torque,
     groove_area_error,
+    intake_pipe_loss,
     seat_leak,
     speed_ripple,
     tdc_error,
@@ -22,6 +23,7 @@ from engine.effects import (
 from valve.effects import VALVE_EFFECTS
 
 ENGINE_EFFECTS = (
+    intake_pipe_loss.EFFECT,
     groove_area_error.EFFECT,
     seat_leak.EFFECT,
     clearance_error.EFFECT,

@@ -209,7 +209,7 @@ def cycle_to_cycle(machine, run):
 
     In a periodic state it is the solver's error.
     """
-    drive = Drive(*cycle_of(machine, run.p.speed), accuracy_at(run.p.speed, run.tolerance))
+    drive = Drive(*cycle_of(machine, run.p.speed), accuracy_at(run.p, run.tolerance))
     y, mode = run.orbit.y, run.orbit.mode
     torques = []
     for _ in range(CYCLES):

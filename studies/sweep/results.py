@@ -35,7 +35,7 @@ TRACE_DESCRIPTIONS = {
     "pressure_b": "pressure of chamber B, which pushes to open",
     "groove_flow": "flow through the groove into the cylinder",
     "torque": "indicated torque",
-    "receiver_pressure": "pressure before the groove",
+    "receiver_pressure": "pressure in the receiver",
     "exhaust_flow": "flow through the exhaust valve out of the cylinder",
     "cylinder_volume": "cylinder volume",
 }

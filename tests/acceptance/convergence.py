@@ -21,7 +21,6 @@ from engine.steady import run_steady
 from valve import actuator, bench
 from valve.measures import closing_stroke, opening_stroke
 from valve.motion import MET_CLOSED, MET_OPEN
-from valve.piston import HELD_CLOSED
 
 TOLERANCES = 10.0 ** -np.arange(4.0, 11.25, 0.5)
 FINEST = 1e-13
@@ -41,8 +40,7 @@ def marched(p, tables, y, mode, kinks, tolerance, longest_step, scale):
 def bench_measures(tolerance, longest_step):
     """Of the default valve with a pulse of 50 ms, by name."""
     p, tables = bench.bench_of(machine(), [0.0, PULSE])
-    y, mode = np.zeros(bench.SIZE), np.zeros(actuator.MODES)
-    y[: actuator.STATES], mode[actuator.PHASE] = actuator.closed_at_rest(p.actuator, p.supply), HELD_CLOSED
+    y, mode = bench.closed_at_start(p)
     log = marched(p, tables, y, mode, tables.kinks(0.0, 2.0 * PULSE), tolerance, longest_step, actuator.SCALE)
     strokes = {"opening": opening_stroke(log, 0.0, PULSE), "closing": closing_stroke(log, PULSE, 2.0 * PULSE)}
     return {
@@ -85,8 +83,11 @@ def convergence_table(longest_step=None):
         By machine (bench, engine at a speed) and result: relative errors, (n,) float array.
     """
     errors = {}
-    cases = {"bench": (bench_measures, bench.accuracy_of())}
-    cases |= {f"engine, {rpm:g} r/min": (cycle_at(rpm * RPM), accuracy_at(rpm * RPM)) for rpm in SPEEDS}
+    cases = {"bench": (bench_measures, bench.accuracy_of(bench.bench_of(machine(), [0.0, PULSE])[0]))}
+    cases |= {
+        f"engine, {rpm:g} r/min": (cycle_at(rpm * RPM), accuracy_at(cycle_of(machine(), rpm * RPM)[0]))
+        for rpm in SPEEDS
+    }
     for name, (results, usual) in cases.items():
         true = results(FINEST, usual.step_most)
         found = [results(tolerance, longest_step or usual.step_most) for tolerance in TOLERANCES]

@@ -26,7 +26,6 @@ from engine.operating_point import accuracy_at, cycle_of
 from engine.steady import run_steady
 from valve import actuator, bench
 from valve.motion import CORNER, FLOW, MET_CLOSED, MET_OPEN
-from valve.piston import HELD_CLOSED
 from valve.solenoid_flow import FLOWS
 
 PULSE, END = 50e-3, 100e-3
@@ -53,16 +52,13 @@ class BenchCycle:
         self.kinks = self.tables.kinks(0.0, END)
 
     def start(self):
-        y, mode = np.zeros(bench.SIZE), np.zeros(actuator.MODES)
-        y[: actuator.STATES] = actuator.closed_at_rest(self.p.actuator, self.p.supply)
-        mode[actuator.PHASE] = HELD_CLOSED
-        return y, mode
+        return bench.closed_at_start(self.p)
 
     def adaptive(self, tolerance, log_rows=0):
         """Our march; no log: nothing is looked up."""
         y, mode = self.start()
         log = np.empty((log_rows, LOG_HEAD + actuator.STATES))
-        accuracy = bench.accuracy_of(tolerance)
+        accuracy = bench.accuracy_of(self.p, tolerance)
         trace = np.empty((0, len(bench.TRACE)))
         outcome = march(self.p, self.tables, 0.0, y, mode, self.kinks, accuracy, log, np.empty(0), trace)
         code, at = log[: outcome.logged, 1], log[: outcome.logged, 0]
@@ -91,7 +87,7 @@ class BenchCycle:
             return value
 
         watched = {i: event(i) for i in range(FLOW + FLOWS) if i != CORNER}
-        atol = tolerance * np.append(np.array([9e-3, 1.0, 1e-5, 1.0, 1e-5, 1.0]), np.ones(7))
+        atol = tolerance * np.append(np.array([9e-3, 1.0, 1e-5, 1.0, 1e-5, 1.0]), np.ones(bench.SIZE - 6))
         for kink in self.kinks:
             enter(p, self.tables, t, kink, y, mode)
             while t < kink:
@@ -166,7 +162,7 @@ def revolution():
     speed = 1000.0 * RPM
     p, tables, kinks = cycle_of(machine(receiver=1.0), speed)
     orbit = run_steady(machine(receiver=1.0), speed).orbit
-    accuracy = accuracy_at(speed)
+    accuracy = accuracy_at(p)
     log, trace = np.empty((0, LOG_HEAD + cycle_state.STATES)), np.empty((0, len(cycle.TRACE)))
 
     def run():

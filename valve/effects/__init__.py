@@ -1,4 +1,4 @@
-"""Effects of the valve, in the order in which air flows: solenoids, chambers, piston, stops; then what a
+"""Effects of the valve, in the order in which air flows: supply line, solenoids, chambers, piston, stops; then what a
 record passes: sensors, the recorder.
 
 This list names them by hand; machine file, sweeps, archives, tests and the missing-effect search read it and
@@ -34,11 +34,13 @@ from valve.effects import (
     solenoid_b_delay,
     spring_rate_error,
     stribeck_friction,
+    supply_droop,
     time_zero,
     vent_back_pressure,
 )
 
 VALVE_EFFECTS = (
+    supply_droop.EFFECT,
     solenoid_a_delay.EFFECT,
     solenoid_b_delay.EFFECT,
     slow_ramp.EFFECT,

@@ -1,0 +1,77 @@
+"""The supply line between control air and solenoids, where an effect puts one there: a gas volume and its feed."""
+
+from apesim.kernel import kernel
+from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
+from valve.actuator import LINE_REGIME
+from valve.chamber import chamber_state
+from valve.motion import FLOW
+from valve.solenoid_flow import FLOWS
+
+LINE_FLOW = FLOW + FLOWS
+"""Event: the flow into the line, into another regime."""
+
+
+@kernel
+def has_line(actuator):
+    """Whether there is a supply line."""
+    return len(actuator.effects) > 0 and actuator.line[1] > 0.0
+
+
+@kernel
+def before_solenoids(actuator, mass, energy, source):
+    """Pressure [Pa abs] and temperature [K] before the solenoids.
+
+    Parameters
+    ----------
+    actuator : Actuator
+    mass, energy : float
+        Of the air in the line [kg, J].
+    source : tuple of float
+        Pressure and temperature of the control air; of this also where there is no line.
+
+    Returns
+    -------
+    pressure, temperature : float
+    """
+    if has_line(actuator):
+        return chamber_state(actuator.gas, mass, energy, actuator.line[0])
+    return source
+
+
+@kernel
+def line_feed(actuator, mode, source, line, valve):
+    """Control air from its source: into the line, or where there is none, to the solenoids [kg/s, W].
+
+    Parameters
+    ----------
+    actuator : Actuator
+    mode : (>= MODES,) float array
+    source, line : tuple of float
+        Pressure and temperature before and in the line.
+    valve : valve.actuator.ActuatorRates
+
+    Returns
+    -------
+    mass_flow, enthalpy_flow : float
+    """
+    if has_line(actuator):
+        return flow_in(actuator.gas, mode[LINE_REGIME], actuator.line[1], (*source, *line))
+    return valve.supplied, valve.supplied_enthalpy
+
+
+@kernel
+def line_enters(actuator, source, line, mode):
+    """Regime of the feed at the start of a stretch."""
+    mode[LINE_REGIME] = regime_between(actuator.gas, (*source, *line)) if has_line(actuator) else SHUT
+
+
+@kernel
+def line_event(actuator, source, line, mode):
+    """By how much the feed has left its regime."""
+    return beyond_regime(actuator.gas, mode[LINE_REGIME], (*source, *line)) if has_line(actuator) else -1.0
+
+
+@kernel
+def line_changes(actuator, source, line, mode):
+    """Take the feed over into the regime that follows."""
+    mode[LINE_REGIME] = next_regime(actuator.gas, mode[LINE_REGIME], (*source, *line))
