@@ -11,7 +11,8 @@ def cylinder_volume(engine, angle):
     face = 0.25 * pi * engine.bore**2
     tilt = asin((radius * sin(angle) - engine.pin_offset) / rod)
     depth = sqrt((rod + radius) ** 2 - engine.pin_offset**2) - radius * cos(angle) - rod * cos(tilt)
-    volume = face * (engine.stroke / (engine.compression_ratio - 1.0) + depth)
+    clearance = (1.0 + engine.clearance_error) * engine.stroke / (engine.compression_ratio - 1.0)
+    volume = face * (clearance + depth)
     return volume, face * radius * sin(angle + tilt) / cos(tilt)
 
 
@@ -31,6 +32,6 @@ def corners_of(window, shares=()):
 
 
 def groove_area(engine, lift):
-    """Effective area [m2]: a line from the lap to the valve's full lift, constant above."""
-    share = (lift - engine.lap) / (engine.valve.stroke - engine.lap)
-    return engine.groove_area * min(1.0, max(0.0, share))
+    """Effective area [m2]: a line from the lap to the valve's full lift, constant above; a taper bends it."""
+    share = min(1.0, max(0.0, (lift - engine.lap) / (engine.valve.stroke - engine.lap)))
+    return engine.groove_area * share * (1.0 + engine.taper * 4.0 * share * (1.0 - share))

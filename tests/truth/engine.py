@@ -5,15 +5,16 @@ the solenoids are energised. SI, absolute pressures, angles in rad from crank pi
 it judges.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import isinf, radians
 from typing import NamedTuple
 
 import numpy as np
 
-from truth.crank import TURN, corners_of, cylinder_volume, groove_area, opened
-from truth.gas import gas_rates, inflow
-from truth.valve import (
+from .crank import TURN, corners_of, cylinder_volume, groove_area, opened
+from .gas import enthalpy, gas_rates, inflow, ratio
+from .valve import (
     ABSOLUTE,
     HEAT_CYLINDER,
     HEAT_RECEIVER,
@@ -21,14 +22,21 @@ from truth.valve import (
     MASS_RECEIVER,
     Bench,
     Now,
+    closed_at_rest,
     corners_after,
     energised,
+    further,
+    further_rates,
+    further_states,
+    push_of,
     sums_of,
+    supply_at,
     valve_rates,
 )
 
 CYLINDER_PRESSURE, CYLINDER_TEMPERATURE, RECEIVER_PRESSURE, RECEIVER_TEMPERATURE = range(6, 10)
 WORK, ENGINE_AIR, CONTROL_AIR, STATES = range(10, 14)
+"""From STATES on those of `truth.valve.further_states`, then pressure and temperature of the pipe, if any."""
 TOLERANCES = np.array([*ABSOLUTE, 1e-3, 1e-7, 1e-3, 1e-7, 1e-7, 1e-13, 1e-13])
 APART = 1e-9
 """Corners nearer to one another than this are one [rad]."""
@@ -67,6 +75,20 @@ class Engine(NamedTuple):
     friction: tuple = (0.4e5, 0.005, 0.08e5, 0.0008e5)
     """Chen and Flynn's mean effective pressure: constant [Pa], on the peak pressure, on the mean piston speed [Pa s/m],
     on its square."""
+    taper: float = 0.0
+    """Share by which the groove's area is larger at half of the open travel."""
+    seat_leak: float = 0.0
+    """Beside the groove at any lift [m2]."""
+    clearance_error: float = 0.0
+    """Share by which the clearance is larger."""
+    pipe_volume: float = 0.0
+    """Between receiver and groove; 0: none [m3]."""
+    pipe_area: float = 0.0
+    """That feeds it [m2]."""
+    exhaust_swing: Callable | None = None
+    """Share by which the pressure behind the exhaust is higher, over crank angle."""
+    crevice: float = 0.0
+    """Beside the cylinder, its gas as warm as the ambient [m3]."""
 
 
 def intake_lift(engine, angle, position):
@@ -77,11 +99,11 @@ def intake_lift(engine, angle, position):
 
 
 def intake_area(engine, angle, position):
-    """Effective area between receiver and cylinder [m2]."""
+    """Effective area into the cylinder, leak and all [m2]."""
     if engine.intake != "ideal":
-        return groove_area(engine, intake_lift(engine, angle, position))
+        return groove_area(engine, intake_lift(engine, angle, position)) + engine.seat_leak
     inside = (angle - engine.open_target) % TURN < engine.close_target - engine.open_target
-    return groove_area(engine, engine.valve.stroke) if inside else 0.0
+    return engine.seat_leak + (groove_area(engine, engine.valve.stroke) if inside else 0.0)
 
 
 def engine_supply(engine):
@@ -90,67 +112,124 @@ def engine_supply(engine):
     return pressure, engine.valve.supply_temperature
 
 
-def now_of(engine, angle, y):
-    """What terms see of a state; shape (STATES,)."""
-    y = y.tolist()
-    receiver = engine_supply(engine)
-    if not isinf(engine.receiver_volume):
-        receiver = y[RECEIVER_PRESSURE], y[RECEIVER_TEMPERATURE]
-    control = engine.valve.supply_pressure, engine.valve.supply_temperature
-    return Now(
-        y[0],
-        y[1],
-        (y[2], y[3]),
-        (y[4], y[5]),
-        receiver if engine.control_from_receiver else control,
-        receiver,
-        (y[CYLINDER_PRESSURE], y[CYLINDER_TEMPERATURE]),
-        *cylinder_volume(engine, angle),
-        angle,
-    )
-
-
-def rates_of(engine, speed):
-    """The function of crank angle, state and phase that gives the rates of the states over crank angle."""
+def edges_of(engine, speed):
+    """Times since the energising of this cycle at which the command switched, and signs; those of the past too."""
     valve = engine.valve
-    ambient, supply = (valve.ambient_pressure, valve.ambient_temperature), engine_supply(engine)
     slowest = valve.dead_time + valve.ramp_time + max(valve.delay_a, valve.delay_b)
     past = int(slowest * speed / TURN) + 1
-    edges = [
+    return [
         ((at + turn * TURN - engine.energise) / speed, sign)
         for turn in range(-past, 1)
         for at, sign in ((engine.energise, 1.0), (engine.release, -1.0))
     ]
 
+
+def resting(engine):
+    """States of an engine at rest, with full receiver, line and pipe, and their absolute tolerances."""
+    valve, supply = engine.valve, engine_supply(engine)
+    control = supply if engine.control_from_receiver else (valve.supply_pressure, valve.supply_temperature)
+    ambient = valve.ambient_pressure, valve.ambient_temperature
+    added, tolerances = further_states(valve, control)
+    pipe = [*supply] if engine.pipe_volume else []
+    y = [*closed_at_rest(valve, control), *ambient, *supply, 0.0, 0.0, 0.0, *added, *pipe]
+    return np.array(y), np.array([*TOLERANCES, *tolerances, *[1e-3, 1e-7][: len(pipe)]])
+
+
+def now_of(engine, angle, y, regulated):
+    """What terms see of a state, and the air that feeds the solenoids, that behind the receiver and its supply.
+
+    Parameters
+    ----------
+    engine : Engine
+    angle : float
+    y : float array
+    regulated : pair of float
+        Control air behind the regulator.
+
+    Returns
+    -------
+    Now
+    control, receiver, supply : pair of float
+    """
+    y = y.tolist()
+    supply = engine_supply(engine)
+    receiver = supply if isinf(engine.receiver_volume) else (y[RECEIVER_PRESSURE], y[RECEIVER_TEMPERATURE])
+    control = receiver if engine.control_from_receiver else regulated
+    now = Now(
+        y[0],
+        y[1],
+        (y[2], y[3]),
+        (y[4], y[5]),
+        *further(engine.valve, y[STATES:], control),
+        (y[-2], y[-1]) if engine.pipe_volume else receiver,
+        (y[CYLINDER_PRESSURE], y[CYLINDER_TEMPERATURE]),
+        *cylinder_volume(engine, angle),
+        angle,
+    )
+    return now, control, receiver, supply
+
+
+def cylinder_rates(engine, now, swell, mass, heat):
+    """Rates of pressure and temperature in the cylinder; a crevice takes in air at its own temperature."""
+    valve = engine.valve
+    rates = gas_rates(valve, now.cylinder, now.volume, swell, mass, heat)
+    if not engine.crevice:
+        return rates
+    wall = valve.ambient_temperature
+    carried = enthalpy(valve, now.cylinder[1] if rates[0] > 0.0 else wall)
+    taken = engine.crevice / (valve.gas_constant * wall)  # per pressure
+    slowed = 1.0 + (ratio(valve, now.cylinder[1]) - 1.0) * taken * carried / now.volume
+    into = taken * rates[0] / slowed
+    return gas_rates(valve, now.cylinder, now.volume, swell, mass - into, heat - into * carried)
+
+
+def rates_of(engine, speed):
+    """Functions of crank angle and state: the rates of the states over crank angle, which want the phase too, and the
+    push on the piston, see `truth.piston.exits`."""
+    valve, edges = engine.valve, edges_of(engine, speed)
+    fixed = valve.supply_pressure, valve.supply_temperature
+
+    def here(angle, y):
+        return now_of(engine, angle, y, supply_at(valve, fixed, edges, (angle - engine.energise) / speed))
+
+    def push(angle, y):
+        return push_of(valve, here(angle, y)[0])
+
     def rates(angle, y, phase):
-        now = now_of(engine, angle, y)
+        now, control, before, supply = here(angle, y)
         sums = sums_of(valve.terms, now)
-        motion, drawn = [0.0] * CYLINDER_PRESSURE, (0.0, 0.0)
+        motion, added, drawn = [0.0] * CYLINDER_PRESSURE, [0.0] * (len(y) - STATES), (0.0, 0.0)
         if engine.intake == "epv":
             since = (angle - engine.energise) / speed
             x_a, x_b = (energised(valve, edges, delay, since) for delay in (valve.delay_a, valve.delay_b))
             motion, drawn = valve_rates(valve, now, sums, phase, x_a, x_b)
+            added, drawn = further_rates(valve, now, drawn, control)
         groove, carried = inflow(valve, intake_area(engine, angle, now.position), now.cylinder, now.receiver)
-        back, back_carried = inflow(valve, engine.exhaust_area * opened(angle, engine.exhaust), now.cylinder, ambient)
-        cylinder = gas_rates(
+        behind = valve.ambient_pressure * (1.0 + (engine.exhaust_swing(angle) if engine.exhaust_swing else 0.0))
+        back, back_carried = inflow(
             valve,
+            engine.exhaust_area * opened(angle, engine.exhaust),
             now.cylinder,
-            now.volume,
-            now.slope * speed,
-            groove + back + sums[MASS_CYLINDER],
-            carried + back_carried + sums[HEAT_CYLINDER],
+            (behind, valve.ambient_temperature),
         )
+        mass, heat = groove + back + sums[MASS_CYLINDER], carried + back_carried + sums[HEAT_CYLINDER]
+        cylinder = cylinder_rates(engine, now, now.slope * speed, mass, heat)
+        out, out_carried = groove, carried
+        if engine.pipe_volume:
+            out, out_carried = inflow(valve, engine.pipe_area, now.receiver, before)
+            mass, heat = out - groove, out_carried - carried
+            added = added[: len(y) - STATES - 2] + gas_rates(valve, now.receiver, engine.pipe_volume, 0.0, mass, heat)
         receiver = [0.0, 0.0]
         if not isinf(engine.receiver_volume):
-            mass, heat = inflow(valve, engine.feed_area, now.receiver, supply)
+            mass, heat = inflow(valve, engine.feed_area, before, supply)
             share = float(engine.control_from_receiver)
-            mass += sums[MASS_RECEIVER] - groove - share * drawn[0]
-            heat += sums[HEAT_RECEIVER] - carried - share * drawn[1]
-            receiver = gas_rates(valve, now.receiver, engine.receiver_volume, 0.0, mass, heat)
+            mass += sums[MASS_RECEIVER] - out - share * drawn[0]
+            heat += sums[HEAT_RECEIVER] - out_carried - share * drawn[1]
+            receiver = gas_rates(valve, before, engine.receiver_volume, 0.0, mass, heat)
         power = (now.cylinder[0] - valve.ambient_pressure) * now.slope * speed
-        return [rate / speed for rate in (*motion, *cylinder, *receiver, power, groove, drawn[0])]
+        return [rate / speed for rate in (*motion, *cylinder, *receiver, power, groove, drawn[0], *added)]
 
-    return rates
+    return rates, push
 
 
 def corners_of_cycle(engine, speed):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from truth.piston import CLOSED, CLOSING, OPEN, OPENING, POSITION, SPEED, after, exits
+from .piston import CLOSED, CLOSING, OPEN, OPENING, POSITION, SPEED, after, exits
 
 RELATIVE = 1e-9
 
@@ -49,7 +49,7 @@ class March(NamedTuple):
         return found
 
 
-def march(valve, rates, force, corners, x, y, phase, absolute, longest, levels=()):
+def march(valve, rates, push, corners, x, y, phase, absolute, longest, levels=(), relative=RELATIVE):
     """March from corner to corner.
 
     Parameters
@@ -57,7 +57,7 @@ def march(valve, rates, force, corners, x, y, phase, absolute, longest, levels=(
     valve : truth.valve.Bench
     rates : callable
         dy/dx of x, y and phase.
-    force : callable or None
+    push : callable or None
         On the piston, of x and y, see `truth.piston.exits`. None: there is no piston.
     corners : list of float
         Where the rates are not smooth, ascending; the last is the end.
@@ -70,6 +70,8 @@ def march(valve, rates, force, corners, x, y, phase, absolute, longest, levels=(
         Step.
     levels : tuple of float
         Positions whose crossings are noted [m].
+    relative : float
+        Tolerance.
 
     Returns
     -------
@@ -78,7 +80,7 @@ def march(valve, rates, force, corners, x, y, phase, absolute, longest, levels=(
     pieces, contacts, crossings = [], [], []
     while x < corners[-1]:
         end = next(at for at in corners if at > x)
-        ends = exits(valve, force, phase) if force else []
+        ends = exits(valve, push, phase) if push else []
         noted = levels if phase in (OPENING, CLOSING) else ()
         watched = [event(function, direction, True) for function, direction in ends]
         watched += [event(lambda x, y, level=level: y[POSITION] - level, 0, False) for level in noted]
@@ -87,7 +89,7 @@ def march(valve, rates, force, corners, x, y, phase, absolute, longest, levels=(
             (x, end),
             y,
             method="LSODA",
-            rtol=RELATIVE,
+            rtol=relative,
             atol=absolute,
             max_step=longest,
             dense_output=True,
@@ -103,7 +105,7 @@ def march(valve, rates, force, corners, x, y, phase, absolute, longest, levels=(
             which = next(i for i, at in enumerate(piece.t_events) if len(at) and at[-1] == x)
             if phase in (OPENING, CLOSING) and which == 0:
                 contacts.append(Contact(x, OPEN if phase == OPENING else CLOSED, abs(float(y[SPEED]))))
-            phase = after(valve, force, phase, which, x, y)
+            phase = after(valve, push, phase, which, x, y)
     return March(x, y, phase, tuple(pieces), tuple(contacts), tuple(crossings))
 
 

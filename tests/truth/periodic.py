@@ -1,32 +1,33 @@
-"""The engine's periodic state, by plain cycles from rest, and what is read off it."""
+"""The engine's periodic state, by cycles from rest, and what is read off it."""
 
 from math import inf, nan, pi
 from typing import NamedTuple
 
 import numpy as np
 
-from truth.crank import TURN
-from truth.engine import (
+from .crank import TURN
+from .engine import (
     CONTROL_AIR,
     CYLINDER_PRESSURE,
     ENGINE_AIR,
-    TOLERANCES,
+    STATES,
     WORK,
     Engine,
     corners_of_cycle,
-    engine_supply,
-    now_of,
     rates_of,
+    resting,
 )
-from truth.march import Contact, March, march
-from truth.piston import CLOSED, OPEN
-from truth.valve import LONGEST, POSITION, closed_at_rest, net_force, sums_of
+from .march import RELATIVE, Contact, March, march
+from .piston import CLOSED, OPEN
+from .valve import LONGEST, POSITION
 
 DISTANCE = 3e-7
 """To the periodic state, of a state that counts as periodic, relative to its size."""
 SLOWEST = 0.99
 """Ratio of a change to the one before that is still believed; the solver's noise, too, stands at about one."""
 CYCLES_MOST = 400
+PLAIN, MEMORY = 3, 5
+"""Cycles at the start that are followed as they come; how many before the last ones then point the way."""
 SAMPLES = 7201
 """Of the last cycle, for the highest pressure and lift."""
 
@@ -47,8 +48,8 @@ class Periodic(NamedTuple):
     """Over crank angle, from the energising on."""
 
 
-def periodic(engine, speed, cycles_most=CYCLES_MOST):
-    """Plain cycles from rest, until the changes that are still to come add up to nothing.
+def periodic(engine, speed, cycles_most=CYCLES_MOST, start=None, near=DISTANCE, relative=RELATIVE):
+    """Cycles from rest, each from where the last ones point to, until what is still to come adds up to nothing.
 
     Parameters
     ----------
@@ -56,37 +57,53 @@ def periodic(engine, speed, cycles_most=CYCLES_MOST):
     speed : float
         [rad/s]
     cycles_most : int
+    start : Periodic, optional
+        Of a like engine, to begin with in place of rest.
+    near : float
+        Distance to the periodic state that is let pass, see `DISTANCE`.
+    relative : float
+        The solver's tolerance.
 
     Returns
     -------
     Periodic
     """
-    valve, supply = engine.valve, engine_supply(engine)
-    ambient = valve.ambient_pressure, valve.ambient_temperature
-    control = supply if engine.control_from_receiver else (valve.supply_pressure, valve.supply_temperature)
-    y, phase = np.array([*closed_at_rest(valve, control), *ambient, *supply, 0.0, 0.0, 0.0]), CLOSED
-    size = np.array([valve.stroke, 1.0, *control, *control, *supply, *supply])
-    rates, corners = rates_of(engine, speed), corners_of_cycle(engine, speed)
-
-    def force(angle, y):
-        now = now_of(engine, angle, y)
-        return net_force(valve, now, sums_of(valve.terms, now))
-
-    piston = force if engine.intake == "epv" else None
-    levels = (valve.stroke - engine.lap,)
-    before = 0.0
+    valve = engine.valve
+    (y, tolerances), phase = resting(engine), CLOSED
+    size = np.maximum(np.abs(y), 1.0)
+    size[POSITION] = valve.stroke
+    if start and len(start.march.y) == len(y):
+        y, phase = start.march.y.copy(), start.march.phase
+        y[WORK:STATES] = 0.0
+    rates, push = rates_of(engine, speed)
+    corners, levels = corners_of_cycle(engine, speed), (valve.stroke - engine.lap,)
+    piston, longest = push if engine.intake == "epv" else None, LONGEST * speed
+    tried, reached, before, ratio = [], [], 0.0, SLOWEST
     for cycle in range(1, cycles_most + 1):
-        found = march(valve, rates, piston, corners, engine.energise, y, phase, TOLERANCES, LONGEST * speed, levels)
-        change = float((np.abs(found.y - y)[:WORK] / size).max())
-        ratio = change / before if change < SLOWEST * before else SLOWEST
+        found = march(valve, rates, piston, corners, engine.energise, y, phase, tolerances, longest, levels, relative)
+        end = found.y.copy()
+        end[WORK:STATES] = 0.0
+        change = float((np.abs(end - y) / size).max())
+        if cycle <= PLAIN + 1:
+            ratio = change / before if change < SLOWEST * before else SLOWEST
         distance = change * ratio / (1.0 - ratio)  # the rest of a geometric series
-        run = Periodic(engine, speed, cycle, change, distance, distance < DISTANCE and found.phase == phase, found)
+        run = Periodic(engine, speed, cycle, change, distance, distance < near and found.phase == phase, found)
         if run.converged:
             break
-        before = change
-        y, phase = found.y.copy(), found.phase
-        y[WORK:] = 0.0
+        if found.phase != phase or change > 2.0 * before:
+            tried, reached = [], []
+        tried, reached = [*tried[-MEMORY:], y / size], [*reached[-MEMORY:], end / size]
+        before, phase = change, found.phase
+        y = extrapolated(tried, reached) * size if cycle > PLAIN and phase in (OPEN, CLOSED) else end
     return run
+
+
+def extrapolated(tried, reached):
+    """Where a map leads that took the points tried to those reached: Anderson's mixing."""
+    tried, reached = np.array(tried), np.array(reached)
+    left = reached - tried
+    shares = np.linalg.lstsq(np.diff(left, axis=0).T, left[-1], rcond=1e-6)[0] if len(left) > 1 else np.zeros(0)
+    return reached[-1] - shares @ np.diff(reached, axis=0)
 
 
 def results(run):

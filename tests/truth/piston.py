@@ -11,19 +11,14 @@ REST = 1e-3
 """A rebound slower than this is none [m/s]."""
 
 
-def hold(valve):
-    """Dry friction at rest [N]."""
-    return max(valve.dry_friction, valve.breakaway)
-
-
-def exits(valve, force, phase):
+def exits(valve, push, phase):
     """What ends a phase.
 
     Parameters
     ----------
     valve : truth.valve.Bench
-    force : callable
-        Force of x and y on the piston, without a stop's and dry friction's [N].
+    push : callable
+        Of x and y: the force on the piston without a stop's and dry friction's, and what holds it at rest [N].
     phase : str
 
     Returns
@@ -31,9 +26,15 @@ def exits(valve, force, phase):
     list of (callable, int)
         Functions of x and y, and the sign of the slope of the passage through zero that counts.
     """
-    keep = hold(valve)
-    opens = (lambda x, y: force(x, y) + keep, -1)
-    closes = (lambda x, y: force(x, y) - keep, 1)
+
+    def beyond(sign):
+        def excess(x, y):
+            force, hold = push(x, y)
+            return force + sign * hold
+
+        return excess
+
+    opens, closes = (beyond(1.0), -1), (beyond(-1.0), 1)
     if phase == OPENING:
         return [(lambda x, y: y[POSITION], -1), (lambda x, y: y[SPEED], 1)]
     if phase == CLOSING:
@@ -41,12 +42,12 @@ def exits(valve, force, phase):
     return {CLOSED: [opens], OPEN: [closes], STUCK: [opens, closes]}[phase]
 
 
-def after(valve, force, phase, which, x, y):
+def after(valve, push, phase, which, x, y):
     """The phase after an exit; y is brought onto the stop and given its speed after the contact.
 
     Parameters
     ----------
-    valve, force, phase
+    valve, push, phase
         See `exits`.
     which : int
         Which of the exits it was.
@@ -67,9 +68,9 @@ def after(valve, force, phase, which, x, y):
         if abs(y[SPEED]) > REST:
             return CLOSING if phase == OPENING else OPENING
     y[SPEED] = 0.0
-    push = force(x, y)
-    if push < -hold(valve) and y[POSITION] > 0.0:
+    force, hold = push(x, y)
+    if force < -hold and y[POSITION] > 0.0:
         return OPENING
-    if push > hold(valve) and y[POSITION] < valve.stroke:
+    if force > hold and y[POSITION] < valve.stroke:
         return CLOSING
     return CLOSED if y[POSITION] >= valve.stroke else OPEN if y[POSITION] <= 0.0 else STUCK

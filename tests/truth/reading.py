@@ -2,11 +2,11 @@
 
 from math import isnan
 
-from truth.engine import Engine
-from truth.terms import blow_by, ring_leakage, wall_heat
-from truth.valve import Bench
+from .effects import EFFECTS, Rig
+from .engine import Engine
+from .valve import Bench
 
-KNOWN = {"solenoid_b_delay", "ring_leakage", "coulomb_friction", "bounce", "cylinder_wall_heat", "blow_by"}
+KNOWN = set(EFFECTS)
 
 
 def engine_of(machine):
@@ -26,11 +26,24 @@ def engine_of(machine):
     ValueError
         The machine has something that the truth does not know.
     """
+    return rig_of(machine).engine
+
+
+def rig_of(machine):
+    """The truth's engine and sensors for a machine, see `engine_of`."""
     refuse_unknown(machine)
+    rig = Rig(plain_engine(machine))
+    for name, effect in machine.effects._asdict().items():
+        if effect != type(effect)():
+            rig = EFFECTS[name](rig, **effect._asdict())
+    return rig
+
+
+def plain_engine(machine):
+    """The engine without its effects."""
     engine, command, supply = machine.engine, machine.command, machine.supply
-    valve = bench_of(machine)
     return Engine(
-        valve._replace(terms=terms_of(machine.effects, valve, engine.bore)),
+        bench_of(machine),
         ("epv", "cam", "ideal")[engine.intake],
         supply.pressure,
         bool(supply.control_air),
@@ -56,8 +69,8 @@ def engine_of(machine):
 
 
 def bench_of(machine):
-    """The valve and its air, without optional terms."""
-    supply, valve, ambient, effects = machine.supply, machine.valve, machine.ambient, machine.effects
+    """The valve and its air, without effects."""
+    supply, valve, ambient = machine.supply, machine.valve, machine.ambient
     return Bench(
         supply.pressure if isnan(supply.control_pressure) else supply.control_pressure,
         supply.temperature,
@@ -74,23 +87,7 @@ def bench_of(machine):
         valve.solenoid.effective_area,
         valve.solenoid.dead_time,
         valve.solenoid.ramp_time,
-        0.0,
-        effects.solenoid_b_delay.time,
-        effects.coulomb_friction.force,
-        effects.coulomb_friction.breakaway,
-        effects.bounce.restitution,
     )
-
-
-def terms_of(effects, air, bore):
-    """Those of the optional terms that a machine's effects switch on."""
-    heat = effects.cylinder_wall_heat
-    terms = (
-        (effects.ring_leakage.area, ring_leakage(air, effects.ring_leakage.area)),
-        (effects.blow_by.area, blow_by(air, effects.blow_by.area)),
-        (heat.h, wall_heat(bore, heat.h, heat.wall_temperature)),
-    )
-    return tuple(term for strength, term in terms if strength)
 
 
 def refuse_unknown(machine):

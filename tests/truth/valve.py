@@ -4,14 +4,15 @@ The chambers are pressures and temperatures, the solver is LSODA with root findi
 of the solenoids' ramp and wherever the piston meets or leaves a stop. Imports nothing from the packages it judges.
 """
 
+from collections.abc import Callable
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from truth.gas import gas_rates, inflow
-from truth.march import March, march
-from truth.piston import CLOSED, CLOSING, DIRECTION, OPEN, OPENING
+from .gas import gas_rates, inflow
+from .march import RELATIVE, March, march
+from .piston import CLOSED, CLOSING, DIRECTION, OPEN, OPENING
 
 POSITION, SPEED, PRESSURE_A, TEMPERATURE_A, PRESSURE_B, TEMPERATURE_B = range(6)
 ABSOLUTE = np.array([1e-13, 1e-10, 1e-4, 1e-7, 1e-4, 1e-7])
@@ -49,6 +50,26 @@ class Bench(NamedTuple):
     restitution: float = 0.0
     terms: tuple = ()
     """Optional, see `truth.terms`."""
+    rubbing: tuple = ()
+    """Dry friction that varies: functions of `Now` that give it under way and at rest [N]."""
+    heat_capacity: tuple = ()
+    """Of the air, see `truth.gas.inflow`; in place of the ratio."""
+    vent_excess: float = 0.0
+    """Pressure behind the vents above the ambient's [Pa]."""
+    stretch: float = 1.0
+    """Of the solenoids, see `truth.gas.inflow`."""
+    fall: float = 0.0
+    """Share by which the solenoids' area is smaller at equal pressures than towards a vacuum."""
+    line_volume: float = 0.0
+    """Between supply and solenoids; 0: none [m3]."""
+    line_area: float = 0.0
+    """That feeds it [m2]."""
+    rise: Callable | None = None
+    """How a solenoid follows an edge, of the time after the dead time [s], in place of the ramp."""
+    swing: Callable | None = None
+    """Share by which the supply pressure is higher, of the time since an edge [s]; that of all edges adds up."""
+    creep: tuple = ()
+    """A spring in series with a damper, between piston and case: rate [N/m], relaxation time [s]."""
 
 
 class Now(NamedTuple):
@@ -60,6 +81,8 @@ class Now(NamedTuple):
     b: tuple
     supply: tuple
     """Before the solenoids."""
+    creep: float = 0.0
+    """Force of the spring in series with a damper, to closed [N]."""
     receiver: tuple | None = None
     """Before the groove; None on the bench, like what follows."""
     cylinder: tuple | None = None
@@ -96,13 +119,24 @@ class Run(NamedTuple):
 
 def energised(bench, edges, delay, t):
     """Energised fraction of a solenoid; edges of the command are pairs of time [s] and sign."""
-    lag = t - bench.dead_time - delay
-    return min(1.0, max(0.0, sum(sign * min(1.0, max(0.0, (lag - at) / bench.ramp_time)) for at, sign in edges)))
+    lag, x = t - bench.dead_time - delay, 0.0
+    for at, sign in edges:
+        if lag > at:
+            followed = bench.rise(lag - at) if bench.rise else (lag - at) / bench.ramp_time
+            x += sign * min(1.0, followed)
+    return min(1.0, max(0.0, x))
+
+
+def supply_at(bench, supply, edges, t):
+    """A supply that swings after each edge of the command."""
+    if not bench.swing:
+        return supply
+    return supply[0] * (1.0 + sum(bench.swing(t - at) for at, _ in edges if t > at)), supply[1]
 
 
 def corners_after(bench, edge):
     """Times at which a solenoid begins and ends to follow an edge of the command [s]."""
-    followed = (bench.dead_time, bench.dead_time + bench.ramp_time)
+    followed = (bench.dead_time,) if bench.rise else (bench.dead_time, bench.dead_time + bench.ramp_time)
     return [edge + lag + delay for lag in followed for delay in {bench.delay_a, bench.delay_b}]
 
 
@@ -120,25 +154,49 @@ def net_force(bench, now, sums):
         (now.a[0] - now.b[0]) * bench.piston_area
         + bench.spring_rate * (bench.stroke - 2.0 * now.position)
         - bench.viscous_friction * now.speed
+        + now.creep
         + sums[FORCE]
     )
 
 
+def rubbed(bench, now):
+    """Dry friction under way and at rest [N]."""
+    both = [rub(now) for rub in bench.rubbing]
+    return (
+        bench.dry_friction + sum(sliding for sliding, _ in both),
+        max(bench.dry_friction, bench.breakaway) + sum(resting for _, resting in both),
+    )
+
+
+def push_of(bench, now):
+    """Net force, and what dry friction holds at rest, as `truth.piston.exits` wants them [N]."""
+    return net_force(bench, now, sums_of(bench.terms, now)), rubbed(bench, now)[1]
+
+
+def through_solenoid(bench, area, gas, outside):
+    """Mass [kg/s] and enthalpy [W] into a chamber through a solenoid of an effective area [m2]."""
+    mass, heat = inflow(bench, area, gas, outside, bench.stretch)
+    if bench.fall:
+        share = 1.0 - bench.fall * min(gas[0], outside[0]) / max(gas[0], outside[0])
+        return mass * share, heat * share
+    return mass, heat
+
+
 def valve_rates(bench, now, sums, phase, x_a, x_b):
     """Rates of the valve's six states, and the mass [kg/s] and enthalpy [W] that it draws from its supply."""
-    ambient = bench.ambient_pressure, bench.ambient_temperature
+    vent = bench.ambient_pressure + bench.vent_excess, bench.ambient_temperature
     speed = push = 0.0
     if phase in (OPENING, CLOSING):
         speed = now.speed
-        push = net_force(bench, now, sums) - DIRECTION[phase] * bench.dry_friction
+        push = net_force(bench, now, sums) - DIRECTION[phase] * rubbed(bench, now)[0]
     swell = bench.piston_area * speed
     rates, drawn = [speed, push / bench.moving_mass], [0.0, 0.0]
     for gas, depth, growth, share, mass, heat in (
         (now.a, now.position, swell, 1.0 - x_a, sums[MASS_A], sums[HEAT_A]),
         (now.b, bench.stroke - now.position, -swell, x_b, sums[MASS_B], sums[HEAT_B]),
     ):
-        mass_in, heat_in = inflow(bench, bench.effective_area * share, gas, now.supply)
-        mass_out, heat_out = inflow(bench, bench.effective_area * (1.0 - share), gas, ambient)
+        mass_in, heat_in = through_solenoid(bench, bench.effective_area * share, gas, now.supply)
+        mass_out, heat_out = through_solenoid(bench, bench.effective_area * (1.0 - share), gas, vent)
         volume = bench.clearance_volume + bench.piston_area * depth
         rates += gas_rates(bench, gas, volume, growth, mass + mass_in + mass_out, heat + heat_in + heat_out)
         drawn[0] += mass_in
@@ -146,12 +204,38 @@ def valve_rates(bench, now, sums, phase, x_a, x_b):
     return rates, drawn
 
 
+def further_states(bench, supply):
+    """States of line and creep, where there are any, at rest; and their absolute tolerances."""
+    line, creep = [*supply] if bench.line_volume else [], [0.0] if bench.creep else []
+    return [*line, *creep], [1e-3, 1e-7][: len(line)] + [1e-6] * len(creep)
+
+
+def further(bench, further, regulated):
+    """The air before the solenoids and the force of the creep, from the further states."""
+    supply = (further[0], further[1]) if bench.line_volume else regulated
+    return supply, further[2 if bench.line_volume else 0] if bench.creep else 0.0
+
+
+def further_rates(bench, now, drawn, regulated):
+    """Rates of the further states, and mass [kg/s] and enthalpy [W] that line and valve draw from what feeds them."""
+    rates = []
+    if bench.line_volume:
+        fed = inflow(bench, bench.line_area, now.supply, regulated)
+        rates += gas_rates(bench, now.supply, bench.line_volume, 0.0, fed[0] - drawn[0], fed[1] - drawn[1])
+        drawn = fed
+    if bench.creep:
+        rate, relaxation = bench.creep
+        rates.append(-rate * now.speed - now.creep / relaxation)
+    return rates, drawn
+
+
 def closed_at_rest(bench, supply):
-    """States of a valve closed and at rest, A at the supply's pressure and B at the ambient's."""
-    return [bench.stroke, 0.0, supply[0], supply[1], bench.ambient_pressure, supply[1]]
+    """States of a valve closed and at rest, A at the supply's pressure and B at the vent's."""
+    vent = bench.ambient_pressure + bench.vent_excess
+    return [bench.stroke, 0.0, supply[0], supply[1], vent, supply[1]]
 
 
-def simulate(bench, pulse, until, brakes=(), brakes_b=None):
+def simulate(bench, pulse, until, brakes=(), brakes_b=None, relative=RELATIVE):
     """One run from rest, closed, A full and B empty.
 
     Parameters
@@ -165,6 +249,8 @@ def simulate(bench, pulse, until, brakes=(), brakes_b=None):
         Further edges, which interrupt a stroke [s].
     brakes_b : sequence of float, optional
         Those of solenoid B where they are its own [s].
+    relative : float
+        Tolerance.
 
     Returns
     -------
@@ -179,30 +265,30 @@ def simulate(bench, pulse, until, brakes=(), brakes_b=None):
     edges = sorted({edge for edge, _ in edges_a + edges_b})
     corners = [at for edge in edges for at in corners_after(bench, edge)] + edges
 
-    def now(y):
+    def now(t, y):
         y = y.tolist()
-        return Now(y[0], y[1], (y[2], y[3]), (y[4], y[5]), supply)
+        regulated = supply_at(bench, supply, edges_a, t)
+        return Now(y[0], y[1], (y[2], y[3]), (y[4], y[5]), *further(bench, y[6:], regulated)), regulated
 
     def rates(t, y, phase):
-        here = now(y)
+        here, regulated = now(t, y)
         x_a, x_b = energised(bench, edges_a, bench.delay_a, t), energised(bench, edges_b, bench.delay_b, t)
-        return valve_rates(bench, here, sums_of(bench.terms, here), phase, x_a, x_b)[0]
+        own, drawn = valve_rates(bench, here, sums_of(bench.terms, here), phase, x_a, x_b)
+        return own + further_rates(bench, here, drawn, regulated)[0]
 
-    def force(t, y):
-        here = now(y)
-        return net_force(bench, here, sums_of(bench.terms, here))
-
+    added, tolerances = further_states(bench, supply)
     found = march(
         bench,
         rates,
-        force,
+        lambda t, y: push_of(bench, now(t, y)[0]),
         sorted({t for t in corners if 0.0 < t < until} | {until}),
         0.0,
-        np.array(closed_at_rest(bench, supply)),
+        np.array([*closed_at_rest(bench, supply), *added]),
         CLOSED,
-        ABSOLUTE,
+        np.array([*ABSOLUTE, *tolerances]),
         LONGEST,
         (0.99 * bench.stroke, 0.01 * bench.stroke),
+        relative,
     )
     opening = stroke(found, 0.0, 0.99 * bench.stroke, -1, OPEN)
     closing = stroke(found, pulse, 0.01 * bench.stroke, 1, CLOSED)
