@@ -6,45 +6,26 @@ A seed's place in `SCHEDULE` says what kind of case it is; all else is drawn fro
 import json
 from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from .effects import EFFECTS, Rig
+from .effects import Rig
 from .files import write_case
+from .hiding import LIMIT, SMALLEST, hidden_clutter, hidden_effect, hidden_foreign
 from .library import ENGINE, LIBRARY
+from .look_alikes import class_of, look_alikes
 from .nuisances import drawn, nuisances_for, with_nuisances
 from .observation import Laboratory, at_point, noisy
-from .schedule import SCHEDULE
+from .phases import gap_shares
+from .schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SCHEDULE
 from .setting import SUITES, draw_setting
 
-LIMIT = 5.0
-"""Deviations at which an effect counts as seen."""
-SMALLEST, LARGEST = 0.5, 20.0
-"""Sizes of what is hidden, over that limit."""
-NEAR = 1.15
-"""Factor to the size asked for that is let pass."""
-TRIES = 8
+TRIES = 6
+ALIKE = 0.9
+"""Cosine above which two effects are too alike to be hidden together."""
 
 
-class Found(NamedTuple):
-    """A hidden effect and how it shows."""
-
-    name: str
-    parameters: dict
-    """SI."""
-    value: float
-    """Of the hidden parameter, in the library's unit."""
-    deviations: float
-    left: np.ndarray
-    """Of each sample of the runs to fit, over the noise."""
-
-    def add(self, rig):
-        """A rig with it."""
-        return EFFECTS[self.name](rig, **self.parameters)
-
-
-def make(seed, folder):
+def make(seed, folder, bank=None):
     """Make a case.
 
     Parameters
@@ -52,6 +33,8 @@ def make(seed, folder):
     seed : int
     folder : path
         Gets ``case`` with the data, the nominal machine and the answer's hash, and ``answer.json``.
+    bank : truth.bank.Bank, optional
+        Keeps what the default engine does at operating points, for other cases.
 
     Returns
     -------
@@ -61,25 +44,26 @@ def make(seed, folder):
     rng = np.random.default_rng(seed)
     plan = SCHEDULE[seed % len(SCHEDULE)]
     nominal = nominal_rig(rng, plan.bench)
-    setting, hidden = hide(rng, plan, nominal)
+    lab, hidden, facts = hide(rng, plan, nominal, bank)
+    setting = lab.setting
     nuisances = nuisances_for(setting.bench, setting.channels)
     values = drawn(nuisances, rng)
-    answer = {
-        "seed": seed,
-        "kind": plan.kind,
-        "bench": setting.bench,
-        "hidden": [told(one) for one in hidden],
-        "without": [],
-        "nuisances": values,
-        "setting": described(setting),
-    }
-    lab, runs = Laboratory(setting), []
+    runs = []
     for point in setting.points:
         rig = with_nuisances(at_point(nominal, point), nuisances, values)
         for one in hidden:
             rig = one.add(rig)
         true = lab.read(rig, point, lab.run(rig, point))
         runs += [(point, noisy(setting, point, true, rng)) for _ in range(point.repeats)]
+    answer = {
+        "seed": seed,
+        "kind": plan.kind,
+        "bench": setting.bench,
+        "hidden": [one.told for one in hidden],
+        **facts,
+        "nuisances": values,
+        "setting": described(setting),
+    }
     text = json.dumps(answer, indent=1)
     folder = Path(folder)
     write_case(folder / "case", setting, nominal, runs)
@@ -101,75 +85,72 @@ def nominal_rig(rng, bench):
     )
 
 
-def hide(rng, plan, nominal):
-    """A setting, and what is hidden in it; drawn anew until the setting shows the least that is asked for.
+def hide(rng, plan, nominal, bank):
+    """A setting and what is hidden in it; drawn anew until the case shows what its kind is about.
 
     Returns
     -------
-    Setting, list of Found
+    Laboratory, list of Hidden, dict
+        What the answer tells besides.
     """
-    for _ in range(TRIES):
-        setting = draw_setting(rng, plan.bench, suites_for(plan))
-        lab = Laboratory(setting)
-        hidden = [sized(rng, lab, nominal, name) for name in plan.effects]
-        if all(one.deviations >= SMALLEST * LIMIT for one in hidden):
+    for number in range(1, TRIES + 1):
+        lab = Laboratory(draw_setting(rng, plan.bench, suites_for(plan)), bank if plan.bench == ENGINE else None)
+        points = [point for point in lab.setting.points if point.role == "fit"]
+        hidden = hidden_in(rng, plan, lab, nominal, points)
+        if number < TRIES and plan.kind != NONE and any(one.deviations < SMALLEST * LIMIT for one in hidden):
+            continue
+        facts = facts_of(plan, lab, nominal, points, hidden)
+        apart = plan.kind not in (REMOVED, FOREIGNER) or facts["distance"] >= LIMIT
+        if apart and facts.get("cosine", 0.0) < ALIKE:
             break
-    return setting, hidden
+    return lab, hidden, facts
+
+
+def hidden_in(rng, plan, lab, nominal, points):
+    """What a case hides, the first of it in full, each of a size of its own."""
+    if plan.kind == NONE:
+        return [hidden_clutter(rng, lab, nominal, points, plan.clutter)] if plan.clutter else []
+    if plan.kind == FOREIGNER:
+        return [hidden_foreign(rng, lab, nominal, points, name) for name in plan.effects]
+    least = SMALLEST if len(plan.effects) == 1 and plan.kind != REMOVED else 1.0
+    return [hidden_effect(rng, lab, nominal, points, name, least) for name in plan.effects]
+
+
+def facts_of(plan, lab, nominal, points, hidden):
+    """What the answer tells besides: all deviations, where the gap lies, and what could stand in for the hidden."""
+    if not hidden:
+        return {"deviations": 0.0, "without": [], "class": [], "gap": []}
+    left = sum(one.left for one in hidden)
+    samples = len(left) - len(nuisances_for(lab.setting.bench, lab.setting.channels))
+    facts = {
+        "deviations": float(np.linalg.norm(left)),
+        "rms": float(np.sqrt(np.mean(left[:samples] ** 2))),
+        "gap": gap_shares(lab, nominal, points, left),
+        "without": [],
+        "class": [],
+    }
+    if plan.kind == NONE:
+        return facts
+    alike = look_alikes(lab, nominal, points, left, LIBRARY)
+    names = [one.told["name"] for one in hidden]
+    if plan.kind == DOUBLE:
+        first, second = (one.left / one.deviations for one in hidden)
+        facts["cosine"] = float(abs(first @ second))
+    elif plan.kind != FOREIGNER:
+        facts["class"] = class_of(names[0], alike)
+    if plan.kind == REMOVED:
+        facts["without"] = facts["class"]
+    left_out = facts["without"] or names
+    facts["alike"] = {one.name: one.left for one in alike[:5]}
+    facts["distance"] = min((one.left for one in alike if one.name not in left_out), default=0.0)
+    return facts
 
 
 def suites_for(plan):
     """Sensor suites that could show what is hidden."""
     known = [name for name in SUITES if plan.bench == ENGINE or not set(SUITES[name]) - set(SUITES["chambers"])]
-    needs = [LIBRARY[name].needs for name in plan.effects if LIBRARY[name].needs]
+    needs = [LIBRARY[name].needs for name in plan.effects if name in LIBRARY and LIBRARY[name].needs]
     return [name for name in known if all(set(SUITES[name]) & set(need) for need in needs)]
-
-
-def sized(rng, lab, nominal, name):
-    """An effect of a size drawn by the deviations that it makes on the runs to fit.
-
-    Returns
-    -------
-    Found
-    """
-    entry = LIBRARY[name]
-    wanted = LIMIT * float(np.exp(rng.uniform(np.log(SMALLEST), np.log(LARGEST))))
-    end = float(rng.choice(entry.ends))
-    besides = {key: float(rng.uniform(*ends)) for key, ends in entry.besides.items()}
-    fits = [point for point in lab.setting.points if point.role == "fit"]
-    share, tried = 0.3, []
-    for _ in range(TRIES):
-        value = entry.size(share, end)
-        parameters = besides | {entry.parameter: value * entry.scale}
-        left, deviations = lab.deviations(nominal, lambda rig, p=parameters: EFFECTS[name](rig, **p), fits)
-        tried.append((share, deviations))
-        met = 1.0 / NEAR < deviations / wanted < NEAR
-        if met or (share == 1.0 and deviations < wanted):
-            break
-        share = min(1.0, following(tried, wanted))
-    return Found(name, parameters, value, deviations, left)
-
-
-def following(tried, wanted):
-    """The share to try next: by the two nearest on a doubly logarithmic scale, else in proportion."""
-    shares, sizes = np.log(np.maximum(np.array(tried), 1e-9)).T
-    aim = np.log(wanted)
-    slope = 1.0
-    if len(tried) > 1 and abs(shares[-1] - shares[-2]) > 1e-6:
-        slope = np.clip((sizes[-1] - sizes[-2]) / (shares[-1] - shares[-2]), 0.5, 4.0)
-    return float(np.exp(shares[-1] + np.clip((aim - sizes[-1]) / slope, -3.0, 3.0)))
-
-
-def told(found):
-    """A hidden effect as the answer tells it."""
-    entry = LIBRARY[found.name]
-    return {
-        "name": found.name,
-        "parameter": entry.parameter,
-        "value": found.value,
-        "unit": entry.unit,
-        "parameters": found.parameters,
-        "deviations": found.deviations,
-    }
 
 
 def described(setting):

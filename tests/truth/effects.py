@@ -3,7 +3,6 @@
 Names and parameters are those of a machine file, SI, angles in rad; `EFFECTS` lists them.
 """
 
-from math import inf
 from typing import NamedTuple
 
 from . import terms
@@ -73,8 +72,8 @@ def friction_torque(rig, fmep):
     return rig.of_engine(friction=(constant + fmep, *others))
 
 
-def supply_droop(rig, volume=0.1e-3, area=inf):
-    return rig.valve(line_volume=volume, line_area=area)
+def supply_droop(rig, feed_area, volume=0.1e-3):
+    return rig.valve(line_volume=volume, line_area=feed_area)
 
 
 def intake_pipe_loss(rig, area, volume=0.1e-3):

@@ -15,7 +15,7 @@ class Hidden(NamedTuple):
     scale: float
     """SI over that unit."""
     off: float
-    """At which it does nothing, or next to nothing [unit]."""
+    """At which it does nothing, or least [unit]."""
     ends: tuple
     """The ends of its range that are not `off` [unit]."""
     benches: tuple = (VALVE, ENGINE)
@@ -44,7 +44,7 @@ LIBRARY = {
         Hidden("pressure_dependent_delay", "slope", "ms/MPa", 1e-9, 0.0, (-2.5, 2.5)),
         Hidden("critical_ratio", "b", "", 1.0, 0.528, (0.2,)),
         Hidden("discharge_coefficient_slope", "fall", "", 1.0, 0.0, (-0.3, 0.3)),
-        Hidden("supply_droop", "area", "mm^2", MM2, 500.0, (2.0,), besides={"volume": (0.02e-3, 0.2e-3)}),
+        Hidden("supply_droop", "feed_area", "mm^2", MM2, 50.0, (2.0,), besides={"volume": (0.02e-3, 0.2e-3)}),
         Hidden("vent_back_pressure", "pressure", "kPa", 1e3, 0.0, (30.0,)),
         Hidden("dead_volume", "volume", "mm^3", 1e-9, 0.0, (5000.0,)),
         Hidden("ring_leakage", "area", "mm^2", MM2, 0.0, (0.3,)),
@@ -69,7 +69,7 @@ LIBRARY = {
         Hidden("exhaust_timing", "angle", "deg", DEGREE, 0.0, (-8.0, 8.0), OTHER, OF_ENGINE),
         Hidden("exhaust_restriction", "share", "", 1.0, 0.0, (0.4,), OTHER, OF_ENGINE),
         Hidden("friction_torque", "fmep", "kPa", 1e3, 0.0, (-50.0, 50.0), OTHER, ("torque",)),
-        Hidden("intake_pipe_loss", "area", "mm^2", MM2, 5000.0, (30.0,), OTHER, OF_ENGINE),
+        Hidden("intake_pipe_loss", "area", "mm^2", MM2, 500.0, (30.0,), OTHER, OF_ENGINE),
         Hidden("lift_sensor_lag", "time", "ms", MS, 0.0, (0.5,)),
         Hidden("pressure_sensor_lag", "time", "ms", MS, 0.0, (0.5,), needs=ON_PRESSURES),
         Hidden("sensor_gain", "lift", "", 1.0, 0.0, (-0.1, 0.1)),

@@ -5,8 +5,8 @@ from math import sqrt
 import numpy as np
 
 from .crank import TURN
-from .library import ENGINE
-from .nuisances import nuisances_for
+from .library import ENGINE, VALVE
+from .nuisances import nuisances_for, with_nuisances
 from .periodic import periodic
 from .sensors import MEANS, bench_channels, engine_channels
 from .setting import AFTER_PULSE, HUM, HUM_FREQUENCY
@@ -14,6 +14,10 @@ from .valve import noise, simulate
 
 TOLERANCE = 1e-8
 """Of the solver; errs by less than 0.01 deviations per sample."""
+ROUNDS = {VALVE: 2, ENGINE: 1}
+"""How often nuisances are fitted anew about where the last fit took them."""
+FARTHEST = 8.0
+"""How far they may go [prior deviations]."""
 NEAR = 1e-6
 """To the engine's periodic state, relative."""
 
@@ -27,8 +31,8 @@ def at_point(rig, point):
 class Laboratory:
     """Runs rigs at a setting's points; what only changes the sensors runs nothing anew."""
 
-    def __init__(self, setting):
-        self.setting = setting
+    def __init__(self, setting, bank=None):
+        self.setting, self.bank = setting, bank
         self.runs = {}
         """Of the nominal rig, by point."""
         self.columns = None
@@ -52,14 +56,18 @@ class Laboratory:
             return engine_channels(run, grid, rig.sensors, channels)
         return bench_channels(rig.engine.valve, run, grid, rig.sensors, channels)
 
-    def seen(self, nominal, changes, point):
-        """Channels of a nominal rig after a change, a function from rig to rig."""
+    def seen(self, nominal, changes, point, label=""):
+        """Channels of a nominal rig after a change, a function from rig to rig; labelled ones go by the bank."""
         before = at_point(nominal, point)
         after = changes(before)
-        same = after.engine is before.engine
-        return self.read(after, point, self.nominal(before, point) if same else self.run(after, point))
+        if after.engine is before.engine:
+            return self.read(after, point, self.nominal(before, point))
+        if self.bank and label:
+            found = self.bank.channels(label, point, self.setting.samples, lambda: self.run(after, point))
+            return {name: found[name] for name in self.setting.channels}
+        return self.read(after, point, self.run(after, point))
 
-    def deviations(self, nominal, changes, points):
+    def left(self, nominal, changes, points, linear=False, label=""):
         """A change of a nominal rig, over the noise and freed of what nuisances can take on.
 
         Parameters
@@ -68,36 +76,48 @@ class Laboratory:
         changes : callable
             From rig to rig.
         points : sequence of Point
+        linear : bool
+            Take the nuisances' effects to be in proportion, instead of simulating them at the sizes fitted.
+        label : str
+            Of the change, where the bank shall keep it.
 
         Returns
         -------
-        left : float array
-            Of each sample.
-        deviations : float
+        float array
+            Of each sample over the noise, then of each nuisance in its prior deviations; its length is what is left
+            in all [deviations].
         """
-        change = np.concatenate([self.whitened(point, self.difference(nominal, changes, point)) for point in points])
-        return freed(change, self.sensitivities(nominal, points))
+        change, columns = self.changed(nominal, changes, points, label), self.sensitivities(nominal, points)
+        n = columns.shape[1]
+        augmented, taken = np.vstack((columns, np.eye(n))), np.zeros(n)
+        target = np.append(change, taken)
+        for _ in range(0 if linear else ROUNDS[self.setting.bench]):
+            taken = np.clip(taken + np.linalg.lstsq(augmented, target, rcond=None)[0], -FARTHEST, FARTHEST)
+            target = np.append(change - self.changed(nominal, self.shifted(taken), points), -taken)
+        return target - augmented @ np.linalg.lstsq(augmented, target, rcond=None)[0]
 
-    def difference(self, nominal, changes, point):
-        """Channels after a change less those before."""
-        after, before = self.seen(nominal, changes, point), self.seen(nominal, lambda rig: rig, point)
-        return {name: after[name] - before[name] for name in after}
+    def changed(self, nominal, changes, points, label=""):
+        """What a change does to all samples, whitened."""
+        parts = []
+        for point in points:
+            after = self.seen(nominal, changes, point, label)
+            before = self.seen(nominal, lambda rig: rig, point)
+            parts.append(self.whitened(point, {name: after[name] - before[name] for name in after}))
+        return np.concatenate(parts)
+
+    def shifted(self, taken):
+        """The change by nuisances, in their prior deviations."""
+        nuisances = nuisances_for(self.setting.bench, self.setting.channels)
+        values = {one.name: x * one.deviation for one, x in zip(nuisances, taken, strict=True)}
+        return lambda rig: with_nuisances(rig, nuisances, values)
 
     def sensitivities(self, nominal, points):
         """Columns of the whitened change per prior deviation of each nuisance; kept."""
         if self.columns is None:
+            nuisances = nuisances_for(self.setting.bench, self.setting.channels)
+            units = zip(nuisances, np.eye(len(nuisances)), strict=True)
             self.columns = np.column_stack(
-                [
-                    np.concatenate(
-                        [
-                            self.whitened(
-                                point, self.difference(nominal, lambda rig, one=one: one.add(rig, one.deviation), point)
-                            )
-                            for point in points
-                        ]
-                    )
-                    for one in nuisances_for(self.setting.bench, self.setting.channels)
-                ]
+                [self.changed(nominal, self.shifted(unit), points, one.name) for one, unit in units]
             )
         return self.columns
 
@@ -112,17 +132,6 @@ class Laboratory:
                 part = np.append(part[:1], (part[1:] - rho * part[:-1]) / sqrt(1.0 - rho**2))
             parts.append(part)
         return sqrt(point.repeats) * np.concatenate(parts)
-
-
-def freed(change, columns):
-    """What is left of a change where the columns take on what they can, and what it costs in all [deviations].
-
-    Each column is worth one prior deviation and costs its share squared.
-    """
-    n = columns.shape[1]
-    augmented, target = np.vstack((columns, np.eye(n))), np.append(change, np.zeros(n))
-    left = target - augmented @ np.linalg.lstsq(augmented, target, rcond=None)[0]
-    return left[:-n], float(np.linalg.norm(left))
 
 
 def without_hum(setting, point, part):

@@ -4,11 +4,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .library import ENGINE, LIBRARY, VALVE
+from .foreign import CLUTTER, FOREIGN
+from .library import CALIBRATED, ENGINE, LIBRARY, VALVE
 
-KINDS = NONE, SINGLE, DOUBLE, REMOVED, FOREIGN = "none", "single", "double", "removed", "foreign"
+KINDS = NONE, SINGLE, DOUBLE, REMOVED, FOREIGNER = "none", "single", "double", "removed", "foreign"
 EACH = 5
 """Singles of each effect."""
+NONES = {VALVE: 75, ENGINE: 30}
+DOUBLES = {VALVE: 45, ENGINE: 15}
+FOREIGNERS = {VALVE: 24, ENGINE: 8}
+REMOVALS = 40
+CLUTTERED = 4
+"""One in so many cases with nothing hidden is cluttered."""
 
 
 class Plan(NamedTuple):
@@ -23,11 +30,27 @@ class Plan(NamedTuple):
 
 def schedule():
     """The block, well shuffled."""
-    plans = [Plan(NONE, VALVE)] * 75 + [Plan(NONE, ENGINE)] * 30
-    for entry in LIBRARY.values():
-        plans += [Plan(SINGLE, entry.benches[0], (entry.name,))] * EACH
-    order = np.random.default_rng(20).permutation(len(plans))
-    return [plans[i] for i in order]
+    rng = np.random.default_rng(20)
+    plans, clutter = [], list(CLUTTER)
+    for bench, number in NONES.items():
+        for i in range(number):
+            plans.append(Plan(NONE, bench, (), "" if i % CLUTTERED else clutter[i // CLUTTERED % len(clutter)]))
+    singles = {name: entry.benches[0] for name, entry in LIBRARY.items()}
+    plans += [Plan(SINGLE, bench, (name,)) for name, bench in singles.items()] * EACH
+    physics = [name for name in singles if name not in CALIBRATED]
+    for bench, number in DOUBLES.items():
+        own = [name for name in physics if singles[name] == bench]
+        either = [name for name in physics if bench in LIBRARY[name].benches]
+        for _ in range(number):
+            first = str(rng.choice(own))
+            plans.append(Plan(DOUBLE, bench, (first, str(rng.choice([name for name in either if name != first])))))
+    for i in range(REMOVALS):
+        name = physics[i % len(physics)]
+        plans.append(Plan(REMOVED, singles[name], (name,)))
+    for bench, number in FOREIGNERS.items():
+        own = [name for name, foreign in FOREIGN.items() if foreign.benches[-1 if bench == ENGINE else 0] == bench]
+        plans += [Plan(FOREIGNER, bench, (own[i % len(own)],)) for i in range(number)]
+    return [plans[i] for i in rng.permutation(len(plans))]
 
 
 SCHEDULE = schedule()

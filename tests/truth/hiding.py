@@ -1,0 +1,111 @@
+"""What a case hides, of a size drawn by the deviations that it makes on the runs to fit."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from .effects import EFFECTS
+from .foreign import CLUTTER, FOREIGN
+from .library import LIBRARY
+
+LIMIT = 5.0
+"""Deviations at which an effect counts as seen."""
+SMALLEST, LARGEST = 0.5, 20.0
+"""Sizes of what is hidden, over that limit."""
+LITTLE = (0.2, 0.6)
+"""Sizes of clutter, over that limit."""
+NEAR = 1.15
+"""Factor to the size asked for that is let pass."""
+TRIES = 8
+FIRST = 0.3
+"""Share of the range that is tried first."""
+
+
+class Hidden(NamedTuple):
+    """What is hidden, and how it shows."""
+
+    add: Callable
+    """From rig to rig."""
+    told: dict
+    """What the answer says of it."""
+    deviations: float
+    left: np.ndarray
+    """See `truth.observation.Laboratory.left`."""
+
+
+def hidden_effect(rng, lab, nominal, points, name, least):
+    """An effect of the library, at least of a size [limits]."""
+    entry = LIBRARY[name]
+    end = float(rng.choice(entry.ends))
+    besides = {key: float(rng.uniform(*ends)) for key, ends in entry.besides.items()}
+
+    def parameters(share):
+        return besides | {entry.parameter: entry.size(share, end) * entry.scale}
+
+    def add(share):
+        return lambda rig: EFFECTS[name](rig, **parameters(share))
+
+    share, deviations, left = sized(lab, nominal, points, add, drawn_size(rng, least, LARGEST))
+    told = {
+        "name": name,
+        "parameter": entry.parameter,
+        "value": entry.size(share, end),
+        "unit": entry.unit,
+        "parameters": parameters(share),
+        "deviations": deviations,
+    }
+    return Hidden(add(share), told, deviations, left)
+
+
+def hidden_foreign(rng, lab, nominal, points, name):
+    """Physics that is in no library, well above the limit."""
+    return of_share(lab, nominal, points, name, FOREIGN[name].draw(rng), drawn_size(rng, 2.0, LARGEST))
+
+
+def hidden_clutter(rng, lab, nominal, points, name):
+    """Physics that a good model leaves out."""
+    return of_share(lab, nominal, points, name, CLUTTER[name](rng), drawn_size(rng, *LITTLE))
+
+
+def of_share(lab, nominal, points, name, with_share, wanted):
+    """What is hidden by its share of the largest size."""
+
+    def add(share):
+        return lambda rig: with_share(rig, share)
+
+    share, deviations, left = sized(lab, nominal, points, add, wanted)
+    return Hidden(add(share), {"name": name, "share": share, "deviations": deviations}, deviations, left)
+
+
+def drawn_size(rng, least, most):
+    """A size, any order of magnitude alike; from limits to deviations."""
+    return LIMIT * float(np.exp(rng.uniform(np.log(least), np.log(most))))
+
+
+def sized(lab, nominal, points, add, wanted):
+    """The share of its range at which something makes the wanted deviations, or all of the range.
+
+    Returns
+    -------
+    share, deviations : float
+    left : float array
+    """
+    share, tried = FIRST, []
+    for _ in range(TRIES):
+        left = lab.left(nominal, add(share), points)
+        deviations = float(np.linalg.norm(left))
+        tried.append((share, max(deviations, 1e-6)))
+        if 1.0 / NEAR < deviations / wanted < NEAR or (share == 1.0 and deviations < wanted):
+            break
+        share = min(1.0, following(tried, wanted))
+    return tried[-1][0], deviations, left
+
+
+def following(tried, wanted):
+    """The share to try next: by the last two on a doubly logarithmic scale, else in proportion."""
+    shares, sizes = np.log(np.array(tried)).T
+    slope = 1.0
+    if len(tried) > 1 and abs(shares[-1] - shares[-2]) > 1e-6:
+        slope = np.clip((sizes[-1] - sizes[-2]) / (shares[-1] - shares[-2]), 0.5, 4.0)
+    return float(np.exp(shares[-1] + np.clip((np.log(wanted) - sizes[-1]) / slope, -3.0, 3.0)))
