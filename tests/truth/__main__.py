@@ -1,18 +1,35 @@
-"""``python -m tests.truth challenge --seed N --out DIR``: make a sealed case."""
+"""Sealed cases and the blind benchmark.
+
+``python -m tests.truth challenge --seed N --out DIR`` makes a sealed case, ``python -m tests.truth benchmark --cases N
+--out DIR`` makes many, has ``apesim gap explain`` solve them, and scores it.
+"""
 
 import argparse
+import shlex
 
+from .bank import Bank
+from .benchmark import benchmark
 from .challenge import make
 
 
 def main():
     parser = argparse.ArgumentParser(prog="python -m tests.truth")
     commands = parser.add_subparsers(dest="command", required=True)
-    challenge = commands.add_parser("challenge", help="make a sealed case")
-    challenge.add_argument("--seed", type=int, required=True)
-    challenge.add_argument("--out", required=True, help="folder; gets case/ and answer.json")
+    one = commands.add_parser("challenge", help="make a sealed case")
+    one.add_argument("--seed", type=int, required=True)
+    one.add_argument("--out", required=True, help="folder; gets case/ and answer.json")
+    one.add_argument("--bank", help="folder that keeps runs of the default engine for other cases")
+    many = commands.add_parser("benchmark", help="make cases, have them solved, and score the verdicts")
+    many.add_argument("--cases", type=int, required=True)
+    many.add_argument("--first", type=int, default=10000, help="first seed; development used those below 10000")
+    many.add_argument("--out", required=True, help="folder; what is there already is kept")
+    many.add_argument("--jobs", type=int, default=1, help="cases at a time")
+    many.add_argument("--tool", default="apesim", help="command that solves a case")
     given = parser.parse_args()
-    make(given.seed, given.out)
+    if given.command == "challenge":
+        make(given.seed, given.out, given.bank and Bank(given.bank))
+    else:
+        benchmark(range(given.first, given.first + given.cases), given.out, shlex.split(given.tool), given.jobs)
 
 
 if __name__ == "__main__":

@@ -81,6 +81,8 @@ LIBRARY = {
 }
 CALIBRATED = {
     "groove_area_error": "groove.effective_area",
+    "exhaust_restriction": "exhaust.effective_area",
+    "friction_torque": "friction.constant",
     "sensor_gain": "gain",
     "sensor_offset": "offset",
     "time_zero": "time_zero",

@@ -31,15 +31,22 @@ def of_valve(name):
     return lambda rig, x: rig.valve(**{name: (1.0 + x) * getattr(rig.engine.valve, name)})
 
 
+def of_engine(name):
+    """A share of a number of the engine."""
+    return lambda rig, x: rig.of_engine(**{name: (1.0 + x) * getattr(rig.engine, name)})
+
+
 def supply(rig, x):
-    """A share of the supply's gauge pressure, engine air and control air alike."""
-    valve, engine = rig.engine.valve, rig.engine
+    """A share of the supply's pressure, engine air and control air alike."""
+    engine = rig.engine
+    intake = None if engine.intake_pressure is None else (1.0 + x) * engine.intake_pressure
+    return rig.of_engine(intake_pressure=intake).valve(supply_pressure=(1.0 + x) * engine.valve.supply_pressure)
 
-    def raised(pressure):
-        return None if pressure is None else pressure + x * (pressure - valve.ambient_pressure)
 
-    rig = rig.of_engine(intake_pressure=raised(engine.intake_pressure))
-    return rig.valve(supply_pressure=raised(valve.supply_pressure))
+def friction(rig, x):
+    """A mean effective pressure more [Pa]."""
+    constant, *others = rig.engine.friction
+    return rig.of_engine(friction=(constant + x, *others))
 
 
 def gain(channel):
@@ -61,11 +68,14 @@ NUISANCES = (
         "supply.temperature", 2.0, lambda rig, x: rig.valve(supply_temperature=rig.engine.valve.supply_temperature + x)
     ),
     Nuisance(
-        "groove.effective_area",
-        0.03,
-        lambda rig, x: rig.of_engine(groove_area=(1.0 + x) * rig.engine.groove_area),
-        engine_only=True,
+        "air.heat_capacity_ratio",
+        0.003,
+        lambda rig, x: rig.valve(heat_capacity_ratio=rig.engine.valve.heat_capacity_ratio + x),
     ),
+    Nuisance("groove.effective_area", 0.03, of_engine("groove_area"), engine_only=True),
+    Nuisance("engine.exhaust.effective_area", 0.05, of_engine("exhaust_area"), engine_only=True),
+    Nuisance("engine.receiver.feed_area", 0.05, of_engine("feed_area"), engine_only=True),
+    Nuisance("engine.friction.constant", 2e3, friction, "torque", engine_only=True),
     Nuisance(
         "tdc_error",
         np.radians(0.1),
@@ -74,14 +84,14 @@ NUISANCES = (
     ),
     Nuisance("lift offset", 0.02e-3, offset("lift"), "lift"),
     Nuisance("lift gain", 0.005, gain("lift"), "lift"),
-    Nuisance("pressure_a offset", 0.5e3, offset("pressure_a"), "pressure_a"),
+    Nuisance("pressure_a offset", 2e3, offset("pressure_a"), "pressure_a"),
     Nuisance("pressure_a gain", 0.005, gain("pressure_a"), "pressure_a"),
-    Nuisance("pressure_b offset", 0.5e3, offset("pressure_b"), "pressure_b"),
+    Nuisance("pressure_b offset", 2e3, offset("pressure_b"), "pressure_b"),
     Nuisance("pressure_b gain", 0.005, gain("pressure_b"), "pressure_b"),
-    Nuisance("cylinder_pressure offset", 1e3, offset("cylinder_pressure"), "cylinder_pressure"),
+    Nuisance("cylinder_pressure offset", 5e3, offset("cylinder_pressure"), "cylinder_pressure"),
     Nuisance("cylinder_pressure gain", 0.005, gain("cylinder_pressure"), "cylinder_pressure"),
     Nuisance("torque gain", 0.005, gain("torque"), "torque"),
-    Nuisance("air_flow gain", 0.005, gain("air_flow"), "air_flow"),
+    Nuisance("air_flow gain", 0.01, gain("air_flow"), "air_flow"),
 )
 
 

@@ -12,13 +12,13 @@ from .sensors import MEANS, bench_channels, engine_channels
 from .setting import AFTER_PULSE, HUM, HUM_FREQUENCY
 from .valve import noise, simulate
 
-TOLERANCE = 1e-8
-"""Of the solver; errs by less than 0.01 deviations per sample."""
+TOLERANCE = 1e-7
+"""Of the solver; errs by less than 0.001 deviations per sample, the least noise taken."""
 ROUNDS = {VALVE: 2, ENGINE: 1}
 """How often nuisances are fitted anew about where the last fit took them."""
 FARTHEST = 8.0
 """How far they may go [prior deviations]."""
-NEAR = 1e-6
+NEAR = 3e-6
 """To the engine's periodic state, relative."""
 
 
@@ -59,9 +59,9 @@ class Laboratory:
     def seen(self, nominal, changes, point, label=""):
         """Channels of a nominal rig after a change, a function from rig to rig; labelled ones go by the bank."""
         before = at_point(nominal, point)
-        after = changes(before)
+        after, run = changes(before), self.nominal(before, point)
         if after.engine is before.engine:
-            return self.read(after, point, self.nominal(before, point))
+            return self.read(after, point, run)
         if self.bank and label:
             found = self.bank.channels(label, point, self.setting.samples, lambda: self.run(after, point))
             return {name: found[name] for name in self.setting.channels}

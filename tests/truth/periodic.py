@@ -25,6 +25,8 @@ DISTANCE = 3e-7
 """To the periodic state, of a state that counts as periodic, relative to its size."""
 SLOWEST = 0.99
 """Ratio of a change to the one before that is still believed; the solver's noise, too, stands at about one."""
+USUAL = 0.9
+"""The same where the start is near and the first changes say nothing of it."""
 CYCLES_MOST = 400
 PLAIN, MEMORY = 3, 5
 """Cycles at the start that are followed as they come; how many before the last ones then point the way."""
@@ -78,13 +80,14 @@ def periodic(engine, speed, cycles_most=CYCLES_MOST, start=None, near=DISTANCE, 
     rates, push = rates_of(engine, speed)
     corners, levels = corners_of_cycle(engine, speed), (valve.stroke - engine.lap,)
     piston, longest = push if engine.intake == "epv" else None, LONGEST * speed
-    tried, reached, before, ratio = [], [], 0.0, SLOWEST
+    tried, reached, before, ratio = [], [], 0.0, USUAL
+    plain = 1 if start else PLAIN
     for cycle in range(1, cycles_most + 1):
         found = march(valve, rates, piston, corners, engine.energise, y, phase, tolerances, longest, levels, relative)
         end = found.y.copy()
         end[WORK:STATES] = 0.0
         change = float((np.abs(end - y) / size).max())
-        if cycle <= PLAIN + 1:
+        if cycle <= plain + 1 and not start:
             ratio = change / before if change < SLOWEST * before else SLOWEST
         distance = change * ratio / (1.0 - ratio)  # the rest of a geometric series
         run = Periodic(engine, speed, cycle, change, distance, distance < near and found.phase == phase, found)
@@ -94,7 +97,7 @@ def periodic(engine, speed, cycles_most=CYCLES_MOST, start=None, near=DISTANCE, 
             tried, reached = [], []
         tried, reached = [*tried[-MEMORY:], y / size], [*reached[-MEMORY:], end / size]
         before, phase = change, found.phase
-        y = extrapolated(tried, reached) * size if cycle > PLAIN and phase in (OPEN, CLOSED) else end
+        y = extrapolated(tried, reached) * size if cycle > plain and phase in (OPEN, CLOSED) else end
     return run
 
 

@@ -12,7 +12,7 @@ from .sensors import MEANS
 
 DEAD_TIME, OPENING, IMPACT, DWELL, CLOSING = "dead time", "opening flight", "impact", "dwell", "closing flight"
 CHARGING, EXPANSION, EXHAUST = "charging", "expansion", "exhaust"
-CONTACT = 2e-3
+CONTACT = 3e-3
 """How long a contact lasts [s]."""
 
 
@@ -47,8 +47,8 @@ def engine_phases(run, channel, grid):
     engine, found = run.engine, results(run)
     if channel == "cylinder_pressure":
         after = (grid - found["opens"]) % TURN
-        opens, closes, _ = engine.exhaust
-        exhaust = (grid - opens) % TURN < (closes - opens) % TURN
+        opens = engine.exhaust[0]
+        exhaust = (grid - opens) % TURN < (found["opens"] - opens) % TURN  # recompression, too
         return np.select([after < found["closes"] - found["opens"], exhaust], [CHARGING, EXHAUST], EXPANSION)
     after, release = (grid - engine.energise) % TURN, engine.release - engine.energise
     starts = [engine.valve.stroke * share for share in (0.99, 0.01)]

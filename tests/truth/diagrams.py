@@ -1,0 +1,66 @@
+"""The benchmark's diagrams: how reliable stated probabilities are, and the confusion matrix."""
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+
+from .score import clopper_pearson
+from .tables import confusion
+
+matplotlib.use("Agg")
+from matplotlib import pyplot
+
+EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 1.0)
+INK, LINE, BAND = "#222222", "#1f5f99", "#9aa5b1"
+
+
+def reliability(scored, folder, name="reliability"):
+    """Share of right verdicts over the probability that they state, and how many state it."""
+    claims = [(one.verdict.get("probability", 0.0), one.right) for one in scored if one.right is not None]
+    stated, right = np.array(claims, dtype=float).T if claims else (np.zeros(0), np.zeros(0))
+    which = np.clip(np.searchsorted(EDGES, stated, side="right") - 1, 0, len(EDGES) - 2)
+    drawing, (above, below) = pyplot.subplots(
+        2, 1, figsize=(5.2, 6.0), sharex=True, height_ratios=(3, 1), layout="constrained"
+    )
+    above.plot([0, 1], [0, 1], color=BAND, linewidth=1.0, zorder=1)
+    for i in sorted(set(which)):
+        inside = which == i
+        hits, cases = int(right[inside].sum()), int(inside.sum())
+        low, high = clopper_pearson(hits, cases)
+        at = stated[inside].mean()
+        above.plot([at, at], [low, high], color=LINE, linewidth=1.5, zorder=2)
+        above.plot(at, hits / cases, "o", color=LINE, markersize=6, zorder=3)
+        above.annotate(
+            f"{hits} of {cases}", (at, hits / cases), (-7, 0), "data", "offset points", ha="right", va="center"
+        )
+    above.set(ylabel="right", ylim=(0.0, 1.05), title="Verdicts that claim something: stated and true")
+    below.hist(stated, bins=EDGES, color=BAND, edgecolor="white")
+    below.set(xlabel="stated probability", ylabel="cases", xlim=(0.0, 1.0))
+    save(drawing, folder, name)
+
+
+def confusion_matrix(scored, folder):
+    """What was hidden against what was said."""
+    rows, columns, counts = confusion(scored)
+    counts = np.array(counts)
+    drawing, axes = pyplot.subplots(figsize=(2.6 + 0.28 * len(columns), 2.2 + 0.22 * len(rows)), layout="constrained")
+    axes.imshow(np.where(counts > 0, np.log1p(counts), np.nan), cmap="Blues", vmin=0.0, aspect="auto")
+    for i, j in np.argwhere(counts > 0):
+        dark = counts[i, j] > 0.3 * counts.max()
+        axes.text(j, i, counts[i, j], ha="center", va="center", fontsize=7, color="white" if dark else INK)
+    axes.set_xticks(range(len(columns)), [name.replace("_", " ") for name in columns], rotation=90, fontsize=7)
+    axes.set_yticks(range(len(rows)), [name.replace("_", " ") for name in rows], fontsize=7)
+    axes.set(xlabel="said", ylabel="hidden")
+    axes.set_xticks(np.arange(len(columns) + 1) - 0.5, minor=True)
+    axes.set_yticks(np.arange(len(rows) + 1) - 0.5, minor=True)
+    axes.grid(which="minor", color="#e6e9ed", linewidth=0.5)
+    axes.tick_params(which="both", length=0)
+    save(drawing, folder, "confusion")
+
+
+def save(drawing, folder, name):
+    """As PNG and PDF."""
+    for kind in ("png", "pdf"):
+        drawing.savefig(Path(folder) / f"{name}.{kind}", dpi=160)
+    pyplot.close(drawing)
