@@ -299,7 +299,8 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
     most : int
         Cycles at most.
     known : Known, optional
-        Of a little different machine: where that is near it takes few cycles, else the march is the one without it.
+        Of a little different machine: where that is near, and has the same states, it takes few cycles; else the march
+        is the one without it.
 
     Returns
     -------

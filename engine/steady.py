@@ -136,7 +136,7 @@ def known_state(machine, speed):
         None where it does not settle to a period of one cycle.
     """
     p, tables, kinks = cycle_of(machine, speed)
-    accuracy = accuracy_at(speed)
+    accuracy = accuracy_at(p)
     orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy)
     return known_orbit(p, tables, orbit, kinks, accuracy)
 
