@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from numba.extending import overload
 
-from apesim.kernel import by_type
+from apesim.kernel import by_type, kernel
 
 
 @by_type
@@ -191,6 +191,15 @@ def _add_laws(effects, state, balance):
         add_laws(effects[1:], state, balance)
 
     return add
+
+
+@kernel
+def note_branch(balance, index, branch):
+    """Say on which branch of its law an effect is, where it has several: an integer of -3 to 3, a digit each.
+
+    Where the number in the balance changes, the march ends a step.
+    """
+    balance[index] = 7.0 * balance[index] + branch
 
 
 def restitution(effects, speed):

@@ -39,7 +39,7 @@ REMEDIES = {
 
 TOLERANCE = 1e-7
 """Default tolerance of a step."""
-EVENTS = 14
+EVENTS = 16
 """Room for the values of events and of watches."""
 KINK, WATCH = -1, 100
 """Codes in the log: the end of a smooth stretch; watch number n is WATCH + n."""

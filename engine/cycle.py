@@ -9,6 +9,7 @@ from apesim.scratch import zeros
 from apesim.slots import enter, events, observe, power, rates, respond, watch
 from engine.breathing import TURN, lift_line
 from engine.cycle_state import (
+    BRANCHES,
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_BACK,
@@ -48,8 +49,9 @@ from engine.cycle_state import (
     receiver_state,
     supply_of,
 )
-from engine.cylinder import CAM, ENERGY, EPV, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, indicated_power
+from engine.cylinder import BRANCH, CAM, ENERGY, EPV, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, indicated_power
 from engine.gas_exchange import (
+    FLOWS,
     breathing,
     exchange_changes,
     exchange_enters,
@@ -67,6 +69,8 @@ from valve.piston import is_moving
 
 FLOW = LINE_FLOW + 1
 """First event of the flows through groove, exhaust valve, feed and pipe: into another regime."""
+BRANCHED = FLOW + FLOWS
+"""Event: an effect of the cylinder on another branch of its law."""
 PRESSURE_EXTREMUM = 3
 """Watch: extremum of the cylinder pressure."""
 TRACE = (
@@ -87,12 +91,12 @@ TRACE = (
 
 @kernel
 def effects_of(p, cylinder):
-    """What effects let into the cylinder: mass [kg/s] and energy [W] from outside, and past the groove."""
+    """What effects let into the cylinder: mass [kg/s] and energy [W] from outside, and past the groove; branches."""
     if len(p.effects) > 0:
         balance = zeros(TERMS)
         add_laws(p.effects, cylinder, balance)
-        return balance[MASS], balance[ENERGY], balance[GROOVE_MASS], balance[GROOVE_ENERGY]
-    return 0.0, 0.0, 0.0, 0.0
+        return balance[MASS], balance[ENERGY], balance[GROOVE_MASS], balance[GROOVE_ENERGY], balance[BRANCH]
+    return 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 @kernel
@@ -105,6 +109,14 @@ def in_domain(p, y):
     if has_line(p.actuator) and (y[LINE_MASS] <= 0.0 or y[LINE_ENERGY] <= 0.0):
         return False
     return y[CYLINDER_MASS] > 0.0 and y[CYLINDER_ENERGY] > 0.0
+
+
+@kernel
+def branches_of(p, t, y):
+    """On which branches of their laws the cylinder's effects are."""
+    if len(p.effects) > 0:
+        return effects_of(p, cylinder_state(p, t, y)[0])[4]
+    return 0.0
 
 
 @rates.for_type(Cycle)
@@ -124,7 +136,7 @@ def cycle_rates(p, t, y, mode, dy):
             return False
         valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
     line, line_enthalpy = line_feed(p.actuator, mode, *control_air(p, y), valve)
-    mass, energy, past_groove, past_groove_enthalpy = effects_of(p, cylinder)
+    mass, energy, past_groove, past_groove_enthalpy, _ = effects_of(p, cylinder)
     groove += past_groove
     groove_enthalpy += past_groove_enthalpy
     pipe, pipe_enthalpy = piped(p, mode, receiver, intake, groove, groove_enthalpy)
@@ -163,13 +175,17 @@ def cycle_events(p, t, y, mode, g):
         actuator_events(p.actuator, y, mode, supply_of(p, y), g)
         g[LINE_FLOW] = line_event(p.actuator, *control_air(p, y), mode)
     exchange_events(p, t, y, mode, g, FLOW)
+    if len(p.effects) > 0:
+        g[BRANCHED] = -1.0 if branches_of(p, t, y) == mode[BRANCHES] else 1.0
 
 
 @respond.for_type(Cycle)
 @kernel
 def cycle_responds(p, tables, event, t, y, mode):
     """Responses of the engine: those of its valve, and the regimes of the flows that they change."""
-    if event >= FLOW:
+    if event == BRANCHED:
+        mode[BRANCHES] = branches_of(p, t, y)
+    elif event >= FLOW:
         exchange_changes(p, t, y, event - FLOW, mode)
     elif event == LINE_FLOW:
         line_changes(p.actuator, *control_air(p, y), mode)
@@ -210,6 +226,7 @@ def cycle_enters(p, tables, t, t_end, y, mode):
     else:
         mode[INTAKE_OPEN] = 1.0 if (middle - p.open_target) % TURN < p.close_target - p.open_target else 0.0
     exchange_enters(p, t, t_end, y, mode)
+    mode[BRANCHES] = branches_of(p, t, y)
 
 
 @power.for_type(Cycle)

@@ -45,11 +45,11 @@ LINE_MASS, LINE_ENERGY, PIPE_MASS, PIPE_ENERGY = range(STATES, STATES + 4)
 effects, work on the valve's piston; engine air through the groove and what of it flowed back, exhaust and what of it
 flowed back, feed of the receiver; work on the engine's piston. kg and J."""
 SIZE = STATES + 24
-INTAKE_OPEN, GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, PIPE_FLOW, LIFT, LIFT_SLOPE, MODES = range(
-    valve_actuator.MODES, valve_actuator.MODES + 8
+INTAKE_OPEN, GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, PIPE_FLOW, LIFT, LIFT_SLOPE, BRANCHES, MODES = range(
+    valve_actuator.MODES, valve_actuator.MODES + 9
 )
 """Modes: whether the ideal valve is open; regimes of the flows; the line of a cam's lift curve, as lift at crank angle
-0 [m] and slope [m/rad]; how many modes there are."""
+0 [m] and slope [m/rad]; branches of the effects' laws; how many modes there are."""
 SCALE = valve_actuator.SCALE + 4 * (valve_actuator.GAS_SCALE,)
 """Without line and pipe."""
 

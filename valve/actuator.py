@@ -27,11 +27,11 @@ from valve.terms import DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, MASS_A, MASS
 STATES = 6
 """Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, the same of chamber B."""
 PHASE, PIECE, PIECE_LOW, PIECE_HIGH, AREA, AREA_SLOPE, START, X_A, X_A_SLOPE, X_B, X_B_SLOPE, REGIME = range(12)
-LINE_REGIME = REGIME + FLOWS
-MODES = LINE_REGIME + 1
+BRANCHES, LINE_REGIME, MODES = range(REGIME + FLOWS, REGIME + FLOWS + 3)
 """Modes: phase of the piston; piece of the groove's table, its ends [m], its line as area [m2] at lift 0 and slope [m];
 start of the stretch [s], energised fraction of each solenoid there and its slope [1/s]; from REGIME on, those of the
-flows through the solenoids and that into the supply line, see `apesim.restriction`; how many modes there are."""
+flows through the solenoids, see `apesim.restriction`; branches of the effects' laws; regime of the
+flow into the supply line; how many modes there are."""
 GAS_SCALE = 1e-30
 SCALE = (9e-3, 1.0, GAS_SCALE, GAS_SCALE, GAS_SCALE, GAS_SCALE)
 """Scale of the error of each state beside its own size: the paper's stroke, 1 m/s; gas states are relative."""

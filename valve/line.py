@@ -4,10 +4,9 @@ from apesim.kernel import kernel
 from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
 from valve.actuator import LINE_REGIME
 from valve.chamber import chamber_state
-from valve.motion import FLOW
-from valve.solenoid_flow import FLOWS
+from valve.motion import BRANCHED
 
-LINE_FLOW = FLOW + FLOWS
+LINE_FLOW = BRANCHED + 1
 """Event: the flow into the line, into another regime."""
 
 

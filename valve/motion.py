@@ -7,6 +7,7 @@ from apesim.scratch import zeros
 from valve.actuator import (
     AREA,
     AREA_SLOPE,
+    BRANCHES,
     PHASE,
     PIECE,
     PIECE_HIGH,
@@ -22,12 +23,14 @@ from valve.actuator import (
 from valve.groove import piece_line, piece_of
 from valve.piston import HELD_CLOSED, HELD_OPEN, STUCK, TO_OPEN, is_moving, land, overcome, smooth_force, start_moving
 from valve.solenoid import energised_fraction
-from valve.solenoid_flow import open_shares, solenoid_changes, solenoid_events, solenoids_enter
-from valve.terms import BREAKAWAY, FORCE, TERMS
+from valve.solenoid_flow import FLOWS, open_shares, solenoid_changes, solenoid_events, solenoids_enter
+from valve.terms import BRANCH, BREAKAWAY, FORCE, TERMS
 
 MET_CLOSED, MET_OPEN, LEFT, TURNED, CORNER, FLOW = range(6)
 """Events: contact with the closed and the open stop, start from rest, speed through zero, corner of the groove's
 table; from FLOW on, one of the flows through the solenoids into another regime."""
+BRANCHED = FLOW + FLOWS
+"""Event: an effect on another branch of its law."""
 ONE_PERCENT, NEAR_OPEN, SPEED_EXTREMUM = range(3)
 """Watches: 1 % of the stroke from closed and from open, extremum of the speed."""
 DETECTED = 0.01
@@ -46,6 +49,16 @@ def rest_forces(actuator, state):
 
 
 @kernel
+def branches_of(actuator, state):
+    """On which branches of their laws the effects are."""
+    if len(actuator.effects) > 0:
+        balance = zeros(TERMS)
+        add_laws(actuator.effects, state, balance)
+        return balance[BRANCH]
+    return 0.0
+
+
+@kernel
 def actuator_events(actuator, y, mode, supply, g):
     """Values of the valve's events."""
     phase = mode[PHASE]
@@ -53,6 +66,8 @@ def actuator_events(actuator, y, mode, supply, g):
     moving = is_moving(phase)
     state = state_of(actuator, y, supply)
     solenoid_events(state, mode, REGIME, g, FLOW)
+    if len(actuator.effects) > 0:
+        g[BRANCHED] = -1.0 if branches_of(actuator, state) == mode[BRANCHES] else 1.0
     g[MET_CLOSED] = y[0] - stroke if moving else -1.0
     g[MET_OPEN] = -y[0] if moving else -1.0
     g[TURNED] = -phase * y[1] if moving else -1.0
@@ -94,8 +109,9 @@ def actuator_responds(actuator, tables, event, y, mode, supply):
     elif event == CORNER:
         mode[PIECE] += 1.0 if mode[PHASE] == TO_OPEN else -1.0
         take_piece(tables, mode)
-    elif event >= FLOW:
+    elif FLOW <= event < BRANCHED:
         solenoid_changes(state_of(actuator, y, supply), event - FLOW, REGIME, mode)
+    mode[BRANCHES] = branches_of(actuator, state_of(actuator, y, supply))
 
 
 @kernel
@@ -128,4 +144,6 @@ def actuator_enters(actuator, tables, t, t_end, y, mode, supply):
     mode[X_A], mode[X_A_SLOPE] = x_a, (x_a_end - x_a) / (t_end - t)
     mode[X_B], mode[X_B_SLOPE] = x_b, (x_b_end - x_b) / (t_end - t)
     shares, shares_end = open_shares(x_a, x_b), open_shares(x_a_end, x_b_end)
-    solenoids_enter(state_of(actuator, y, supply), shares, shares_end, REGIME, mode)
+    state = state_of(actuator, y, supply)
+    solenoids_enter(state, shares, shares_end, REGIME, mode)
+    mode[BRANCHES] = branches_of(actuator, state)

@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.restriction import flow_between
-from engine.cylinder import ENERGY, MASS
+from apesim.restriction import leak
+from engine.cylinder import BRANCH, ENERGY, MASS
 
 
 class BlowBy(NamedTuple):
@@ -19,14 +19,8 @@ class BlowBy(NamedTuple):
 @kernel
 def blow_by(effect, state, balance):
     """Flow from the cylinder to ambient through an effective area (Eq. 7)."""
-    mass, energy = flow_between(
-        state.gas,
-        effect.area,
-        state.pressure,
-        state.temperature,
-        state.ambient.pressure,
-        state.ambient.temperature,
-    )
+    sides = state.pressure, state.temperature, state.ambient.pressure, state.ambient.temperature
+    mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
     balance[MASS] -= mass
     balance[ENERGY] -= energy
 

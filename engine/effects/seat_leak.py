@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.restriction import flow_between
-from engine.cylinder import GROOVE_ENERGY, GROOVE_MASS
+from apesim.restriction import leak
+from engine.cylinder import BRANCH, GROOVE_ENERGY, GROOVE_MASS
 
 
 class SeatLeak(NamedTuple):
@@ -19,9 +19,8 @@ class SeatLeak(NamedTuple):
 @kernel
 def seat_leak(effect, state, balance):
     """Flow from before the groove into the cylinder through an effective area (Eq. 7)."""
-    mass, energy = flow_between(
-        state.gas, effect.area, state.intake_pressure, state.intake_temperature, state.pressure, state.temperature
-    )
+    sides = state.intake_pressure, state.intake_temperature, state.pressure, state.temperature
+    mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
     balance[GROOVE_MASS] += mass
     balance[GROOVE_ENERGY] += energy
 

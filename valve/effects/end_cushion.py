@@ -2,10 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
-from apesim.effect import Effect, law
+from apesim.effect import Effect, law, note_branch
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from valve.terms import FORCE
+from valve.terms import BRANCH, FORCE
 
 
 class EndCushion(NamedTuple):
@@ -20,15 +20,18 @@ class EndCushion(NamedTuple):
 def end_cushion(effect, state, balance):
     """-damping (1 - d/length) v within a length of the stop ahead, d away from it [N]."""
     ahead = state.position if state.speed < 0.0 else state.valve.stroke - state.position
-    if ahead < effect.length:
-        balance[FORCE] -= effect.damping * (1.0 - ahead / effect.length) * state.speed
+    if effect.damping > 0.0:
+        cushioned = ahead < effect.length and state.speed != 0.0
+        note_branch(balance, BRANCH, 1 if cushioned else 0)
+        if cushioned:
+            balance[FORCE] -= effect.damping * (1.0 - ahead / effect.length) * state.speed
 
 
 EFFECT = Effect(
     "end_cushion",
     EndCushion,
     equation="F = -c (1 - d/length) v",
-    source="cushions with check valves: ISO 15552 cylinders; squeezed films",
+    source="cushions of pneumatic cylinders, with check valves; squeezed films",
     seen_in="last millimetre before a stop; confused with bounce",
     isolated_by="lift sampled at 20 kHz or more around the contact",
 )

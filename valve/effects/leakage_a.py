@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.restriction import flow_between
-from valve.terms import ENERGY_A, MASS_A
+from apesim.restriction import leak
+from valve.terms import BRANCH, ENERGY_A, MASS_A
 
 
 class LeakageA(NamedTuple):
@@ -19,9 +19,8 @@ class LeakageA(NamedTuple):
 @kernel
 def leakage_a(effect, state, balance):
     """Flow from chamber A to ambient through an effective area (Eq. 7)."""
-    mass, energy = flow_between(
-        state.gas, effect.area, state.pressure_a, state.temperature_a, state.ambient.pressure, state.ambient.temperature
-    )
+    sides = state.pressure_a, state.temperature_a, state.ambient.pressure, state.ambient.temperature
+    mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
     balance[MASS_A] -= mass
     balance[ENERGY_A] -= energy
 

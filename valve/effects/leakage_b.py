@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.restriction import flow_between
-from valve.terms import ENERGY_B, MASS_B
+from apesim.restriction import leak
+from valve.terms import BRANCH, ENERGY_B, MASS_B
 
 
 class LeakageB(NamedTuple):
@@ -19,9 +19,8 @@ class LeakageB(NamedTuple):
 @kernel
 def leakage_b(effect, state, balance):
     """Flow from chamber B to ambient through an effective area (Eq. 7)."""
-    mass, energy = flow_between(
-        state.gas, effect.area, state.pressure_b, state.temperature_b, state.ambient.pressure, state.ambient.temperature
-    )
+    sides = state.pressure_b, state.temperature_b, state.ambient.pressure, state.ambient.temperature
+    mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
     balance[MASS_B] -= mass
     balance[ENERGY_B] -= energy
 

@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.restriction import flow_between
-from valve.terms import ENERGY_A, ENERGY_B, MASS_A, MASS_B
+from apesim.restriction import leak
+from valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B
 
 
 class RingLeakage(NamedTuple):
@@ -19,9 +19,8 @@ class RingLeakage(NamedTuple):
 @kernel
 def ring_leakage(effect, state, balance):
     """Flow from chamber A to chamber B through an effective area (Eq. 7)."""
-    mass, energy = flow_between(
-        state.gas, effect.area, state.pressure_a, state.temperature_a, state.pressure_b, state.temperature_b
-    )
+    sides = state.pressure_a, state.temperature_a, state.pressure_b, state.temperature_b
+    mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
     balance[MASS_A] -= mass
     balance[ENERGY_A] -= energy
     balance[MASS_B] += mass
