@@ -33,7 +33,7 @@ EFFECT = Effect(
     "clearance_error",
     ClearanceError,
     equation="V_c = (1 + share) V_c",
-    source="Heywood, Internal Combustion Engine Fundamentals, 2.2",
+    source="Heywood, Internal Combustion Engine Fundamentals",
     seen_in="compression; confused with the angle of dead centre",
     isolated_by="filling the clearance with oil at dead centre, or motored compression",
     adjust=adjust,

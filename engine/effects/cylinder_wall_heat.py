@@ -79,7 +79,8 @@ EFFECT = Effect(
     "cylinder_wall_heat",
     CylinderWallHeat,
     equation="Q = h (2 A_p + 4 V/B) (T_w - T)",
-    source="Woschni SAE 670931, Hohenberg SAE 790825, Annand 1963, Adair 1972",
+    source="Woschni SAE 670931; Hohenberg SAE 790825; Annand 1963, Proc. IMechE 177, 973; compressor: the constants of "
+    "Adair, Qvale and Pearson 1972 (Int. Compressor Eng. Conf., Purdue, 521), over bore and mean piston speed",
     seen_in="compression and expansion",
     isolated_by="motored compression and expansion with both valves closed, at two speeds",
     strengths=("h", "factor"),

@@ -35,7 +35,7 @@ EFFECT = Effect(
     "exhaust_timing",
     ExhaustTiming,
     equation="A_e(phi) = A_e(phi - angle)",
-    source="Heywood, Internal Combustion Engine Fundamentals, 6.3",
+    source="Heywood, Internal Combustion Engine Fundamentals",
     seen_in="blow-down and recompression; confused with exhaust restriction",
     isolated_by="a dial gauge on the exhaust valve over crank angle",
     adjust=adjust,

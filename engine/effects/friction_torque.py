@@ -34,7 +34,7 @@ EFFECT = Effect(
     "friction_torque",
     FrictionTorque,
     equation="fmep = fmep + constant",
-    source="Chen and Flynn, SAE 650733",
+    source="Chen and Flynn 1965, whose constant varies from engine to engine",
     seen_in="mean brake torque only, at all speeds alike",
     isolated_by="motoring the engine without air, both valves open",
     adjust=adjust,

@@ -73,7 +73,7 @@ EFFECT = Effect(
     "groove_area_error",
     GrooveAreaError,
     equation="S(s) = (1 + share) (1 + taper 4 s (1 - s)) S(s), s = (lift - lap)/(stroke - lap)",
-    source="flow coefficients of ports over lift: Heywood, Internal Combustion Engine Fundamentals, 6.3",
+    source="flow coefficients of ports over lift: Heywood, Internal Combustion Engine Fundamentals",
     seen_in="pressure rise after opening; confused with the lap",
     isolated_by="steady flow through the groove at several lifts",
     strengths=("share", "taper"),

@@ -33,7 +33,7 @@ EFFECT = Effect(
     "chamber_wall_heat",
     ChamberWallHeat,
     equation="Q = h (2 A + 4 V/D) (T_w - T)",
-    source="Carneiro and de Almeida 2006, Proc. IMechE I 220(1): heat transfer in pneumatic cylinders",
+    source="Carneiro and Gomes de Almeida 2006, Proc. IMechE I 220, 301: heat between air and cylinder walls",
     seen_in="chamber pressures in dwell; confused with leaks on lift alone",
     isolated_by="a charged chamber, solenoids held, piston on its stop: pressure over a second",
 )

@@ -27,7 +27,7 @@ EFFECT = Effect(
     "coulomb_friction",
     CoulombFriction,
     equation="F_f = F_d sign(dL/dt) in motion, up to F_s at rest",
-    source="paper, Eq. 2; Richer and Hurmuzlu 2000",
+    source="paper, Eq. 2; Richer and Hurmuzlu 2000, J. Dyn. Syst. Meas. Control 122, 416",
     seen_in="flight at low pressure; confused with the springs",
     isolated_by="slow strokes at low supply pressure, with both chamber pressures measured",
     strengths=("force", "breakaway"),

@@ -32,7 +32,7 @@ EFFECT = Effect(
     "discharge_coefficient_slope",
     DischargeCoefficientSlope,
     equation="S(r) = S (1 - fall r)",
-    source="Perry 1949, Trans. ASME 71: critical flow through sharp-edged orifices",
+    source="Jobson 1955, Proc. IMechE 169, 767: contraction of a jet of compressible fluid over its pressure ratio",
     seen_in="shape of charge and discharge; confused with the critical ratio",
     isolated_by="discharge test of a solenoid down to ambient pressure at two charging pressures",
 )

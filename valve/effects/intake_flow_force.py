@@ -25,7 +25,7 @@ EFFECT = Effect(
     "intake_flow_force",
     IntakeFlowForce,
     equation="F = area (p_i - p_0)",
-    source="Merritt, Hydraulic Control Systems, 5.2: flow forces on a spool tend to close it",
+    source="Merritt 1967, Hydraulic Control Systems: flow forces on a spool tend to close it",
     seen_in="flight with intake pressure on and off",
     isolated_by="bench strokes with the intake pressurised and open to ambient",
 )

@@ -30,7 +30,7 @@ EFFECT = Effect(
     "seal_friction",
     SealFriction,
     equation="F_f = c (|p_A - p_0| + |p_B - p_0|) sign(v)",
-    source="Eriksson and Olsson on O-rings; Belforte, Raparelli and Velardocchia 1993: seals of pneumatic cylinders",
+    source="Belforte et al. 1993, Lubrication Engineering 49, 775: friction of lip seals over pressure and speed",
     seen_in="flight at high pressure; confused with quadratic drag",
     isolated_by="strokes at three supply pressures, with both chamber pressures measured",
 )

@@ -34,7 +34,7 @@ EFFECT = Effect(
     "spring_rate_error",
     SpringRateError,
     equation="K = (1 + share) K",
-    source="paper, Eq. 1; DIN 2095 on tolerances of springs",
+    source="paper, Eq. 1; DIN 2095 (now EN 15800) on tolerances of springs",
     seen_in="mid stroke; confused with Coulomb friction",
     isolated_by="force over travel with both chambers open",
     adjust=adjust,

@@ -29,7 +29,7 @@ EFFECT = Effect(
     "stribeck_friction",
     StribeckFriction,
     equation="F_f = F exp(-(v/v_s)^2) sign(v)",
-    source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30(7)",
+    source="Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30, 1083",
     seen_in="first 2 ms of flight; confused with a delay",
     isolated_by="slow strokes at low supply pressure, lift sampled at 20 kHz or more",
 )
