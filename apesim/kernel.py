@@ -178,13 +178,16 @@ def entry(function):
     return compiled
 
 
-def by_type(default):
+def by_type(default=None, *, required=False):
     """A kernel whose body is chosen, when it is compiled, by the type of its first argument.
 
     Parameters
     ----------
     default : function
         What is done for a type that nothing was registered for.
+    required : bool
+        Something has to be registered; else `TypeError`. The cache knows the type, but not whether the module was
+        imported that registers for it: what is compiled without it would be taken for the other.
 
     Returns
     -------
@@ -192,13 +195,21 @@ def by_type(default):
         Callable from Python and from kernels. ``for_type(cls)`` registers a kernel for the NamedTuple ``cls``;
         ``bodies`` has those registered.
     """
+    if default is None:
+        return functools.partial(by_type, required=required)
     bodies, default = {}, kernel(default)
+
+    def body_for(cls):
+        if required and cls not in bodies:
+            name = getattr(cls, "__name__", cls)
+            raise TypeError(f"nothing is registered as {default.__name__} of {name}: import the module that does")
+        return bodies.get(cls, default)
 
     @functools.wraps(default)
     def chosen(first, *rest):
-        return bodies.get(type(first), default)(first, *rest)
+        return body_for(type(first))(first, *rest)
 
-    _let_call(chosen, lambda first: bodies.get(getattr(first, "instance_class", None), default).compiled)
+    _let_call(chosen, lambda first: body_for(getattr(first, "instance_class", None)).compiled)
 
     def for_type(cls):
         def register(body):

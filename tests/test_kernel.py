@@ -283,6 +283,27 @@ def test_the_type_of_the_first_argument_chooses_the_body(shape, expected):
     assert numba.njit(area_twice)(shape, 10.0) == 20.0 * expected
 
 
+UNREGISTERED = """
+from apesim.march import march
+from apesim.periodic import NO_TIMES, NO_TRACE
+from engine.machine import Machine
+from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
+
+p, tables, kinks = cycle_of(Machine(), 100.0)
+y, mode = charged_at_rest(p)
+try:
+    march(p, tables, 0.0, y, mode, kinks, accuracy_at(100.0), NO_TRACE, NO_TIMES, NO_TRACE)
+except TypeError as error:
+    print(error)
+"""
+
+
+def test_a_machine_whose_rates_no_module_registered_is_refused_and_not_kept(tmp_path):
+    said = python(UNREGISTERED, ROOT, APESIM_CACHE_DIR=str(tmp_path))
+    assert said == "nothing is registered as rates of Cycle: import the module that does"
+    assert not kept_files(tmp_path)
+
+
 # --- compiled and plain ---
 
 BITS = """
