@@ -3,7 +3,9 @@
 from itertools import product
 from typing import NamedTuple
 
+from engine.effects import intake_pipe_loss
 from studies.gap.parameters import DECLARED, Parameter
+from valve.effects import supply_droop
 
 SHAPES = {
     "coulomb_friction": ("breakaway",),
@@ -12,11 +14,16 @@ SHAPES = {
     "supply_droop": ("volume",),
 }
 """Parameters beside the strength that a fit may free."""
+INVERSE = {"supply_droop": supply_droop.AREA_LEAST, "intake_pipe_loss": intake_pipe_loss.AREA_LEAST}
+"""Effects whose strength is an area that does the less the larger it is; the least of it [m2]."""
 APART = {"cylinder_wall_heat": ("h",), "coulomb_friction": ("force",)}
 """Strengths that are searched for, where they are not all."""
 NUISANCES = ("sensor_gain", "sensor_offset", "time_zero")
 """Effects of the library that are no physics to be named, but known within a prior."""
-ENGINE_SENSORS = ("cylinder_pressure", "receiver_pressure", "torque", "air_flow")
+SIZES, INVERSE_SIZES = (0.01, 0.25, -0.25), (0.1, 0.5)
+"""Of probes, in units of a strength's x."""
+REACH = 1.3
+"""How far beyond its range a strength may be fitted: an effect that ends there by its interval is not the one."""
 
 
 class Candidate(NamedTuple):
@@ -77,9 +84,12 @@ def candidates_of(machine, bench, effects):
 def _strength(effect, name):
     key = f"effects.{effect.name}.{name}"
     low, high = DECLARED[key].ends
+    if effect.name in INVERSE:
+        least = INVERSE[effect.name]
+        return Parameter(key, least, least / high, 1.0, effect.off, inverse=True)
     away = max(high - effect.off, effect.off - low, key=abs)
-    ends = sorted(((low - effect.off) / away, (high - effect.off) / away))
-    return Parameter(key, away, *ends, effect.off)
+    ends = sorted((REACH * (low - effect.off) / away, REACH * (high - effect.off) / away))
+    return Parameter(key, away, *ends, effect.off, reach=REACH)
 
 
 def _shape(effect, name):
@@ -94,7 +104,8 @@ def probes_of(candidate):
     Those whose slope at zero vanishes are seen by the finite step alone.
     """
     for number, strength in enumerate(candidate.strengths):
-        for size, *shape in product((0.01, 0.25, -0.25), *((0.1, 0.6) for _ in candidate.shapes)):
+        sizes = INVERSE_SIZES if strength.inverse else SIZES
+        for size, *shape in product(sizes, *((0.1, 0.6) for _ in candidate.shapes)):
             if not strength.low <= size <= strength.high:
                 continue
             x = [0.0] * len(candidate.strengths)

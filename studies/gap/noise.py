@@ -266,7 +266,7 @@ def _from_repeats(pairs):
 
 
 def _from_rest(pairs):
-    """From samples before the trigger, and from stretches in which the model hardly moves, straight drifts taken off."""
+    """From samples before the trigger and stretches in which the model hardly moves, straight drifts taken off."""
     rough, records = _by_differences(pairs), []
     for block, values in pairs:
         if len(values) < ENOUGH:

@@ -31,6 +31,10 @@ class Parameter(NamedTuple):
     """Whether its scale is a share."""
     prior: bool = False
     """Whether x is known beforehand to be a standard normal number."""
+    inverse: bool = False
+    """Whether the value is ``scale / x``, as of an area that does the less the larger it is; off at x = 0."""
+    reach: float = 1.0
+    """How far beyond what the machine file allows a fit may go: `low` and `high` have it in them."""
 
     @property
     def declaration(self):
@@ -44,6 +48,8 @@ class Parameter(NamedTuple):
 
     def value(self, x):
         """SI value at x."""
+        if self.inverse:
+            return self.scale / float(x) if x > 0.0 else self.origin
         return self.origin + self.scale * float(x) * (self.origin if self.relative else 1.0)
 
     def shown(self, value):
@@ -77,12 +83,10 @@ def put(machine, parameters, x):
     engine.machine.Machine
     """
     for parameter, number in zip(parameters, x, strict=True):
-        value = parameter.scale * float(number)
+        value = parameter.value(number)
         if parameter.shifts:
             own = value_of(machine, parameter.key)
             zero = machine.ambient.pressure if parameter.key == "supply.pressure" else 0.0
-            value = own + value * (own - zero if parameter.relative else 1.0)
-        else:
-            value += parameter.origin
+            value = own + parameter.scale * float(number) * (own - zero if parameter.relative else 1.0)
         machine = with_value(machine, parameter.key, value)
     return machine

@@ -143,7 +143,7 @@ def detection_limits(columns):
     for column in columns:
         probe = column.probe
         parameter = probe.candidate.strengths[probe.strength]
-        x = abs(probe.x[probe.strength]) * DETECTED / column.length if column.length else np.inf
+        x = min(abs(probe.x[probe.strength]) * DETECTED / max(column.length, 1e-30), 1e30)
         best = found.get(probe.candidate.name)
         if best is None or x < best[0]:
             found[probe.candidate.name] = x, parameter, column.kept
@@ -151,7 +151,7 @@ def detection_limits(columns):
         name: {
             "parameter": parameter.key.split(".")[-1],
             "unit": parameter.declaration.unit,
-            "limit": abs(parameter.shown(parameter.scale * x)) if x <= 1.0 else None,
+            "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if x <= 1.0 else None,
             "kept": kept,
         }
         for name, (x, parameter, kept) in found.items()

@@ -41,9 +41,13 @@ class Model(NamedTuple):
         return sum(len(candidate.parameters) for candidate in self.candidates)
 
     def machine(self):
-        """The machine with the effects, its nuisances as they were."""
-        values = np.where(self.problem.known, 0.0, self.fitted.x)
-        return put(self.problem.machine, self.problem.parameters, values)
+        """The machine with the effects, within what a machine file allows; its nuisances as they were."""
+        parameters = self.problem.parameters
+        x = [
+            0.0 if p.prior else np.clip(x, p.low / p.reach, p.high / p.reach)
+            for p, x in zip(parameters, self.fitted.x, strict=True)
+        ]
+        return put(self.problem.machine, parameters, x)
 
 
 def refit(base, candidates, guesses):

@@ -116,7 +116,7 @@ def with_alarm(base, choices, size, judged):
         return Verdict(
             AMBIGUOUS_VERDICT, best, rivals, 0.5, "there is one operating point alone: nothing can be held out"
         )
-    refused = refusal(judged)
+    refused = refusal(judged) or implausible(best.model)
     if refused:
         return Verdict(REFUSED, best, rivals, 0.9, refused)
     if best.model.released:
@@ -124,7 +124,7 @@ def with_alarm(base, choices, size, judged):
         return Verdict(verdict, best, rivals, chance, "a number of the machine is wrong, and nothing is missing")
     single = next((choice for choice in choices if len(choice.names) == 1), best)
     if len(best.names) == 2 and single.names[0] not in best.names:
-        rivals = tuple(dict.fromkeys((single, *rivals)))
+        rivals = (single, *(choice for choice in rivals if choice is not single))
         return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the best pair does not contain the best single effect")
     if not rivals:
         verdict = NAMED if len(best.names) == 1 else TWO_EFFECTS
@@ -133,6 +133,19 @@ def with_alarm(base, choices, size, judged):
     if len(best.names) == 1 and all(cosine(own, explained(base, choice)) > ALIKE for choice in rivals):
         return Verdict(NAMED_CLASS, best, rivals, 1.0 - OUTSIDE, "one of a class that these data do not tell apart")
     return Verdict(AMBIGUOUS_VERDICT, best, rivals, 1.0 - OUTSIDE, "several explanations are as good")
+
+
+def implausible(model):
+    """Why a model is refused by its own numbers; "" where it is not."""
+    far = [model.problem.parameters[j].key for j in pulled(model)]
+    if far:
+        return f"the best explanation still needs {far[0]} {PULL_MOST:g} prior deviations away"
+    deviations = np.sqrt(np.diag(model.fitted.covariance))
+    for parameter, x, deviation in zip(model.problem.parameters, model.fitted.x, deviations, strict=True):
+        ends = parameter.low / parameter.reach, parameter.high / parameter.reach
+        if parameter.reach > 1.0 and (x - 2.0 * deviation > ends[1] or x + 2.0 * deviation < ends[0]):
+            return f"the best explanation needs {parameter.key} beyond its range"
+    return ""
 
 
 def refusal(judged):

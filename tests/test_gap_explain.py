@@ -1,0 +1,102 @@
+"""From measured data to a verdict, on data of the independent simulator."""
+
+import json
+from itertools import count
+
+import numpy as np
+import pytest
+from truth.valve import Bench, noise, simulate
+
+from apesim.quantities.settings import load
+from engine.machine import Machine
+from studies.gap.explain import explain
+from studies.gap.record import effects_of
+from studies.measured import read_measured
+
+AMBIENT = 101325.0
+TEMPERATURE = 287.0
+TIMES = np.linspace(0.0, 0.1, 501)
+PRESSURES = {0.16e6: "fit", 0.40e6: "fit", 0.70e6: "fit", 0.55e6: "gate", 0.49e6: "check"}
+LIFT, PRESSURE = 0.03e-3, 2e3
+SEED = 5000
+
+
+@pytest.fixture
+def measure(tmp_path):
+    """Writes a folder as from a rig with a valve of the independent simulator."""
+    numbers = count()
+
+    def folder(bench, pressures=PRESSURES, chambers=True, gauge_error=0.0):
+        path = tmp_path / f"data{next(numbers)}"
+        path.mkdir()
+        rng = np.random.default_rng(SEED)
+        text = 'bench = "valve"\n[sensor.lift]\nnoise = "0.03 mm"\n'
+        for number, (gauge, role) in enumerate(pressures.items()):
+            supply = gauge * (1.0 + gauge_error) + AMBIENT
+            rig = bench._replace(supply_pressure=supply, supply_temperature=TEMPERATURE)
+            states = simulate(rig, 50e-3, float(TIMES[-1])).states(TIMES)
+            columns = {"time [s]": TIMES, "lift [m]": rig.stroke - states[0] + noise(len(TIMES), LIFT, rng)}
+            if chambers:
+                columns["pressure_a [Pa abs]"] = states[2] + noise(len(TIMES), PRESSURE, rng)
+                columns["pressure_b [Pa abs]"] = states[4] + noise(len(TIMES), PRESSURE, rng)
+            rows = "".join(",".join(map(repr, map(float, row))) + "\n" for row in zip(*columns.values(), strict=True))
+            (path / f"{number}.csv").write_text(",".join(columns) + "\n" + rows)
+            text += f'[[run]]\ndata = "{number}.csv"\nsupply = "{gauge / 1e6!r} MPa gauge"\ntemperature = "287 K"\n'
+            text += f'pulse = "50 ms"\nrole = "{role}"\n'
+        (path / "measured.toml").write_text(text)
+        return path
+
+    return folder
+
+
+def explained(folder, **options):
+    return explain(Machine(), read_measured(folder, AMBIENT), **options)
+
+
+def test_where_nothing_is_missing_nothing_is_found(measure):
+    found = explained(measure(Bench()))
+    assert found.verdict.verdict == "NO_GAP"
+    assert not found.detection.alarm
+    assert np.abs(found.base.fitted.x).max() < 3.0
+
+
+def test_a_hidden_effect_is_named_sized_and_added(measure, apesim, tmp_path):
+    path = measure(Bench(dry_friction=3.0, breakaway=3.0))
+    code, out, _ = apesim("gap", "explain", str(path), "--out", str(tmp_path / "out"), "--json")
+    data = json.loads(out)
+    assert code == 0
+    assert data["verdict"] == "NAMED"
+    assert json.loads((tmp_path / "out/verdict.json").read_text())["verdict"] == "NAMED"
+    force = next(row for row in data["effects"] if row["parameter"] == "force")
+    assert force["name"] == "coulomb_friction"
+    assert force["interval_95"][0] < 3.0 < force["interval_95"][1]
+    assert force["interval_95"][1] - force["interval_95"][0] < 3.0
+    # On runs that were opened once the gap is gone.
+    held_out = data["held_out"]
+    assert held_out["before"] > 1.02 * held_out["after"]
+    assert held_out["after"] == pytest.approx(1.0, abs=0.05)
+    # The machine that was written has the effect, and lacks nothing.
+    machine = load(Machine, tmp_path / "out/machine.toml")
+    assert machine.effects.coulomb_friction.force == pytest.approx(force["value"], rel=1e-9)
+    assert explain(machine, read_measured(path, AMBIENT)).verdict.verdict == "NO_GAP"
+
+
+def test_an_effect_that_the_library_lacks_is_not_given_another_name(measure):
+    path = measure(Bench(dry_friction=12.0, breakaway=12.0))
+    found = explained(path, without=["coulomb_friction", "stribeck_friction", "seal_friction"])
+    assert found.detection.alarm
+    assert found.verdict.verdict in ("REFUSED", "AMBIGUOUS")
+
+
+def test_a_wrong_number_of_the_machine_is_a_finding_of_its_own(measure):
+    found = explained(measure(Bench(), gauge_error=0.08))
+    assert found.verdict.verdict == "CALIBRATION"
+    assert found.verdict.best.names == ("supply.pressure",)
+    (row,) = effects_of(found.best)
+    stated = Machine().supply.pressure
+    assert row["value"] * 1e6 == pytest.approx(stated + 0.08 * (stated - AMBIENT), rel=0.01)
+
+
+def test_one_operating_point_alone_names_nothing(measure):
+    found = explained(measure(Bench(dry_friction=8.0, breakaway=8.0), {0.16e6: "fit"}, chambers=False))
+    assert found.verdict.verdict in ("AMBIGUOUS", "NO_GAP")

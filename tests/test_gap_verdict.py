@@ -1,0 +1,93 @@
+"""The rules by which something is named, or is not."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from studies.gap import verdict as rules
+from studies.gap.heldout import HeldOut
+from studies.gap.parameters import Parameter
+from studies.gap.select import Choice
+
+N = 50
+GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)
+
+
+def model(names, gap=None, cost=0.0, released="", x=(0.0, 0.5)):
+    """A model that takes a gap of some shape away."""
+    errors = np.append(np.zeros(N) if gap is None else -np.asarray(gap, dtype=float), np.zeros(2))
+    fitted = SimpleNamespace(errors=errors, x=np.array(x), covariance=0.01 * np.eye(2))
+    effect = Parameter("effects.quadratic_drag.coefficient", 40.0, 0.0, 1.3, reach=1.3)
+    nuisance = Parameter("valve.viscous_friction", 0.1, -10.0, 10.0, 111.0, True, True, True)
+    problem = SimpleNamespace(known=np.array([True, False]), parameters=[nuisance, effect])
+    return SimpleNamespace(
+        names=(released,) if released else names, fitted=fitted, problem=problem, cost=cost, released=released
+    )
+
+
+def choice(cost, *names, gap=None, **options):
+    return Choice(model(names, gap, **options), cost)
+
+
+BASE = model((), cost=300.0)
+SHAPE = np.sin(np.arange(N))
+OTHER = np.cos(np.arange(N))
+
+
+def verdict_of(*choices, size=1.0, judged=GOOD):
+    return rules.with_alarm(BASE, sorted(choices, key=lambda one: one.cost), size, judged).verdict
+
+
+def test_one_effect_far_ahead_is_named():
+    assert verdict_of(choice(100.0, "a", gap=SHAPE), choice(150.0, "b", gap=OTHER)) == "NAMED"
+
+
+def test_a_gap_too_small_to_matter_is_none():
+    assert verdict_of(choice(100.0, "a"), size=0.1) == "NO_GAP"
+
+
+def test_what_does_not_earn_its_place_is_refused():
+    assert verdict_of(choice(301.0, "a")) == "REFUSED"
+
+
+def test_two_that_look_alike_are_a_class_and_two_that_do_not_are_ambiguous():
+    assert verdict_of(choice(100.0, "a", gap=SHAPE), choice(105.0, "b", gap=SHAPE + 0.1 * OTHER)) == "NAMED_CLASS"
+    assert verdict_of(choice(100.0, "a", gap=SHAPE), choice(105.0, "b", gap=OTHER)) == "AMBIGUOUS"
+
+
+def test_a_pair_that_contains_the_best_single_effect_is_no_rival_to_it():
+    assert verdict_of(choice(100.0, "a", gap=SHAPE), choice(101.0, "a", "b", gap=SHAPE)) == "NAMED"
+
+
+def test_a_pair_far_ahead_is_named_if_it_contains_the_best_single():
+    pair = choice(100.0, "a", "b", gap=SHAPE)
+    assert verdict_of(pair, choice(150.0, "a", gap=SHAPE)) == "TWO_EFFECTS"
+    assert verdict_of(pair, choice(150.0, "c", gap=SHAPE)) == "AMBIGUOUS"
+
+
+def test_a_wrong_number_is_a_calibration():
+    assert verdict_of(choice(100.0, released="supply.temperature")) == "CALIBRATION"
+
+
+@pytest.mark.parametrize(
+    ("judged", "said"),
+    [
+        (GOOD._replace(removed=-1.0), "removes nothing"),
+        (GOOD._replace(left=600.0), "is still there"),
+        (GOOD._replace(samples=10_000, removed=4000.0, left=600.0), "a gap of"),
+    ],
+)
+def test_what_fails_on_runs_left_out_is_refused(judged, said):
+    found = rules.with_alarm(BASE, [choice(100.0, "a", gap=SHAPE)], 1.0, judged)
+    assert found.verdict == "REFUSED"
+    assert said in found.reason
+
+
+@pytest.mark.parametrize("x", [(5.0, 0.5), (0.0, 1.25)])
+def test_a_name_that_needs_a_far_nuisance_or_a_size_beyond_its_range_is_refused(x):
+    assert verdict_of(choice(100.0, "a", gap=SHAPE, x=x)) == "REFUSED"
+
+
+def test_without_anything_held_out_nothing_is_named():
+    assert verdict_of(choice(100.0, "a", gap=SHAPE), judged=None) == "AMBIGUOUS"
