@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import truth
-from machines import AMBIENT, agrees, machine, reference
+from machines import AMBIENT, agrees, machine, reference, turned_on
+from truth.reading import rig_of
 from truth.terms import ring_leakage
 from truth.valve import POSITION, PRESSURE_A, TEMPERATURE_B, Bench, noise, simulate
 
 from valve.bench import run_bench
+from valve.effects import VALVE_EFFECTS
 
 PACKAGES = {"apesim", "valve", "engine", "studies"}
 FILES = sorted(Path(truth.__file__).parent.rglob("*.py"))
@@ -67,6 +69,19 @@ def test_an_effect_moves_the_lift_by_more_than_the_packages_err(effect):
     times = np.arange(0.0, 0.1, 5e-5)
     base, moved = (simulate(Bench(AMBIENT + 4e5, **ours), 50e-3, 0.1) for ours in ({}, EFFECTS[effect][0]))
     assert np.abs(base.states(times)[POSITION] - moved.states(times)[POSITION]).max() > 2e-5
+
+
+@pytest.mark.parametrize("effect", VALVE_EFFECTS, ids=lambda effect: effect.name)
+def test_the_compiled_bench_agrees_with_the_truth_on_every_effect(effect):
+    tested = machine(supply=0.4)
+    tested = tested._replace(effects=tested.effects._replace(**{effect.name: turned_on(effect)}))
+    if effect.slots == ("sensor",):
+        pytest.skip("acts on what is read, not on the run")
+    run = run_bench(tested, 50e-3, 100e-3, sample=5e-5)
+    states = simulate(rig_of(tested).engine.valve, 50e-3, 100e-3).states(run.times)
+    assert np.abs(run.trace[:, 0] - (9e-3 - states[POSITION])).max() < 1e-6
+    assert run.trace[:, 2] == pytest.approx(states[PRESSURE_A], rel=1e-4)
+    assert run.trace[:, 5] == pytest.approx(states[TEMPERATURE_B], rel=1e-4)
 
 
 def test_a_breakaway_larger_than_every_force_keeps_the_piston_closed():

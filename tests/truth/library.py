@@ -80,12 +80,12 @@ LIBRARY = {
     )
 }
 CALIBRATED = {
-    "groove_area_error": "groove.effective_area",
-    "exhaust_restriction": "exhaust.effective_area",
-    "friction_torque": "friction.constant",
-    "sensor_gain": "gain",
-    "sensor_offset": "offset",
-    "time_zero": "time_zero",
-    "tdc_error": "tdc_error",
+    "groove_area_error": ("groove.effective_area",),
+    "exhaust_restriction": ("exhaust.effective_area",),
+    "friction_torque": ("friction.constant",),
+    "sensor_gain": ("sensor_gain",),
+    "sensor_offset": ("sensor_offset",),
+    "time_zero": ("time_zero", "dead_time"),
+    "tdc_error": ("tdc_error",),
 }
-"""Effects that are a nuisance, larger than its prior: a verdict of CALIBRATION with this in the key is right, too."""
+"""Effects that are a nuisance, larger than its prior, and that under these keys: that verdict is right, too."""

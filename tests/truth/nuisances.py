@@ -37,10 +37,11 @@ def of_engine(name):
 
 
 def supply(rig, x):
-    """A share of the supply's pressure, engine air and control air alike."""
-    engine = rig.engine
-    intake = None if engine.intake_pressure is None else (1.0 + x) * engine.intake_pressure
-    return rig.of_engine(intake_pressure=intake).valve(supply_pressure=(1.0 + x) * engine.valve.supply_pressure)
+    """A share of the supply's gauge pressure, engine air and control air alike."""
+    engine, zero = rig.engine, rig.engine.valve.ambient_pressure
+    intake = None if engine.intake_pressure is None else engine.intake_pressure + x * (engine.intake_pressure - zero)
+    control = engine.valve.supply_pressure + x * (engine.valve.supply_pressure - zero)
+    return rig.of_engine(intake_pressure=intake).valve(supply_pressure=control)
 
 
 def friction(rig, x):

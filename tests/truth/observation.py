@@ -16,7 +16,7 @@ TOLERANCE = 1e-7
 """Of the solver; errs by less than 0.001 deviations per sample, the least noise taken."""
 ROUNDS = {VALVE: 2, ENGINE: 1}
 """How often nuisances are fitted anew about where the last fit took them."""
-FARTHEST = 8.0
+FARTHEST = 30.0
 """How far they may go [prior deviations]."""
 NEAR = 3e-6
 """To the engine's periodic state, relative."""

@@ -63,8 +63,7 @@ class Scored(NamedTuple):
             return False
         keys = [one["key"] for one in self.verdict.get("nuisances", ())[:1]]
         keys += [one.get("key", one["name"]) for one in self.verdict.get("nearest", ())]
-        wanted = CALIBRATED.get(self.hidden[0], "no such key")
-        return any(wanted in key or self.hidden[0] in key for key in keys)
+        return any(wanted in key for key in keys for wanted in CALIBRATED.get(self.hidden[0], ()))
 
     @property
     def named(self):

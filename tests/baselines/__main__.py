@@ -1,0 +1,89 @@
+"""``python -m tests.baselines rms|aic|sindy gap explain CASE --machine FILE --out OUT [--without NAME]...``
+
+Writes a ``verdict.json`` as `apesim gap explain` does, so that the blind benchmark scores it alike.
+"""
+
+import argparse
+import json
+from math import exp
+from pathlib import Path
+from time import perf_counter
+
+from engine.effects import ALL_EFFECTS
+from studies.commands.machine import load_machine
+from studies.measured import read_measured
+
+from .fits import one_parameter_fits
+from .sparse import missing_force
+
+NORMAL_95 = 1.959963984540054
+
+
+def by_fit(machine, measured, effects, akaike):
+    """Verdict of the best one-parameter fit."""
+    base, rows = one_parameter_fits(machine, measured, effects)
+    cost, name, parameter, x, deviation = rows[0]
+    best = {one[1]: one[0] for one in reversed(rows)}
+    if akaike and base < cost + 2.0:
+        return {
+            "verdict": "NO_GAP",
+            "alarm": False,
+            "effects": [],
+            "probability": weight(base, [base, *plus_two(best)]),
+        }
+    value, half = (parameter.shown(size) for size in (parameter.value(x), parameter.scale * NORMAL_95 * deviation))
+    named = {
+        "name": name,
+        "parameter": parameter.key.split(".")[-1],
+        "value": value,
+        "unit": parameter.declaration.unit,
+        "interval_95": [value - half, value + half],
+    }
+    probability = weight(cost + 2.0, [base, *plus_two(best)]) if akaike else 1.0
+    return {"verdict": "NAMED", "alarm": True, "effects": [named], "probability": probability}
+
+
+def plus_two(best):
+    """Akaike's criteria of the fits."""
+    return [cost + 2.0 for cost in best.values()]
+
+
+def weight(own, all_of_them):
+    """Akaike's weight."""
+    return 1.0 / sum(exp(min(0.5 * (own - other), 700.0)) for other in all_of_them)
+
+
+def by_sparse_regression(machine, measured):
+    """Verdict of the largest missing force."""
+    found = missing_force(machine, measured)
+    if not found:
+        return {"verdict": "REFUSED", "alarm": False, "effects": [], "probability": 0.5}
+    named = [{"name": found[0][0], "parameter": "", "value": found[0][1], "unit": "N", "interval_95": [0.0, 0.0]}]
+    return {"verdict": "NAMED", "alarm": True, "effects": named, "probability": 1.0}
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="python -m tests.baselines")
+    parser.add_argument("method", choices=["rms", "aic", "sindy"])
+    parser.add_argument("words", nargs=2, help="gap explain")
+    parser.add_argument("case")
+    parser.add_argument("--machine", required=True)
+    parser.add_argument("--out", required=True)
+    parser.add_argument("--without", action="append", default=[])
+    given = parser.parse_args()
+    started = perf_counter()
+    machine = load_machine(given.machine, ())
+    measured = read_measured(given.case, machine.ambient.pressure)
+    effects = [effect for effect in ALL_EFFECTS if effect.name not in given.without]
+    if given.method == "sindy":
+        verdict = by_sparse_regression(machine, measured)
+    else:
+        verdict = by_fit(machine, measured, effects, given.method == "aic")
+    verdict |= {"wall_time_s": perf_counter() - started}
+    out = Path(given.out)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "verdict.json").write_text(json.dumps(verdict))
+
+
+if __name__ == "__main__":
+    main()

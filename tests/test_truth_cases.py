@@ -1,0 +1,135 @@
+"""Sealed cases and their scores: what is written is what was hidden, and figures count what they say."""
+
+import json
+from hashlib import sha256
+
+import numpy as np
+import pytest
+from truth.challenge import make, nominal_rig
+from truth.crank import TURN
+from truth.effects import EFFECTS, Rig
+from truth.library import ENGINE, LIBRARY, VALVE
+from truth.observation import Laboratory, at_point
+from truth.schedule import KINDS, NONE, SCHEDULE, SINGLE
+from truth.score import Scored, clopper_pearson, figures
+from truth.sensors import Sensors, bench_channels, lagging, true_angles
+from truth.setting import AMBIENT, Noise, Point, Setting
+from truth.tables import report
+from truth.valve import Bench, simulate
+
+POINTS = (Point("fit", AMBIENT + 0.2e6, 287.0, 45e-3), Point("fit", AMBIENT + 0.5e6, 287.0, 45e-3))
+WHITE = Noise(1.0, "white", 0.0, 0.0, True)
+
+
+def of_kind(kind, bench=VALVE):
+    return next(seed for seed, plan in enumerate(SCHEDULE) if (plan.kind, plan.bench) == (kind, bench))
+
+
+def setting(suite="chambers", noise=WHITE):
+    return Setting(VALVE, suite, POINTS, noise, 501, 0.0)
+
+
+def test_a_block_of_seeds_holds_what_is_asked_for():
+    counts = {kind: sum(plan.kind == kind for plan in SCHEDULE) for kind in KINDS}
+    least = {"none": 100, "single": 175, "double": 60, "removed": 40, "foreign": 25}
+    assert all(counts[kind] >= number for kind, number in least.items())
+    assert sum(plan.bench == ENGINE for plan in SCHEDULE) >= 100
+    singles = [plan.effects[0] for plan in SCHEDULE if plan.kind == SINGLE]
+    assert all(singles.count(name) >= 5 for name in LIBRARY)
+    assert set(LIBRARY) == set(EFFECTS)
+    assert sum(bool(plan.clutter) for plan in SCHEDULE) >= counts[NONE] // 4
+
+
+def test_a_case_is_sealed_and_can_be_made_again(tmp_path):
+    seed = of_kind(NONE)
+    answer = make(seed, tmp_path / "one")
+    make(seed, tmp_path / "two")
+    text = (tmp_path / "one" / "answer.json").read_text()
+    assert (tmp_path / "one" / "case" / "answer.sha256").read_text().strip() == sha256(text.encode()).hexdigest()
+    assert json.loads(text)["kind"] == answer["kind"] == NONE
+    names = sorted(path.name for path in (tmp_path / "one" / "case").iterdir())
+    for name in names:
+        assert (tmp_path / "one" / "case" / name).read_bytes() == (tmp_path / "two" / "case" / name).read_bytes()
+    assert not any("hidden" in (tmp_path / "one" / "case" / name).read_text() for name in names)
+
+
+def test_a_change_that_is_a_nuisance_costs_its_prior_alone():
+    lab, rig = Laboratory(setting()), Rig()
+    left = lab.left(rig, lambda rig: rig.valve(viscous_friction=1.1 * rig.engine.valve.viscous_friction), POINTS)
+    assert 0.3 < np.linalg.norm(left) < 1.01  # one prior deviation at most, less what other nuisances take on
+
+
+def test_twice_the_noise_at_most_halves_the_deviations_of_an_effect():
+    rig, sizes = Rig(), []
+    for scale in (1.0, 2.0):
+        lab = Laboratory(setting(noise=WHITE._replace(scale=scale)))
+        sizes.append(np.linalg.norm(lab.left(rig, lambda rig: EFFECTS["ring_leakage"](rig, 0.05e-6), POINTS)))
+    # The gap counts half, but priors of the same width hold the nuisances tighter: at most a factor of two is lost.
+    assert 1.5 < sizes[0] / sizes[1] < 2.01
+
+
+def test_time_before_the_energising_is_at_rest():
+    run = simulate(Bench(AMBIENT + 4e5), 45e-3, 0.1)
+    found = bench_channels(Bench(), run, np.array([-5e-3, 0.0, 1e-3]), Sensors(), ("lift", "pressure_a"))
+    assert found["lift"] == pytest.approx(0.0, abs=1e-12)
+    assert found["pressure_a"] == pytest.approx(AMBIENT + 4e5)
+
+
+def test_a_lag_answers_a_ramp_as_first_order_systems_do():
+    t = np.arange(0.0, 20e-3, 1e-5)
+    assert lagging(t, 1e-3, 1e-5) == pytest.approx(t - 1e-3 * (1.0 - np.exp(-t / 1e-3)), abs=1e-9)
+
+
+def test_ripple_bends_the_angle_as_the_speed_says():
+    at = np.linspace(-7.0, 13.0, 20001)
+    true = true_angles(at, 0.03)
+    speed = np.gradient(true, at)
+    assert speed == pytest.approx((1.0 + 0.03 * np.sin(true)) / np.sqrt(1.0 - 0.03**2), abs=1e-3)
+    assert true_angles(np.array([0.0, TURN, -TURN]), 0.03) == pytest.approx([0.0, TURN, -TURN])
+
+
+def case(kind, deviations, said, name="side_force", first="side_force", **more):
+    hidden = [] if kind == NONE else [{"name": name, "parameter": "force", "value": 2.0, "unit": "N"}]
+    hidden = [one | {"deviations": deviations} for one in hidden]
+    gap = [{"signal": "lift", "phase": "impact", "share": 0.9}]
+    plain = {"bench": VALVE, "setting": {"suite": "lift", "noise": {"scale": 1.0, "colour": "white"}, "points": []}}
+    answer = {"kind": kind, "seed": 1, "hidden": hidden, "rms": 1.0, "class": [], "gap": gap} | plain
+    effects = [{"name": first, "parameter": "force", "value": 2.1, "unit": "N", "interval_95": [1.9, 2.3]}]
+    told = {"verdict": said, "alarm": said != "NO_GAP", "effects": effects if said == "NAMED" else []}
+    return Scored(answer | {"deviations": deviations}, told | {"probability": 0.95} | more)
+
+
+def test_figures_count_right_and_wrong_names():
+    scored = [
+        case(NONE, 0.0, "NO_GAP"),
+        case(NONE, 0.0, "NAMED"),
+        case(SINGLE, 12.0, "NAMED"),
+        case(SINGLE, 12.0, "NAMED", first="bounce"),
+        case(SINGLE, 7.0, "NO_GAP"),
+        case(SINGLE, 30.0, "REFUSED", localised={"signal": "lift", "phase": "impact"}),
+        case("removed", 30.0, "REFUSED"),
+        case("foreign", 30.0, "NAMED"),
+    ]
+    found = {one.what: (one.hits, one.cases) for one in figures(scored)}
+    assert found["alarms, nothing hidden, at a nominal 1 %"] == (1, 2)
+    assert found["names given, nothing hidden"] == (1, 2)
+    assert found["detected, ≥ 10 deviations"] == (3, 3)
+    assert found["detected, 5–10 deviations"] == (0, 1)
+    assert found["right class first, single, ≥ 10 deviations"] == (1, 3)
+    assert found["exactly one name, and right, ≥ 10 deviations"] == (1, 3)
+    assert found["outside the library: not named"] == (1, 2)
+    assert found["wrong with confidence (> 0.9), over everything"] == (3, 8)
+    assert found["largest part of the gap in the right signal and phase"] == (1, 1)
+    assert found["95 % intervals that hold the truth"] == (1, 1)
+    assert "| side_force |" in report(scored, {5: "exit code 1"})
+
+
+def test_the_interval_of_no_hit_in_a_hundred_is_the_known_one():
+    assert clopper_pearson(0, 100) == pytest.approx((0.0, 0.0362), abs=1e-4)
+    assert clopper_pearson(95, 100) == pytest.approx((0.8872, 0.9836), abs=1e-4)
+
+
+def test_a_nominal_rig_is_what_its_file_says():
+    rig = nominal_rig(np.random.default_rng(3), VALVE)
+    assert at_point(rig, POINTS[0]).engine.valve.supply_pressure == POINTS[0].supply
+    assert rig.engine.valve.viscous_friction != Bench().viscous_friction
