@@ -135,7 +135,7 @@ def cylinder_state(p, t, y):
 def control_air(p, y):
     """Where control air comes from, and what is before the solenoids, both as pressure [Pa abs] and temperature [K]."""
     source = receiver_state(p, y) if p.control_from_receiver else p.control
-    return source, before_solenoids(p.actuator, y[LINE_MASS], y[LINE_ENERGY], source)
+    return source, before_solenoids(p.actuator, y, LINE_MASS, source)
 
 
 @kernel

@@ -6,14 +6,17 @@ from machines import AMBIENT, RPM, machine, settled
 
 from apesim.air import Ambient, gas_of
 from apesim.effect import law
+from apesim.march import LOG_HEAD, LOG_ROWS, march
+from apesim.restriction import CHOKED
 from engine.breathing import DEGREE
-from engine.cycle import TRACE
-from engine.cycle_state import OTHER_ENERGY, OTHER_MASS
+from engine.cycle import BRANCHED, TRACE
+from engine.cycle_state import OTHER_ENERGY, OTHER_MASS, STATES
 from engine.cylinder import ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, CylinderState
 from engine.effects.blow_by import BlowBy
 from engine.effects.cylinder_wall_heat import ANNAND, COMPRESSOR, HOHENBERG, WOSCHNI, CylinderWallHeat
 from engine.effects.seat_leak import SeatLeak
 from engine.indicators import indicators
+from engine.operating_point import accuracy_at, cycle_of
 
 FINE = 0.05 * DEGREE
 PISTON = 0.25 * np.pi * 0.085**2
@@ -93,8 +96,8 @@ def test_heat_flows_from_hot_to_cold():
 
 def test_blow_by_is_choked_flow_out_of_the_cylinder_with_its_enthalpy():
     """0.5 mm2 at 5 bar and 280 K: 0.68473 S p/sqrt(R T)."""
-    mass, energy, *past_groove = added(BlowBy(0.5e-6))
-    assert past_groove == [0.0, 0.0]
+    mass, energy, *past_groove, regime = added(BlowBy(0.5e-6))
+    assert (past_groove, regime) == ([0.0, 0.0], CHOKED)
     assert mass == pytest.approx(-0.684731 * 0.5e-6 * 5e5 / np.sqrt(287.05 * 280.0), rel=1e-6)
     assert energy == pytest.approx(mass * 1004.675 * 280.0, rel=1e-9)
 
@@ -136,6 +139,22 @@ def test_an_engine_runs_with_each_correlation(correlation):
     run = settled(a_machine, 800.0)
     assert run.end[OTHER_ENERGY] > 0.0
     assert indicators(a_machine, run)["energy_closure"] < 1e-11
+
+
+@pytest.mark.parametrize("rpm", [400.0, 1000.0])
+def test_blow_by_changes_over_at_an_event_and_the_work_converges(rpm):
+    """From the same start, at the default tolerance; 25 tolerances were it stepped over."""
+    a_machine = machine(receiver=1.0, effects__blow_by__area=1e-6)
+    orbit = settled(a_machine, rpm, tolerance=1e-11).orbit
+    p, tables, kinks = cycle_of(a_machine, rpm * RPM)
+    ends, logs = [], []
+    for tolerance in (1e-7, 1e-12):
+        y, mode, log = orbit.y.copy(), orbit.mode.copy(), np.empty((LOG_ROWS, LOG_HEAD + STATES))
+        outcome = march(p, tables, 0.0, y, mode, kinks, accuracy_at(p, tolerance), log, np.empty(0), np.empty((0, 0)))
+        ends.append(y[-1])
+        logs.append(log[: outcome.logged, 1])
+    assert ends[0] == pytest.approx(ends[1], rel=5e-7)
+    assert all((log == BRANCHED).sum() >= 4 for log in logs)
 
 
 def test_a_seat_leak_is_choked_flow_past_the_groove_with_the_intakes_enthalpy():

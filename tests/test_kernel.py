@@ -292,7 +292,7 @@ from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
 p, tables, kinks = cycle_of(Machine(), 100.0)
 y, mode = charged_at_rest(p)
 try:
-    march(p, tables, 0.0, y, mode, kinks, accuracy_at(100.0), NO_TRACE, NO_TIMES, NO_TRACE)
+    march(p, tables, 0.0, y, mode, kinks, accuracy_at(p), NO_TRACE, NO_TIMES, NO_TRACE)
 except TypeError as error:
     print(error)
 """

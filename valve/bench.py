@@ -90,7 +90,7 @@ class BenchRun(NamedTuple):
 def control_air(p, y):
     """Where control air comes from, and what is before the solenoids, both as pressure [Pa abs] and temperature [K]."""
     source = p.supply[0], p.supply[1]
-    return source, before_solenoids(p.actuator, y[LINE_MASS], y[LINE_ENERGY], source)
+    return source, before_solenoids(p.actuator, y, LINE_MASS, source)
 
 
 @kernel

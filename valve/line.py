@@ -17,14 +17,16 @@ def has_line(actuator):
 
 
 @kernel
-def before_solenoids(actuator, mass, energy, source):
+def before_solenoids(actuator, y, first, source):
     """Pressure [Pa abs] and temperature [K] before the solenoids.
 
     Parameters
     ----------
     actuator : Actuator
-    mass, energy : float
-        Of the air in the line [kg, J].
+    y : float array
+        State; without a line it may end before the line's.
+    first : int
+        Its element that is the mass of the air in the line [kg]; the next one is the energy [J].
     source : tuple of float
         Pressure and temperature of the control air; of this also where there is no line.
 
@@ -33,7 +35,7 @@ def before_solenoids(actuator, mass, energy, source):
     pressure, temperature : float
     """
     if has_line(actuator):
-        return chamber_state(actuator.gas, mass, energy, actuator.line[0])
+        return chamber_state(actuator.gas, y[first], y[first + 1], actuator.line[0])
     return source
 
 
