@@ -140,8 +140,7 @@ def random_machine(seed):
     return a_machine, real(300.0, 1300.0)
 
 
-def assert_agree(seed):
-    a_machine, rpm = random_machine(seed)
+def assert_agree(a_machine, rpm):
     ours = engine_of(a_machine)
     run = periodic(ours, rpm * RPM)
     assert run.converged
@@ -202,10 +201,25 @@ def test_a_machine_with_something_unknown_here_is_refused(name, value):
 
 
 def test_the_compiled_engine_agrees_with_the_truth_at_a_random_machine():
-    assert_agree(6)  # a valve with all effects, an offset, and no receiver, which takes long to settle
+    assert_agree(*random_machine(6))  # a valve with all effects, an offset, and no receiver, which takes long to settle
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_the_compiled_engine_agrees_with_the_truth_at_random_machines(seed):
-    assert_agree(seed)
+    assert_agree(*random_machine(seed))
+
+
+def test_the_compiled_engine_agrees_with_the_truth_on_every_effect_of_the_engine_at_once():
+    strengths = {
+        "intake_flow_force__area": 60e-6,
+        "groove_area_error__share": 0.2,
+        "seat_leak__area": 0.3e-6,
+        "clearance_error__share": 0.05,
+        "cylinder_wall_heat__h": 200.0,
+        "blow_by__area": 0.4e-6,
+        "exhaust_timing__angle": radians(4.0),
+        "exhaust_restriction__share": 0.2,
+        "friction_torque__fmep": 20e3,
+    }
+    assert_agree(machine(supply=0.8, **{f"effects__{name}": value for name, value in strengths.items()}), 900.0)

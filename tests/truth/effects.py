@@ -73,11 +73,11 @@ def friction_torque(rig, fmep):
 
 
 def supply_droop(rig, feed_area, volume=0.1e-3):
-    return rig.valve(line_volume=volume, line_area=feed_area)
+    return rig.valve(line_volume=volume, line_area=feed_area) if feed_area else rig
 
 
 def intake_pipe_loss(rig, area, volume=0.1e-3):
-    return rig.of_engine(pipe_volume=volume, pipe_area=area)
+    return rig.of_engine(pipe_volume=volume, pipe_area=area) if area else rig
 
 
 def sensor_gain(rig, **shares):

@@ -77,10 +77,15 @@ def inflow(air, area, inside, outside, stretch=1.0):
         return 0.0, 0.0
     into = outside[0] > inside[0]
     up, down = (outside, inside) if into else (inside, outside)
-    r = 1.0 - stretch * (1.0 - down[0] / up[0])
-    mass = area * flow_function(r, ratio(air, up[1])) * up[0] / sqrt(air.gas_constant * up[1])
+    gas, warm = air.gas_constant, up[1]
+    if air.heat_capacity:
+        k, carried = ratio(air, warm), enthalpy(air, warm)
+    else:
+        k = air.heat_capacity_ratio
+        carried = k / (k - 1.0) * gas * warm
+    mass = area * flow_function(1.0 - stretch * (1.0 - down[0] / up[0]), k) * up[0] / sqrt(gas * warm)
     mass = mass if into else -mass
-    return mass, mass * enthalpy(air, up[1])
+    return mass, mass * carried
 
 
 def gas_rates(air, state, volume, growth, mass, heat):

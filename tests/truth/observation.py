@@ -18,7 +18,7 @@ ROUNDS = {VALVE: 2, ENGINE: 1}
 """How often nuisances are fitted anew about where the last fit took them."""
 FARTHEST = 30.0
 """How far they may go [prior deviations]."""
-NEAR = 3e-6
+NEAR = 1e-5
 """To the engine's periodic state, relative."""
 
 

@@ -122,8 +122,8 @@ def draw_setting(rng, bench, suites):
 
 
 def draw_points(rng, bench):
-    """Two to four points to fit, perhaps one as a gate, one or two to check: inside and 30 % beyond the pressures."""
-    fits = int(rng.integers(2, 5))
+    """Two to four points to fit, three on an engine; perhaps a gate; one or two to check, inside and 30 % beyond."""
+    fits = int(rng.integers(2, 5 if bench == VALVE else 4))
     if bench == VALVE:
         low, high = rng.uniform(0.14, 0.28), rng.uniform(0.4, 0.9)
     else:

@@ -161,6 +161,8 @@ def net_force(bench, now, sums):
 
 def rubbed(bench, now):
     """Dry friction under way and at rest [N]."""
+    if not bench.rubbing:
+        return bench.dry_friction, max(bench.dry_friction, bench.breakaway)
     both = [rub(now) for rub in bench.rubbing]
     return (
         bench.dry_friction + sum(sliding for sliding, _ in both),
