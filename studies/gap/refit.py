@@ -5,14 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from studies.gap.candidates import probes_of
 from studies.gap.descent import Fitted, descend
 from studies.gap.parameters import put
 from studies.gap.problem import EndedEarly, Problem
+from studies.gap.score import imitated
 
 STARTS = (0.25, 1.0)
-"""Of a strength, over its range, beside the size that the score suggests."""
-NEAR = 4.0
-"""A start is fitted to its end only if its cost is within this many times the fall so far of the best start."""
+"""Of a strength, over its range, beside the size that the score suggests and the probes."""
+DESCENTS = 2
+"""Starts that are followed to their end: those that leave least once the nuisances have moved."""
 
 
 class Model(NamedTuple):
@@ -69,14 +71,11 @@ def refit(base, candidates, guesses):
     """
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     problem = base.problem.with_parameters([*base.problem.parameters, *freed])
-    best = None
-    for x in _starts(base, candidates, guesses):
+    jacobian, best = _padded(base.fitted.jacobian, len(freed)), None
+    for x, errors in _ranked(problem, jacobian, _starts(base, candidates, guesses))[:DESCENTS]:
         try:
-            errors = problem.errors(x)
-            if best is not None and errors @ errors > base.cost + NEAR * (base.cost - best.cost):
-                continue
             own = problem.jacobian(x, errors, range(len(base.fitted.x), len(x)))
-            found = descend(problem, x, np.column_stack([_padded(base.fitted.jacobian, len(freed)), own]))
+            found = descend(problem, x, np.column_stack([jacobian, own]))
         except EndedEarly:
             continue
         if best is None or found.cost < best.cost:
@@ -111,18 +110,33 @@ def release(base, number):
 
 
 def _starts(base, candidates, guesses):
+    """Points to start from: those that the scores suggest; of one candidate alone all its probes, too."""
     each = []
     for candidate, guess in zip(candidates, guesses, strict=True):
         own = [guess]
         if len(candidates) == 1:
+            main = int(np.argmax(np.abs(guess[: len(candidate.strengths)])))
+            sign = 1.0 if guess[main] >= 0.0 else -1.0
+            shapes = guess[len(candidate.strengths) :]
             for share in STARTS:
-                at = [0.0] * len(candidate.strengths)
-                main = int(np.argmax(np.abs(guess[: len(candidate.strengths)])))
-                at[main] = share if guess[main] >= 0.0 else -share
-                own.append((*at, *guess[len(candidate.strengths) :]))
+                strengths = [sign * share if k == main else 0.0 for k in range(len(candidate.strengths))]
+                own.append((*strengths, *shapes))
+            own += [probe.x for probe in probes_of(candidate)]
         each.append(own)
     for chosen in product(*each):
         yield np.concatenate([base.fitted.x, *chosen])
+
+
+def _ranked(problem, jacobian, starts):
+    """Starts with their errors, first those that leave least once the nuisances have moved."""
+    space, found = imitated(jacobian), []
+    for x in starts:
+        try:
+            errors = problem.errors(x)
+        except EndedEarly:
+            continue
+        found.append((float(np.linalg.norm(space.removed(errors))), x, errors))
+    return [(x, errors) for _, x, errors in sorted(found, key=lambda one: one[0])]
 
 
 def _padded(jacobian, more):
