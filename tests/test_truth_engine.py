@@ -221,5 +221,6 @@ def test_the_compiled_engine_agrees_with_the_truth_on_every_effect_of_the_engine
         "exhaust_timing__angle": radians(4.0),
         "exhaust_restriction__share": 0.2,
         "friction_torque__fmep": 20e3,
+        "intake_pipe_loss__area": 150e-6,
     }
     assert_agree(machine(supply=0.8, **{f"effects__{name}": value for name, value in strengths.items()}), 900.0)
