@@ -200,9 +200,37 @@ def _sample(p, t, h, end, c, mode, y, times, trace, sampled):
     return sampled
 
 
-@kernel(inline=False)
-def _march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
-    """See `march`."""
+@entry
+def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
+    """March a machine through its smooth stretches.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        The machine.
+    tables : NamedTuple
+        Its arrays.
+    t : float
+        Start [s].
+    y : (n,) float array
+        State at the start; the state at the end on return.
+    mode : (m,) float array
+        Likewise.
+    kinks : (j,) float array
+        Times at which a smooth stretch ends, ascending; the last one is the end of the march [s].
+    accuracy : Accuracy
+    log : (l, 3 + i) float array
+        Filled with a row for each kink, event and watch: time, code, sign of the change, the i integrated states. No
+        rows: nothing is noted, and no work taken by quadrature.
+    times : (r,) float array
+        When to take rows of the trace, ascending [s].
+    trace : (r, q) float array
+        Filled by `observe`; rows that the march does not reach are left as they are.
+
+    Returns
+    -------
+    Outcome
+    """
     scale = accuracy.scale
     n = scale.shape[0]
     noting = log.shape[0] > 0
@@ -280,37 +308,3 @@ def _march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
             watch(p, t, y, k[0], mode, w)
     logged = _note(log, logged, t, KINK, 0.0, y)
     return Outcome(Status.DONE, steps, rejected, happened, logged, work)
-
-
-@entry
-def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
-    """March a machine through its smooth stretches.
-
-    Parameters
-    ----------
-    p : NamedTuple
-        The machine.
-    tables : NamedTuple
-        Its arrays.
-    t : float
-        Start [s].
-    y : (n,) float array
-        State at the start; the state at the end on return.
-    mode : (m,) float array
-        Likewise.
-    kinks : (j,) float array
-        Times at which a smooth stretch ends, ascending; the last one is the end of the march [s].
-    accuracy : Accuracy
-    log : (l, 3 + i) float array
-        Filled with a row for each kink, event and watch: time, code, sign of the change, the i integrated states. No
-        rows: nothing is noted, and no work taken by quadrature.
-    times : (r,) float array
-        When to take rows of the trace, ascending [s].
-    trace : (r, q) float array
-        Filled by `observe`; rows that the march does not reach are left as they are.
-
-    Returns
-    -------
-    Outcome
-    """
-    return _march(p, tables, t, y, mode, kinks, accuracy, log, times, trace)
