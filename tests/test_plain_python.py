@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def test_the_marked_tests_pass_as_plain_python():
-    command = [sys.executable, "-m", "pytest", "-q", "-m", "plain", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", "-q", "-m", "plain", "-n", "0", "-p", "no:cacheprovider"]
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     root = Path(__file__).parent.parent
     done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True)
