@@ -61,13 +61,25 @@ class Console:
         if self.quiet or not sys.stderr.isatty():
             yield lambda done, total: None
             return
-        from rich.console import Console as Terminal
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-        columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("left"))
-        with Progress(*columns, console=Terminal(stderr=True)) as progress:
+        with _bar() as progress:
             task = progress.add_task(what, total=None)
             yield lambda done, total: progress.update(task, completed=done, total=total)
+
+    @contextlib.contextmanager
+    def stages(self, what):
+        """The same of work in stages; yields ``report(stage, done, total)``."""
+        if self.quiet or not sys.stderr.isatty():
+            yield lambda stage, done, total: None
+            return
+        with _bar() as progress:
+            task = progress.add_task(what, total=None)
+
+            def report(stage, done, total):
+                if stage != progress.tasks[0].description:
+                    progress.reset(task, description=stage)
+                progress.update(task, completed=done, total=total)
+
+            yield report
 
     def run(self, what, function, *arguments, **options):
         """Call a function aside, see `studies.aside`.
@@ -147,6 +159,16 @@ def main_of(app):
 
 class OutputError(Exception):
     """Standard output cannot be written; its cause says why."""
+
+
+def _bar():
+    """A bar with the name of what is at work, how much is done, and the time left."""
+    from rich.console import Console as Terminal
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    name = TextColumn("{task.description}")
+    columns = (name, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("left"))
+    return Progress(*columns, console=Terminal(stderr=True))
 
 
 class _Output:

@@ -19,6 +19,17 @@ def refuse_folder(out):
         raise ArchiveError(out, "is a folder", "give the name of a file, e.g. sweep.h5")
 
 
+def make_folder(folder, overwrite):
+    """Make a folder; raise `ArchiveError` where it holds something that is not to be replaced."""
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArchiveError(folder, f"cannot be made: {error.strerror}", "choose another folder") from None
+    if any(folder.iterdir()) and not overwrite:
+        raise ArchiveError(folder, "is not empty", "choose another --out, or give --overwrite")
+
+
 def publish(archive, out, overwrite=False):
     """Write an archive that was computed in one go.
 

@@ -4,20 +4,25 @@ import json
 import time
 from pathlib import Path
 
+from apesim.archive import ArchiveError, replace_file
 from apesim.quantities import Culprit, InputError
 from apesim.quantities.settings import dumps
 from engine.effects import ALL_EFFECTS
+from studies.aside import aside
 from studies.commands.machine import load_machine
-from studies.commands.tables import table_of
-from studies.console import COMMAND_LINE, plain
-from studies.gap.child import child_of
+from studies.commands.tables import table_of, warm_up
+from studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
+from studies.gap.child import child_of, lineage_of
 from studies.gap.explain import explain
 from studies.gap.gate import gate
+from studies.gap.problem import EndedEarly
 from studies.gap.record import record
 from studies.measured import read_measured
+from studies.measured.prediction import predict, run_of
+from studies.output import make_folder
 
 
-def explain_command(console, machine_file, settings, folder, out, without):
+def explain_command(console, machine_file, settings, folder, out, without, overwrite):
     """Name what is missing between a machine and measured data; see `apesim gap explain --help`.
 
     Parameters
@@ -32,29 +37,70 @@ def explain_command(console, machine_file, settings, folder, out, without):
         Folder to write.
     without : list of str
         Effects that are not to be considered.
+    overwrite : bool
+        Write into a folder that holds something.
+
+    Returns
+    -------
+    int
+        Exit code.
     """
     machine = load_machine(machine_file, settings)
-    known = [effect.name for effect in ALL_EFFECTS]
-    for name in without:
-        if name not in known:
-            raise InputError([Culprit(COMMAND_LINE, "--without", f"{name!r} is no effect", "see apesim gap effects")])
+    check_names(without)
     measured = read_measured(folder, machine.ambient.pressure)
     gate(measured)
-    out = Path(out)
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out, overwrite)
+    parent = Path(machine_file).read_text(encoding="utf-8") if machine_file else dumps(machine)
+    warm_up(console, predict, run_of(machine, measured.runs[0]), measured.runs[0])
     start = time.perf_counter()
-    with console.progress("explaining") as report:
-        findings = console.run("explaining", explain, machine, measured, without, lambda _, *at: report(*at))
-    data = plain(record(findings, time.perf_counter() - start))
-    parent = Path(machine_file).read_text() if machine_file else dumps(machine)
-    for name, text in (
-        ("verdict.json", json.dumps(data, indent=1, ensure_ascii=False) + "\n"),
-        ("machine.toml", child_of(findings, parent, data)),
-    ):
-        (out / name).write_text(text)
-    console.result(data, *shown(data))
+    try:
+        with console.stages("explaining") as report:
+            findings, told = aside(_found, machine, measured, without, parent, out, report).result()
+    except EndedEarly as error:
+        console.message(f"{error}; nothing is concluded")
+        return INCOMPLETE
+    data = told | {"wall_time_s": time.perf_counter() - start}
+    _write(out, "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    console.result(data, *shown(data), f"{out}/report.html, machine.toml, verdict.json: {data['wall_time_s']:.1f} s")
     for warning in findings.warnings:
         console.message(f"warning: {warning}")
+    return DONE
+
+
+def check_names(names):
+    """Raise `InputError` where one is no effect."""
+    known = [effect.name for effect in ALL_EFFECTS]
+    wrong = [name for name in names if name not in known]
+    if wrong:
+        raise InputError(
+            [Culprit(COMMAND_LINE, "--without", f"{name!r} is no effect", "see apesim gap effects") for name in wrong]
+        )
+
+
+def _found(machine, measured, without, parent, out, report):
+    """The findings as they are, and as plain data; the child and the report are written."""
+    from studies.figures.gap import draw_gap
+    from studies.gap.comparison import compare
+    from studies.gap.report import page, tried
+
+    findings = explain(machine, measured, without, report)
+    report("writing the report", 0, 1)
+    data = plain(record(findings)) | {"lineage": lineage_of(measured, parent)}
+    _write(out, "machine.toml", child_of(findings, data))
+    compared = compare(findings)
+    (Path(out) / "figures").mkdir(exist_ok=True)
+    figures = draw_gap(compared, tried(findings), machine.ambient.pressure, Path(out) / "figures")
+    _write(out, "report.html", page(findings, data, compared, figures))
+    return findings, data
+
+
+def _write(out, name, text):
+    """Write a file, complete or not at all."""
+    path = Path(out) / name
+    try:
+        replace_file(path, text.encode())
+    except OSError as error:
+        raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another --out") from None
 
 
 def shown(data):

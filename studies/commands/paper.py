@@ -4,7 +4,7 @@ import json
 import sys
 import time
 
-from apesim.archive import ArchiveError, command_line
+from apesim.archive import command_line
 from apesim.quantities import parse_range
 from apesim.quantities.settings import dumps
 from studies.aside import aside
@@ -12,7 +12,7 @@ from studies.commands.given import PRESSURE, TEMPERATURE
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of, warm_up
 from studies.console import DONE, INCOMPLETE, plain
-from studies.output import publish
+from studies.output import make_folder, publish
 from studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve
 from valve.bench import run_bench
 
@@ -33,7 +33,7 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     from studies.paper.subject import differences
 
     machine = load_machine(machine_file, settings)
-    _make(folder, overwrite)
+    make_folder(folder, overwrite)
     warm_up(console, run_bench, machine, PULSE)
     start = time.perf_counter()
     pressures = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure)
@@ -71,13 +71,3 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     for line in faults:
         console.message(line)
     return INCOMPLETE if faults else DONE
-
-
-def _make(folder, overwrite):
-    """Make the folder; raise `ArchiveError` where it holds something."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArchiveError(folder, f"cannot be made: {error.strerror}", "choose another folder") from None
-    if any(folder.iterdir()) and not overwrite:
-        raise ArchiveError(folder, "is not empty", "choose another --out, or give --overwrite")

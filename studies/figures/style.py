@@ -1,5 +1,6 @@
 """How all figures look, and how they are written: PNG to look at, PDF to print, the same bytes each time."""
 
+import io
 from pathlib import Path
 
 import matplotlib
@@ -43,6 +44,13 @@ def save(figure, folder, name):
     figure.savefig(paths[1], metadata={"CreationDate": None, "Producer": None, "Creator": None})
     plt.close(figure)
     return paths
+
+
+def svg(figure):
+    """A figure as SVG, the same text each time; to be called before `save`, which closes it."""
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    return text.getvalue()
 
 
 def draw(figures, folder):

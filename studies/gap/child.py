@@ -8,16 +8,26 @@ from apesim.quantities.settings import dumps
 from studies.measured.sensors import FILE
 
 
-def child_of(findings, parent_text, data):
+def lineage_of(measured, parent_text):
+    """Digests of what a verdict comes from.
+
+    Parameters
+    ----------
+    measured : studies.measured.Measured
+    parent_text : str
+        The machine file that the search began with.
+    """
+    return {"parent_machine_sha256": sha256(parent_text), "measured_data_sha256": data_hash(measured)}
+
+
+def child_of(findings, data):
     """A machine file with what was found: the effects added, or the number that was wrong; else the parent's machine.
 
     Parameters
     ----------
     findings : studies.gap.explain.Findings
-    parent_text : str
-        The machine file that the search began with.
     data : dict
-        Content of ``verdict.json``, see `studies.gap.record`.
+        Content of ``verdict.json``, see `studies.gap.record`, with ``lineage``.
 
     Returns
     -------
@@ -36,8 +46,7 @@ def child_of(findings, parent_text, data):
         lines.append(f"on runs opened once: {checked['before']:.3f} before, {checked['after']:.3f} after")
     lines += [
         f"chance of noise alone {data['p_value']:.2g}, probability of the statement {data['probability']:.2f}",
-        f"parent machine sha256 {sha256(parent_text)}",
-        f"measured data sha256 {data_hash(findings.measured)}",
+        *(f"{name.replace('_', ' ')} {digest}" for name, digest in data["lineage"].items()),
     ]
     machine = findings.best.machine() if found else findings.base.problem.machine
     return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine)

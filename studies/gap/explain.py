@@ -39,6 +39,8 @@ class Findings(NamedTuple):
     detection: object
     choices: list
     """Penalised, the best first."""
+    tried: list
+    """All that were fitted, before runs held out were looked at."""
     cells: list
     """Where the gap lives."""
     size: float
@@ -96,13 +98,13 @@ def explain(machine, measured, without=(), report=None):
     local = local_shapes(problem, marks, imitated(base.fitted.jacobian))
     detection = detect(columns, local, base.fitted.errors)
     n = len(base.fitted.errors) - len(base.fitted.x)
-    choices, judged, checked = [], None, None
+    choices, tried, judged, checked = [], [], None, None
     cells, size = localise(problem, marks, base.fitted.errors[:n], True), 0.0
     if not detection.alarm:
         verdict = without_alarm(base, detection.p_value)
     else:
-        choices = explanations(base, columns, ranked, len(candidates), local, tell)
-        choices, judged = hold_out(base, choices, measured, noise)
+        tried = explanations(base, columns, ranked, len(candidates), local, tell)
+        choices, judged = hold_out(base, tried, measured, noise)
         if choices:
             cells = localise(problem, marks, explained(base, choices[0]), False)
         size = max(cell.size for cell in cells)
@@ -117,6 +119,7 @@ def explain(machine, measured, without=(), report=None):
         ranked,
         detection,
         choices,
+        tried,
         cells,
         size,
         judged,

@@ -19,18 +19,17 @@ DETECTED = 5.0
 NORMAL_95 = 1.959963984540054
 
 
-def record(findings, wall_time):
+def record(findings):
     """The content of ``verdict.json``.
 
     Parameters
     ----------
     findings : studies.gap.explain.Findings
-    wall_time : float
-        [s]
 
     Returns
     -------
     dict
+        But for what the command adds: ``lineage``, ``wall_time_s``.
     """
     verdict = findings.verdict
     named = verdict.verdict in (NAMED, NAMED_CLASS, TWO_EFFECTS, CALIBRATION)
@@ -75,7 +74,6 @@ def record(findings, wall_time):
         "own_error": findings.own_error,
         "simulations": findings.simulations,
         "warnings": findings.warnings,
-        "wall_time_s": wall_time,
     }
 
 
@@ -169,7 +167,7 @@ def sentence(findings):
         names = [" with ".join(c.names) for c in (verdict.best, *verdict.rivals)]
         return f"There is a gap, and these data do not tell what closes it: {', or '.join(names).replace('_', ' ')}."
     rows = effects_of(verdict.best.model)
-    texts = [f"{row['name'].replace('_', ' ')} ({row['parameter']} {row['text']})" for row in rows]
+    texts = [_in_words(row) for row in rows]
     if verdict.verdict == CALIBRATION:
         return f"Nothing is missing, but a number is wrong: {texts[0]}."
     if verdict.verdict == NAMED:
@@ -178,3 +176,10 @@ def sentence(findings):
         others = " or ".join(name.replace("_", " ") for choice in verdict.rivals for name in choice.names)
         return f"The model lacks {texts[0]}, or what these data do not tell from it: {others}."
     return f"The model lacks two effects: {' and '.join(texts)}."
+
+
+def _in_words(row):
+    """A parameter with its value, to the digits that can be read."""
+    name = row["name"].removeprefix("effects.").replace("_", " ").replace(".", ", ")
+    parameter = "" if row["key"] == row["name"] else f"{row['parameter']} "
+    return f"{name} ({parameter}{row['value']:.3g} {row['unit']}".rstrip() + ")"

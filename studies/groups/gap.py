@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from studies.options import Common, command
+from studies.options import Common, Overwrite, command
 
 gap = typer.Typer(no_args_is_help=True, help="Effects that the model leaves out.")
 
@@ -26,8 +26,9 @@ def explain(
     without: Annotated[
         list[str] | None, typer.Option(metavar="EFFECT", help="Leave an effect of the library out. Repeatable.")
     ] = None,
+    overwrite: Overwrite = False,
 ):
     """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink."""
     from studies.commands.gap_explain import explain_command
 
-    return explain_command(*common, folder, out, without or ())
+    return explain_command(*common, folder, out, without or (), overwrite)

@@ -1,0 +1,144 @@
+"""The report of `apesim gap explain`: one page that stands alone."""
+
+import base64
+from importlib.metadata import version
+from typing import NamedTuple
+
+import jinja2
+import numpy as np
+
+from studies.gap.comparison import label_of, shown_of, size_of
+from studies.gap.library import library
+from studies.gap.page import TEMPLATE
+from studies.measured import CHECK
+
+WORDS = ((0.99, "practically certain"), (0.95, "very likely"), (0.8, "likely"), (0.5, "an even chance or better"))
+"""For probabilities from each value on."""
+CANDIDATES = 12
+"""Candidates that are shown."""
+EXPLANATIONS = 8
+"""Models that are shown."""
+PULL = 2.0
+"""Prior deviations from which a pull is marked."""
+
+
+class Tried(NamedTuple):
+    """What was expected of a candidate, and what came."""
+
+    name: str
+    expected: float
+    """Part of the gap that its score promises [deviations]."""
+    realised: float | None
+    """What fitting it alone took away; None: it was not fitted."""
+
+
+def tried(findings):
+    """The candidates with the highest scores, and the others that were fitted alone; the highest score first.
+
+    Parameters
+    ----------
+    findings : studies.gap.explain.Findings
+
+    Returns
+    -------
+    list of Tried
+    """
+    fitted = {choice.names[0]: gained(findings, choice.model) for choice in findings.tried if len(choice.names) == 1}
+    rows = [Tried(score.name, score.deviations, fitted.get(score.name)) for score in findings.scores]
+    return [row for place, row in enumerate(rows) if place < CANDIDATES or row.realised is not None]
+
+
+def in_words(probability):
+    """A probability as a technician says it."""
+    return next((words for least, words in WORDS if probability >= least), "less than an even chance")
+
+
+def number(value):
+    """Three significant digits; "-" where there is no number."""
+    return "-" if value is None else f"{value:.3g}"
+
+
+def page(findings, data, compared, figures):
+    """The page as HTML.
+
+    Parameters
+    ----------
+    findings : studies.gap.explain.Findings
+    data : dict
+        Content of ``verdict.json``, with ``next_test`` and ``lineage``.
+    compared : list of studies.gap.comparison.Compared
+    figures : dict of str
+        SVG by name.
+
+    Returns
+    -------
+    str
+        HTML; the same text each time, as no time or date is in it.
+    """
+    ambient = findings.base.problem.machine.ambient.pressure
+    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"number": number, "words": words, "unit": raised, "key": key_of}
+    ranges = {entry.name: entry.parameters[0].range for entry in library()}
+    limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
+    return environment.from_string(TEMPLATE).render(
+        data=data,
+        figures={name: base64.b64encode(text.encode()).decode() for name, text in figures.items()},
+        probability=in_words(data["probability"]),
+        unseen=any(one.role == CHECK for one in compared),
+        check=unseen(compared),
+        added=compared[0].left_after is not None,
+        visible=sorted((row for row in limits if row["limit"] is not None), key=lambda row: row["effect"]),
+        hidden=sorted((row | {"range": ranges[row["effect"]]} for row in limits if row["limit"] is None), key=_name),
+        means=[(label_of(one.block.run, ambient), shown_of(one.block), one) for one in compared if one.is_mean],
+        runs=len(findings.measured.runs),
+        sensors=list(dict.fromkeys(one.block.sensor for one in compared)),
+        explanations=explanations(findings),
+        units={one.block.sensor: shown_of(one.block) for one in compared},
+        pull=PULL,
+        version=version("apesim"),
+    )
+
+
+def words(name):
+    """A name without underscores."""
+    return name.replace("_", " ")
+
+
+def raised(text):
+    """Powers as they are printed."""
+    return text.replace("^2", "²").replace("^3", "³")
+
+
+def _name(row):
+    return row["effect"]
+
+
+def key_of(key):
+    """A key of the machine in words."""
+    return words(key.removeprefix("effects.").replace(".", ", "))
+
+
+def unseen(compared):
+    """Root mean squares over the noise on the runs that were never used, before and after; None: there are none."""
+    own = [one for one in compared if one.role == CHECK]
+    if not own:
+        return None
+    before = size_of(one.left_before for one in own)
+    return before, (size_of(one.left_after for one in own) if own[0].left_after is not None else None)
+
+
+def explanations(findings):
+    """The models that were fitted, the best first: names, penalised cost above the best, part of the gap explained."""
+    found = {}
+    for choices in (findings.tried, findings.choices):
+        found |= {choice.names: (choice.cost - choices[0].cost, choice.model) for choice in choices}
+    ranked = sorted(found.items(), key=lambda item: item[1][0])
+    return [
+        {"names": list(names), "cost": cost, "realised": gained(findings, model)}
+        for names, (cost, model) in ranked[:EXPLANATIONS]
+    ]
+
+
+def gained(findings, model):
+    """Part of the gap that a fitted model takes away [deviations]."""
+    return float(np.sqrt(max(0.0, findings.base.cost - model.cost)))

@@ -1,0 +1,215 @@
+"""The report of a verdict: its numbers, its maps, the page and the command that writes it."""
+
+import json
+import re
+import tomllib
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from studies.figures.gap import draw_gap
+from studies.gap.comparison import Compared, by_run, label_of, shown_of, size_of, worst
+from studies.gap.problem import Block
+from studies.gap.report import Tried, in_words
+from studies.gap.residual_map import residual_map
+from studies.measured import MeasuredRun
+
+AMBIENT = 101325.0
+MARKS = {
+    "energise": 0.0,
+    "release": 0.040,
+    "opening_start": 0.005,
+    "opening_contact": 0.010,
+    "closing_start": 0.045,
+    "closing_contact": 0.050,
+}
+
+
+def compared(role="fit", left=0.0, sensor="lift", number=0, marks=MARKS, after=True):
+    """A signal of 100 ms with a constant left-over."""
+    times = np.arange(0.0, 0.1, 0.5e-3)
+    values = np.zeros(len(times))
+    run = MeasuredRun("p", "p.csv", 0.4e6 + AMBIENT, 287.0, 0.04, role, times, {sensor: values})
+    rest = np.full(len(times), left)
+    block = Block(number, run, sensor, times, values, 0.5e-3)
+    return Compared(block, 1e-5, values, values if after else None, rest, 0.1 * rest if after else None, marks)
+
+
+def test_a_map_has_the_mean_of_each_cell_in_its_own_deviations():
+    found = residual_map([compared(left=0.5)])
+    sizes = dict.fromkeys(name for name, _ in found.sections)
+    assert list(sizes) == ["dead time", "opening", "dwell", "closing", "rest"]
+    assert sum(columns for _, columns in found.sections) == found.before.shape[1]
+    # 200 samples of 0.5 each in cells of n: sums of squares add up to 200 * 0.5^2.
+    assert not np.isnan(found.before).any()
+    assert np.sum(found.before**2) == pytest.approx(200 * 0.25)
+    assert np.nansum(found.after**2) == pytest.approx(200 * 0.25 * 0.01)
+
+
+def test_rows_of_a_map_share_their_phases_whatever_the_timing():
+    late = {name: 1.2 * at for name, at in MARKS.items()}
+    one, other = compared(left=0.0), compared(left=0.0, number=1, marks=late)
+    for signal in (one, other):
+        flying = (signal.block.times >= signal.marks["opening_start"]) & (
+            signal.block.times < signal.marks["opening_contact"]
+        )
+        signal.left_before[flying] = 3.0
+    found = residual_map([one, other])
+    ends = np.cumsum([0, *(columns for _, columns in found.sections)])
+    opening = np.arange(found.before.shape[1])
+    opening = (opening >= ends[1]) & (opening < ends[2])
+    assert [name for name, _ in found.sections][1] == "opening"
+    assert np.all(found.before[:, opening] >= 3.0)
+    assert np.nansum(np.abs(found.before[:, ~opening])) == 0.0
+
+
+def test_a_mark_that_never_comes_leaves_no_sample_out():
+    turned = MARKS | {"opening_contact": np.nan, "closing_contact": np.nan}
+    found = residual_map([compared(left=1.0, marks=turned)])
+    assert np.nansum(found.before**2) == pytest.approx(200.0)
+
+
+def test_the_worst_are_of_runs_never_used_and_of_each_signal_once():
+    signals = [
+        compared("fit", 9.0),
+        compared("check", 1.0, number=1),
+        compared("check", 2.0, number=2),
+        compared("check", 0.5, "pressure_a", 2),
+    ]
+    found = worst(signals, 3)
+    assert [(one.role, one.block.sensor, size_of([one.left_before])) for one in found] == [
+        ("check", "lift", 2.0),
+        ("check", "pressure_a", 0.5),
+        ("check", "lift", 1.0),
+    ]
+    assert [len(own) for own in by_run(signals)] == [1, 1, 2]
+
+
+def test_values_are_shown_in_the_unit_of_the_sensor():
+    shown = shown_of(compared().block)
+    assert (shown.name, shown.unit, shown.of(0.009)) == ("lift", "mm", pytest.approx(9.0))
+    assert label_of(compared().block.run, AMBIENT) == "0.40 MPa, 40 ms"
+
+
+@pytest.mark.parametrize(
+    ("probability", "words"),
+    [(0.99, "practically certain"), (0.98, "very likely"), (0.9, "likely"), (0.5, "an even chance or better")],
+)
+def test_probabilities_are_told_in_words(probability, words):
+    assert in_words(probability) == words
+    assert in_words(0.2) == "less than an even chance"
+
+
+def test_figures_have_the_same_bytes_each_time(tmp_path):
+    signals = [compared("check", 2.0), compared("fit", 1.0, number=1)]
+    rows = [Tried("side_force", 20.0, 21.0), Tried("bounce", 3.0, None)]
+    drawn = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        svg = draw_gap(signals, rows, AMBIENT, tmp_path / name)
+        drawn.append((svg, {path.name: path.read_bytes() for path in (tmp_path / name).iterdir()}))
+    assert drawn[0] == drawn[1]
+    assert sorted(drawn[0][1]) == sorted(f"{name}.{kind}" for name in drawn[0][0] for kind in ("pdf", "png"))
+
+
+def test_figures_are_drawn_where_nothing_was_added(tmp_path):
+    assert len(draw_gap([compared(left=1.0, after=False)], [Tried("bounce", 1.0, None)], AMBIENT, tmp_path)) == 4
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """Lift at three pressures with a side force that the machine lacks, and noise."""
+    from apesim import load_machine
+    from studies.measured.prediction import predict, run_of
+
+    folder = tmp_path_factory.mktemp("bench")
+    machine = load_machine(None, ["effects.side_force.force=3 N"])
+    rng = np.random.default_rng(5)
+    times = np.arange(-0.02, 0.07, 0.4e-3)
+    lines = ['bench = "valve"']
+    for pressure, role in ((0.16, "fit"), (0.40, "fit"), (0.60, "fit"), (0.49, "check")):
+        run = MeasuredRun("", "", pressure * 1e6 + AMBIENT, 287.0, 0.03, role, times, {"lift": times})
+        lift = predict(run_of(machine, run), run).channels["lift"] + 2e-5 * rng.standard_normal(len(times))
+        name = f"p{100 * pressure:.0f}.csv"
+        rows = (f"{1e3 * t:.6g},{1e3 * x:.6g}" for t, x in zip(times, lift, strict=True))
+        (folder / name).write_text("\n".join(["time [ms],lift [mm]", *rows]) + "\n")
+        lines += ["[[run]]", f'data = "{name}"', f'supply = "{pressure} MPa gauge"', 'temperature = "287 K"']
+        lines += ['pulse = "30 ms"', f'role = "{role}"']
+    (folder / "measured.toml").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):
+    code, out, err = apesim("gap", "explain", str(bench), "--out", "found", "--json")
+    assert (code, err) == (0, "")
+    told = json.loads(out)
+    text = (tmp_path / "found" / "verdict.json").read_text()
+    assert json.loads(text) == told
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    assert told["verdict"] in ("NAMED", "NAMED_CLASS", "AMBIGUOUS")
+    assert "side_force" in str(told["effects"] or told["nearest"])
+    page = (tmp_path / "found" / "report.html").read_text()
+    assert told["sentence"].replace("^2", "²") in page
+    assert all(digest in page for digest in told["lineage"].values())
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)|url\(|<script|@import""", page)
+    assert page.count("data:image/svg+xml;base64,") == 4
+    child = tomllib.loads((tmp_path / "found" / "machine.toml").read_text())
+    assert child["valve"]["stroke"] == "9 mm"
+    assert sorted(path.suffix for path in (tmp_path / "found" / "figures").iterdir()) == [".pdf"] * 4 + [".png"] * 4
+    code, _, err = apesim("gap", "explain", str(bench), "--out", "found")
+    assert (code, err) == (2, "found: is not empty; choose another --out, or give --overwrite\n")
+
+
+def test_names_in_a_page_are_escaped():
+    from studies.gap import report
+
+    data = {
+        "verdict": "REFUSED",
+        "sentence": "<script>alert(1)</script>",
+        "reason": "<b>",
+        "probability": 0.9,
+        "p_value": 0.001,
+        "effects": [],
+        "alternatives": [],
+        "warnings": ["<i>p.csv</i>"],
+        "detection_limits": {},
+        "nuisances": [],
+        "noise": [],
+        "lineage": {},
+        "held_out": None,
+        "own_error": 1e-6,
+    }
+    machine = SimpleNamespace(ambient=SimpleNamespace(pressure=AMBIENT))
+    base = SimpleNamespace(problem=SimpleNamespace(machine=machine), cost=1.0)
+    findings = SimpleNamespace(base=base, measured=SimpleNamespace(runs=()), choices=[], tried=[])
+    page = report.page(findings, data, [compared(after=False)], {"gap": "<svg/>"})
+    assert not any(text in page for text in ("<script>", "<b>.", "<i>"))
+    assert "&lt;script&gt;" in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "wrong"),
+    [
+        (("nowhere", "--out", "x"), "measured.toml"),
+        (("{bench}", "--out", "x", "--without", "fairies"), "fairies"),
+        (("{bench}", "--out", "{bench}/measured.toml"), "cannot be made"),
+        (("{bench}",), "--out"),
+    ],
+)
+def test_bad_input_is_told_in_a_line(apesim, bench, arguments, wrong):
+    code, out, err = apesim("gap", "explain", *(argument.format(bench=bench) for argument in arguments))
+    assert (code, out) == (2, "")
+    assert wrong in err
+    assert "Traceback" not in err
+    assert len(err.splitlines()) == 1
+
+
+def test_a_simulation_that_does_not_end_is_told_and_kept_apart_from_bad_input(apesim, bench, monkeypatch):
+    from studies.gap import problem
+
+    monkeypatch.setattr(problem, "predict", lambda *_: SimpleNamespace(failed=True))
+    code, out, err = apesim("gap", "explain", str(bench), "--out", "failed")
+    assert (code, out) == (3, "")
+    assert err == "p16.csv: the simulation does not come to its end; nothing is concluded\n"
