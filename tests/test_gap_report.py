@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from gap_bench import write_bench
 
 from studies.figures.gap import draw_gap
 from studies.gap.comparison import Compared, by_run, label_of, shown_of, size_of, worst
@@ -89,7 +90,7 @@ def test_the_worst_are_of_runs_never_used_and_of_each_signal_once():
 def test_values_are_shown_in_the_unit_of_the_sensor():
     shown = shown_of(compared().block)
     assert (shown.name, shown.unit, shown.of(0.009)) == ("lift", "mm", pytest.approx(9.0))
-    assert label_of(compared().block.run, AMBIENT) == "0.40 MPa, 40 ms"
+    assert label_of(compared().block.run, AMBIENT) == "0.40 MPa gauge, 40 ms"
 
 
 @pytest.mark.parametrize(
@@ -119,25 +120,7 @@ def test_figures_are_drawn_where_nothing_was_added(tmp_path):
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
-    """Lift at three pressures with a side force that the machine lacks, and noise."""
-    from apesim import load_machine
-    from studies.measured.prediction import predict, run_of
-
-    folder = tmp_path_factory.mktemp("bench")
-    machine = load_machine(None, ["effects.side_force.force=3 N"])
-    rng = np.random.default_rng(5)
-    times = np.arange(-0.02, 0.07, 0.4e-3)
-    lines = ['bench = "valve"']
-    for pressure, role in ((0.16, "fit"), (0.40, "fit"), (0.60, "fit"), (0.49, "check")):
-        run = MeasuredRun("", "", pressure * 1e6 + AMBIENT, 287.0, 0.03, role, times, {"lift": times})
-        lift = predict(run_of(machine, run), run).channels["lift"] + 2e-5 * rng.standard_normal(len(times))
-        name = f"p{100 * pressure:.0f}.csv"
-        rows = (f"{1e3 * t:.6g},{1e3 * x:.6g}" for t, x in zip(times, lift, strict=True))
-        (folder / name).write_text("\n".join(["time [ms],lift [mm]", *rows]) + "\n")
-        lines += ["[[run]]", f'data = "{name}"', f'supply = "{pressure} MPa gauge"', 'temperature = "287 K"']
-        lines += ['pulse = "30 ms"', f'role = "{role}"']
-    (folder / "measured.toml").write_text("\n".join(lines) + "\n")
-    return folder
+    return write_bench(tmp_path_factory.mktemp("bench"))
 
 
 def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):

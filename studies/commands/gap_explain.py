@@ -15,6 +15,7 @@ from studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
 from studies.gap.child import child_of, lineage_of
 from studies.gap.explain import explain
 from studies.gap.gate import gate
+from studies.gap.next_test import next_test
 from studies.gap.problem import EndedEarly
 from studies.gap.record import record
 from studies.measured import read_measured
@@ -85,7 +86,7 @@ def _found(machine, measured, without, parent, out, report):
 
     findings = explain(machine, measured, without, report)
     report("writing the report", 0, 1)
-    data = plain(record(findings)) | {"lineage": lineage_of(measured, parent)}
+    data = plain(record(findings) | {"next_test": next_test(findings)}) | {"lineage": lineage_of(measured, parent)}
     _write(out, "machine.toml", child_of(findings, data))
     compared = compare(findings)
     (Path(out) / "figures").mkdir(exist_ok=True)
@@ -110,6 +111,7 @@ def shown(data):
         [row["effect"], f"{row['deviations']:.1f}", _limit(data["detection_limits"].get(row["effect"]))]
         for row in data["scores"][:8]
     ]
+    yield f"Next test: {data['next_test']['text']}"
     yield table_of("", ("effect", "score [deviations]", "visible from (5 deviations)"), rows, left=(0,))
 
 

@@ -80,7 +80,7 @@ def size_of(arrays):
 
 def label_of(run, ambient_pressure):
     """An operating point in a few words."""
-    supply = f"{(run.supply - ambient_pressure) * 1e-6:.2f} MPa"
+    supply = f"{(run.supply - ambient_pressure) * 1e-6:.2f} MPa gauge"
     if run.bench == ENGINE:
         return f"{run.speed * 30.0 / np.pi:.0f} r/min, {supply}"
     return f"{supply}, {run.pulse * 1e3:.3g} ms"

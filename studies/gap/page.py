@@ -87,7 +87,7 @@ the truth, everything else fitted anew; from 5 on it is told.</p>
 
 <h2>The gap{{ ", before and after" if added }}</h2>
 <figure><img alt="The gap of each run over the noise" src="data:image/svg+xml;base64,{{ figures.gap }}">
-<figcaption>Pressures are gauge. {{ "Runs that were never used are opened once, at the end; nothing is fitted to them."
+<figcaption>{{ "Runs that were never used are opened once, at the end; nothing is fitted to them."
 if unseen else "No run is marked role = \\"check\\": there are no data here that nothing was fitted to." }}
 {% if not added %}Nothing was added to the model.{% endif %}</figcaption></figure>
 {% if data.held_out %}

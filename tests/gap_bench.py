@@ -1,0 +1,27 @@
+"""A bench of the valve with a side force of 3 N that the machine lacks."""
+
+import numpy as np
+
+from apesim import load_machine
+from studies.measured import MeasuredRun
+from studies.measured.prediction import predict, run_of
+
+AMBIENT = 101325.0
+
+
+def write_bench(folder):
+    """Lift at three pressures, and at a fourth to check, with white noise of 0.02 mm."""
+    machine = load_machine(None, ["effects.side_force.force=3 N"])
+    rng = np.random.default_rng(5)
+    times = np.arange(-0.02, 0.07, 0.4e-3)
+    lines = ['bench = "valve"']
+    for pressure, role in ((0.16, "fit"), (0.40, "fit"), (0.60, "fit"), (0.49, "check")):
+        run = MeasuredRun("", "", pressure * 1e6 + AMBIENT, 287.0, 0.03, role, times, {"lift": times})
+        lift = predict(run_of(machine, run), run).channels["lift"] + 2e-5 * rng.standard_normal(len(times))
+        name = f"p{100 * pressure:.0f}.csv"
+        rows = (f"{1e3 * t:.6g},{1e3 * x:.6g}" for t, x in zip(times, lift, strict=True))
+        (folder / name).write_text("\n".join(["time [ms],lift [mm]", *rows]) + "\n")
+        lines += ["[[run]]", f'data = "{name}"', f'supply = "{pressure} MPa gauge"', 'temperature = "287 K"']
+        lines += ['pulse = "30 ms"', f'role = "{role}"']
+    (folder / "measured.toml").write_text("\n".join(lines) + "\n")
+    return folder

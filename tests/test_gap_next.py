@@ -1,0 +1,108 @@
+"""The next test: what it would tell is what a fit to its data tells."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from gap_bench import write_bench
+
+from apesim import load_machine
+from studies.gap.candidates import candidates_of
+from studies.gap.descent import descend
+from studies.gap.experiments import experiments_of, problem_of
+from studies.gap.explain import calibrate, library
+from studies.gap.next_test import missed, next_test, split
+from studies.gap.noise import noise_for
+from studies.gap.problem import Problem
+from studies.gap.refit import refit
+from studies.gap.select import Choice
+from studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, NAMED, NO_GAP, REFUSED
+from studies.measured import read_measured
+
+
+@pytest.fixture(scope="module")
+def rivals(tmp_path_factory):
+    """The machine as it is, and with a side force or a leak."""
+    machine = load_machine(None, [])
+    bench = write_bench(tmp_path_factory.mktemp("bench"))
+    measured = read_measured(bench, machine.ambient.pressure)
+    base, _ = calibrate(machine, measured)
+    known = {candidate.name: candidate for candidate in candidates_of(machine, "valve", library("valve"))}
+    force, leak = (refit(base, (known[name],), ((0.1,),)) for name in ("side_force", "leakage_a"))
+    return measured, base, force, leak
+
+
+def findings_of(verdict, measured, base, best=None, others=()):
+    told = SimpleNamespace(
+        verdict=verdict, best=best and Choice(best, 0.0), rivals=tuple(Choice(o, 1.0) for o in others)
+    )
+    names = [SimpleNamespace(name="bounce")]
+    return SimpleNamespace(
+        measured=measured, base=base, noise=base.problem.noise, verdict=told, scores=names, columns=[]
+    )
+
+
+def test_deviations_are_what_fitting_the_rival_to_the_experiment_would_cost(rivals):
+    measured, base, force, leak = rivals
+    noise = base.problem.noise
+    experiments = {e.text: e for e in experiments_of(measured, 101325.0)}
+    chosen = experiments["a run at 0.10 MPa gauge, 12 ms"]
+    expected = missed(chosen, force, leak, noise, {})
+    # The experiment made by the truth, without noise, and the rival fitted to it and to the data that there are.
+    made = problem_of(chosen, base.problem.machine, force.problem.parameters, noise)
+    (shown,) = made.predicted(force.fitted.x)
+    run = chosen.run._replace(channels={"lift": shown})
+    both = Problem(base.problem.machine, [*base.problem.runs, run], leak.problem.parameters, noise)
+    refitted = descend(both, leak.fitted.x)
+    assert expected > 1.0
+    assert np.sqrt(refitted.cost - leak.cost) == pytest.approx(expected, rel=0.1)
+
+
+def test_nothing_is_told_from_itself(rivals):
+    measured, base, force, _ = rivals
+    for experiment in experiments_of(measured, 101325.0)[:2]:
+        assert missed(experiment, force, force, base.problem.noise, {}) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_experiment_that_splits_best_comes_first(rivals):
+    measured, base, force, leak = rivals
+    told = split(findings_of(AMBIGUOUS_VERDICT, measured, base, force, (leak, base)))
+    least = [row["least"] for row in told["experiments"]]
+    assert least == sorted(least, reverse=True)
+    assert all(row["least"] == min(row["deviations"].values()) for row in told["experiments"])
+    assert list(told["experiments"][0]["deviations"]) == ["leakage_a", "the machine as it is"]
+    assert told["truth"] == "side_force"
+    assert told["experiments"][0]["text"] in told["text"]
+
+
+def test_sensors_are_offered_that_are_not_there(rivals):
+    measured, base, _, _ = rivals
+    added = [experiment.added for experiment in experiments_of(measured, 101325.0) if experiment.added]
+    assert added == [("pressure_a",), ("pressure_b",), ("pressure_a", "pressure_b")]
+    again = next(e for e in experiments_of(measured, 101325.0) if e.added == ("pressure_a",))
+    assert list(again.run.channels) == ["lift", "pressure_a"]
+    problem = problem_of(again, base.problem.machine, base.problem.parameters, base.problem.noise)
+    new = [parameter.key for parameter in problem.parameters[len(base.problem.parameters) :]]
+    assert new == ["effects.sensor_offset.pressure_a", "effects.sensor_gain.pressure_a"]
+    assert [noise_for(problem.noise, block).deviation for block in problem.blocks][1] == 2e3
+
+
+def test_runs_that_there_are_are_not_offered_again(rivals):
+    texts = [experiment.text for experiment in experiments_of(rivals[0], 101325.0)]
+    assert "a run at 0.40 MPa gauge, 50 ms" not in texts  # 0.40 MPa gauge and 30 ms are there
+    assert "a run at 0.40 MPa gauge, 12 ms" in texts
+
+
+@pytest.mark.parametrize(
+    ("verdict", "says"),
+    [(REFUSED, "high-speed"), (NO_GAP, "None is due"), (NAMED, "side force"), (CALIBRATION, "side_force")],
+)
+def test_every_verdict_has_its_next_test(rivals, verdict, says):
+    measured, base, force, _ = rivals
+    told = next_test(findings_of(verdict, measured, base, force))
+    assert "isolate" in told
+    if verdict != REFUSED:
+        assert says in told["text"]
+    else:
+        assert told["isolate"][0]["effect"] == "bounce"
+        assert told["isolate"][0]["isolated_by"] in told["text"]
