@@ -9,9 +9,9 @@ from studies.measured.prediction import predict, run_of
 AMBIENT = 101325.0
 
 
-def write_bench(folder):
+def write_bench(folder, force="3 N"):
     """Lift at three pressures, and at a fourth to check, with white noise of 0.02 mm."""
-    machine = load_machine(None, ["effects.side_force.force=3 N"])
+    machine = load_machine(None, [f"effects.side_force.force={force}"])
     rng = np.random.default_rng(5)
     times = np.arange(-0.02, 0.07, 0.4e-3)
     lines = ['bench = "valve"']

@@ -52,7 +52,7 @@ def explain_command(console, machine_file, settings, folder, out, without, overw
     gate(measured)
     make_folder(out, overwrite)
     parent = Path(machine_file).read_text(encoding="utf-8") if machine_file else dumps(machine)
-    warm_up(console, predict, run_of(machine, measured.runs[0]), measured.runs[0])
+    first_march(console, machine, measured)
     start = time.perf_counter()
     try:
         with console.stages("explaining") as report:
@@ -66,6 +66,12 @@ def explain_command(console, machine_file, settings, folder, out, without, overw
     for warning in findings.warnings:
         console.message(f"warning: {warning}")
     return DONE
+
+
+def first_march(console, machine, measured):
+    """Simulate a run, so that what is timed after it is compiled."""
+    run = measured.runs[0]
+    warm_up(console, predict, run_of(machine, run), run)
 
 
 def check_names(names):
@@ -108,14 +114,15 @@ def shown(data):
     """The verdict on a terminal."""
     yield f"{data['verdict']}: {data['sentence']} ({data['reason']}; probability {data['probability']:.2f})"
     rows = [
-        [row["effect"], f"{row['deviations']:.1f}", _limit(data["detection_limits"].get(row["effect"]))]
+        [row["effect"], f"{row['deviations']:.1f}", limit_text(data["detection_limits"].get(row["effect"]))]
         for row in data["scores"][:8]
     ]
     yield f"Next test: {data['next_test']['text']}"
     yield table_of("", ("effect", "score [deviations]", "visible from (5 deviations)"), rows, left=(0,))
 
 
-def _limit(limit):
+def limit_text(limit):
+    """From which size on an effect is seen."""
     if limit is None or limit["limit"] is None:
         return "beyond its range"
     return f"{limit['limit']:.3g} {limit['unit']}".strip()

@@ -7,8 +7,8 @@ from scipy.linalg import block_diag
 
 from studies.gap.experiments import experiments_of, problem_of
 from studies.gap.library import library
+from studies.gap.limits import DETECTED, detection_limits
 from studies.gap.problem import EndedEarly
-from studies.gap.record import DETECTED, detection_limits
 from studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, NAMED_CLASS, NO_GAP, REFUSED
 
 RIVALS = 3

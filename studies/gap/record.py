@@ -4,6 +4,7 @@ from math import sqrt
 
 import numpy as np
 
+from studies.gap.limits import detection_limits
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
@@ -14,8 +15,6 @@ from studies.gap.verdict import (
     TWO_EFFECTS,
 )
 
-DETECTED = 5.0
-"""Deviations at which an effect counts as visible."""
 NORMAL_95 = 1.959963984540054
 
 
@@ -66,11 +65,7 @@ def record(findings):
         "detection_limits": detection_limits(findings.columns),
         "scores": [{"effect": score.name, "deviations": score.deviations} for score in findings.scores],
         "nuisances": nuisances_of(findings.best),
-        "noise": [
-            {"sensor": sensor, "deviation": n.deviation, "order": n.order, "hum_hz": n.hum, "source": n.source}
-            for sensor, by_interval in findings.noise.items()
-            for n in by_interval.values()
-        ],
+        "noise": noise_told(findings.noise),
         "own_error": findings.own_error,
         "simulations": findings.simulations,
         "warnings": findings.warnings,
@@ -121,6 +116,15 @@ def gap_of(findings):
     }
 
 
+def noise_told(noise):
+    """The noise of each sensor, at each sampling interval."""
+    return [
+        {"sensor": sensor, "deviation": n.deviation, "order": n.order, "hum_hz": n.hum, "source": n.source}
+        for sensor, by_interval in noise.items()
+        for n in by_interval.values()
+    ]
+
+
 def held_out_of(judged):
     """The gap on runs that nothing was fitted to; None where there are none."""
     if judged is None:
@@ -132,27 +136,6 @@ def held_out_of(judged):
         "removed_share": judged.share,
         "size_before": judged.size_before,
         "size_after": judged.size,
-    }
-
-
-def detection_limits(columns):
-    """For each candidate the size that these data show with `DETECTED` deviations; None beyond its range."""
-    found = {}
-    for column in columns:
-        probe = column.probe
-        parameter = probe.candidate.strengths[probe.strength]
-        x = min(abs(probe.x[probe.strength]) * DETECTED / max(column.length, 1e-30), 1e30)
-        best = found.get(probe.candidate.name)
-        if best is None or x < best[0]:
-            found[probe.candidate.name] = x, parameter, column.kept
-    return {
-        name: {
-            "parameter": parameter.key.split(".")[-1],
-            "unit": parameter.declaration.unit,
-            "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if x <= 1.0 else None,
-            "kept": kept,
-        }
-        for name, (x, parameter, kept) in found.items()
     }
 
 

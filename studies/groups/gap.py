@@ -7,6 +7,10 @@ import typer
 
 from studies.options import Common, Overwrite, command
 
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with measured.toml.")]
+Without = Annotated[
+    list[str] | None, typer.Option(metavar="EFFECT", help="Leave an effect of the library out. Repeatable.")
+]
 gap = typer.Typer(no_args_is_help=True, help="Effects that the model leaves out.")
 
 
@@ -21,14 +25,20 @@ def effects(common: Common):
 @command(gap)
 def explain(
     common: Common,
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with measured.toml.")],
+    folder: Folder,
     out: Annotated[Path, typer.Option(metavar="OUT", help="Folder for verdict.json, machine.toml and report.html.")],
-    without: Annotated[
-        list[str] | None, typer.Option(metavar="EFFECT", help="Leave an effect of the library out. Repeatable.")
-    ] = None,
+    without: Without = None,
     overwrite: Overwrite = False,
 ):
     """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink."""
     from studies.commands.gap_explain import explain_command
 
     return explain_command(*common, folder, out, without or (), overwrite)
+
+
+@command(gap)
+def isolability(common: Common, folder: Folder, without: Without = None):
+    """Tell which effects the sensors and runs of a folder could show, from which size on, and what would help."""
+    from studies.commands.gap_isolability import isolability_command
+
+    return isolability_command(*common, folder, without or ())
