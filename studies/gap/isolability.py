@@ -66,9 +66,7 @@ def isolability(machine, measured, without=(), report=None):
     experiments = experiments_of(measured, machine.ambient.pressure) if wanted else []
     for done, experiment in enumerate(experiments, 1):
         try:
-            wider = _widened(
-                experiment, problem, jacobian[:n], {name: (best[name].probe, effects[name]) for name in wanted}
-            )
+            wider = _widened(experiment, problem, jacobian[:n], probes)
         except EndedEarly:
             continue
         for name in wanted:

@@ -114,7 +114,7 @@ def detection_limits(columns):
         found[name] = {
             "parameter": parameter.key.split(".")[-1],
             "unit": parameter.declaration.unit,
-            "limit": abs(parameter.shown(parameter.scale * x)) if x <= 1.0 else None,
+            "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if x <= 1.0 else None,
             "kept": column.kept,
         }
     return found
