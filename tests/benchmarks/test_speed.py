@@ -1,7 +1,8 @@
 """How long the usual runs take, and what a fixed step and a general solver take for the same.
 
 ``python -m pytest -n 0 tests/benchmarks/test_speed.py`` prints a table; nothing here fails on time. Warm, least of
-several. The fixed step is the method of doi 10.1631/jzus.A0820373: Runge-Kutta of order 4 at 0.01 ms, contacts met to a step.
+several. The fixed step is the method of doi 10.1631/jzus.A0820373: Runge-Kutta of order 4 at 0.01 ms, contacts met to
+a step.
 """
 
 import os
