@@ -64,6 +64,19 @@ def test_a_pair_far_ahead_is_named_if_it_contains_the_best_single():
     pair = choice(100.0, "a", "b", gap=SHAPE)
     assert verdict_of(pair, choice(150.0, "a", gap=SHAPE)) == "TWO_EFFECTS"
     assert verdict_of(pair, choice(150.0, "c", gap=SHAPE)) == "AMBIGUOUS"
+    assert verdict_of(pair, choice(120.0, "a", gap=SHAPE)) == "AMBIGUOUS"
+
+
+def test_a_pair_may_contain_what_is_not_told_from_the_best_single():
+    single, twin = choice(150.0, "c", gap=SHAPE), choice(152.0, "a", gap=SHAPE + 0.1 * OTHER)
+    assert verdict_of(choice(100.0, "a", "b", gap=SHAPE), single, twin) == "TWO_EFFECTS"
+
+
+def test_pairs_that_differ_by_what_looks_alike_are_one_finding():
+    single = choice(150.0, "b", gap=OTHER)
+    pair, other = choice(100.0, "a", "b", gap=SHAPE), choice(103.0, "c", "b", gap=SHAPE + 0.1 * OTHER)
+    assert verdict_of(pair, other, single) == "TWO_EFFECTS"
+    assert verdict_of(pair, choice(103.0, "c", "d", gap=SHAPE), single) == "AMBIGUOUS"
 
 
 def test_a_wrong_number_is_a_calibration():

@@ -31,6 +31,9 @@ LEFT_MOST = 0.05
 """Share of the gap's size that may be left, where that is more than the tolerance."""
 ALIKE = 0.9
 """Cosine between what two effects do to the data, from which they are of one class."""
+PAIR_LEAST = 25.0
+"""Penalised cost by which a pair has to beat the best single effect."""
+TOLD = "told from every other explanation, and held out"
 OUTSIDE = 0.02
 """Chance that an effect that passes everything is yet another that the library does not have."""
 SURE = 0.99
@@ -122,17 +125,35 @@ def with_alarm(base, choices, size, judged):
     if best.model.released:
         verdict = CALIBRATION if not rivals else AMBIGUOUS_VERDICT
         return Verdict(verdict, best, rivals, chance, "a number of the machine is wrong, and nothing is missing")
-    single = next((choice for choice in choices if len(choice.names) == 1), best)
-    if len(best.names) == 2 and single.names[0] not in best.names:
-        rivals = (single, *(choice for choice in rivals if choice is not single))
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the best pair does not contain the best single effect")
-    if not rivals:
-        verdict = NAMED if len(best.names) == 1 else TWO_EFFECTS
-        return Verdict(verdict, best, (), chance, "told from every other explanation, and held out")
     own = explained(base, best)
-    if len(best.names) == 1 and all(cosine(own, explained(base, choice)) > ALIKE for choice in rivals):
-        return Verdict(NAMED_CLASS, best, rivals, 1.0 - OUTSIDE, "one of a class that these data do not tell apart")
-    return Verdict(AMBIGUOUS_VERDICT, best, rivals, 1.0 - OUTSIDE, "several explanations are as good")
+    alike = all(cosine(own, explained(base, choice)) > ALIKE for choice in rivals)
+    if len(best.names) == 1:
+        if not rivals:
+            return Verdict(NAMED, best, (), chance, TOLD)
+        if alike:
+            return Verdict(NAMED_CLASS, best, rivals, 1.0 - OUTSIDE, "one of a class that these data do not tell apart")
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 1.0 - OUTSIDE, "several explanations are as good")
+    singles = [choice for choice in choices if len(choice.names) == 1]
+    if not contains(base, best, singles):
+        rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the best pair does not contain the best single effect")
+    if singles[0].cost - best.cost < PAIR_LEAST:
+        rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the second effect hardly earns its place")
+    if not rivals or (alike and all(set(best.names) & set(choice.names) for choice in rivals)):
+        return Verdict(TWO_EFFECTS, best, rivals, chance if not rivals else 1.0 - OUTSIDE, TOLD)
+    return Verdict(AMBIGUOUS_VERDICT, best, rivals, 1.0 - OUTSIDE, "several pairs are as good")
+
+
+def contains(base, pair, singles):
+    """Whether a pair contains the best single effect, or one that these data do not tell from it."""
+    own = explained(base, singles[0])
+    return any(
+        choice.names[0] in pair.names
+        and choice.cost - singles[0].cost < AMBIGUOUS
+        and cosine(own, explained(base, choice)) > ALIKE
+        for choice in singles
+    )
 
 
 def implausible(model):
