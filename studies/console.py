@@ -76,8 +76,9 @@ class Console:
 
             def report(stage, done, total):
                 if stage != progress.tasks[0].description:
-                    progress.reset(task, description=stage)
-                progress.update(task, completed=done, total=total)
+                    progress.reset(task, description=stage, completed=done, total=total)
+                else:
+                    progress.update(task, completed=done)
 
             yield report
 

@@ -108,14 +108,14 @@ def test_figures_have_the_same_bytes_each_time(tmp_path):
     drawn = []
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
-        svg = draw_gap(signals, rows, AMBIENT, tmp_path / name)
+        svg = draw_gap(signals, rows, "with side force", AMBIENT, tmp_path / name)
         drawn.append((svg, {path.name: path.read_bytes() for path in (tmp_path / name).iterdir()}))
     assert drawn[0] == drawn[1]
     assert sorted(drawn[0][1]) == sorted(f"{name}.{kind}" for name in drawn[0][0] for kind in ("pdf", "png"))
 
 
 def test_figures_are_drawn_where_nothing_was_added(tmp_path):
-    assert len(draw_gap([compared(left=1.0, after=False)], [Tried("bounce", 1.0, None)], AMBIENT, tmp_path)) == 4
+    assert len(draw_gap([compared(left=1.0, after=False)], [Tried("bounce", 1.0, None)], "", AMBIENT, tmp_path)) == 4
 
 
 @pytest.fixture(scope="module")
@@ -156,6 +156,7 @@ def test_names_in_a_page_are_escaped():
         "p_value": 0.001,
         "effects": [],
         "alternatives": [],
+        "nearest": [],
         "warnings": ["<i>p.csv</i>"],
         "detection_limits": {},
         "nuisances": [],

@@ -19,7 +19,7 @@ from studies.gap.next_test import next_test
 from studies.gap.problem import EndedEarly
 from studies.gap.record import record
 from studies.measured import read_measured
-from studies.measured.prediction import predict, run_of
+from studies.measured.prediction import predict, run_of, with_value
 from studies.output import make_folder
 
 
@@ -69,9 +69,15 @@ def explain_command(console, machine_file, settings, folder, out, without, overw
 
 
 def first_march(console, machine, measured):
-    """Simulate a run, so that what is timed after it is compiled."""
+    """Simulate a run, as it is and with an effect, so that what is timed after it is compiled."""
     run = measured.runs[0]
-    warm_up(console, predict, run_of(machine, run), run)
+    nominal = run_of(machine, run)
+
+    def march():
+        for force in (nominal.effects.side_force.force, 1.0):
+            predict(with_value(nominal, "effects.side_force.force", force), run)
+
+    warm_up(console, march)
 
 
 def check_names(names):
@@ -88,7 +94,7 @@ def _found(machine, measured, without, parent, out, report):
     """The findings as they are, and as plain data; the child and the report are written."""
     from studies.figures.gap import draw_gap
     from studies.gap.comparison import compare
-    from studies.gap.report import page, tried
+    from studies.gap.report import added_to, page, tried
 
     findings = explain(machine, measured, without, report)
     report("writing the report", 0, 1)
@@ -96,7 +102,7 @@ def _found(machine, measured, without, parent, out, report):
     _write(out, "machine.toml", child_of(findings, data))
     compared = compare(findings)
     (Path(out) / "figures").mkdir(exist_ok=True)
-    figures = draw_gap(compared, tried(findings), machine.ambient.pressure, Path(out) / "figures")
+    figures = draw_gap(compared, tried(findings), added_to(findings), machine.ambient.pressure, Path(out) / "figures")
     _write(out, "report.html", page(findings, data, compared, figures))
     return findings, data
 

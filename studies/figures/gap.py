@@ -33,7 +33,7 @@ SCALE = 4.0, 12.0
 WIDTH = 7.6
 
 
-def draw_gap(compared, rows, ambient_pressure, folder):
+def draw_gap(compared, rows, added, ambient_pressure, folder):
     """Draw all figures, and write them as PNG and PDF.
 
     Parameters
@@ -41,6 +41,8 @@ def draw_gap(compared, rows, ambient_pressure, folder):
     compared : list of studies.gap.comparison.Compared
     rows : list of studies.gap.report.Tried
         Candidates with what was expected of them and what came.
+    added : str
+        What was added to the model, in words.
     ambient_pressure : float
         [Pa abs]
     folder : path
@@ -52,9 +54,9 @@ def draw_gap(compared, rows, ambient_pressure, folder):
         SVG by name.
     """
     figures = {
-        "gap": lambda: sizes(compared, ambient_pressure),
-        "overlays": lambda: overlays(worst(compared, 3), ambient_pressure),
-        "maps": lambda: maps(residual_map(compared), ambient_pressure),
+        "gap": lambda: sizes(compared, added, ambient_pressure),
+        "overlays": lambda: overlays(worst(compared, 3), added, ambient_pressure),
+        "maps": lambda: maps(residual_map(compared), added, ambient_pressure),
         "candidates": lambda: candidates(rows),
     }
     found = {}
@@ -66,17 +68,17 @@ def draw_gap(compared, rows, ambient_pressure, folder):
     return found
 
 
-def sizes(compared, ambient_pressure):
+def sizes(compared, added, ambient_pressure):
     """The gap of each run before and after, over the noise."""
     runs = by_run(compared)
     figure, axis = plt.subplots(figsize=(WIDTH, 0.9 + 0.36 * len(runs)), layout="constrained")
-    added = compared[0].left_after is not None
+    both = compared[0].left_after is not None
     place, labels, roles = 0.0, [], []
     for number, own in enumerate(runs):
         role = own[0].role
         place += 0.6 * bool(number and role != runs[number - 1][0].role)
         bars = [(size_of(one.left_before for one in own), BEFORE)]
-        if added:
+        if both:
             bars.append((size_of(one.left_after for one in own), AFTER))
         for k, (size, colour) in enumerate(bars):
             height = 0.8 / len(bars)
@@ -93,14 +95,14 @@ def sizes(compared, ambient_pressure):
     axis.grid(axis="y", visible=False)
     axis.set(xlabel="root mean square of what is left, over the noise")
     axis.margins(x=0.08)
-    handles = [Patch(color=BEFORE, label="model as it was"), Patch(color=AFTER, label="with what was found")]
-    handles = handles[: 1 + added]
+    handles = [Patch(color=BEFORE, label="model as it was"), Patch(color=AFTER, label=added)]
+    handles = handles[: 1 + both]
     handles.append(plt.Line2D([], [], color="0.2", lw=1.0, ls="--", label="noise alone"))
     figure.legend(handles=handles, loc="outside upper right", ncols=3, fontsize=8.5)
     return figure
 
 
-def overlays(chosen, ambient_pressure):
+def overlays(chosen, added, ambient_pressure):
     """The traces that the calibrated machine misses by most, with what it leaves of them."""
     size = (WIDTH, 0.8 + 2.8 * len(chosen))
     figure, axes = plt.subplots(
@@ -116,7 +118,7 @@ def overlays(chosen, ambient_pressure):
         below.axhspan(-2.0, 2.0, color="0.93", lw=0, zorder=0)
         _left(below, over, (one.before - one.block.values) / one.noise, BEFORE)
         if one.after is not None:
-            above.plot(over, shown.of(one.after), color=AFTER, lw=1.2, ls="--", label="with what was found")
+            above.plot(over, shown.of(one.after), color=AFTER, lw=1.2, ls="--", label=added)
             _left(below, over, (one.after - one.block.values) / one.noise, AFTER)
         above.set(ylabel=f"{shown.name} [{shown.unit}]")
         above.set_title(f"{label_of(run, ambient_pressure)}, {WORDS[one.role]}", loc="left")
@@ -153,12 +155,14 @@ def _shade(axis, over, one):
     return used
 
 
-def maps(found, ambient_pressure):
+def maps(found, added, ambient_pressure):
     """What is left of every signal over the stroke or cycle, before and after, on one scale.
 
     Parameters
     ----------
     found : studies.gap.residual_map.ResidualMap
+    added : str
+        What was added to the model, in words.
     ambient_pressure : float
         [Pa abs]
     """
@@ -166,7 +170,7 @@ def maps(found, ambient_pressure):
     limit = float(np.clip(np.nanquantile(np.abs(found.before), 0.98), *SCALE))
     size = (WIDTH, 1.6 + 0.21 * len(found.rows))
     figure, axes = plt.subplots(1, len(pictures), figsize=size, layout="constrained", sharey=True, squeeze=False)
-    titles = ("model as it was", "with what was found")
+    titles = ("model as it was", added)
     for axis, picture, title in zip(axes[0], pictures, titles, strict=False):
         image = axis.imshow(picture, aspect="auto", cmap="RdBu_r", vmin=-limit, vmax=limit, interpolation="none")
         axis.set_facecolor("0.75")

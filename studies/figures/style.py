@@ -50,7 +50,6 @@ def svg(figure):
     """A figure as SVG, the same text each time; to be called before `save`, which closes it."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
-    figure.set_layout_engine("none")  # it is laid out
     return text.getvalue()
 
 

@@ -1,4 +1,4 @@
-"""Every measured signal beside the calibrated machine and the machine with what was found."""
+"""Every measured signal beside the calibrated machine, and the machine with what explains it best."""
 
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ class Compared(NamedTuple):
     before: np.ndarray
     """What the calibrated machine gives [SI], shape (n,)."""
     after: np.ndarray | None
-    """What the machine with what was found gives; None: nothing was added."""
+    """What the machine with what was added gives; None: nothing was."""
     left_before: np.ndarray
     """What the calibrated machine leaves, made white [standard deviations], shape (n,)."""
     left_after: np.ndarray | None

@@ -44,16 +44,22 @@ code { font-size: .85em; overflow-wrap: anywhere; }
 <span>that this statement is right: {{ "%.0f" | format(100 * data.probability) }} in 100</span></div>
 {% if check %}
 <div class="fact"><b>{{ "%.2f" | format(check[0]) }}{% if added %} → {{ "%.2f" | format(check[1]) }}{% endif %}</b>
-<span>gap over noise on runs that were never used; noise alone: 1.00</span></div>
+<span>gap over noise on runs that were never used{{ ", " ~ added if added }}; noise alone: 1.00</span></div>
 {% endif %}
 </div>
 <p>Why: {{ data.reason }}. Looked at: {{ runs }} runs, {{ sensors | map("words") | join(", ") }}. The chance that noise
-alone leaves as much as the model does is {{ data.p_value | number }}.
+alone leaves as much as the model does is {{ data.p_value | chance }}.
 {% if data.alarm and data.localised.shares %}
 {{ "%.0f" | format(100 * data.localised.shares[0].share) }} % of the gap lives in {{ data.localised.signal | words
 }}{% if data.localised.phase %}, {{ data.localised.phase }}{% endif %}.
 {% endif %}
 </p>
+{% if data.nearest %}
+<p>What comes nearest:
+{% for row in data.nearest %}
+{{ row.key | key }} {{ row.value | number }} {{ row.unit | unit }}{{ ", " if not loop.last }}
+{%- endfor %}.</p>
+{% endif %}
 {% if data.alternatives %}
 <p>Not told from it by these data:
 {% for other in data.alternatives %}
@@ -97,7 +103,7 @@ before and {{ data.held_out.size_after | number }} after.</p>
 {% if means %}
 <table>
 <tr><th>mean over the cycle</th><th class="left">run</th><th>measured</th><th>model as it was</th>
-{% if added %}<th>with what was found</th>{% endif %}<th>noise</th></tr>
+{% if added %}<th>{{ added }}</th>{% endif %}<th>noise</th></tr>
 {% for label, shown, one in means %}
 <tr><td>{{ shown.name }} [{{ shown.unit }}]</td><td class="left">{{ label }}</td>
 <td>{{ "%.4g" | format(shown.of(one.block.values[0])) }}</td><td>{{ "%.4g" | format(shown.of(one.before[0])) }}</td>
@@ -108,7 +114,7 @@ before and {{ data.held_out.size_after | number }} after.</p>
 {% endif %}
 
 <h2>Where they differ most</h2>
-<figure><img alt="Measured, model as it was, model with what was found"
+<figure><img alt="Measured, and the model"
 src="data:image/svg+xml;base64,{{ figures.overlays }}">
 <figcaption>Measured, and the model; below what it leaves, over the noise; the grey band is ± 2 deviations of a
 sample, the strong line the mean over nine. Shaded: the phases.</figcaption></figure>
@@ -137,7 +143,7 @@ fitted.{% endif %}</figcaption></figure>
 <h2>What these data could not have shown</h2>
 {% if hidden %}
 <p>Even at the end of their range these would stay below 5 deviations here, so nothing is said of them:
-{% for row in hidden %}{{ row.effect | words }} ({{ row.range }}){{ "; " if not loop.last else "." }}{% endfor %}</p>
+{% for row in hidden %}{{ row.effect | words }} ({{ row.range | unit }}){{ "; " if not loop.last else "." }}{% endfor %}</p>
 {% endif %}
 <p>All others would be seen from these sizes on (5 deviations; kept: the share that is left once the uncertain
 numbers of the machine have been fitted):</p>
@@ -183,7 +189,7 @@ standard deviations of that knowledge; beyond 4 it is itself a finding.</p>
 <tr><td>{{ name | words }}</td><td class="left"><code>{{ digest }}</code></td></tr>
 {% endfor %}
 </table>
-<p class="small"><code>machine.toml</code> beside this page is the machine with what was found,
+<p class="small"><code>machine.toml</code> beside this page is the machine with what was named, else as it was,
 <code>verdict.json</code> all numbers, <code>figures/</code> the figures as PDF and PNG.</p>
 </body>
 </html>

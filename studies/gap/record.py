@@ -142,6 +142,8 @@ def held_out_of(judged):
 def sentence(findings):
     """The verdict in a sentence that a technician understands."""
     verdict = findings.verdict
+    if verdict.verdict == NO_GAP and findings.detection.alarm:
+        return "What the model leaves is more than noise, but too small to matter: nothing is added to it."
     if verdict.verdict == NO_GAP:
         return "The model explains the data: nothing is missing that these data could show."
     if verdict.verdict == REFUSED:

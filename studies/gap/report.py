@@ -48,6 +48,14 @@ def tried(findings):
     return [row for place, row in enumerate(rows) if place < CANDIDATES or row.realised is not None]
 
 
+def added_to(findings):
+    """What the second of two models has that the first has not, in words."""
+    model = findings.best
+    if model.released:
+        return f"with {key_of(model.released)} corrected"
+    return f"with {words(' and '.join(model.names))}"
+
+
 def in_words(probability):
     """A probability as a technician says it."""
     return next((words for least, words in WORDS if probability >= least), "less than an even chance")
@@ -56,6 +64,11 @@ def in_words(probability):
 def number(value):
     """Three significant digits; "-" where there is no number."""
     return "-" if value is None else f"{value:.3g}"
+
+
+def chance(p_value):
+    """A chance as text; what lies below 1 in 10 000 is not told apart."""
+    return "below 0.0001" if p_value < 1e-4 else f"{p_value:.2g}"
 
 
 def page(findings, data, compared, figures):
@@ -77,7 +90,7 @@ def page(findings, data, compared, figures):
     """
     ambient = findings.base.problem.machine.ambient.pressure
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"number": number, "words": words, "unit": raised, "key": key_of}
+    environment.filters |= {"number": number, "chance": chance, "words": words, "unit": raised, "key": key_of}
     ranges = {entry.name: entry.parameters[0].range for entry in library()}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
     return environment.from_string(TEMPLATE).render(
@@ -86,7 +99,7 @@ def page(findings, data, compared, figures):
         probability=in_words(data["probability"]),
         unseen=any(one.role == CHECK for one in compared),
         check=unseen(compared),
-        added=compared[0].left_after is not None,
+        added=added_to(findings) if compared[0].left_after is not None else "",
         visible=sorted((row for row in limits if row["limit"] is not None), key=lambda row: row["effect"]),
         hidden=sorted((row | {"range": ranges[row["effect"]]} for row in limits if row["limit"] is None), key=_name),
         means=[(label_of(one.block.run, ambient), shown_of(one.block), one) for one in compared if one.is_mean],
