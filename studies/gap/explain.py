@@ -244,7 +244,8 @@ def hold_out(base, choices, measured, noise):
     if not choices or choices[0].cost >= base.cost:
         return choices, None
     if runs:
-        near = [choice for choice in choices if choice.cost - choices[0].cost < 4.0 * AMBIGUOUS]
+        single = next((choice for choice in choices if len(choice.names) == 1), None)
+        near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS]
         whole = [Choice(c.model, c.cost + left_over(c.model, runs, noise)[1]) for c in near]
         shift = left_over(base, runs, noise)[1]
         choices = sorted((c._replace(cost=c.cost - shift) for c in whole), key=lambda choice: choice.cost)

@@ -143,7 +143,8 @@ fitted.{% endif %}</figcaption></figure>
 <h2>What these data could not have shown</h2>
 {% if hidden %}
 <p>Even at the end of their range these would stay below 5 deviations here, so nothing is said of them:
-{% for row in hidden %}{{ row.effect | words }} ({{ row.range | unit }}){{ "; " if not loop.last else "." }}{% endfor %}</p>
+{% for row in hidden %}{{ row.effect | words }} ({{ row.range | unit }}){{ "; " if not loop.last else "." }}
+{%- endfor %}</p>
 {% endif %}
 <p>All others would be seen from these sizes on (5 deviations; kept: the share that is left once the uncertain
 numbers of the machine have been fitted):</p>
