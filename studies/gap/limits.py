@@ -111,6 +111,8 @@ def detection_limits(columns):
     found = {}
     for name, column in clearest(columns).items():
         parameter, x = column.probe.candidate.strengths[column.probe.strength], least(column)
+        if parameter.inverse:  # the weakest there is may be seen already
+            x = max(x, parameter.low)
         found[name] = {
             "parameter": parameter.key.split(".")[-1],
             "unit": parameter.declaration.unit,

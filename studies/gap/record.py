@@ -31,6 +31,7 @@ def record(findings):
         But for what the command adds: ``lineage``, ``wall_time_s``.
     """
     verdict = findings.verdict
+    cells = findings.cells if findings.detection.alarm else []
     named = verdict.verdict in (NAMED, NAMED_CLASS, TWO_EFFECTS, CALIBRATION)
     found = effects_of(verdict.best.model) if verdict.best else []
     rivals = [
@@ -57,10 +58,10 @@ def record(findings):
         "held_out": held_out_of(findings.checked),
         "gates": held_out_of(findings.judged),
         "localised": {
-            "signal": findings.cells[0].signal,
-            "phase": findings.cells[0].phase,
+            "signal": cells[0].signal if cells else None,
+            "phase": cells[0].phase if cells else None,
             "size": findings.size,
-            "shares": [cell._asdict() for cell in findings.cells if cell.share > 0.01],
+            "shares": [cell._asdict() for cell in cells if cell.share > 0.01],
         },
         "detection_limits": detection_limits(findings.columns),
         "scores": [{"effect": score.name, "deviations": score.deviations} for score in findings.scores],
@@ -76,8 +77,9 @@ def effects_of(model):
     """Parameters of the effects that a model adds, or of the nuisance that it frees, with their intervals."""
     deviations = np.sqrt(np.diag(model.fitted.covariance))
     rows = []
-    for parameter, x, deviation in zip(model.problem.parameters, model.fitted.x, deviations, strict=True):
-        if parameter.prior:
+    rows_of = zip(model.problem.parameters, model.fitted.x, deviations, model.told, strict=True)
+    for parameter, x, deviation, told in rows_of:
+        if parameter.prior or not told:
             continue
         ends = np.clip([x - NORMAL_95 * deviation, x + NORMAL_95 * deviation], parameter.low, parameter.high)
         low, high = sorted(parameter.value(end) for end in ends)

@@ -13,6 +13,8 @@ from studies.gap.score import imitated
 
 STARTS = (0.25, 1.0)
 """Of a strength, over its range, beside the size that the score suggests and the probes."""
+UNTOLD = 1e-6
+"""Standard deviations over a parameter's range, below which the data do not depend on it."""
 DESCENTS = 2
 """Starts that are followed to their end: those that leave least once the nuisances have moved."""
 
@@ -44,12 +46,17 @@ class Model(NamedTuple):
 
     def machine(self):
         """The machine with the effects, within what a machine file allows; its nuisances as they were."""
-        parameters = self.problem.parameters
-        x = [
-            0.0 if p.prior else np.clip(x, p.low / p.reach, p.high / p.reach)
-            for p, x in zip(parameters, self.fitted.x, strict=True)
+        pairs = [
+            (p, np.clip(x, p.low / p.reach, p.high / p.reach))
+            for p, x, told in zip(self.problem.parameters, self.fitted.x, self.told, strict=True)
+            if told and not p.prior
         ]
-        return put(self.problem.machine, parameters, x)
+        return put(self.problem.machine, *zip(*pairs, strict=True)) if pairs else self.problem.machine
+
+    @property
+    def told(self):
+        """Whether the data depend on each parameter at all, (p,) bool array."""
+        return np.linalg.norm(self.fitted.jacobian, axis=0) > UNTOLD
 
 
 def refit(base, candidates, guesses):
