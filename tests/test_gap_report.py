@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 import tomllib
 from types import SimpleNamespace
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from gap_bench import write_bench
 
+from studies.console import Console
 from studies.figures.gap import draw_gap
 from studies.gap.comparison import Compared, by_run, label_of, shown_of, size_of, worst
 from studies.gap.problem import Block
@@ -197,3 +199,46 @@ def test_a_simulation_that_does_not_end_is_told_and_kept_apart_from_bad_input(ap
     code, out, err = apesim("gap", "explain", str(bench), "--out", "failed")
     assert (code, out) == (3, "")
     assert err == "p16.csv: the simulation does not come to its end; nothing is concluded\n"
+
+
+def test_a_sensor_that_is_in_runs_to_check_alone_is_refused(apesim, tmp_path):
+    folder = write_bench(tmp_path)
+    header, *rows = (folder / "p49.csv").read_text().splitlines()
+    lines = [f"{header},pressure_a [kPa abs]", *(f"{row},{500 + k % 7}" for k, row in enumerate(rows))]
+    (folder / "p49.csv").write_text("\n".join(lines) + "\n")
+    for command in (("explain", "--out", "x"), ("isolability",)):
+        code, out, err = apesim("gap", command[0], str(folder), *command[1:])
+        assert (code, out, len(err.splitlines())) == (2, "", 1)
+        assert "p49.csv: pressure_a: is in runs to check alone" in err
+
+
+def test_means_alone_are_drawn(tmp_path):
+    run = compared().block.run._replace(bench="engine", speed=100.0, means={"torque": 30.0}, channels={})
+    block = Block(0, run, "torque", np.zeros(1), np.array([30.0]), 0.0)
+    mean = Compared(block, 0.3, np.array([31.0]), None, np.array([3.3]), None, {})
+    assert sorted(draw_gap([mean], [Tried("bounce", 1.0, None)], "", AMBIENT, tmp_path)) == [
+        "candidates",
+        "gap",
+        "maps",
+    ]
+
+
+def test_a_sensor_that_never_changes_is_refused(apesim, tmp_path):
+    folder = write_bench(tmp_path)
+    header, *rows = (folder / "p40.csv").read_text().splitlines()
+    (folder / "p40.csv").write_text("\n".join([header, *(row.split(",")[0] + ",0" for row in rows)]) + "\n")
+    code, out, err = apesim("gap", "explain", str(folder), "--out", "x")
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert "p40.csv: lift: never changes" in err
+
+
+def test_stages_are_told_on_a_terminal_by_name(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with Console().stages("explaining") as report:
+        for stage, whole in (("calibrating", 1), ("fitting effects", 7)):
+            report(stage, whole, whole)
+            shown = capsys.readouterr().err
+    assert "fitting effects" in shown + capsys.readouterr().err
+    with Console(quiet=True).stages("explaining") as report:
+        report("calibrating", 0, 1)
+    assert capsys.readouterr().err == ""

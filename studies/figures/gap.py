@@ -55,10 +55,12 @@ def draw_gap(compared, rows, added, ambient_pressure, folder):
     """
     figures = {
         "gap": lambda: sizes(compared, added, ambient_pressure),
-        "overlays": lambda: overlays(worst(compared, 3), added, ambient_pressure),
         "maps": lambda: maps(residual_map(compared), added, ambient_pressure),
         "candidates": lambda: candidates(rows),
     }
+    chosen = worst(compared, 3)
+    if chosen:  # of an engine there may be means alone
+        figures["overlays"] = lambda: overlays(chosen, added, ambient_pressure)
     found = {}
     with plt.rc_context(STYLE):
         for name, make in figures.items():
@@ -214,7 +216,7 @@ def candidates(rows):
         if row.realised is not None:
             axis.plot([row.expected, row.realised], [place, place], color="0.7", lw=1.2, zorder=1)
             axis.plot(row.realised, place, "o", color=AFTER, ms=6)
-        axis.plot(row.expected, place, "o", mfc="white", mec=BEFORE, mew=1.4, ms=6)
+        axis.plot(row.expected, place, "o", mfc="none", mec=BEFORE, mew=1.4, ms=6)
     axis.axvline(5.0, color="0.2", lw=1.0, ls="--")
     end = 1.15 * max(6.0, *(value for row in rows for value in (row.expected, row.realised or 0.0)))
     axis.set_xscale("symlog", linthresh=10.0, linscale=1.5)
@@ -225,7 +227,7 @@ def candidates(rows):
     axis.set_ylim(len(rows) - 0.4, -0.6)
     axis.set(xlabel="part of the gap that it explains [deviations]")
     handles = [
-        plt.Line2D([], [], ls="", marker="o", mfc="white", mec=BEFORE, mew=1.4, label="expected, by its score"),
+        plt.Line2D([], [], ls="", marker="o", mfc="none", mec=BEFORE, mew=1.4, label="expected, by its score"),
         plt.Line2D([], [], ls="", marker="o", color=AFTER, label="realised, fitted through the simulator"),
         plt.Line2D([], [], color="0.2", lw=1.0, ls="--", label="5 deviations"),
     ]

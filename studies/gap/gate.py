@@ -4,7 +4,7 @@ import numpy as np
 
 from apesim.march import TOLERANCE
 from apesim.quantities import Culprit, InputError
-from studies.measured import FIT
+from studies.measured import CHECK, FIT, GATE
 from studies.measured.sensors import FILE
 
 SATURATED = 0.05
@@ -28,11 +28,14 @@ def gate(measured):
     Raises
     ------
     InputError
-        No run is to be fitted.
+        No run is to be fitted, a sensor never changes, or is in runs to check alone.
     """
     file = f"{measured.folder}/{FILE}"
     if not measured.of(FIT):
         raise InputError([Culprit(file, "run.role", "no run is to be fitted", f'give at least one run role = "{FIT}"')])
+    culprits = [*_dead(measured), *_unknown(measured)]
+    if culprits:
+        raise InputError(culprits)
     warnings = []
     for run in measured.runs:
         steps = np.diff(run.times)
@@ -46,6 +49,26 @@ def gate(measured):
                     f"{run.data}: {sensor} stays at its largest or smallest value: is the sensor at its end?"
                 )
     return warnings
+
+
+def _dead(measured):
+    """Culprits of sensors that show nothing, not even noise."""
+    for run in measured.runs:
+        for sensor, values in run.channels.items():
+            if np.ptp(values) == 0.0:
+                file = f"{measured.folder}/{run.data}"
+                yield Culprit(file, sensor, "never changes", "is the sensor connected? else leave the column out")
+
+
+def _unknown(measured):
+    """Culprits of sensors of which no run tells the noise."""
+    known = {sensor for run in measured.of(FIT) + measured.of(GATE) for sensor in (*run.channels, *run.means)}
+    for run in measured.of(CHECK):
+        for sensor in {**run.channels, **run.means}:
+            if sensor not in known:
+                wrong = "is in runs to check alone: its noise is unknown"
+                right = "measure it in another run, too, or leave it out"
+                yield Culprit(f"{measured.folder}/{run.data or FILE}", sensor, wrong, right)
 
 
 def _saturated(values):

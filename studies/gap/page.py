@@ -63,7 +63,7 @@ alone leaves as much as the model does is {{ data.p_value | chance }}.
 {% if data.alternatives %}
 <p>Not told from it by these data:
 {% for other in data.alternatives %}
-<b>{{ other.effects | map("words") | join(" with ") }}</b>
+<b>{{ other.effects | map("key") | join(" with ") }}</b>
 ({% for row in other.parameters %}
 {{ row.parameter }} {{ row.value | number }} {{ row.unit | unit }}{{ ", " if not loop.last }}
 {%- endfor %}){{ "; " if not loop.last else "." }}
@@ -80,13 +80,13 @@ alone leaves as much as the model does is {{ data.p_value | chance }}.
 {% if data.next_test.experiments %}
 <table>
 <tr><th>experiment</th>
-{% for name in data.next_test.experiments[0].deviations %}<th>{{ name | words }}</th>{% endfor %}</tr>
+{% for name in data.next_test.experiments[0].deviations %}<th>{{ name | key }}</th>{% endfor %}</tr>
 {% for row in data.next_test.experiments[:5] %}
 <tr><td>{{ row.text }}</td>
 {% for value in row.deviations.values() %}<td>{{ value | number }}</td>{% endfor %}</tr>
 {% endfor %}
 </table>
-<p class="small">Deviations of the noise by which each would be told from {{ data.next_test.truth | words }}, were that
+<p class="small">Deviations of the noise by which each would be told from {{ data.next_test.truth | key }}, were that
 the truth, everything else fitted anew; from 5 on it is told.</p>
 {% endif %}
 {% endif %}
@@ -113,11 +113,13 @@ before and {{ data.held_out.size_after | number }} after.</p>
 </table>
 {% endif %}
 
+{% if figures.overlays %}
 <h2>Where they differ most</h2>
 <figure><img alt="Measured, and the model"
 src="data:image/svg+xml;base64,{{ figures.overlays }}">
 <figcaption>Measured, and the model; below what it leaves, over the noise; the grey band is ± 2 deviations of a
 sample, the strong line the mean over nine. Shaded: the phases.</figcaption></figure>
+{% endif %}
 
 <h2>What is left, signal by signal</h2>
 <figure><img alt="Maps of what is left" src="data:image/svg+xml;base64,{{ figures.maps }}">
@@ -133,7 +135,7 @@ fitted.{% endif %}</figcaption></figure>
 <table>
 <tr><th>explanation</th><th>part of the gap explained [deviations]</th><th>penalised cost above the best</th></tr>
 {% for row in explanations %}
-<tr><td>{{ row.names | map("words") | join(" with ") }}</td><td>{{ row.realised | number }}</td>
+<tr><td>{{ row.names | map("key") | join(" with ") }}</td><td>{{ row.realised | number }}</td>
 <td>{{ "%.1f" | format(row.cost) }}</td></tr>
 {% endfor %}
 </table>
@@ -143,8 +145,9 @@ fitted.{% endif %}</figcaption></figure>
 <h2>What these data could not have shown</h2>
 {% if hidden %}
 <p>Even at the end of their range these would stay below 5 deviations here, so nothing is said of them:
-{% for row in hidden %}{{ row.effect | words }} ({{ row.range | unit }}){{ "; " if not loop.last else "." }}
-{%- endfor %}</p>
+{% for row in hidden %}
+{{ row.effect | words }} ({{ row.range | unit }}){{ "; " if not loop.last else "." }}
+{% endfor %}</p>
 {% endif %}
 <p>All others would be seen from these sizes on (5 deviations; kept: the share that is left once the uncertain
 numbers of the machine have been fitted):</p>
@@ -154,7 +157,7 @@ numbers of the machine have been fitted):</p>
 <tr><th>effect</th><th>seen from</th><th>kept</th></tr>
 {% for row in part %}
 <tr><td>{{ row.effect | words }}</td><td>{{ row.limit | number }} {{ row.unit | unit }}</td>
-<td>{{ "%.0f" | format(100 * row.kept) }} %</td></tr>
+<td>{{ "%.0f" | format(100 * row.kept) }}&nbsp;%</td></tr>
 {% endfor %}
 </table>
 {% endfor %}

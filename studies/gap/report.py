@@ -53,7 +53,7 @@ def added_to(findings):
     model = findings.best
     if model.released:
         return f"with {key_of(model.released)} corrected"
-    return f"with {words(' and '.join(model.names))}"
+    return f"with {' and '.join(map(words, model.names))}"
 
 
 def in_words(probability):
