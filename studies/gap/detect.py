@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-DRAWS = 40_000
+DRAWS = 20_000
 SEED = 20090715
 ALARM = 0.01
 """Chance of noise alone to open the case."""

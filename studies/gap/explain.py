@@ -11,7 +11,7 @@ from studies.gap.detect import detect
 from studies.gap.gate import OWN_ERROR, gate, own_error
 from studies.gap.heldout import held_out, leave_one_out, left_over, point_of
 from studies.gap.localise import localise
-from studies.gap.noise import from_what_nothing_explains, noise_for, noise_of
+from studies.gap.noise import from_what_nothing_explains, is_known, noise_for, noise_of
 from studies.gap.nuisances import nuisances_of
 from studies.gap.phases import local_shapes
 from studies.gap.problem import Problem
@@ -177,14 +177,13 @@ def scored(base, candidates, tell):
         return bank(problem, base.fitted, candidates, lambda *at: tell("scoring", *at))
 
     columns = whole()
-    explainable = np.column_stack([base.fitted.jacobian, *(column.effect for column in columns)])
-    left, *_ = np.linalg.svd(explainable / np.maximum(np.linalg.norm(explainable, axis=0), 1e-12), full_matrices=False)
-    errors = base.fitted.errors - left @ (left.T @ base.fitted.errors)
-    ends = np.cumsum([len(block.values) for block in problem.blocks])
-    parts = np.split(errors[: ends[-1]], ends[:-1])
-    parts = [part * noise_for(problem.noise, b).deviation for part, b in zip(parts, problem.blocks, strict=True)]
-    if not from_what_nothing_explains(problem.blocks, problem.noise, parts):
+    if is_known(problem.noise):
         return base, columns
+    space = imitated(np.column_stack([base.fitted.jacobian, *(column.effect for column in columns)]))
+    ends = np.cumsum([len(block.values) for block in problem.blocks])
+    parts = np.split(space.removed(base.fitted.errors)[: ends[-1]], ends[:-1])
+    parts = [part * noise_for(problem.noise, b).deviation for part, b in zip(parts, problem.blocks, strict=True)]
+    from_what_nothing_explains(problem.blocks, problem.noise, parts)
     base = Model((), problem, descend(problem, base.fitted.x))
     return base, whole()
 

@@ -134,7 +134,8 @@ def whitened(noise, columns, times):
     (n, k) float array
     """
     weights = noise.predictors[-1]
-    filtered = lfilter(np.append(1.0, -weights), [1.0], columns, axis=0) / noise.spread[-1]
+    filtered = lfilter(np.append(1.0, -weights), [1.0], columns, axis=0) if noise.order else columns.astype(float)
+    filtered = filtered / noise.spread[-1]
     for i in range(min(noise.order, len(columns))):
         filtered[i] = (columns[i] - noise.predictors[i] @ columns[:i][::-1]) / noise.spread[i]
     filtered /= noise.deviation
@@ -283,6 +284,11 @@ def _from_rest(pairs):
     return _noise_in([record for record in records if record], "stretches at rest")
 
 
+def is_known(noise):
+    """Whether the colour of every channel's noise is known from noise itself."""
+    return all(one.source != TAKEN_FOR_WHITE for known in noise.values() for one in known.values())
+
+
 def from_what_nothing_explains(blocks, noise, left):
     """The noise of channels that are never at rest and never repeated, anew.
 
@@ -293,11 +299,6 @@ def from_what_nothing_explains(blocks, noise, left):
         See `noise_of`; changed.
     left : list of (n,) float array
         For each block what neither the nuisances nor any effect of the library can explain [SI].
-
-    Returns
-    -------
-    bool
-        Whether anything was changed.
     """
     groups = {}
     for block, values in zip(blocks, left, strict=True):
@@ -309,7 +310,6 @@ def from_what_nothing_explains(blocks, noise, left):
         interval = next(at for at, one in by_interval.items() if one is known)
         found = autoregressive(segments, "what nothing in the library explains")
         by_interval[interval] = found._replace(deviation=max(found.deviation, known.deviation))
-    return bool(groups)
 
 
 def _noise_in(records, source):

@@ -56,8 +56,9 @@ class Nuisances(NamedTuple):
 
 def imitated(jacobian):
     """The space of the nuisances' sensitivities."""
-    left, sizes, _ = np.linalg.svd(jacobian, full_matrices=False)
-    return Nuisances(left[:, sizes > 1e-10 * sizes[0]])
+    powers, directions = np.linalg.eigh(jacobian.T @ jacobian)
+    told = powers > 1e-14 * powers[-1]
+    return Nuisances(jacobian @ directions[:, told] / np.sqrt(powers[told]))
 
 
 def bank(problem, fitted, candidates, report=None):
