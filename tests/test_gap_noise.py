@@ -116,6 +116,23 @@ def test_a_stated_deviation_binds_and_a_contradiction_is_told():
     assert len(warnings) == 1 and "lift" in warnings[0]
 
 
+def mean(value, name):
+    return Block(0, SimpleNamespace(name=name, role="fit"), "torque", np.zeros(1), np.array([value]), 0.0)
+
+
+def test_the_noise_of_a_mean_is_stated_or_from_repeats_or_taken_for_a_share():
+    rng = np.random.default_rng(9)
+    blocks = [mean(level + 0.3 * rng.normal(), f"{level}") for level in range(20, 60) for _ in range(2)]
+    model = [np.zeros(1)] * len(blocks)
+    known, warnings = noise_of(blocks, model, {})
+    assert noise_for(known, blocks[0]).deviation == pytest.approx(0.3, rel=0.25)
+    assert not warnings
+    assert noise_for(noise_of(blocks, model, {"torque": 0.5})[0], blocks[0]).deviation == 0.5
+    taken, warnings = noise_of(blocks[:1], model[:1], {})
+    assert noise_for(taken, blocks[0]).deviation == pytest.approx(0.2, rel=0.1)
+    assert "[sensor.torque]" in warnings[0]
+
+
 def test_noise_is_that_of_the_nearest_sampling_interval():
     found = {"lift": {1e-4: white(1.0, "fine"), 1e-3: white(2.0, "coarse")}}
     times = np.arange(100) * 8e-4

@@ -24,6 +24,9 @@ STILL = 0.005
 """Of the noise: what the model may move by from one sample to the next at rest."""
 MAINS = (50.0, 60.0)
 """Frequencies at which hum is looked for [Hz]."""
+OF_A_MEAN = 0.01
+"""Share of a mean over the cycle that its noise is taken for, where nothing tells it."""
+FEWEST_CONTRASTS = 4
 TAKEN_FOR_WHITE = "second differences, taken for white"
 GUARD = 2e-3
 """Between a motion of the model and a stretch at rest [s]: the measured motion may be that late."""
@@ -231,6 +234,9 @@ def noise_of(blocks, predicted, stated):
         like = round(log(block.interval) / log(LIKE)) if block.interval else 0
         groups.setdefault((block.sensor, like), []).append((block, values))
     for (sensor, _), pairs in groups.items():
+        if not pairs[0][0].interval:
+            found[sensor] = {0.0: _of_a_mean(sensor, pairs, stated, warnings)}
+            continue
         noise = _from_repeats(pairs) or _from_rest(pairs)
         if noise is None:
             noise = white(_by_differences(pairs), TAKEN_FOR_WHITE)
@@ -247,6 +253,21 @@ def noise_of(blocks, predicted, stated):
     return found, warnings
 
 
+def _of_a_mean(sensor, pairs, stated, warnings):
+    """Noise of a mean over the cycle: stated, from repeats, or taken for a share of it."""
+    if sensor in stated:
+        return white(max(stated[sensor], FLOOR[sensor]), "stated")
+    contrasts = np.concatenate([[], *(values for record in _contrasts(pairs) for values, _ in record)])
+    if len(contrasts) >= FEWEST_CONTRASTS:
+        return white(max(float(np.sqrt(np.mean(contrasts**2))), FLOOR[sensor]), "repeats")
+    size = float(np.median([abs(block.values[0]) for block, _ in pairs]))
+    warnings.append(
+        f"{sensor}: the noise is neither stated nor told by repeats, and taken for {100.0 * OF_A_MEAN:g} % of the mean; "
+        f"state it as [sensor.{sensor}]"
+    )
+    return white(max(OF_A_MEAN * size, FLOOR[sensor]), "a share of the mean")
+
+
 def noise_for(noise, block):
     """The noise of a block: that of its sensor, at the nearest sampling interval."""
     known = noise[block.sensor]
@@ -254,16 +275,20 @@ def noise_for(noise, block):
 
 
 def _from_repeats(pairs):
+    return _noise_in(_contrasts(pairs), "repeats")
+
+
+def _contrasts(pairs):
+    """What repeats of runs differ by: Helmert's contrasts, independent series of the noise's own deviation."""
     groups, records = {}, []
     for block, _ in pairs:
         groups.setdefault((block.run.name, block.run.role, len(block.values), block.times.tobytes()), []).append(block)
     for repeats in groups.values():
         values = np.array([block.values for block in repeats])
-        # Helmert's contrasts: independent series of the noise's own deviation, one fewer than repeats.
         for k in range(1, len(repeats)):
             contrast = (values[:k].sum(axis=0) - k * values[k]) / np.sqrt(k * (k + 1.0))
             records.append([(contrast, repeats[0].times)])
-    return _noise_in(records, "repeats")
+    return records
 
 
 def _from_rest(pairs):
