@@ -44,6 +44,8 @@ class Effect(NamedTuple):
     """Slot: (parameters, reading) -> reading that is taken otherwise, see `apesim.reading`; the march knows nothing."""
     off: float = 0.0
     """Strength at which the effect does nothing."""
+    tabulated: str = ""
+    """Balance that it is a table of: it can close a gap there, and names nothing; "": it is a law."""
 
     def is_on(self, parameters):
         """Whether a strength among the parameters is another than that of doing nothing."""
@@ -71,22 +73,41 @@ class NoEffects(NamedTuple):
     """In place of a library's laws where none is on: the march is compiled without any."""
 
 
-def acting(name, module, library):
+def acting(name, module, library, tables=False):
     """NamedTuple type of the parameters of those effects that act within the march.
 
     The compile cache finds a type again by the module that it says it is from, and by its name there.
+
+    Parameters
+    ----------
+    name, module : str
+    library : tuple of Effect
+    tables : bool
+        With those that are tabulated, too.
+
+    Returns
+    -------
+    type
     """
-    found = NamedTuple(name, [(effect.name, effect.parameters) for effect in library if effect.is_marched])
+    own = [effect for effect in library if effect.is_marched and (tables or not effect.tabulated)]
+    found = NamedTuple(name, [(effect.name, effect.parameters) for effect in own])
     found.__module__ = module
     return found
 
 
-def acts(library, effects):
-    """Whether an effect of a library that acts within the march is on; parameters by name of effect."""
-    return any(effect.is_on(getattr(effects, effect.name)) for effect in library if effect.is_marched)
+def kind_of_march(library, effects):
+    """Which laws of a library a march needs; parameters by name of effect.
+
+    Returns
+    -------
+    int
+        0: none, 1: all but tables, 2: all.
+    """
+    on = [effect for effect in library if effect.is_marched and effect.is_on(getattr(effects, effect.name))]
+    return 2 if any(effect.tabulated for effect in on) else int(bool(on))
 
 
-def chosen(library, effects, container, beside=False):
+def chosen(library, effects, laws, tables, kind=0):
     """The effects of one library that act within the march.
 
     Parameters
@@ -94,20 +115,19 @@ def chosen(library, effects, container, beside=False):
     library : tuple of Effect
     effects : NamedTuple
         Parameters by name of effect; may hold those of other libraries too.
-    container : type
-        Of their parameters, see `acting`.
-    beside : bool
-        Another library's laws are compiled into the march: these, too, so that there are two kinds of march to compile
-        and not four.
+    laws, tables : type
+        Of their parameters, without and with tables, see `acting`.
+    kind : int
+        What another library needs, see `kind_of_march`: the march is compiled with no less of this one, so that there
+        are three kinds of march to compile and not nine.
 
     Returns
     -------
     NamedTuple
-        Of the type ``container``; `NoEffects` where none is on.
+        Of the type ``laws`` or ``tables``; `NoEffects` where none is on.
     """
-    if beside or acts(library, effects):
-        return container(*(getattr(effects, name) for name in container._fields))
-    return NoEffects()
+    container = (NoEffects, laws, tables)[max(kind, kind_of_march(library, effects))]
+    return container(*(getattr(effects, name) for name in container._fields))
 
 
 def volume_of(library, effects):

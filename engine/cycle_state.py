@@ -7,7 +7,7 @@ import numpy as np
 from apesim.effect import NoEffects
 from apesim.kernel import kernel
 from engine.cylinder import CylinderState, Engine
-from engine.effects import EngineLaws
+from engine.effects import EngineLaws, EngineTables
 from engine.kinematics import Crank, cylinder_volume
 from valve import actuator as valve_actuator
 from valve.actuator import Actuator, ActuatorTables
@@ -85,7 +85,7 @@ class Cycle(NamedTuple):
     """1: the cam's lift is that of its curve."""
     pipe: tuple[float, float]
     """Intake pipe between receiver and groove, see `apesim.effect.volume_of`."""
-    effects: EngineLaws | NoEffects
+    effects: EngineLaws | EngineTables | NoEffects
 
 
 class CycleTables(NamedTuple):

@@ -4,7 +4,7 @@ from math import isinf
 
 import numpy as np
 
-from apesim.effect import acts, adjusted, chosen, volume_of
+from apesim.effect import adjusted, chosen, kind_of_march, volume_of
 from apesim.march import TOLERANCE, Accuracy
 from engine.breathing import DEGREE, TURN, cam_corners, window_corners
 from engine.cycle_state import (
@@ -24,7 +24,7 @@ from engine.cycle_state import (
     has_pipe,
 )
 from engine.cylinder import CAM, EPV
-from engine.effects import ENGINE_EFFECTS, EngineLaws
+from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
 from engine.kinematics import crank_of, cylinder_volume
 from valve.actuator import GAS_SCALE, PHASE, actuator_of, closed_at_rest
 from valve.actuator import STATES as VALVE_STATES
@@ -55,8 +55,8 @@ def cycle_of(machine, speed):
     """
     engine, command = machine.engine, machine.command
     period = TURN / speed
-    edges, beside = [0.0, (command.release - command.energise) / speed], acts(ENGINE_EFFECTS, machine.effects)
-    actuator, valve_tables = actuator_of(machine, edges, period, beside=beside)
+    edges, kind = [0.0, (command.release - command.energise) / speed], kind_of_march(ALL_EFFECTS, machine.effects)
+    actuator, valve_tables = actuator_of(machine, edges, period, kind=kind)
     tables = CycleTables(valve_tables, np.ascontiguousarray(engine.cam.lift_curve))
     infinite = isinf(engine.receiver.volume)
     p = Cycle(
@@ -77,7 +77,7 @@ def cycle_of(machine, speed):
         machine.groove.ports,
         int(len(engine.cam.lift_curve) > 0),
         volume_of(ENGINE_EFFECTS, machine.effects),
-        chosen(ENGINE_EFFECTS, machine.effects, EngineLaws, len(actuator.effects) > 0),
+        chosen(ENGINE_EFFECTS, machine.effects, EngineLaws, EngineTables, kind),
     )
     p, tables = adjusted(ENGINE_EFFECTS, machine.effects, p, tables)
     return p, tables, kinks_of_cycle(p, tables, period)

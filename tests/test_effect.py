@@ -9,11 +9,23 @@ import numpy as np
 import pytest
 
 from apesim.air import Air, Ambient, gas_of
-from apesim.effect import Effect, NoEffects, acting, add_laws, adjusted, chosen, contact, law, restitution, sensed
+from apesim.effect import (
+    Effect,
+    NoEffects,
+    acting,
+    add_laws,
+    adjusted,
+    chosen,
+    contact,
+    kind_of_march,
+    law,
+    restitution,
+    sensed,
+)
 from apesim.kernel import kernel
 from apesim.restriction import flow_between
-from engine.effects import EngineLaws
-from valve.effects import ValveLaws
+from engine.effects import EngineLaws, EngineTables
+from valve.effects import ValveLaws, ValveTables
 from valve.terms import MASS_A, TERMS, ValveState
 
 # --- a library of three effects, and one that is not in it ---
@@ -119,16 +131,32 @@ def test_of_several_strengths_any_switches_the_effect_on_and_nothing_else_does()
 
 
 def test_chosen_takes_its_own_effects_by_name():
-    own = chosen(LIBRARY, AllEffects(push=Push(2.0), rubber=Rubber(0.5)), Effects)
+    own = chosen(LIBRARY, AllEffects(push=Push(2.0), rubber=Rubber(0.5)), Effects, None)
     assert type(own) is Effects
     assert own == Effects(push=Push(2.0), rubber=Rubber(0.5))
 
 
 def test_an_effect_of_another_library_switches_nothing_on():
-    assert type(chosen(LIBRARY, AllEffects(foreign=Foreign(9.0)), Effects)) is NoEffects
+    assert type(chosen(LIBRARY, AllEffects(foreign=Foreign(9.0)), Effects, None)) is NoEffects
 
 
-@pytest.mark.parametrize("laws", [ValveLaws, EngineLaws])
+def test_a_table_that_is_on_has_all_laws_compiled_in_and_otherwise_none_of_the_tables():
+    library = (*LIBRARY[:2], effect_of("rubber", Rubber, tabulated="force"))
+    laws, tables = (acting("Acting", __name__, library, tables) for tables in (False, True))
+    assert laws._fields == ("push", "warmth")
+    assert tables._fields == ("push", "warmth", "rubber")
+    for effects, kind, expected in (
+        (AllEffects(), 0, NoEffects),
+        (AllEffects(push=Push(2.0)), 1, laws),
+        (AllEffects(rubber=Rubber(0.5)), 2, tables),
+    ):
+        assert kind_of_march(library, effects) == kind
+        assert type(chosen(library, effects, laws, tables)) is expected
+    assert type(chosen(library, AllEffects(), laws, tables, 2)) is tables
+    assert type(chosen(library, AllEffects(rubber=Rubber(0.5)), laws, tables, 1)) is tables
+
+
+@pytest.mark.parametrize("laws", [ValveLaws, EngineLaws, ValveTables, EngineTables])
 def test_the_compile_cache_finds_the_laws_again(laws):
     """A type that cannot be found by its module and name has its kernels compiled anew in every process."""
     assert pickle.loads(pickle.dumps(laws)) is laws
@@ -180,7 +208,7 @@ def test_effects_of_sensors_that_are_on_are_applied_in_the_librarys_order():
 
 def test_effects_of_sensors_act_in_no_march():
     assert [effect.slots for effect in SENSORS] == [("sensor",), ("sensor",)]
-    assert acting("Acting", (*SENSORS, *LIBRARY))._fields == ("push", "warmth", "rubber")
+    assert acting("Acting", __name__, (*SENSORS, *LIBRARY))._fields == ("push", "warmth", "rubber")
 
 
 # --- laws and contacts, compiled and plain ---

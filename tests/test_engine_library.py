@@ -7,14 +7,16 @@ from test_engine_effects import SPEED, with_effects
 
 from apesim.effect import NoEffects
 from apesim.quantities.settings import dumps, load
-from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws
+from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
 from engine.effects.exhaust_timing import ExhaustTiming
 from engine.effects.seat_leak import SeatLeak
+from engine.effects.tabulated_cylinder_heat import TabulatedCylinderHeat
 from engine.indicators import indicators
 from engine.machine import Machine
 from engine.operating_point import cycle_of
-from valve.effects import ValveLaws
+from valve.effects import ValveLaws, ValveTables
 from valve.effects.bounce import Bounce
+from valve.effects.tabulated_force import TabulatedForce
 
 
 def test_the_library_names_every_effect_once():
@@ -59,7 +61,8 @@ def test_mass_and_energy_close_with_an_effect_on_and_it_changes_what_comes_out(e
 @every
 def test_effects_without_law_or_contact_are_marched_without_any_law(effect):
     p, _, _ = cycle_of(with_effects(**{effect.name: turned_on(effect)}), SPEED)
-    assert type(p.effects) is (NoEffects if effect.slots in (("adjust",), ("sensor",)) else EngineLaws)
+    laws = EngineTables if effect.tabulated else EngineLaws
+    assert type(p.effects) is (NoEffects if effect.slots in (("adjust",), ("sensor",)) else laws)
 
 
 def kinds_of_laws(**effects):
@@ -70,6 +73,9 @@ def kinds_of_laws(**effects):
 def test_one_law_that_is_on_has_those_of_valve_and_engine_compiled_in():
     assert kinds_of_laws() == kinds_of_laws(exhaust_timing=ExhaustTiming(0.1)) == (NoEffects, NoEffects)
     assert kinds_of_laws(bounce=Bounce(0.1)) == kinds_of_laws(seat_leak=SeatLeak(1e-9)) == (ValveLaws, EngineLaws)
+    on_the_valve, on_the_engine = TabulatedForce(1.0), TabulatedCylinderHeat(0.1)
+    assert kinds_of_laws(tabulated_force=on_the_valve, seat_leak=SeatLeak(1e-9)) == (ValveTables, EngineTables)
+    assert kinds_of_laws(tabulated_cylinder_heat=on_the_engine, bounce=Bounce(0.1)) == (ValveTables, EngineTables)
 
 
 def test_laws_at_strength_zero_that_are_looked_at_change_no_bit():

@@ -9,9 +9,11 @@ NAMES = """
 supply_droop solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio
 discharge_coefficient_slope vent_back_pressure dead_volume ring_leakage leakage_a leakage_b chamber_wall_heat
 moving_mass_error spring_rate_error coulomb_friction stribeck_friction seal_friction quadratic_drag side_force
-intake_flow_force end_cushion bounce lift_sensor_lag pressure_sensor_lag sensor_gain sensor_offset time_zero
+intake_flow_force end_cushion bounce tabulated_force tabulated_damping tabulated_heat tabulated_leak tabulated_area
+tabulated_delay lift_sensor_lag pressure_sensor_lag sensor_gain sensor_offset time_zero
 intake_pipe_loss groove_area_error seat_leak clearance_error cylinder_wall_heat blow_by exhaust_timing
-exhaust_restriction friction_torque speed_ripple tdc_error
+exhaust_restriction friction_torque tabulated_cylinder_heat tabulated_cylinder_leak tabulated_groove
+speed_ripple tdc_error
 """.split()
 CHANNELS = {"lift", "pressure_a", "pressure_b", "cylinder_pressure", "torque", "air_flow"}
 STRENGTHS = {
@@ -25,14 +27,17 @@ STRENGTHS = {
 
 def test_the_library_lists_every_effect_in_the_order_of_the_air():
     assert [entry.name for entry in library()] == NAMES == [effect.name for effect in ALL_EFFECTS]
-    assert [entry.layer for entry in library()] == ["valve"] * 28 + ["engine"] * 11
+    assert [entry.layer for entry in library()] == ["valve"] * 34 + ["engine"] * 14
 
 
 def test_strengths_come_first_and_are_marked():
     for entry in library():
         marked = {parameter.name for parameter in entry.parameters if parameter.strength}
         assert entry.parameters[0].strength
-        assert marked == STRENGTHS.get(entry.name, {entry.parameters[0].name})
+        if entry.name.startswith("tabulated"):
+            assert marked == {parameter.name for parameter in entry.parameters}
+        else:
+            assert marked == STRENGTHS.get(entry.name, {entry.parameters[0].name})
 
 
 @pytest.mark.parametrize(

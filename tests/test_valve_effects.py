@@ -10,7 +10,7 @@ from apesim.quantities.settings import dumps, load
 from engine.machine import Machine
 from valve.actuator import MODES, PHASE, actuator_rates, closed_at_rest
 from valve.bench import bench_of, run_bench
-from valve.effects import VALVE_EFFECTS, ValveEffects, ValveLaws
+from valve.effects import VALVE_EFFECTS, ValveEffects, ValveLaws, ValveTables
 from valve.effects.bounce import Bounce
 from valve.effects.coulomb_friction import CoulombFriction
 from valve.motion import actuator_enters
@@ -81,7 +81,8 @@ def test_laws_at_strength_zero_that_are_looked_at_change_no_bit():
 @every
 def test_effects_without_law_or_contact_are_marched_without_any_law(effect):
     found = bench_of(machine_with(**{effect.name: ON[effect.name]}), [0.0, PULSE])[0].actuator.effects
-    assert type(found) is (NoEffects if effect.slots in (("adjust",), ("sensor",)) else ValveLaws)
+    laws = ValveTables if effect.tabulated else ValveLaws
+    assert type(found) is (NoEffects if effect.slots in (("adjust",), ("sensor",)) else laws)
 
 
 @every_marched

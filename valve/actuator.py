@@ -10,7 +10,7 @@ from apesim.kernel import kernel
 from apesim.restriction import flow_in
 from apesim.scratch import zeros
 from valve.chamber import chamber_state
-from valve.effects import VALVE_EFFECTS, ValveLaws
+from valve.effects import VALVE_EFFECTS, ValveLaws, ValveTables
 from valve.groove import area_table
 from valve.piston import (
     Valve,
@@ -52,7 +52,7 @@ class Actuator(NamedTuple):
     """On the pressure difference over the upstream pressure, in Eq. 8 of the solenoids; 1: they choke as it says."""
     line: tuple[float, float]
     """Supply line before the solenoids, see `apesim.effect.volume_of`."""
-    effects: ValveLaws | NoEffects
+    effects: ValveLaws | ValveTables | NoEffects
 
 
 class ActuatorTables(NamedTuple):
@@ -76,7 +76,7 @@ class ActuatorTables(NamedTuple):
         return np.unique(np.concatenate(kinks))
 
 
-def actuator_of(machine, edges, period, edges_b=None, beside=False):
+def actuator_of(machine, edges, period, edges_b=None, kind=0):
     """The kernels' view of a machine's valve, its effects applied.
 
     Parameters
@@ -89,7 +89,7 @@ def actuator_of(machine, edges, period, edges_b=None, beside=False):
         At which the edges repeat [s]; inf: they happen once.
     edges_b : (m,) float array, optional
         Those of solenoid B where they are its own [s].
-    beside : bool
+    kind : int
         See `apesim.effect.chosen`.
 
     Returns
@@ -106,7 +106,7 @@ def actuator_of(machine, edges, period, edges_b=None, beside=False):
         machine.ambient.pressure,
         1.0,
         volume_of(VALVE_EFFECTS, machine.effects),
-        chosen(VALVE_EFFECTS, machine.effects, ValveLaws, beside),
+        chosen(VALVE_EFFECTS, machine.effects, ValveLaws, ValveTables, kind),
     )
     edges_a, edges_b = (np.asarray(each, dtype=float) for each in (edges, edges if edges_b is None else edges_b))
     tables = ActuatorTables(edges_a, edges_b, float(period), curve, curve, area_table(machine.groove, valve.stroke))

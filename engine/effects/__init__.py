@@ -18,6 +18,9 @@ from engine.effects import (
     intake_pipe_loss,
     seat_leak,
     speed_ripple,
+    tabulated_cylinder_heat,
+    tabulated_cylinder_leak,
+    tabulated_groove,
     tdc_error,
 )
 from valve.effects import VALVE_EFFECTS
@@ -32,12 +35,16 @@ ENGINE_EFFECTS = (
     exhaust_timing.EFFECT,
     exhaust_restriction.EFFECT,
     friction_torque.EFFECT,
+    tabulated_cylinder_heat.EFFECT,
+    tabulated_cylinder_leak.EFFECT,
+    tabulated_groove.EFFECT,
     speed_ripple.EFFECT,
     tdc_error.EFFECT,
 )
 ALL_EFFECTS = VALVE_EFFECTS + ENGINE_EFFECTS
 
 EngineLaws = acting("EngineLaws", __name__, ENGINE_EFFECTS)
+EngineTables = acting("EngineTables", __name__, ENGINE_EFFECTS, tables=True)
 Effects = NamedTuple("Effects", [(effect.name, effect.parameters) for effect in ALL_EFFECTS])
 Effects.__doc__ = "Effects: physics that the base model leaves out. A table that is present switches its effect on."
 Effects.__new__.__defaults__ = tuple(effect.parameters() for effect in ALL_EFFECTS)

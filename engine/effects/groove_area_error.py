@@ -19,6 +19,33 @@ class GrooveAreaError(NamedTuple):
     taper: Annotated[float, Quantity("", -0.4, 0.4, "at half of the open travel; chamfers, round ports")] = 0.0
 
 
+def in_pieces(cycle, table, pieces):
+    """A groove's table with further rows, so that its areas can be changed over the lift.
+
+    Parameters
+    ----------
+    cycle : engine.cycle_state.Cycle
+    table : (j, 2) float array
+        Lift [m] and effective area [m2].
+    pieces : int
+        Between the lap and the stroke; of a groove with ports `PIECES`.
+
+    Returns
+    -------
+    engine.cycle_state.Cycle
+        Its groove that of the table.
+    (k, 2) float array
+    """
+    between = np.linspace(lap_of(table), cycle.actuator.valve.stroke, (PIECES if cycle.has_ports else pieces) + 1)
+    lifts = np.union1d(table[:, 0], between)
+    if not cycle.has_ports:
+        return cycle, np.column_stack((lifts, np.interp(lifts, *table.T)))
+    ports = cycle.ports
+    cap = ports.discharge_coefficient * ports.passage_area
+    areas = [min(ports_area(ports, lift - cycle.lap), cap) for lift in lifts]
+    return cycle._replace(has_ports=0), np.column_stack((lifts, areas))
+
+
 def larger(effect, table, stroke):
     """A groove's table with its areas times (1 + share)(1 + taper 4 s (1 - s)).
 
@@ -56,14 +83,7 @@ def adjust(effect, cycle, tables):
     """
     table, stroke, ports = tables.valve.groove, cycle.actuator.valve.stroke, cycle.ports
     if effect.taper:
-        between = np.linspace(lap_of(table), stroke, (PIECES if cycle.has_ports else 2) + 1)
-        lifts = np.union1d(table[:, 0], between)
-        areas = np.interp(lifts, *table.T)
-        if cycle.has_ports:
-            cap = ports.discharge_coefficient * ports.passage_area
-            areas = np.array([min(ports_area(ports, lift - cycle.lap), cap) for lift in lifts])
-            cycle = cycle._replace(has_ports=0)
-        table = np.column_stack((lifts, areas))
+        cycle, table = in_pieces(cycle, table, 2)
     ports = ports._replace(discharge_coefficient=(1.0 + effect.share) * ports.discharge_coefficient)
     cycle = cycle._replace(ports=ports, full_area=(1.0 + effect.share) * cycle.full_area)
     return cycle, tables._replace(valve=tables.valve._replace(groove=larger(effect, table, stroke)))

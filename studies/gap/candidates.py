@@ -67,21 +67,22 @@ def candidates_of(machine, bench, effects):
     """
     found = []
     for effect in effects:
-        if effect.name in NUISANCES or effect.is_on(getattr(machine.effects, effect.name)):
+        if effect.name in NUISANCES or effect.tabulated or effect.is_on(getattr(machine.effects, effect.name)):
             continue
         names = effect.strengths or effect.parameters._fields[:1]
         strengths = [n for n in names if n in APART.get(effect.name, names)]
         found.append(
             Candidate(
                 effect.name,
-                tuple(_strength(effect, name) for name in strengths),
+                tuple(strength(effect, name) for name in strengths),
                 tuple(_shape(effect, name) for name in SHAPES.get(effect.name, ())),
             )
         )
     return found
 
 
-def _strength(effect, name):
+def strength(effect, name):
+    """A strength of an effect as a parameter, x = 0: off."""
     key = f"effects.{effect.name}.{name}"
     low, high = DECLARED[key].ends
     if effect.name in INVERSE:

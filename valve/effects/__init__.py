@@ -35,6 +35,12 @@ from valve.effects import (
     spring_rate_error,
     stribeck_friction,
     supply_droop,
+    tabulated_area,
+    tabulated_damping,
+    tabulated_delay,
+    tabulated_force,
+    tabulated_heat,
+    tabulated_leak,
     time_zero,
     vent_back_pressure,
 )
@@ -63,6 +69,12 @@ VALVE_EFFECTS = (
     intake_flow_force.EFFECT,
     end_cushion.EFFECT,
     bounce.EFFECT,
+    tabulated_force.EFFECT,
+    tabulated_damping.EFFECT,
+    tabulated_heat.EFFECT,
+    tabulated_leak.EFFECT,
+    tabulated_area.EFFECT,
+    tabulated_delay.EFFECT,
     lift_sensor_lag.EFFECT,
     pressure_sensor_lag.EFFECT,
     sensor_gain.EFFECT,
@@ -73,3 +85,4 @@ VALVE_EFFECTS = (
 ValveEffects = NamedTuple("ValveEffects", [(effect.name, effect.parameters) for effect in VALVE_EFFECTS])
 ValveEffects.__new__.__defaults__ = tuple(effect.parameters() for effect in VALVE_EFFECTS)
 ValveLaws = acting("ValveLaws", __name__, VALVE_EFFECTS)
+ValveTables = acting("ValveTables", __name__, VALVE_EFFECTS, tables=True)

@@ -1,0 +1,37 @@
+"""A force over the lift that has no name."""
+
+from apesim.effect import Effect, law
+from apesim.kernel import kernel
+from apesim.nodes import at_node, table
+from apesim.quantities import Quantity
+from valve.terms import BREAKAWAY, DRY, FORCE
+
+PLACES = range(0, 101, 10)
+"""Share of the stroke [%]."""
+SIZE = Quantity("N", -40, 40, "some times the springs' preload")
+
+TabulatedForce = table("TabulatedForce", __name__, force=(PLACES, SIZE), friction=(PLACES, SIZE))
+TabulatedForce.__doc__ = "Over the lift: a force to closed, and one against the motion, which also holds at rest."
+
+
+@law.for_type(TabulatedForce)
+@kernel
+def tabulated_force(effect, state, balance):
+    """F(lift) to closed, and R(lift) against the motion, holding where it is above zero [N]."""
+    place = 10.0 * (1.0 - state.position / state.valve.stroke)
+    balance[FORCE] += at_node(effect[:11], place)
+    friction = at_node(effect[11:], place)
+    balance[DRY] += friction
+    balance[BREAKAWAY] += max(0.0, friction)
+
+
+EFFECT = Effect(
+    "tabulated_force",
+    TabulatedForce,
+    equation="M d2L/dt2 = ... + F(lift) - R(lift) sign(dL/dt), cubic between nodes every tenth of the stroke",
+    source="no law: what force over the lift would close a gap",
+    seen_in="flight",
+    isolated_by="force over travel, pushed slowly both ways with both chambers open",
+    strengths=TabulatedForce._fields,
+    tabulated="force",
+)
