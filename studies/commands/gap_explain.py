@@ -69,13 +69,14 @@ def explain_command(console, machine_file, settings, folder, out, without, overw
 
 
 def first_march(console, machine, measured):
-    """Simulate a run, as it is and with an effect, so that what is timed after it is compiled."""
+    """Simulate a run, as it is, with an effect and with a table, so that what is timed after it is compiled."""
     run = measured.runs[0]
     nominal = run_of(machine, run)
 
     def march():
-        for force in (nominal.effects.side_force.force, 1.0):
-            predict(with_value(nominal, "effects.side_force.force", force), run)
+        predict(nominal, run)
+        for key in ("effects.side_force.force", "effects.tabulated_force.force_at_50"):
+            predict(with_value(nominal, key, 1.0), run)
 
     warm_up(console, march)
 

@@ -44,11 +44,19 @@ def child_of(findings, data):
     if data["held_out"]:
         checked = data["held_out"]
         lines.append(f"on runs opened once: {checked['before']:.3f} before, {checked['after']:.3f} after")
+    if findings.tabulated:
+        gap, suggested = data["tabulated"]["gap"], data["tabulated"]["suggestion"]
+        lines.append(
+            f"{data['tabulated']['kind']} added, no name: gap {gap['before']:.3f} before, {gap['after']:.3f} after"
+        )
+        lines.append(f"form that the table suggests: {suggested or 'none'}")
     lines += [
         f"chance of noise alone {data['p_value']:.2g}, probability of the statement {data['probability']:.2f}",
         *(f"{name.replace('_', ' ')} {digest}" for name, digest in data["lineage"].items()),
     ]
     machine = findings.best.machine() if found else findings.base.problem.machine
+    if findings.tabulated:
+        machine = findings.tabulated.model.machine()
     return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine)
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.effects import ALL_EFFECTS
+from studies.gap.balance import balances
 from studies.gap.candidates import candidates_of
 from studies.gap.descent import descend
 from studies.gap.detect import detect
@@ -18,8 +19,9 @@ from studies.gap.problem import Problem
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
 from studies.gap.select import AMBIGUOUS, Choice, pairs, released, singles
-from studies.gap.verdict import explained, with_alarm, without_alarm
-from studies.measured import CHECK, FIT, GATE
+from studies.gap.tabulate import tabulate
+from studies.gap.verdict import REFUSED, explained, with_alarm, without_alarm
+from studies.measured import CHECK, ENGINE, FIT, GATE
 from valve.effects import VALVE_EFFECTS
 
 LEFT = 0.01
@@ -50,6 +52,10 @@ class Findings(NamedTuple):
     verdict: object
     checked: object
     """`HeldOut` on the check runs; None: there are none, or nothing was added."""
+    balances: list
+    """What each table takes of the gap, the best first; none where there is no gap."""
+    tabulated: object
+    """`studies.gap.tabulate.Tabulated` where the library is refused; else None."""
     marks: list
     own_error: float
     simulations: int
@@ -98,7 +104,7 @@ def explain(machine, measured, without=(), report=None):
     local = local_shapes(problem, marks, imitated(base.fitted.jacobian))
     detection = detect(columns, local, base.fitted.errors)
     n = len(base.fitted.errors) - len(base.fitted.x)
-    choices, tried, judged, checked = [], [], None, None
+    choices, tried, judged, checked, tables, tabulated = [], [], None, None, [], None
     cells, size = localise(problem, marks, base.fitted.errors[:n], True), 0.0
     if not detection.alarm:
         verdict = without_alarm(base, detection.p_value)
@@ -109,6 +115,11 @@ def explain(machine, measured, without=(), report=None):
             cells = localise(problem, marks, explained(base, choices[0]), False)
         size = max(cell.size for cell in cells)
         verdict = with_alarm(base, choices, size, judged)
+        tables = balances(
+            base, ALL_EFFECTS if measured.bench == ENGINE else VALVE_EFFECTS, lambda *at: tell("weighing balances", *at)
+        )
+    if verdict.verdict == REFUSED:
+        tabulated = tabulate(base, tables, measured, noise, lambda *at: tell("fitting tables", *at))
     if verdict.best and measured.of(CHECK):
         checked = held_out([(base, verdict.best.model, measured.of(CHECK))], noise)
     return Findings(
@@ -125,6 +136,8 @@ def explain(machine, measured, without=(), report=None):
         judged,
         verdict,
         checked,
+        tables,
+        tabulated,
         marks,
         own,
         problem.simulations,

@@ -124,7 +124,8 @@ def leave_one_out(base, model):
         kept = [run for run in runs if point_of(run) != point]
         problem = Problem(base.problem.machine, kept, base.problem.parameters, base.problem.noise)
         without = Model((), problem, descend(problem, base.fitted.x))
-        wider = problem.with_parameters(model.problem.parameters)
+        wider = model.problem.on(kept)
+        wider.starts = problem.starts
         with_effects = Model(model.candidates, wider, descend(wider, model.fitted.x))
         base.problem.simulations += problem.simulations + wider.simulations
         pairs.append((without, with_effects, [run for run in runs if point_of(run) == point]))

@@ -88,6 +88,10 @@ class Problem:
         other.steps = np.array([known.get(p.key, STEP) for p in other.parameters])
         return other
 
+    def on(self, runs):
+        """The same parameters on other runs."""
+        return Problem(self.machine, runs, self.parameters, self.noise)
+
     def _predictions(self, x, tolerance=TOLERANCE):
         marched = np.asarray(x, dtype=float)[self.marched].tobytes()
         for number, run in enumerate(self.runs):

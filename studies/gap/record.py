@@ -16,6 +16,8 @@ from studies.gap.verdict import (
 )
 
 NORMAL_95 = 1.959963984540054
+ARTICLES = {"force": "a force", "heat": "heat", "leak": "leaks", "area": "a flow area", "delay": "a delay"}
+"""The balances in a sentence."""
 
 
 def record(findings):
@@ -54,15 +56,18 @@ def record(findings):
         "alarm": findings.detection.alarm,
         "p_value": findings.detection.p_value,
         "largest_score": findings.detection.largest,
-        "gap": gap_of(findings),
+        "gap": gap_of(findings.base, findings.best),
         "held_out": held_out_of(findings.checked),
         "gates": held_out_of(findings.judged),
         "localised": {
             "signal": cells[0].signal if cells else None,
             "phase": cells[0].phase if cells else None,
             "size": findings.size,
+            "balance": findings.balances[0].balance if findings.balances else None,
+            "balances": [balance_of(balance) for balance in findings.balances],
             "shares": [cell._asdict() for cell in cells if cell.share > 0.01],
         },
+        "tabulated": tabulated_of(findings.tabulated, findings.base) if findings.tabulated else None,
         "detection_limits": detection_limits(findings.columns),
         "scores": [{"effect": score.name, "deviations": score.deviations} for score in findings.scores],
         "nuisances": nuisances_of(findings.best),
@@ -107,14 +112,37 @@ def nuisances_of(model):
     return sorted(rows, key=lambda row: -abs(row["deviations"]))
 
 
-def gap_of(findings):
+def gap_of(base, best):
     """The gap on the fitted runs, root mean squares over the noise."""
-    n = len(findings.base.fitted.errors) - len(findings.base.fitted.x)
-    before, after = (m.fitted.errors[:n] for m in (findings.base, findings.best))
+    n = len(base.fitted.errors) - len(base.fitted.x)
+    before, after = (m.fitted.errors[:n] for m in (base, best))
     return {
         "before": float(np.sqrt(before @ before / n)),
         "after": float(np.sqrt(after @ after / n)),
-        "noise_floor": sqrt(max(0.0, 1.0 - len(findings.base.fitted.x) / n)),
+        "noise_floor": sqrt(max(0.0, 1.0 - len(base.fitted.x) / n)),
+    }
+
+
+def balance_of(balance):
+    """What a table takes of the gap by the straight model."""
+    return {
+        "balance": balance.balance,
+        "table": balance.name,
+        "deviations": sqrt(max(0.0, balance.fall)),
+        "gain": balance.gain,
+    }
+
+
+def tabulated_of(tabulated, base):
+    """The table that was added in place of a law."""
+    return {
+        "kind": tabulated.balance.name,
+        "balance": tabulated.balance.balance,
+        "parameters": effects_of(tabulated.model),
+        "gap": gap_of(base, tabulated.model),
+        "held_out": held_out_of(tabulated.judged)
+        and held_out_of(tabulated.judged) | {"noise_floor": tabulated.noise_floor},
+        "suggestion": tabulated.suggestion,
     }
 
 
@@ -149,6 +177,9 @@ def sentence(findings):
     if verdict.verdict == NO_GAP:
         return "The model explains the data: nothing is missing that these data could show."
     if verdict.verdict == REFUSED:
+        if findings.tabulated:
+            kind = findings.tabulated.balance.balance
+            return f"There is a gap, and nothing in the library closes it; a table of {ARTICLES[kind]} takes it best."
         return "There is a gap, and nothing in the library closes it."
     if verdict.verdict == AMBIGUOUS_VERDICT:
         names = [" with ".join(c.names) for c in (verdict.best, *verdict.rivals)]

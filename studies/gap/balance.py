@@ -1,0 +1,230 @@
+"""Where a gap lives by balance: one smooth unknown force, heat, leak, area or delay at a time, without a name.
+
+The nodes of a table have a Gaussian prior: neighbours are alike, and their size is that under which the data are most
+probable. So a table takes as much of the gap as stands out of noise, and pays for what it moves.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.gap.candidates import Candidate, strength
+from studies.gap.descent import Fitted, descend
+from studies.gap.problem import Problem
+from studies.gap.refit import Model
+from studies.gap.score import imitated
+
+REACH = 2.0
+"""Nodes over which what one says of its neighbours fades to 1/e."""
+SIZES = np.logspace(-3.0, 0.5, 29)
+"""Standard deviations of the nodes, over their range, among which the data choose."""
+ROUNDS = 2
+"""Of choosing sizes and fitting the nodes with them."""
+ALIKE = 1.5
+"""Times by which a size may be another without a fit of its own."""
+SWEEPS = 3
+"""Of choosing the sizes of one branch after the other."""
+
+
+class Balance(NamedTuple):
+    """What a table takes of a gap."""
+
+    name: str
+    """Of the effect."""
+    balance: str
+    """force, heat, leak, area or delay"""
+    fall: float
+    """Of the sum of squares, priors included."""
+    price: float
+    """Twice the logarithm of Occam's factor: what the nodes pay that the data move."""
+    nodes: float
+    """How many the data move."""
+    problem: object
+    """`Smoothed`"""
+    fitted: Fitted
+    """Where the nodes are, or where a fit is to start."""
+    model: object = None
+    """`studies.gap.refit.Model`, fitted through the simulator; None: it is not yet."""
+
+    @property
+    def gain(self):
+        """Twice the logarithm of how much more probable the data are with the table."""
+        return self.fall - self.price
+
+
+class Smoothed(Problem):
+    """A problem whose last parameters are the nodes of a table.
+
+    Parameters
+    ----------
+    machine, runs, parameters, noise
+        See `Problem`.
+    root : (q, q) float array
+        Of the nodes' prior covariance, lower triangle.
+    """
+
+    def __init__(self, machine, runs, parameters, noise, root):
+        super().__init__(machine, runs, parameters, noise)
+        self.root = root
+
+    def on(self, runs):
+        """The same parameters on other runs."""
+        return Smoothed(self.machine, runs, self.parameters, self.noise, self.root)
+
+    def errors(self, x):
+        """As `Problem.errors`, with the pull of the nodes' prior."""
+        errors, nodes = super().errors(x), len(self.root)
+        errors[-nodes:] = np.linalg.solve(self.root, np.asarray(x)[-nodes:])
+        return errors
+
+    def smoothed(self, root):
+        """The same with another prior of the nodes."""
+        other = Smoothed(self.machine, self.runs, self.parameters, self.noise, root)
+        other.starts, other.steps = self.starts, self.steps
+        return other
+
+
+def balances(base, effects, report=None):
+    """What each table takes of the gap if all is straight, the most probable first.
+
+    Parameters
+    ----------
+    base : studies.gap.refit.Model
+        The calibrated machine.
+    effects : sequence of apesim.effect.Effect
+        The library; what is not tabulated, or on already, is left out.
+    report : callable, optional
+        Told how many are done, and of how many.
+
+    Returns
+    -------
+    list of Balance
+    """
+    own = base.problem.machine.effects
+    tables = [effect for effect in effects if effect.tabulated and not effect.is_on(getattr(own, effect.name))]
+    found = []
+    for effect in tables:
+        found.append(straight(base, effect))
+        if report:
+            report(len(found), len(tables))
+    return sorted(found, key=lambda balance: -balance.gain)
+
+
+def straight(base, effect):
+    """What a table takes by its sensitivities at the calibrated machine.
+
+    Parameters
+    ----------
+    base : studies.gap.refit.Model
+    effect : apesim.effect.Effect
+
+    Returns
+    -------
+    Balance
+    """
+    nodes, old = [strength(effect, name) for name in effect.strengths], len(base.fitted.x)
+    known = base.problem
+    problem = Smoothed(known.machine, known.runs, [*known.parameters, *nodes], known.noise, np.eye(len(nodes)))
+    problem.starts, problem.steps[:old] = known.starts, known.steps
+    x = np.append(base.fitted.x, np.zeros(len(nodes)))
+    errors = problem.errors(x)
+    columns = problem.jacobian(x, errors, range(old, len(x)))
+    jacobian = np.column_stack([np.vstack([base.fitted.jacobian, np.zeros((len(nodes), old))]), columns])
+    known.simulations += problem.simulations
+    return weighed(Balance(effect.name, effect.tabulated, 0.0, 0.0, 0.0, problem, Fitted(x, errors, jacobian, False)))
+
+
+def through_the_simulator(base, balance):
+    """The same, fitted together with the nuisances, the sizes of the nodes chosen anew where the first fit leads to.
+
+    Raises
+    ------
+    EndedEarly
+        The simulation fails where the straight model leads.
+    """
+    for number in range(ROUNDS):
+        before, balance = balance, weighed(balance)
+        if number and not resized(before.problem.root, balance.problem.root):
+            balance = before
+            break
+        problem = balance.problem
+        fitted = descend(problem, balance.fitted.x, balance.fitted.jacobian)
+        base.problem.simulations += problem.simulations
+        balance = balance._replace(fall=base.cost - fitted.cost, fitted=fitted)
+        if not fitted.converged:
+            break
+    nodes = tuple(problem.parameters[-len(problem.root) :])
+    return balance._replace(model=Model((*base.candidates, Candidate(balance.name, nodes, ())), problem, fitted))
+
+
+def resized(root, other):
+    """Whether a node's size is another by more than `ALIKE`."""
+    ratios = np.diag(root) / np.diag(other)
+    return bool(np.any(np.maximum(ratios, 1.0 / ratios) > ALIKE))
+
+
+def weighed(balance):
+    """The same with the most probable sizes of its nodes, and the nodes to which the straight model then leads."""
+    problem, (x, errors, jacobian, _) = balance.problem, balance.fitted
+    nodes = len(problem.root)
+    old = len(x) - nodes
+    columns = jacobian[:-nodes, old:]
+    bare = imitated(jacobian[:-nodes, :old]).removed(columns)
+    branches = [parameter.key.rsplit("_at_", 1)[0] for parameter in problem.parameters[old:]]
+    root = np.linalg.cholesky(likeness(branches))
+    sizes, fall, price, moved, shift = most_probable(bare @ root, errors[:-nodes] - columns @ x[old:], branches)
+    root = sizes[:, None] * root
+    jacobian = np.vstack([jacobian[:-nodes], np.hstack([np.zeros((nodes, old)), np.linalg.inv(root)])])
+    x = np.append(x[:old], root @ shift)
+    return Balance(
+        balance.name, balance.balance, fall, price, moved, problem.smoothed(root), Fitted(x, errors, jacobian, False)
+    )
+
+
+def most_probable(columns, errors, branches):
+    """The sizes of the nodes, one for each branch, under which errors are most probable, and what they take then.
+
+    Parameters
+    ----------
+    columns : (n, q) float array
+        Of nodes of the size 1, independent of each other.
+    errors : (n,) float array
+    branches : sequence of str
+        Of each node.
+
+    Returns
+    -------
+    sizes : (q,) float array
+    fall, price, moved : float
+        See `Balance`.
+    x : (q,) float array
+        The most probable nodes, over their sizes.
+    """
+    normal, seen, of = columns.T @ columns, -columns.T @ errors, np.array(branches)
+
+    def outcome(sizes):
+        own = sizes[:, None] * normal * sizes
+        x = np.linalg.solve(np.eye(len(sizes)) + own, sizes * seen)
+        price = np.linalg.slogdet(np.eye(len(sizes)) + own)[1]
+        moved = np.trace(np.linalg.solve(np.eye(len(sizes)) + own, own))
+        return float(x @ (sizes * seen)), float(price), float(moved), x
+
+    def tried(sizes, branch):
+        return [np.where(of == branch, size, sizes) for size in SIZES]
+
+    def gain(sizes):
+        fall, price, *_ = outcome(sizes)
+        return fall - price
+
+    sizes = max((np.full(len(of), size) for size in SIZES), key=gain)
+    for _ in range(SWEEPS):
+        for branch in dict.fromkeys(branches):
+            sizes = max(tried(sizes, branch), key=gain)
+    return sizes, *outcome(sizes)
+
+
+def likeness(branches):
+    """Correlation of nodes before anything is measured: of one branch, fading with their distance; shape (q, q)."""
+    of, places = np.array(branches), np.arange(len(branches))
+    same = of[:, None] == of[None, :]
+    return same * np.exp(-np.abs(places[:, None] - places[None, :]) / REACH)

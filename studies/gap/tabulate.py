@@ -1,0 +1,86 @@
+"""What is not in the library: the table that closes the gap best, verified like any effect, without a name."""
+
+from contextlib import suppress
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.gap.balance import through_the_simulator
+from studies.gap.heldout import held_out
+from studies.gap.problem import EndedEarly
+from studies.gap.suggest import suggestion
+from studies.measured import CHECK, GATE
+
+FITTED = 4
+"""Tables that are fitted through the simulator, the best by a straight model."""
+
+
+class Tabulated(NamedTuple):
+    """A table that is added in place of a law."""
+
+    balance: object
+    """`studies.gap.balance.Balance`, fitted"""
+    judged: object
+    """`studies.gap.heldout.HeldOut` on the check runs, without any on the gate runs; None: there are neither."""
+    noise_floor: float
+    """Root mean square of what varies from sample to sample on those runs, over the noise."""
+    suggestion: str
+    """Form in physical variables; "" where none is found."""
+
+    @property
+    def model(self):
+        """`studies.gap.refit.Model`"""
+        return self.balance.model
+
+
+def tabulate(base, ranked, measured, noise, report=None):
+    """Fit the likeliest tables, and judge the best of them by runs that it was not fitted to.
+
+    Parameters
+    ----------
+    base : studies.gap.refit.Model
+        The calibrated machine.
+    ranked : list of Balance
+        See `studies.gap.balance.balances`.
+    measured : studies.measured.Measured
+    noise : dict
+        See `studies.gap.noise.noise_of`.
+    report : callable, optional
+        Told how many are done, and of how many.
+
+    Returns
+    -------
+    Tabulated or None
+        None: no table makes the data more probable.
+    """
+    found = []
+    for done, balance in enumerate(ranked[:FITTED], 1):
+        with suppress(EndedEarly):
+            found.append(through_the_simulator(base, balance))
+        if report:
+            report(done, min(FITTED, len(ranked)))
+    best = max(found, key=lambda balance: balance.gain, default=None)
+    if best is None or best.gain <= 0.0:
+        return None
+    runs = measured.of(CHECK) or measured.of(GATE)
+    judged = held_out([(base, best.model, runs)], noise) if runs else None
+    floor = local_noise(best.model.problem.on(runs), best.model.fitted.x) if runs else 1.0
+    return Tabulated(best, judged, floor, suggestion(best.model))
+
+
+def local_noise(problem, x):
+    """Noise of runs by half of the mean square difference of neighbouring samples (von Neumann 1941), over the noise.
+
+    Parameters
+    ----------
+    problem : studies.gap.problem.Problem
+    x : (p,) float array
+
+    Returns
+    -------
+    float
+    """
+    lengths = [len(block.values) for block in problem.blocks]
+    parts = np.split(problem.errors(x)[: sum(lengths)], np.cumsum(lengths)[:-1])
+    steps = np.concatenate([np.diff(part) for part in parts])
+    return float(np.sqrt(0.5 * np.mean(steps**2))) if len(steps) else 1.0
