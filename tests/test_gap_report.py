@@ -126,7 +126,7 @@ def bench(tmp_path_factory):
 
 
 def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):
-    code, out, err = apesim("gap", "explain", str(bench), "--out", "found", "--json")
+    code, out, err = apesim("gap", "explain", str(bench), "--out", "found", "--json", "--quiet")
     assert (code, err) == (0, "")
     told = json.loads(out)
     text = (tmp_path / "found" / "verdict.json").read_text()

@@ -97,7 +97,7 @@ def sizes(compared, added, ambient_pressure):
     axis.grid(axis="y", visible=False)
     axis.set(xlabel="root mean square of what is left, over the noise")
     axis.margins(x=0.08)
-    handles = [Patch(color=BEFORE, label="model as it was"), Patch(color=AFTER, label=added)]
+    handles = [Patch(color=BEFORE, label="calibrated model"), Patch(color=AFTER, label=added)]
     handles = handles[: 1 + both]
     handles.append(plt.Line2D([], [], color="0.2", lw=1.0, ls="--", label="noise alone"))
     figure.legend(handles=handles, loc="outside upper right", ncols=3, fontsize=8.5)
@@ -116,7 +116,7 @@ def overlays(chosen, added, ambient_pressure):
         over = np.degrees(run.angles) if run.bench == ENGINE else one.block.times * 1e3
         shades |= _shade(above, over, one)
         above.plot(over, shown.of(one.block.values), ".", color=MEASURED, ms=3, label="measured")
-        above.plot(over, shown.of(one.before), color=BEFORE, lw=1.2, label="model as it was")
+        above.plot(over, shown.of(one.before), color=BEFORE, lw=1.2, label="calibrated model")
         below.axhspan(-2.0, 2.0, color="0.93", lw=0, zorder=0)
         _left(below, over, (one.before - one.block.values) / one.noise, BEFORE)
         if one.after is not None:
@@ -172,7 +172,7 @@ def maps(found, added, ambient_pressure):
     limit = float(np.clip(np.nanquantile(np.abs(found.before), 0.98), *SCALE))
     size = (WIDTH, 1.6 + 0.21 * len(found.rows))
     figure, axes = plt.subplots(1, len(pictures), figsize=size, layout="constrained", sharey=True, squeeze=False)
-    titles = ("model as it was", added)
+    titles = ("calibrated model", added)
     for axis, picture, title in zip(axes[0], pictures, titles, strict=False):
         image = axis.imshow(picture, aspect="auto", cmap="RdBu_r", vmin=-limit, vmax=limit, interpolation="none")
         axis.set_facecolor("0.75")

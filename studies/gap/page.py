@@ -110,7 +110,7 @@ before and {{ data.held_out.size_after | number }} after.</p>
 {% endif %}
 {% if means %}
 <table>
-<tr><th>mean over the cycle</th><th class="left">run</th><th>measured</th><th>model as it was</th>
+<tr><th>mean over the cycle</th><th class="left">run</th><th>measured</th><th>calibrated model</th>
 {% if added %}<th>{{ added }}</th>{% endif %}<th>noise</th></tr>
 {% for label, shown, one in means %}
 <tr><td>{{ shown.name }} [{{ shown.unit }}]</td><td class="left">{{ label }}</td>
