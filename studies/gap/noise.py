@@ -262,7 +262,7 @@ def _of_a_mean(sensor, pairs, stated, warnings):
         return white(max(float(np.sqrt(np.mean(contrasts**2))), FLOOR[sensor]), "repeats")
     size = float(np.median([abs(block.values[0]) for block, _ in pairs]))
     warnings.append(
-        f"{sensor}: the noise is neither stated nor told by repeats, and taken for {100.0 * OF_A_MEAN:g} % of the mean; "
+        f"{sensor}: the noise is neither stated nor told by repeats; taken for {100.0 * OF_A_MEAN:g} % of the mean; "
         f"state it as [sensor.{sensor}]"
     )
     return white(max(OF_A_MEAN * size, FLOOR[sensor]), "a share of the mean")
