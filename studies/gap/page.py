@@ -63,7 +63,8 @@ alone leaves as much as the model does is {{ data.p_value | chance }}.
 {% if data.tabulated %}
 {% set table = data.tabulated %}
 <p>Added to the machine without a name: {{ table.kind | words }}, as values at fixed nodes. The gap over noise is
-{{ "%.2f" | format(table.gap.before) }} without it and {{ "%.2f" | format(table.gap.after) }} with it{% if table.held_out %},
+{{ "%.2f" | format(table.gap.before) }} without it and {{
+"%.2f" | format(table.gap.after) }} with it{% if table.held_out %},
 on runs that it was not fitted to {{ "%.2f" | format(table.held_out.before) }} and {{
 "%.2f" | format(table.held_out.after) }}{% endif %}.
 {% if table.suggestion %}Its form suggests, no more: {{ table.suggestion }}.{% endif %}</p>
