@@ -235,6 +235,8 @@ def _from_known(drive, known, tolerance):
     Settling or None
     """
     n, y, mode, correction = len(drive.accuracy.scale), known.y, known.mode, known.correction
+    if len(correction) != n:
+        return None
     before = gain_before = step = None
     for _ in range(CORRECTIONS_MOST):
         image, mode_image, status = drive.march(y, mode)

@@ -12,12 +12,12 @@ from studies.gap.descent import descend
 from studies.gap.experiments import experiments_of, problem_of
 from studies.gap.explain import calibrate, library
 from studies.gap.next_test import missed, next_test, split
-from studies.gap.noise import noise_for
+from studies.gap.noise import noise_for, white
 from studies.gap.problem import Problem
 from studies.gap.refit import refit
 from studies.gap.select import Choice
 from studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, NAMED, NO_GAP, REFUSED
-from studies.measured import read_measured
+from studies.measured import MeasuredRun, read_measured
 
 
 @pytest.fixture(scope="module")
@@ -106,3 +106,21 @@ def test_every_verdict_has_its_next_test(rivals, verdict, says):
     else:
         assert told["isolate"][0]["effect"] == "bounce"
         assert told["isolate"][0]["isolated_by"] in told["text"]
+
+
+def test_an_engine_keeps_a_start_for_each_set_of_volumes():
+    machine = load_machine(None, [])
+    speed = 1000.0 * np.pi / 30.0
+    means = {"torque": 30.0}
+    run = MeasuredRun("", "", 1.1e6, 287.0, np.nan, "fit", np.empty(0), {}, "engine", speed, -0.1, 1.2, means=means)
+    (candidate,) = (c for c in candidates_of(machine, "engine", library("engine")) if c.name == "intake_pipe_loss")
+    noise = {"torque": {0.0: white(0.3, "stated")}}
+    own = Problem(machine, [run], candidate.parameters, noise)
+    off = np.zeros(len(candidate.parameters))
+    on = off.copy()
+    on[0] = 0.4
+    found = [own.errors(x)[0] for x in (on, off)]
+    alone = [Problem(machine, [run], candidate.parameters, noise).errors(x)[0] for x in (on, off)]
+    assert found == pytest.approx(alone, rel=1e-6)
+    assert len(own.starts) == 2
+    assert abs(found[0] - found[1]) > 0.1

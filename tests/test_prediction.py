@@ -210,6 +210,17 @@ def test_a_valve_that_never_moves_stands_at_its_own_stop_whatever_the_start():
     assert np.all(run.trace[:, 2] == 0.0)
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_start_with_other_volumes_is_left_for_rest(way):
+    run = engine_run()
+    plain = run_of(machine(receiver=1.0), run)
+    piped = changed(plain, {"effects.intake_pipe_loss.area": 2e-4})
+    base, at = (plain, piped)[::way]
+    near, far = (predict(at, run, PREDICTED, start) for start in (start_of(base, run), None))
+    assert not near.failed
+    assert near.means == pytest.approx(far.means, rel=ALIKE)
+
+
 def test_a_start_far_away_is_left_for_rest():
     run = engine_run()
     start = start_of(run_of(machine(receiver=1.0), run), run)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.march import TOLERANCE
+from engine.effects import ALL_EFFECTS
 from studies.gap.noise import noise_for, whitened
 from studies.gap.parameters import put
 from studies.measured.prediction import predict, run_of, start_of
@@ -18,6 +19,7 @@ STEPS = 1e-4, 0.1
 """Smallest and largest finite difference, in units of x."""
 
 
+VOLUMES = [effect for effect in ALL_EFFECTS if "volume" in effect.slots]
 KEPT = 2
 """Points at which marches are remembered."""
 
@@ -40,6 +42,11 @@ class Block(NamedTuple):
 
 class EndedEarly(ArithmeticError):
     """A simulation that did not come to its end."""
+
+
+def volumes_of(machine):
+    """Names of the effects that add volumes, and with them states."""
+    return tuple(effect.name for effect in VOLUMES if effect.is_on(getattr(machine.effects, effect.name)))
 
 
 def blocks_of(runs):
@@ -74,7 +81,8 @@ class Problem:
         self.high = np.array([p.high for p in self.parameters])
         self.known = np.array([p.prior for p in self.parameters], dtype=bool)
         self.starts = {}
-        """Periodic states from which those of little different machines are near, by number of an engine's run."""
+        """Periodic states from which those of little different machines are near, by number of an engine's run, and
+        by the volumes that are among its states."""
         self.marched = np.array([p.is_marched for p in self.parameters], dtype=bool)
         self._memory = {}
         self.steps = np.full(len(self.parameters), STEP)
@@ -97,11 +105,12 @@ class Problem:
         for number, run in enumerate(self.runs):
             self.simulations += 1
             nominal = run_of(self.machine, run)
-            if number not in self.starts:
-                self.starts[number] = start_of(put(nominal, self.parameters, x), run)
             memory = self._remembered(number, marched, tolerance)
             machine = put(nominal, self.parameters, x)
-            prediction = predict(machine, run, None, self.starts[number], tolerance, memory)
+            start = number, volumes_of(machine)
+            if start not in self.starts:
+                self.starts[start] = start_of(machine, run)
+            prediction = predict(machine, run, None, self.starts[start], tolerance, memory)
             if prediction.failed:
                 raise EndedEarly(f"{run.name}: the simulation does not come to its end")
             yield run, prediction
