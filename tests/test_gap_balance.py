@@ -128,6 +128,23 @@ def test_what_the_library_cannot_name_is_added_without_a_name_and_the_child_lack
     assert explain(child, read_measured(folder, AMBIENT)).verdict.verdict == "NO_GAP"
 
 
+def snag(now):
+    """An edge in mid stroke at which a ring catches."""
+    rub = 40.0 * np.exp(-(((now.position - 0.5 * STROKE) / 0.4e-3) ** 2))
+    return rub, rub
+
+
+def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap():
+    """Left alone, it is called moving mass and Coulomb friction, told from all others and held out."""
+    found = explain(Machine(), measured(Bench(rubbing=(snag,))))
+    assert found.verdict.verdict == "REFUSED"
+    assert found.balances[0].name == found.tabulated.balance.name == "tabulated_force"
+    assert found.tabulated.balance.gain > found.base.cost - found.verdict.best.model.cost + 100.0
+    effect = found.tabulated.model.machine().effects.tabulated_force
+    assert max(effect._asdict(), key=effect._asdict().get) == "friction_at_50"
+    assert shrinks(found.tabulated) > 3.0
+
+
 def test_a_table_is_never_a_name():
     names = {candidate.name for candidate in candidates_of(Machine(), "engine", library("engine"))}
     assert "blow_by" in names

@@ -8,11 +8,14 @@ import numpy as np
 from studies.gap.balance import through_the_simulator
 from studies.gap.heldout import held_out
 from studies.gap.problem import EndedEarly
+from studies.gap.select import AMBIGUOUS
 from studies.gap.suggest import suggestion
 from studies.measured import CHECK, GATE
 
 FITTED = 4
 """Tables that are fitted through the simulator, the best by a straight model."""
+MARGIN = 2.0 * AMBIGUOUS
+"""By so much a table has to beat a name, whose own penalty does not count, to refuse it."""
 
 
 class Tabulated(NamedTuple):
@@ -66,6 +69,29 @@ def tabulate(base, ranked, measured, noise, report=None):
     judged = held_out([(base, best.model, runs)], noise) if runs else None
     floor = local_noise(best.model.problem.on(runs), best.model.fitted.x) if runs else 1.0
     return Tabulated(best, judged, floor, suggestion(best.model))
+
+
+def outdone(base, model, ranked):
+    """Whether a table, which has no name, makes the data more probable than an explanation that has one.
+
+    Parameters
+    ----------
+    base, model : studies.gap.refit.Model
+        The calibrated machine, without and with the explanation.
+    ranked : list of Balance
+        See `studies.gap.balance.balances`.
+
+    Returns
+    -------
+    bool
+    """
+    enough = base.cost - model.cost + MARGIN
+    if not ranked or ranked[0].gain < enough:
+        return False
+    try:
+        return through_the_simulator(base, ranked[0]).gain > enough
+    except EndedEarly:
+        return False
 
 
 def local_noise(problem, x):
