@@ -16,7 +16,7 @@ QUARTERS = range(0, 360, 90)
 TabulatedCylinderLeak = table(
     "TabulatedCylinderLeak",
     __name__,
-    out=(PLACES, Quantity("mm^2", -40, 40, "a part of an exhaust valve")),
+    out=(PLACES, Quantity("mm^2", -20, 20, "a part of an exhaust valve")),
     past_groove=(QUARTERS, Quantity("mm^2", 0, 4, "worn seals")),
 )
 TabulatedCylinderLeak.__doc__ = "Effective areas over the crank angle: to ambient, below zero too, and past the groove."

@@ -60,7 +60,7 @@ def nuisances_of(machine, measured):
     -------
     list of Parameter
     """
-    sensors = {sensor for run in measured.runs for sensor in run.channels}
+    sensors = {sensor for run in measured.runs for sensor in (*run.channels, *run.means)}
     priors = VALVE if measured.bench == "valve" else VALVE + ENGINE
     return [nuisance(machine, prior) for prior in priors if not prior.sensor or prior.sensor in sensors]
 
