@@ -31,5 +31,14 @@ def zeros(typing_context, count):
     return kind(count), generate
 
 
+class _AlsoPlain(type(zeros)):  # type: ignore[misc]
+    """Such an array for kernels that are called as plain Python."""
+
+    def __call__(self, count):
+        return np.zeros(count)
+
+
 if numba.config.DISABLE_JIT:
     zeros = np.zeros
+else:
+    zeros.__class__ = _AlsoPlain

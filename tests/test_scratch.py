@@ -21,3 +21,7 @@ def test_it_is_zero_each_time_it_is_asked_for():
     found = np.zeros(1000)
     (sums if numba.config.DISABLE_JIT else numba.njit(sums))(1000, found)
     assert found.tolist() == [5e5 + 10.0 ** (n % 5) for n in range(1000)]
+
+
+def test_a_kernel_that_is_called_from_python_gets_one_too():
+    assert one_added(3) == 5e5 + 1000.0
