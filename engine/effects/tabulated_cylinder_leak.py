@@ -17,7 +17,7 @@ TabulatedCylinderLeak = table(
     "TabulatedCylinderLeak",
     __name__,
     out=(PLACES, Quantity("mm^2", -20, 20, "a part of an exhaust valve")),
-    past_groove=(QUARTERS, Quantity("mm^2", 0, 4, "worn seals")),
+    past_groove=(QUARTERS, Quantity("mm^2", 0, 2, "worn seals")),
 )
 TabulatedCylinderLeak.__doc__ = "Effective areas over the crank angle: to ambient, below zero too, and past the groove."
 
