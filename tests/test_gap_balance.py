@@ -135,7 +135,7 @@ def snag(now):
 
 
 def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap():
-    """Left alone, it is called moving mass and Coulomb friction, told from all others and held out."""
+    """Left alone, moving mass with Coulomb friction passes every other rule, or is one of several that do."""
     found = explain(Machine(), measured(Bench(rubbing=(snag,))))
     assert found.verdict.verdict == "REFUSED"
     assert found.balances[0].name == found.tabulated.balance.name == "tabulated_force"

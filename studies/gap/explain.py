@@ -20,14 +20,23 @@ from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
 from studies.gap.select import AMBIGUOUS, Choice, pairs, released, singles
 from studies.gap.tabulate import outdone, tabulate
-from studies.gap.verdict import NAMED, NAMED_CLASS, REFUSED, TWO_EFFECTS, explained, with_alarm, without_alarm
+from studies.gap.verdict import (
+    AMBIGUOUS_VERDICT,
+    NAMED,
+    NAMED_CLASS,
+    REFUSED,
+    TWO_EFFECTS,
+    explained,
+    with_alarm,
+    without_alarm,
+)
 from studies.measured import CHECK, ENGINE, FIT, GATE
 from valve.effects import VALVE_EFFECTS
 
 LEFT = 0.01
 """Chance of noise alone, below which what the best single effect leaves calls for pairs."""
-NAMES = NAMED, NAMED_CLASS, TWO_EFFECTS
-"""Verdicts that give a name."""
+BLAMING = NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT
+"""Verdicts that one or several names come with."""
 
 
 class Findings(NamedTuple):
@@ -120,7 +129,7 @@ def explain(machine, measured, without=(), report=None):
         tables = balances(
             base, ALL_EFFECTS if measured.bench == ENGINE else VALVE_EFFECTS, lambda *at: tell("weighing balances", *at)
         )
-    if verdict.verdict in NAMES and outdone(base, verdict.best.model, tables):
+    if verdict.verdict in BLAMING and judged and outdone(base, verdict.best.model, tables):
         reason = f"an unknown {tables[0].balance} without a name takes more of the gap"
         verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
     if verdict.verdict == REFUSED:
