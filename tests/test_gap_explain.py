@@ -73,7 +73,8 @@ def test_a_hidden_effect_is_named_sized_and_added(measure, apesim, tmp_path):
     assert force["interval_95"][1] - force["interval_95"][0] < 3.0
     # On runs that were opened once the gap is gone.
     held_out = data["held_out"]
-    assert held_out["before"] > 1.02 * held_out["after"]
+    assert held_out["before"] > held_out["after"]
+    assert held_out["size_before"] > 0.15 > held_out["size_after"]
     assert held_out["after"] == pytest.approx(1.0, abs=0.05)
     # The machine that was written has the effect, and lacks nothing.
     machine = load(Machine, tmp_path / "out/machine.toml")
