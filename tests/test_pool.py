@@ -84,6 +84,8 @@ def test_workers_end_with_their_parent_and_say_nothing(tmp_path, end, whole_grou
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        # Of a shell that runs in the background SIGINT is ignored, and so it would be here.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     while not all((tmp_path / name).exists() for name in ("first", "second")):
         assert parent.poll() is None
