@@ -7,7 +7,7 @@ from pathlib import Path
 
 from apesim.kernel import when_compiling
 
-COMPILING = "compiling the model for this processor: once, about half a minute"
+COMPILING = "compiling the model for this processor: once, some fifteen seconds"
 
 
 def warm_up(console, march, *arguments, **options):
