@@ -1,22 +1,21 @@
 """Scores of effects, and the chance of noise alone to give as large a one."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from engine.effects import ALL_EFFECTS
 from engine.machine import Machine
-from studies.gap.candidates import candidates_of, probes_of
+from studies.gap.candidates import Candidate, Probe, candidates_of, probes_of
 from studies.gap.detect import detect
+from studies.gap.parameters import Parameter
 from studies.gap.score import Column, imitated, scores
 
 N = 400
 
 
 def column(name, effect, space, low=-1.0):
-    strength = SimpleNamespace(low=low, high=1.0)
-    probe = SimpleNamespace(candidate=SimpleNamespace(name=name, strengths=(strength,)), x=(0.01,), strength=0)
+    strength = Parameter("effects.side_force.force", 12.0, low, 1.0)
+    probe = Probe(Candidate(name, (strength,), ()), (0.01,), 0)
     bare = space.removed(effect)
     return Column(probe, effect, bare, float(np.linalg.norm(bare) / np.linalg.norm(effect)))
 

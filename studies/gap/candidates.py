@@ -50,6 +50,23 @@ class Probe(NamedTuple):
     strength: int
     """Which of the strengths."""
 
+    @property
+    def parameter(self):
+        """The strength that it switches on."""
+        return self.candidate.strengths[self.strength]
+
+    @property
+    def one_sided(self):
+        """Whether its strength has one sign only."""
+        return self.parameter.low >= 0.0
+
+    def scaled(self, factor):
+        """Its x with so many times the strength, within the range that a fit may take."""
+        x = list(self.x)
+        size = x[self.strength] * factor
+        x[self.strength] = float(min(max(size, self.parameter.low), self.parameter.high))
+        return tuple(x)
+
 
 def candidates_of(machine, bench, effects):
     """The effects that may be missing.

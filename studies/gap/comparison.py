@@ -68,8 +68,7 @@ def _simulated(model, runs, noise):
     problem = Problem(model.problem.machine, runs, model.problem.parameters, noise)
     values = problem.predicted(model.fitted.x)
     left = [simulated - block.values for simulated, block in zip(values, problem.blocks, strict=True)]
-    ends = np.cumsum([len(one) for one in left])
-    return problem, values, np.split(problem.whiten(left)[:, 0], ends[:-1])
+    return problem, values, problem.parted(problem.whiten(left)[:, 0])
 
 
 def size_of(arrays):

@@ -44,7 +44,7 @@ def detect(columns, local, errors):
     shapes = np.column_stack([*(c.bare for c in columns), local])
     lengths = np.linalg.norm(shapes, axis=0)
     shapes = shapes[:, lengths > 0.0] / lengths[lengths > 0.0]
-    one_sided = np.array([_one_sided(c.probe) for c in columns] + [False] * local.shape[1])[lengths > 0.0]
+    one_sided = np.array([c.probe.one_sided for c in columns] + [False] * local.shape[1])[lengths > 0.0]
     seen = -(shapes.T @ errors)
     largest = float(np.max(np.where(one_sided, seen, np.abs(seen))))
     # Scores of white noise have the correlations of the shapes.
@@ -54,7 +54,3 @@ def detect(columns, local, errors):
     highest = np.max(np.where(one_sided, draws, np.abs(draws)), axis=1)
     p_value = (1.0 + np.sum(highest >= largest)) / (1.0 + DRAWS)
     return Detection(float(p_value), largest, float(np.quantile(highest, 1.0 - ALARM)))
-
-
-def _one_sided(probe):
-    return probe.candidate.strengths[probe.strength].low >= 0.0

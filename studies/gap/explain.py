@@ -10,14 +10,14 @@ from studies.gap.candidates import candidates_of
 from studies.gap.descent import descend
 from studies.gap.detect import detect
 from studies.gap.gate import OWN_ERROR, gate, own_error
-from studies.gap.heldout import held_out, leave_one_out, left_over, point_of
+from studies.gap.heldout import compared, held_out, leave_one_out, left_over, point_of
 from studies.gap.localise import localise
 from studies.gap.noise import from_what_nothing_explains, is_known, noise_for, noise_of
 from studies.gap.nuisances import nuisances_of
 from studies.gap.phases import local_shapes
 from studies.gap.problem import Problem
 from studies.gap.refit import Model
-from studies.gap.score import bank, imitated, scores
+from studies.gap.score import bank, freed, imitated, scores
 from studies.gap.select import AMBIGUOUS, Choice, pairs, released, singles
 from studies.gap.tabulate import outdone, tabulate
 from studies.gap.verdict import (
@@ -30,7 +30,7 @@ from studies.gap.verdict import (
     with_alarm,
     without_alarm,
 )
-from studies.measured import CHECK, ENGINE, FIT, GATE
+from studies.measured import CHECK, FIT, GATE, VALVE
 from valve.effects import VALVE_EFFECTS
 
 LEFT = 0.01
@@ -126,16 +126,14 @@ def explain(machine, measured, without=(), report=None):
             cells = localise(problem, marks, explained(base, choices[0]), False)
         size = max(cell.size for cell in cells)
         verdict = with_alarm(base, choices, size, judged)
-        tables = balances(
-            base, ALL_EFFECTS if measured.bench == ENGINE else VALVE_EFFECTS, lambda *at: tell("weighing balances", *at)
-        )
+        tables = balances(base, library(measured.bench), lambda *at: tell("weighing balances", *at))
     if verdict.verdict in BLAMING and judged and outdone(base, verdict.best.model, tables):
         reason = f"an unknown {tables[0].balance} without a name takes more of the gap"
         verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
     if verdict.verdict == REFUSED:
         tabulated = tabulate(base, tables, measured, noise, lambda *at: tell("fitting tables", *at))
     if verdict.best and measured.of(CHECK):
-        checked = held_out([(base, verdict.best.model, measured.of(CHECK))], noise)
+        checked = held_out(base, verdict.best.model, measured.of(CHECK), noise)
     return Findings(
         measured,
         base,
@@ -161,8 +159,22 @@ def explain(machine, measured, without=(), report=None):
 
 def library(bench, without=()):
     """The effects that can show on a bench."""
-    effects = VALVE_EFFECTS if bench == "valve" else ALL_EFFECTS
+    effects = VALVE_EFFECTS if bench == VALVE else ALL_EFFECTS
     return [effect for effect in effects if effect.name not in without]
+
+
+def uncalibrated(machine, measured):
+    """The runs to be fitted with the noise of the data, and the nuisances of the machine.
+
+    Returns
+    -------
+    studies.gap.problem.Problem
+    warnings : list of str
+    """
+    nuisances = nuisances_of(machine, measured)
+    known = Problem(machine, measured.of(FIT) + measured.of(GATE), nuisances)
+    noise, warnings = noise_of(known.blocks, known.predicted(np.zeros(len(nuisances))), measured.noise)
+    return Problem(machine, measured.of(FIT), nuisances, noise), warnings
 
 
 def calibrate(machine, measured):
@@ -178,12 +190,8 @@ def calibrate(machine, measured):
     Model
     warnings : list of str
     """
-    nuisances = nuisances_of(machine, measured)
-    nominal = np.zeros(len(nuisances))
-    known = Problem(machine, measured.of(FIT) + measured.of(GATE), nuisances)
-    noise, warnings = noise_of(known.blocks, known.predicted(nominal), measured.noise)
-    problem = Problem(machine, measured.of(FIT), nuisances, noise)
-    fitted = descend(problem, nominal)
+    problem, warnings = uncalibrated(machine, measured)
+    fitted = descend(problem, np.zeros(len(problem.parameters)))
     problem.starts.clear()
     if not fitted.converged:
         warnings.append("the calibration did not converge")
@@ -207,10 +215,9 @@ def scored(base, candidates, tell):
     if is_known(problem.noise):
         return base, columns
     space = imitated(np.column_stack([base.fitted.jacobian, *(column.effect for column in columns)]))
-    ends = np.cumsum([len(block.values) for block in problem.blocks])
-    parts = np.split(space.removed(base.fitted.errors)[: ends[-1]], ends[:-1])
-    parts = [part * noise_for(problem.noise, b).deviation for part, b in zip(parts, problem.blocks, strict=True)]
-    from_what_nothing_explains(problem.blocks, problem.noise, parts)
+    pairs = zip(problem.parted(space.removed(base.fitted.errors)), problem.blocks, strict=True)
+    left = [part * noise_for(problem.noise, block).deviation for part, block in pairs]
+    from_what_nothing_explains(problem.blocks, problem.noise, left)
     base = Model((), problem, descend(problem, base.fitted.x))
     return base, whole()
 
@@ -243,14 +250,9 @@ def explanations(base, columns, ranked, library, local, tell):
 
 def gap_left(model, columns, local):
     """Whether the best single effect leaves more than noise: only then are pairs looked at."""
-    more = model.added
-    space = imitated(model.fitted.jacobian)
-    again = [
-        column._replace(bare=space.removed(np.append(column.effect, np.zeros(more))))
-        for column in columns
-        if column.probe.candidate.name not in model.names
-    ]
-    wider = space.removed(np.vstack([local, np.zeros((more, local.shape[1]))]))
+    others = [column for column in columns if column.probe.candidate.name not in model.names]
+    again = freed(others, model.fitted, model.added)
+    wider = imitated(model.fitted.jacobian).removed(np.vstack([local, np.zeros((model.added, local.shape[1]))]))
     return detect(again, wider, model.fitted.errors).p_value < LEFT
 
 
@@ -272,10 +274,11 @@ def hold_out(base, choices, measured, noise):
     if runs:
         single = next((choice for choice in choices if len(choice.names) == 1), None)
         near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS]
-        whole = [Choice(c.model, c.cost + left_over(c.model, runs, noise)[1]) for c in near]
-        shift = left_over(base, runs, noise)[1]
-        choices = sorted((c._replace(cost=c.cost - shift) for c in whole), key=lambda choice: choice.cost)
-        return choices, held_out([(base, choices[0].model, runs)], noise)
+        before = left_over(base, runs, noise)
+        left = [(c, left_over(c.model, runs, noise)) for c in near]
+        whole = [(Choice(c.model, c.cost + after.misfit - before.misfit), after) for c, after in left]
+        whole.sort(key=lambda pair: pair[0].cost)
+        return [choice for choice, _ in whole], compared([(before, whole[0][1])])
     if len({point_of(run) for run in base.problem.runs}) < 2:
         return choices, None
-    return choices, held_out(leave_one_out(base, choices[0].model), noise)
+    return choices, leave_one_out(base, choices[0].model)

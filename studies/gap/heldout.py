@@ -55,17 +55,30 @@ class HeldOut(NamedTuple):
         return float(np.sqrt(max(0.0, self.removed + self.left) / self.samples))
 
 
+class LeftOver(NamedTuple):
+    """What a model leaves of runs."""
+
+    plain: np.ndarray
+    """[standard deviations], shape (n,)"""
+    misfit: float
+    """Sum of squares, the parameters' uncertainty taken off."""
+    windowed: np.ndarray
+    """Means over windows [standard deviations of a mean], shape (m,)."""
+
+
 def left_over(model, runs, noise):
     """What a model leaves of runs that it was not fitted to.
 
+    Parameters
+    ----------
+    model : studies.gap.refit.Model
+    runs : sequence of studies.measured.MeasuredRun
+    noise : dict
+        See `studies.gap.noise.noise_of`.
+
     Returns
     -------
-    plain : (n,) float array
-        [standard deviations]
-    misfit : float
-        Sum of squares, the parameters' uncertainty taken off.
-    windowed : (m,) float array
-        Means over windows [standard deviations of a mean].
+    LeftOver
     """
     problem = Problem(model.problem.machine, runs, model.problem.parameters, noise)
     n = sum(len(block.values) for block in problem.blocks)
@@ -75,58 +88,65 @@ def left_over(model, runs, noise):
     information = model.fitted.jacobian.T @ model.fitted.jacobian
     shift = -np.linalg.lstsq(slopes.T @ slopes + information, slopes.T @ plain, rcond=None)[0]
     rest = plain + slopes @ shift
-    windows, start = [], 0
-    for block in problem.blocks:
-        own = rest[start : start + len(block.values)]
-        start += len(own)
-        windows += [part.sum() / np.sqrt(len(part)) for part in np.array_split(own, min(WINDOWS, len(own)))]
+    parts = [part for own in problem.parted(rest) for part in np.array_split(own, min(WINDOWS, len(own)))]
+    windowed = np.array([part.sum() / np.sqrt(len(part)) for part in parts])
     model.problem.simulations += problem.simulations
-    return plain, float(rest @ rest + shift @ information @ shift), np.array(windows)
+    return LeftOver(plain, float(rest @ rest + shift @ information @ shift), windowed)
 
 
-def held_out(pairs, noise):
-    """Judge models by runs left out.
-
-    Parameters
-    ----------
-    pairs : list of tuple
-        Base model, model with effects, runs that neither was fitted to.
-    noise : dict
-        See `studies.gap.noise.noise_of`.
+def held_out(base, model, runs, noise):
+    """Judge a model with effects, and the calibrated machine, by runs that neither was fitted to; see `left_over`.
 
     Returns
     -------
     HeldOut
     """
-    samples, before, after, removed, left, windows = 0, 0.0, 0.0, 0.0, 0.0, 0
-    for base, model, runs in pairs:
-        plain, misfit, _ = left_over(base, runs, noise)
-        rest, own, means = left_over(model, runs, noise)
-        samples += len(plain)
-        before, after = before + plain @ plain, after + rest @ rest
-        removed += misfit - own
-        left += means @ means - len(means)
-        windows += len(means)
+    return compared([(left_over(base, runs, noise), left_over(model, runs, noise))])
+
+
+def compared(pairs):
+    """Compare what two models leave.
+
+    Parameters
+    ----------
+    pairs : list of tuple of LeftOver
+        Of the calibrated machine and of the model with effects, for each set of runs.
+
+    Returns
+    -------
+    HeldOut
+    """
+    samples = sum(len(base.plain) for base, _ in pairs)
+    before = sum(float(base.plain @ base.plain) for base, _ in pairs)
+    after = sum(float(model.plain @ model.plain) for _, model in pairs)
+    removed = sum(base.misfit - model.misfit for base, model in pairs)
+    windows = sum(len(model.windowed) for _, model in pairs)
+    left = sum(float(model.windowed @ model.windowed) for _, model in pairs) - windows
     chance = float(np.sqrt(2.0 * windows + 4.0 * max(left, 0.0)))
     return HeldOut(samples, float(np.sqrt(before / samples)), float(np.sqrt(after / samples)), removed, left, chance)
 
 
 def point_of(run):
     """The operating point of a run."""
-    return (run.supply, run.temperature, getattr(run, "pulse", None), getattr(run, "speed", None))
+    return run.supply, run.temperature, run.pulse, run.speed
 
 
 def leave_one_out(base, model):
-    """The same two models fitted without one operating point, for each; with the runs left out."""
-    runs = base.problem.runs
-    pairs = []
+    """Judge two models fitted anew without one operating point, for each, by the runs left out.
+
+    Returns
+    -------
+    HeldOut
+    """
+    runs, noise, pairs = base.problem.runs, base.problem.noise, []
     for point in dict.fromkeys(map(point_of, runs)):
         kept = [run for run in runs if point_of(run) != point]
-        problem = Problem(base.problem.machine, kept, base.problem.parameters, base.problem.noise)
+        out = [run for run in runs if point_of(run) == point]
+        problem = base.problem.on(kept)
         without = Model((), problem, descend(problem, base.fitted.x))
         wider = model.problem.on(kept)
         wider.starts = problem.starts
         with_effects = Model(model.candidates, wider, descend(wider, model.fitted.x))
+        pairs.append((left_over(without, out, noise), left_over(with_effects, out, noise)))
         base.problem.simulations += problem.simulations + wider.simulations
-        pairs.append((without, with_effects, [run for run in runs if point_of(run) == point]))
-    return pairs
+    return compared(pairs)

@@ -5,14 +5,11 @@ import numpy as np
 from studies.gap.candidates import candidates_of
 from studies.gap.descent import Fitted
 from studies.gap.experiments import experiments_of, problem_of
-from studies.gap.explain import library
+from studies.gap.explain import library, uncalibrated
 from studies.gap.limits import DETECTED, clearest, detection_limits, sharpened
-from studies.gap.noise import noise_of
-from studies.gap.nuisances import nuisances_of
-from studies.gap.problem import EndedEarly, Problem
+from studies.gap.problem import EndedEarly
 from studies.gap.score import bank, imitated
 from studies.gap.verdict import ALIKE, cosine
-from studies.measured import FIT, GATE
 
 
 def isolability(machine, measured, without=(), report=None):
@@ -43,11 +40,8 @@ def isolability(machine, measured, without=(), report=None):
         The machine itself cannot be simulated.
     """
     tell = report or (lambda stage, done, whole: None)
-    nuisances = nuisances_of(machine, measured)
-    nominal = np.zeros(len(nuisances))
-    known = Problem(machine, measured.of(FIT) + measured.of(GATE), nuisances)
-    noise, warnings = noise_of(known.blocks, known.predicted(nominal), measured.noise)
-    problem = Problem(machine, measured.of(FIT), nuisances, noise)
+    problem, warnings = uncalibrated(machine, measured)
+    nominal = np.zeros(len(problem.parameters))
     errors, jacobian = _slopes(problem, nominal)
     candidates = candidates_of(machine, measured.bench, library(measured.bench, without))
     fitted = Fitted(nominal, errors, jacobian, True)
@@ -76,7 +70,7 @@ def isolability(machine, measured, without=(), report=None):
         {"effect": name, **limit, "class": classes.get(name, []), "helped_by": _help(name, found, classes, limit)}
         for name, limit in limits.items()
     ]
-    return rows, noise, warnings
+    return rows, problem.noise, warnings
 
 
 def _slopes(problem, x):

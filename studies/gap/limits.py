@@ -110,7 +110,7 @@ def detection_limits(columns):
     """
     found = {}
     for name, column in clearest(columns).items():
-        parameter, x = column.probe.candidate.strengths[column.probe.strength], least(column)
+        parameter, x = column.probe.parameter, least(column)
         if parameter.inverse:  # the weakest there is may be seen already
             x = max(x, parameter.low)
         found[name] = {

@@ -39,10 +39,8 @@ def localise(problem, marks, gap, noisy):
     -------
     list of Cell
     """
-    energy, count, start = {}, {}, 0
-    for block in problem.blocks:
-        own = gap[start : start + len(block.values)]
-        start += len(own)
+    energy, count = {}, {}
+    for block, own in zip(problem.blocks, problem.parted(gap), strict=True):
         of = phases(block, marks[block.number])
         for phase in np.unique(of):
             inside = own[of == phase]

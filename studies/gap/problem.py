@@ -100,6 +100,16 @@ class Problem:
         """The same parameters on other runs."""
         return Problem(self.machine, runs, self.parameters, self.noise)
 
+    def parted(self, whole):
+        """What stands of each block in an array over all of them: `errors`, without or with the pulls behind them.
+
+        Returns
+        -------
+        list of (n,) float array
+        """
+        ends = np.cumsum([len(block.values) for block in self.blocks])
+        return np.split(whole[: ends[-1]], ends[:-1])
+
     def _predictions(self, x, tolerance=TOLERANCE):
         marched = np.asarray(x, dtype=float)[self.marched].tobytes()
         for number, run in enumerate(self.runs):

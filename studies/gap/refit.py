@@ -149,17 +149,3 @@ def _ranked(problem, jacobian, starts):
 def _padded(jacobian, more):
     """Rows for parameters that have no prior."""
     return np.vstack([jacobian, np.zeros((more, jacobian.shape[1]))])
-
-
-def guess_of(score):
-    """The x that a score suggests for its candidate, within its range.
-
-    Returns
-    -------
-    tuple of float
-    """
-    candidate, probe = score.column.probe.candidate, score.column.probe
-    x = list(probe.x)
-    strength = candidate.strengths[probe.strength]
-    x[probe.strength] = float(np.clip(x[probe.strength] * score.size, strength.low, strength.high))
-    return tuple(x)

@@ -38,6 +38,11 @@ class Score(NamedTuple):
     """Times the probe's size that the gap suggests."""
 
     @property
+    def guess(self):
+        """The x that it suggests for its candidate."""
+        return self.column.probe.scaled(self.size)
+
+    @property
     def name(self):
         """Of the candidate."""
         return self.column.probe.candidate.name
@@ -99,6 +104,25 @@ def bank(problem, fitted, candidates, report=None):
     return found
 
 
+def freed(columns, fitted, added):
+    """Columns of a bank, freed of what a larger model can imitate, too.
+
+    Parameters
+    ----------
+    columns : list of Column
+    fitted : studies.gap.descent.Fitted
+        Of the larger model.
+    added : int
+        Parameters that it has more.
+
+    Returns
+    -------
+    list of Column
+    """
+    space = imitated(fitted.jacobian)
+    return [column._replace(bare=space.removed(np.append(column.effect, np.zeros(added)))) for column in columns]
+
+
 def scores(columns, errors):
     """The best probe of each candidate, the largest first.
 
@@ -115,10 +139,8 @@ def scores(columns, errors):
     best = {}
     for column in columns:
         signed = -float(column.bare @ errors) / column.length
-        probe = column.probe
-        one_sided = probe.candidate.strengths[probe.strength].low >= 0.0
-        score = Score(column, max(signed, 0.0) if one_sided else abs(signed), signed / column.length)
-        name = probe.candidate.name
+        deviations = max(signed, 0.0) if column.probe.one_sided else abs(signed)
+        score, name = Score(column, deviations, signed / column.length), column.probe.candidate.name
         if name not in best or score.deviations > best[name].deviations:
             best[name] = score
     return sorted(best.values(), key=lambda score: -score.deviations)

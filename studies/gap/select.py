@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.refit import guess_of, refit, release
-from studies.gap.score import bank, imitated, scores
+from studies.gap.refit import refit, release
+from studies.gap.score import bank, freed, scores
 
 SINGLES = 7
 """Candidates that are fitted alone."""
@@ -17,6 +17,8 @@ CHANCE = 0.01
 """Of a term that is not there: 2 ln(n/p) is its penalty."""
 PULLED = 2.5
 """Prior deviations from which a wrong nuisance is one of the explanations."""
+NOTHING = 1e-9
+"""Standard deviations to which a column may shrink that another model imitates."""
 AMBIGUOUS = 2.0 * log(100.0)
 """Penalised cost within which two models are not told apart."""
 
@@ -58,7 +60,7 @@ def singles(base, ranked, library, report=None):
     for done, score in enumerate(ranked[:SINGLES], 1):
         if score.deviations <= 0.0:
             continue
-        model = refit(base, (score.column.probe.candidate,), (guess_of(score),))
+        model = refit(base, (score.column.probe.candidate,), (score.guess,))
         found.append(Choice(model, model.cost + penalty(model, library)))
         if report:
             report(done, SINGLES)
@@ -113,27 +115,16 @@ def _partners(alone, columns):
     for rank, choice in enumerate(alone):
         model = choice.model
         first = model.candidates[0]
-        others = [candidate for candidate in by_candidate if candidate.name != first.name]
         if rank == 0:
+            others = [candidate for candidate in by_candidate if candidate.name != first.name]
             own = bank(model.problem, model.fitted, others)
         else:
-            own = _again(columns, model, first)
+            others = [column for column in columns if column.probe.candidate.name != first.name]
+            own = [column for column in freed(others, model.fitted, model.added) if column.length > NOTHING]
         for score in scores(own, model.fitted.errors)[:2]:
             if score.deviations > 0.0:
                 x = tuple(model.fitted.x[len(model.fitted.x) - len(first.parameters) :])
-                yield (first, score.column.probe.candidate), (x, guess_of(score))
-
-
-def _again(columns, model, first):
-    """Columns of the bank freed of what another model can imitate, too."""
-    space, more = imitated(model.fitted.jacobian), len(first.parameters)
-    found = []
-    for column in columns:
-        if column.probe.candidate.name != first.name:
-            bare = space.removed(np.append(column.effect, np.zeros(more)))
-            if np.linalg.norm(bare) > 1e-9:
-                found.append(column._replace(bare=bare))
-    return found
+                yield (first, score.column.probe.candidate), (x, score.guess)
 
 
 def _screened(ranked, errors):
@@ -147,12 +138,5 @@ def _screened(ranked, errors):
     for _, one, other, weights in drops[:3]:
         yield (
             (one.probe.candidate, other.probe.candidate),
-            tuple(_scaled(column.probe, weight) for column, weight in zip((one, other), weights, strict=True)),
+            tuple(column.probe.scaled(weight) for column, weight in zip((one, other), weights, strict=True)),
         )
-
-
-def _scaled(probe, weight):
-    x = list(probe.x)
-    strength = probe.candidate.strengths[probe.strength]
-    x[probe.strength] = float(np.clip(x[probe.strength] * weight, strength.low, strength.high))
-    return tuple(x)

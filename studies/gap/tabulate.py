@@ -66,7 +66,7 @@ def tabulate(base, ranked, measured, noise, report=None):
     if best is None or best.gain <= 0.0:
         return None
     runs = measured.of(CHECK) or measured.of(GATE)
-    judged = held_out([(base, best.model, runs)], noise) if runs else None
+    judged = held_out(base, best.model, runs, noise) if runs else None
     floor = local_noise(best.model.problem.on(runs), best.model.fitted.x) if runs else 1.0
     return Tabulated(best, judged, floor, suggestion(best.model))
 
@@ -106,7 +106,5 @@ def local_noise(problem, x):
     -------
     float
     """
-    lengths = [len(block.values) for block in problem.blocks]
-    parts = np.split(problem.errors(x)[: sum(lengths)], np.cumsum(lengths)[:-1])
-    steps = np.concatenate([np.diff(part) for part in parts])
+    steps = np.concatenate([np.diff(part) for part in problem.parted(problem.errors(x))])
     return float(np.sqrt(0.5 * np.mean(steps**2))) if len(steps) else 1.0
