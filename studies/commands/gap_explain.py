@@ -46,10 +46,7 @@ def explain_command(console, machine_file, settings, folder, out, without, overw
     int
         Exit code.
     """
-    machine = load_machine(machine_file, settings)
-    check_names(without)
-    measured = read_measured(folder, machine.ambient.pressure)
-    gate(measured)
+    machine, measured, _ = given(machine_file, settings, folder, without)
     make_folder(out, overwrite)
     parent = Path(machine_file).read_text(encoding="utf-8") if machine_file else dumps(machine)
     first_march(console, machine, measured)
@@ -66,6 +63,26 @@ def explain_command(console, machine_file, settings, folder, out, without, overw
     for warning in findings.warnings:
         console.message(f"warning: {warning}")
     return DONE
+
+
+def given(machine_file, settings, folder, without):
+    """What a command of the missing effect is given, checked.
+
+    Returns
+    -------
+    machine : engine.machine.Machine
+    measured : studies.measured.Measured
+    warnings : list of str
+        See `studies.gap.gate.gate`.
+
+    Raises
+    ------
+    InputError
+    """
+    machine = load_machine(machine_file, settings)
+    check_names(without)
+    measured = read_measured(folder, machine.ambient.pressure)
+    return machine, measured, gate(measured)
 
 
 def first_march(console, machine, measured):

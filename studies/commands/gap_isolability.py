@@ -3,15 +3,12 @@
 import time
 
 from studies.aside import aside
-from studies.commands.gap_explain import check_names, first_march, limit_text
-from studies.commands.machine import load_machine
+from studies.commands.gap_explain import first_march, given, limit_text
 from studies.commands.tables import table_of
 from studies.console import DONE, INCOMPLETE
-from studies.gap.gate import gate
 from studies.gap.isolability import isolability
 from studies.gap.problem import EndedEarly
 from studies.gap.record import noise_told
-from studies.measured import read_measured
 
 HEADER = ("effect", "seen from (5 deviations)", "kept", "hardly told from", "what would help")
 
@@ -35,10 +32,7 @@ def isolability_command(console, machine_file, settings, folder, without):
     int
         Exit code.
     """
-    machine = load_machine(machine_file, settings)
-    check_names(without)
-    measured = read_measured(folder, machine.ambient.pressure)
-    warnings = gate(measured)
+    machine, measured, warnings = given(machine_file, settings, folder, without)
     first_march(console, machine, measured)
     start = time.perf_counter()
     try:
