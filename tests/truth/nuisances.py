@@ -11,6 +11,13 @@ from .effects import sensor_gain, sensor_offset
 
 CUT = 2.0
 """Deviations."""
+SHARES = (
+    "valve.viscous_friction",
+    "valve.solenoid.effective_area",
+    "groove.effective_area",
+    "engine.exhaust.effective_area",
+    "engine.receiver.feed_area",
+)
 
 
 class Nuisance(NamedTuple):
@@ -24,6 +31,11 @@ class Nuisance(NamedTuple):
     channel: str = ""
     """Only where this is measured."""
     engine_only: bool = False
+
+    @property
+    def is_share(self):
+        """Whether it is a share of a number that stays above zero."""
+        return self.name in SHARES
 
 
 def of_valve(name):

@@ -14,10 +14,16 @@ from .valve import noise, simulate
 
 TOLERANCE = 1e-7
 """Of the solver; errs by less than 0.001 deviations per sample, the least noise taken."""
-ROUNDS = {VALVE: 2, ENGINE: 1}
-"""How often nuisances are fitted anew about where the last fit took them."""
-FARTHEST = 30.0
-"""How far they may go [prior deviations]."""
+ROUNDS = 8
+"""How often nuisances are fitted anew about where the last fit took them, at most."""
+DONE = 0.05
+"""Share of the square of what is left, that another fit may promise to take, and is not made."""
+HALVINGS = 3
+"""Of a step that leaves more than was there."""
+FARTHEST = 20.0
+"""How far nuisances may go [prior deviations]."""
+LOWEST = -0.8
+"""Share of a number by which it may fall."""
 NEAR = 1e-5
 """To the engine's periodic state, relative."""
 
@@ -90,11 +96,30 @@ class Laboratory:
         change, columns = self.changed(nominal, changes, points, label), self.sensitivities(nominal, points)
         n = columns.shape[1]
         augmented, taken = np.vstack((columns, np.eye(n))), np.zeros(n)
+        lowest = np.array([self.lowest(one) for one in self.nuisances])
         target = np.append(change, taken)
-        for _ in range(0 if linear else ROUNDS[self.setting.bench]):
-            taken = np.clip(taken + np.linalg.lstsq(augmented, target, rcond=None)[0], -FARTHEST, FARTHEST)
-            target = np.append(change - self.changed(nominal, self.shifted(taken), points), -taken)
+        for _ in range(0 if linear else ROUNDS):
+            promised = np.linalg.lstsq(augmented, target, rcond=None)[0]
+            if taken.any() and np.sum((augmented @ promised) ** 2) < DONE * (target @ target):
+                break
+            for halving in range(HALVINGS):
+                further = np.clip(taken + promised / 2.0**halving, lowest, FARTHEST)
+                tried = np.append(change - self.changed(nominal, self.shifted(further), points), -further)
+                if better := tried @ tried < target @ target:
+                    taken, target = further, tried
+                    break
+            if not better:
+                break
         return target - augmented @ np.linalg.lstsq(augmented, target, rcond=None)[0]
+
+    @property
+    def nuisances(self):
+        """Those that act where these channels are measured."""
+        return nuisances_for(self.setting.bench, self.setting.channels)
+
+    def lowest(self, nuisance):
+        """How far a nuisance may fall [prior deviations]; a number stays above zero."""
+        return max(-FARTHEST, LOWEST / nuisance.deviation) if nuisance.is_share else -FARTHEST
 
     def changed(self, nominal, changes, points, label=""):
         """What a change does to all samples, whitened."""
@@ -107,15 +132,13 @@ class Laboratory:
 
     def shifted(self, taken):
         """The change by nuisances, in their prior deviations."""
-        nuisances = nuisances_for(self.setting.bench, self.setting.channels)
-        values = {one.name: x * one.deviation for one, x in zip(nuisances, taken, strict=True)}
-        return lambda rig: with_nuisances(rig, nuisances, values)
+        values = {one.name: x * one.deviation for one, x in zip(self.nuisances, taken, strict=True)}
+        return lambda rig: with_nuisances(rig, self.nuisances, values)
 
     def sensitivities(self, nominal, points):
         """Columns of the whitened change per prior deviation of each nuisance; kept."""
         if self.columns is None:
-            nuisances = nuisances_for(self.setting.bench, self.setting.channels)
-            units = zip(nuisances, np.eye(len(nuisances)), strict=True)
+            units = zip(self.nuisances, np.eye(len(self.nuisances)), strict=True)
             self.columns = np.column_stack(
                 [self.changed(nominal, self.shifted(unit), points, one.name) for one, unit in units]
             )
