@@ -55,8 +55,16 @@ def test_a_case_is_sealed_and_can_be_made_again(tmp_path):
 
 def test_a_change_that_is_a_nuisance_costs_its_prior_alone():
     lab, rig = Laboratory(setting()), Rig()
-    left = lab.left(rig, lambda rig: rig.valve(viscous_friction=1.1 * rig.engine.valve.viscous_friction), POINTS)
+    left = lab.left(
+        rig, lambda rig: rig.valve(viscous_friction=1.1 * rig.engine.valve.viscous_friction), POINTS, anew=2
+    )
     assert 0.3 < np.linalg.norm(left) < 1.01  # one prior deviation at most, less what other nuisances take on
+
+
+def test_a_large_change_that_is_a_nuisance_costs_its_prior_alone_though_it_is_far_from_straight():
+    lab, rig = Laboratory(setting()), Rig()
+    left = lab.left(rig, lambda rig: rig.valve(effective_area=0.7 * rig.engine.valve.effective_area), POINTS, anew=2)
+    assert np.linalg.norm(left) < 6.1  # of six prior deviations
 
 
 def test_twice_the_noise_at_most_halves_the_deviations_of_an_effect():

@@ -7,7 +7,7 @@ import numpy as np
 
 from .effects import EFFECTS
 from .foreign import CLUTTER, FOREIGN
-from .library import LIBRARY
+from .library import ENGINE, LIBRARY, VALVE
 
 LIMIT = 5.0
 """Deviations at which an effect counts as seen."""
@@ -20,6 +20,8 @@ NEAR = 1.15
 TRIES = 8
 FIRST = 0.3
 """Share of the range that is tried first."""
+ANEW = {VALVE: 2, ENGINE: 0}
+"""How often sensitivities are taken anew for the size that is told; an engine is slow, and its contacts hardly move."""
 
 
 class Hidden(NamedTuple):
@@ -99,7 +101,8 @@ def sized(lab, nominal, points, add, wanted):
         if 1.0 / NEAR < deviations / wanted < NEAR or (share == 1.0 and deviations < wanted):
             break
         share = min(1.0, following(tried, wanted))
-    return tried[-1][0], deviations, left
+    left = lab.left(nominal, add(tried[-1][0]), points, anew=ANEW[lab.setting.bench])
+    return tried[-1][0], float(np.linalg.norm(left)), left
 
 
 def following(tried, wanted):

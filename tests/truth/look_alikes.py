@@ -60,7 +60,8 @@ def alike(lab, nominal, points, left, entry, share, linear=False):
     scale = float(own @ own)
     factor = float(left @ own) / scale if scale > 0.0 else 0.0
     suited = float(np.clip(factor * share, -1.0 if len(entry.ends) > 1 else 0.0, 1.0))
-    return LookAlike(entry.name, float(np.linalg.norm(left - suited / share * own)), suited)
+    apart = lab.freed(nominal, points, left - suited / share * own)
+    return LookAlike(entry.name, float(np.linalg.norm(apart)), suited)
 
 
 def change_of(entry, share):

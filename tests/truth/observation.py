@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from .crank import TURN
-from .library import ENGINE, VALVE
+from .library import ENGINE
 from .nuisances import nuisances_for, with_nuisances
 from .periodic import periodic
 from .sensors import MEANS, bench_channels, engine_channels
@@ -14,12 +14,16 @@ from .valve import noise, simulate
 
 TOLERANCE = 1e-7
 """Of the solver; errs by less than 0.001 deviations per sample, the least noise taken."""
-ROUNDS = 8
+ROUNDS = 15
 """How often nuisances are fitted anew about where the last fit took them, at most."""
 DONE = 0.05
 """Share of the square of what is left, that another fit may promise to take, and is not made."""
-HALVINGS = 3
-"""Of a step that leaves more than was there."""
+FORESEEN = 0.5, 1.5
+"""Fall over that promised, between which sensitivities are believed."""
+LEAST_DAMPING = 0.03
+"""Of a step that follows one that was not foreseen."""
+FIRST_STEP, STEP = 0.25, 0.1
+"""Of the differences that they are taken from, at first and anew [prior deviations]."""
 FARTHEST = 20.0
 """How far nuisances may go [prior deviations]."""
 LOWEST = -0.8
@@ -66,14 +70,14 @@ class Laboratory:
         """Channels of a nominal rig after a change, a function from rig to rig; labelled ones go by the bank."""
         before = at_point(nominal, point)
         after, run = changes(before), self.nominal(before, point)
-        if after.engine is before.engine:
+        if after.engine == before.engine:
             return self.read(after, point, run)
         if self.bank and label:
             found = self.bank.channels(label, point, self.setting.samples, lambda: self.run(after, point))
             return {name: found[name] for name in self.setting.channels}
         return self.read(after, point, self.run(after, point))
 
-    def left(self, nominal, changes, points, linear=False, label=""):
+    def left(self, nominal, changes, points, linear=False, label="", anew=0):
         """A change of a nominal rig, over the noise and freed of what nuisances can take on.
 
         Parameters
@@ -86,6 +90,8 @@ class Laboratory:
             Take the nuisances' effects to be in proportion, instead of simulating them at the sizes fitted.
         label : str
             Of the change, where the bank shall keep it.
+        anew : int
+            How often the nuisances' sensitivities are taken anew where they have been moved to, at most.
 
         Returns
         -------
@@ -95,22 +101,60 @@ class Laboratory:
         """
         change, columns = self.changed(nominal, changes, points, label), self.sensitivities(nominal, points)
         n = columns.shape[1]
-        augmented, taken = np.vstack((columns, np.eye(n))), np.zeros(n)
+        slopes, taken, damping = np.vstack((columns, np.eye(n))), np.zeros(n), 0.0
+        fresh = False
         lowest = np.array([self.lowest(one) for one in self.nuisances])
         target = np.append(change, taken)
+
+        def renewed():
+            return self.slopes(nominal, points, taken, change - target[: len(change)])
+
         for _ in range(0 if linear else ROUNDS):
-            promised = np.linalg.lstsq(augmented, target, rcond=None)[0]
-            if taken.any() and np.sum((augmented @ promised) ** 2) < DONE * (target @ target):
-                break
-            for halving in range(HALVINGS):
-                further = np.clip(taken + promised / 2.0**halving, lowest, FARTHEST)
-                tried = np.append(change - self.changed(nominal, self.shifted(further), points), -further)
-                if better := tried @ tried < target @ target:
-                    taken, target = further, tried
+            damped = np.vstack((slopes, sqrt(damping) * np.diag(np.linalg.norm(slopes, axis=0))))
+            step = np.linalg.lstsq(damped, np.append(target, np.zeros(n)), rcond=None)[0]
+            step = np.clip(taken + step, lowest, FARTHEST) - taken
+            promised = target @ target - np.sum((target - slopes @ step) ** 2)
+            if not step.any() or (taken.any() and promised < DONE * (target @ target)):
+                if not anew or fresh:
                     break
-            if not better:
-                break
-        return target - augmented @ np.linalg.lstsq(augmented, target, rcond=None)[0]
+                slopes, anew, fresh = renewed(), anew - 1, True
+                continue
+            tried = np.append(change - self.changed(nominal, self.shifted(taken + step), points), -taken - step)
+            fall = target @ target - tried @ tried
+            slopes = slopes + np.outer(target - tried - slopes @ step, step) / (step @ step)  # Broyden's rule
+            if fall > 0.0:
+                taken, target, fresh = taken + step, tried, False
+            foreseen = FORESEEN[0] < fall / promised < FORESEEN[1]
+            damping = 0.1 * damping if foreseen else max(10.0 * damping, LEAST_DAMPING)
+            if not foreseen and anew and not fresh:
+                slopes, anew, fresh = renewed(), anew - 1, True
+        return target - slopes @ np.linalg.lstsq(slopes, target, rcond=None)[0]
+
+    def freed(self, nominal, points, target):
+        """What nuisances cannot take on of a whitened change and the nuisances below it, if all is straight."""
+        columns = self.sensitivities(nominal, points)
+        slopes = np.vstack((columns, np.eye(columns.shape[1])))
+        return target - slopes @ np.linalg.lstsq(slopes, target, rcond=None)[0]
+
+    def slopes(self, nominal, points, taken, there):
+        """Columns of the whitened change, and of the nuisances themselves, where nuisances are at some sizes.
+
+        Parameters
+        ----------
+        nominal : truth.effects.Rig
+        points : sequence of Point
+        taken : (p,) float array
+            [prior deviations]
+        there : (n,) float array
+            The change by them.
+
+        Returns
+        -------
+        (n + p, p) float array
+        """
+        steps = STEP * np.eye(len(taken))
+        columns = [(self.changed(nominal, self.shifted(taken + step), points) - there) / STEP for step in steps]
+        return np.vstack((np.column_stack(columns), np.eye(len(taken))))
 
     @property
     def nuisances(self):
@@ -138,9 +182,9 @@ class Laboratory:
     def sensitivities(self, nominal, points):
         """Columns of the whitened change per prior deviation of each nuisance; kept."""
         if self.columns is None:
-            units = zip(self.nuisances, np.eye(len(self.nuisances)), strict=True)
+            steps = zip(self.nuisances, FIRST_STEP * np.eye(len(self.nuisances)), strict=True)
             self.columns = np.column_stack(
-                [self.changed(nominal, self.shifted(unit), points, one.name) for one, unit in units]
+                [self.changed(nominal, self.shifted(step), points, one.name) / FIRST_STEP for one, step in steps]
             )
         return self.columns
 
