@@ -35,6 +35,15 @@ NUDGE = 1e-3
 """Relative change of a state for a difference of the cycle's map."""
 
 
+class Known(NamedTuple):
+    """A periodic state, from which those of a little different machines are near."""
+
+    y: np.ndarray
+    mode: np.ndarray
+    correction: np.ndarray
+    """(n, n): times what a state gains over a cycle, it is the way to the periodic state; both relative."""
+
+
 class Orbit(NamedTuple):
     """What a machine settles to."""
 
@@ -52,6 +61,8 @@ class Orbit(NamedTuple):
     """The same over the last two cycles."""
     status: int
     """`Status` of the last march."""
+    known: Known | None = None
+    """The same as a start for the next machine, where it was reached from one; None: it cannot be one."""
 
 
 def distance(a, b, scale):
@@ -59,15 +70,6 @@ def distance(a, b, scale):
     n = len(scale)
     sizes = scale + np.maximum(np.abs(a[:n]), np.abs(b[:n]))
     return float(np.max(np.abs(a[:n] - b[:n]) / sizes))
-
-
-class Known(NamedTuple):
-    """A periodic state, from which those of a little different machines are near."""
-
-    y: np.ndarray
-    mode: np.ndarray
-    correction: np.ndarray
-    """(n, n): times what a state gains over a cycle, it is the way to the periodic state; both relative."""
 
 
 class Drive:
@@ -102,6 +104,8 @@ class Settling(NamedTuple):
     change_of_two: float
     period: int
     """1 or 2 where the state repeats, else 0."""
+    correction: np.ndarray | None = None
+    """See `Known`; None: not known."""
 
 
 def _plain_cycles(drive, y, mode, tolerance, most, sure):
@@ -250,12 +254,13 @@ def _from_known(drive, known, tolerance):
                 correction = correction + np.outer(step - moved, step @ correction) / weight
         step = correction @ gain
         left = np.abs(step).max()
-        if left <= tolerance:
-            return Settling(y, mode, status, np.abs(gain).max(), np.inf, 1)
         if (before is not None and left > before) or left > CLIP:
             return None
-        y, before, gain_before = y.copy(), left, gain
+        y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
+        if left * nearer <= tolerance:  # the next step falls by as much at least
+            return Settling(y, mode, status, np.abs(gain).max(), np.inf, 1, correction)
+        before, gain_before = left, gain
     return None
 
 
@@ -313,7 +318,7 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
     found = found or _settled(drive, y, mode, tolerance, most)
     y = found.y.copy()
     y[accuracy.scale.shape[0] :] = 0.0
-    return Orbit(
+    orbit = Orbit(
         y,
         found.mode,
         bool(found.period),
@@ -323,6 +328,9 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
         found.change_of_two,
         found.status,
     )
+    if found.correction is not None:
+        return orbit._replace(known=Known(y, found.mode, found.correction))
+    return orbit._replace(known=known_orbit(p, tables, orbit, kinks, accuracy)) if known else orbit
 
 
 def _nearer(found, kept):

@@ -160,6 +160,21 @@ def test_other_slopes_are_learnt_on_the_way():
     assert orbit.y == pytest.approx([3.1, 3.1], abs=4.0 * TOLERANCE / 0.05)
 
 
+def test_what_was_found_is_the_start_for_the_next():
+    first = settle_from(known(Contraction(0.5, 0.9), [5.0, 5.0]), Contraction(0.4, 0.95, 3.1), [5.0, 5.0])
+    orbit = settle_from(first.known, Contraction(0.4, 0.95, 3.101), [5.0, 5.0])
+    assert orbit.cycles < first.cycles
+    assert orbit.y == pytest.approx([3.101, 3.101], abs=4.0 * TOLERANCE / 0.05)
+    assert settle(Contraction(), [5.0, 5.0]).known is None
+
+
+def test_a_start_too_far_away_is_replaced():
+    far = Map(0.5, walls=0.7, fixed=4.0)
+    orbit = settle_from(known(Map(0.5), [2.3]), far, [4.5])
+    assert orbit.known.y == pytest.approx(orbit.y)
+    assert settle_from(orbit.known, far, [4.5]).cycles <= 2
+
+
 def test_where_the_known_state_does_not_help_the_march_is_the_one_from_rest():
     far, rest = Map(0.5, walls=0.7, fixed=4.0), [4.5]
     orbit = settle_from(known(Map(0.5), [2.3]), far, rest)

@@ -123,6 +123,7 @@ class Problem:
             prediction = predict(machine, run, None, self.starts[start], tolerance, memory)
             if prediction.failed:
                 raise EndedEarly(f"{run.name}: the simulation does not come to its end")
+            self.starts[start] = prediction.start or self.starts[start]
             yield run, prediction
 
     def _remembered(self, *key):

@@ -7,6 +7,7 @@ import numpy as np
 
 from apesim.effect import sensed
 from apesim.march import TOLERANCE, Status
+from apesim.periodic import Known
 from apesim.reading import Reading
 from engine.breathing import DEGREE, TURN
 from engine.cycle import TRACE as ENGINE_TRACE
@@ -41,6 +42,8 @@ class Prediction(NamedTuple):
     ``exhaust_closes``, too; what the valve does in the next cycle is later than a period."""
     failed: bool
     """Whether the march ended early, or has not become periodic."""
+    start: Known | None = None
+    """For the next machine, where this one was marched from a start; see `predict`."""
 
 
 def with_value(tree, key, value):
@@ -104,7 +107,7 @@ def predict(machine, run, sensors=None, start=None, tolerance=TOLERANCE, memory=
     reading = sensed(ALL_EFFECTS, machine.effects, Reading(simulated, run.speed, run.energise))
     shown = reading.at(run.times)
     means = {name: float(shown.pop(name)) for name in MEANS if name in shown}
-    return Prediction(shown, means, simulated.marks, simulated.failed)
+    return Prediction(shown, means, simulated.marks, simulated.failed, simulated.start)
 
 
 class _Remembered:
@@ -112,12 +115,13 @@ class _Remembered:
 
     def __init__(self, simulated, memory):
         self.simulated, self.memory = simulated, memory
-        self.marks, self.failed = {}, False
+        self.marks, self.failed, self.start = {}, False, None
 
     def __call__(self, times):
         key = times.tobytes()
         if key not in self.memory:
             shown = self.simulated(times)
+            self.start = self.simulated.known
             self.memory[key] = shown, self.simulated.marks, self.simulated.failed
         shown, self.marks, self.failed = self.memory[key]
         return dict(shown)
@@ -128,7 +132,7 @@ class _ValveRun:
 
     def __init__(self, machine, run, sensors, start, tolerance):
         self.machine, self.run, self.sensors, self.tolerance = machine, run, sensors, tolerance
-        self.marks, self.failed = {}, False
+        self.marks, self.failed, self.known = {}, False, None
 
     def __call__(self, times):
         """(n,) arrays by sensor; before the energising all rests."""
@@ -145,7 +149,7 @@ class _EngineRun:
 
     def __init__(self, machine, run, sensors, start, tolerance):
         self.machine, self.run, self.sensors, self.start, self.tolerance = machine, run, sensors, start, tolerance
-        self.marks, self.failed = {}, False
+        self.marks, self.failed, self.known = {}, False, None
 
     def __call__(self, times):
         """(n,) arrays by sensor, and means; every turn is like the other."""
@@ -156,6 +160,7 @@ class _EngineRun:
         angles = self.machine.command.energise + speed * times[order]
         run = run_steady(self.machine, speed, self.tolerance, angles=angles, start=self.start, doubted=False)
         self.failed = run.status != Status.DONE or not run.orbit.converged
+        self.known = run.orbit.known
         trace = np.empty_like(run.trace)
         trace[order] = run.trace
         traces = [sensor for sensor in self.sensors if sensor not in MEANS]
