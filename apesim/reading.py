@@ -5,12 +5,11 @@ no march knows of it. Time is the model's, from the energising on; what an engin
 """
 
 from collections.abc import Callable
+from itertools import accumulate
 from math import nan
 from typing import NamedTuple
 
 import numpy as np
-
-from apesim.kernel import kernel
 
 LAG_STEP = 1e-5
 """Between the instants at which a lagging sensor is followed [s]."""
@@ -64,26 +63,29 @@ def lagging(reading, names, lag):
     def at(times):
         if not len(times):
             return reading.at(times)
-        fine = np.arange(times.min() - LAG_MEMORY * lag, times.max(), LAG_STEP)
-        instants = np.union1d(fine, times)
-        asked = np.searchsorted(instants, times)
+        first = times.min() - LAG_MEMORY * lag
+        fine = np.arange(first, times.max(), LAG_STEP)
+        before = np.minimum(((times - first) / LAG_STEP).astype(int), len(fine) - 1)
+        instants, asked = np.unique(np.concatenate([fine, times]), return_inverse=True)
         channels = {}
         for name, values in reading.at(instants).items():
             if np.ndim(values):
-                values = (followed(instants, values, lag) if names(name) else values)[asked]
+                grid, values = np.split(values[asked], [len(fine)])
+                if names(name):
+                    y = followed(grid, lag)
+                    values = stepped(y[before], grid[before], values, times - fine[before], lag)
             channels[name] = values
         return channels
 
     return reading._replace(at=at)
 
 
-@kernel
-def followed(times, values, lag):
-    """What lags a signal that is linear between its instants, and had rested before the first of them.
+def followed(values, lag):
+    """What lags a signal that is linear between its instants, `LAG_STEP` apart, and had rested before the first.
 
     Parameters
     ----------
-    times, values : (n,) float array
+    values : (n,) float array
     lag : float
         Time constant [s].
 
@@ -91,10 +93,28 @@ def followed(times, values, lag):
     -------
     (n,) float array
     """
-    y = values.copy()
-    for i in range(1, len(times)):
-        h = times[i] - times[i - 1]
-        kept = np.exp(-h / lag)
-        behind = (values[i] - values[i - 1]) / h * lag  # of a ramp
-        y[i] = values[i] - behind + (y[i - 1] - values[i - 1] + behind) * kept
-    return y
+    kept, rise = float(np.exp(-LAG_STEP / lag)), values - values[0]
+    drive = stepped(0.0, rise[:-1], rise[1:], LAG_STEP, lag)
+    return values[0] + np.array(list(accumulate(drive.tolist(), lambda y, x: kept * y + x, initial=0.0)))
+
+
+def stepped(y, first, last, time, lag):
+    """What lags a signal at the end of a straight stretch.
+
+    Parameters
+    ----------
+    y : (n,) float array or float
+        The lagging at its beginning.
+    first, last : (n,) float array
+        The signal at its ends.
+    time : (n,) float array or float
+        That it takes [s].
+    lag : float
+        Time constant [s].
+
+    Returns
+    -------
+    (n,) float array
+    """
+    behind = (last - first) * np.where(time > 0.0, lag / np.maximum(time, 1e-300), 0.0)  # of a ramp
+    return last - behind + (y - first + behind) * np.exp(-time / lag)

@@ -6,7 +6,7 @@ from machines import changed, machine, turned_on
 from scipy.integrate import quad
 from test_prediction import ENERGISE, TIMES, engine_run, valve_run
 
-from apesim.reading import Reading, followed
+from apesim.reading import LAG_STEP, Reading, followed, stepped
 from engine.breathing import DEGREE
 from engine.effects import ALL_EFFECTS
 from engine.effects.speed_ripple import SpeedRipple, true_angle
@@ -81,10 +81,14 @@ def test_a_lagging_sine_is_weaker_and_late_as_first_order_has_it():
     assert found == pytest.approx(expected, abs=5e-5)
 
 
-def test_a_lag_follows_a_signal_over_uneven_instants_exactly_where_it_is_linear():
-    times = np.array([0.0, 0.1, 0.15, 1.0, 3.0])
-    found = followed(times, 1.0 + 2.0 * times, 0.5)
-    assert found == pytest.approx(1.0 + 2.0 * times - (1.0 - np.exp(-times / 0.5)), rel=1e-14)
+def test_a_lag_follows_a_straight_signal_exactly():
+    lag, times = 3e-5, LAG_STEP * np.arange(7)
+    found = followed(1.0 + 2e4 * times, lag)
+    assert found == pytest.approx(1.0 + 2e4 * (times - lag * (1.0 - np.exp(-times / lag))), rel=1e-14)
+    after = np.array([4.5e-6, 0.0])
+    between = stepped(found[:2], 1.0 + 2e4 * times[:2], 1.0 + 2e4 * (times[:2] + after), after, lag)
+    assert between[0] == pytest.approx(1.0 + 2e4 * (4.5e-6 - lag * (1.0 - np.exp(-0.15))), rel=1e-14)
+    assert between[1] == found[1]
 
 
 # --- gain and offset ---
