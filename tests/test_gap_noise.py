@@ -137,3 +137,29 @@ def test_noise_is_that_of_the_nearest_sampling_interval():
     found = {"lift": {1e-4: white(1.0, "fine"), 1e-3: white(2.0, "coarse")}}
     times = np.arange(100) * 8e-4
     assert noise_for(found, block(np.zeros(100), times)).source == "coarse"
+
+
+def test_hum_that_repeats_do_not_differ_by_is_seen_at_rest():
+    rng = np.random.default_rng(10)
+    times = np.arange(0.0, 0.1, 2e-4)
+    hum = 1.5 * DEVIATION * sines(50.0, times)[:, 0]
+    repeats = [block(hum + DEVIATION * rng.normal(size=len(times)), times) for _ in range(2)]
+    found, _ = noise_of(repeats, [np.zeros(len(times))] * 2, {})
+    (noise,) = found["lift"].values()
+    assert (noise.source, noise.hum) == ("repeats", 50.0)
+    assert noise.deviation == pytest.approx(DEVIATION, rel=0.1)
+
+
+def test_where_a_sensor_hums_at_one_sampling_interval_it_hums_at_all():
+    rng = np.random.default_rng(11)
+    fine, coarse = np.arange(0.0, 0.1, 2e-4), np.arange(0.0, 0.1, 1e-3)
+    blocks = [
+        block(
+            sines(50.0, times + rng.uniform()) @ [size * DEVIATION, 0.0] + DEVIATION * rng.normal(size=len(times)),
+            times,
+        )
+        for times, size in ((fine, 1.5), (coarse, 0.3))
+    ]
+    found, _ = noise_of(blocks, [np.zeros(len(one.values)) for one in blocks], {})
+    assert [noise.hum for noise in found["lift"].values()] == [50.0, 50.0]
+    assert len({noise.hum_deviation for noise in found["lift"].values()}) == 1

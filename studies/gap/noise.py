@@ -11,7 +11,6 @@ from math import log
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
 
 ORDER_MOST = 12
 LIKE = 1.5
@@ -136,9 +135,10 @@ def whitened(noise, columns, times):
     -------
     (n, k) float array
     """
-    weights = noise.predictors[-1]
-    filtered = lfilter(np.append(1.0, -weights), [1.0], columns, axis=0) if noise.order else columns.astype(float)
-    filtered = filtered / noise.spread[-1]
+    filtered = columns.astype(float)
+    for lag, weight in enumerate(noise.predictors[-1], 1):
+        filtered[lag:] -= weight * columns[:-lag]
+    filtered /= noise.spread[-1]
     for i in range(min(noise.order, len(columns))):
         filtered[i] = (columns[i] - noise.predictors[i] @ columns[:i][::-1]) / noise.spread[i]
     filtered /= noise.deviation
@@ -156,7 +156,7 @@ def sines(frequency, times):
     return np.column_stack([np.sin(angle), np.cos(angle)])
 
 
-def with_hum(records, source):
+def with_hum(records, source, others=()):
     """Noise from stretches of nothing but noise, and hum where there is evidence of it.
 
     Parameters
@@ -164,6 +164,8 @@ def with_hum(records, source):
     records : list of list of tuple
         For each record its stretches: values [SI] and times [s], (n,) float arrays each; a record's hum has one phase.
     source : str
+    others : list of list of tuple
+        Further records that may show hum: in what repeats differ by, it is lost where their phases are alike.
 
     Returns
     -------
@@ -175,16 +177,16 @@ def with_hum(records, source):
     best = None
     for frequency in MAINS:
         left, amplitudes, fall = [], [], 0.0
-        for record in records:
+        for number, record in enumerate([*records, *others]):
             rest, amplitude, taken = _without_sine(record, frequency)
-            left += rest
+            left += rest if number < len(records) else []
             fall += taken
             amplitudes.append(amplitude)
         if best is None or fall > best[0]:
             best = fall, frequency, left, float(np.sqrt(np.mean(np.square(amplitudes)) / 2.0))
     fall, frequency, left, size = best
     quiet = autoregressive(left, source)
-    chance = 2.0 * len(records)
+    chance = 2.0 * (len(records) + len(others))
     # Coloured noise has more power at low frequencies than white: by this factor.
     power = quiet.deviation**2 * max(1.0, (quiet.spread[-1] / (1.0 - quiet.predictors[-1].sum())) ** 2)
     if fall < power * (chance + HUM_EVIDENCE * np.sqrt(2.0 * chance)):
@@ -237,7 +239,7 @@ def noise_of(blocks, predicted, stated):
         if not pairs[0][0].interval:
             found[sensor] = {0.0: _of_a_mean(sensor, pairs, stated, warnings)}
             continue
-        noise = _from_repeats(pairs) or _from_rest(pairs)
+        noise = _from_noise(pairs)
         if noise is None:
             noise = white(_by_differences(pairs), TAKEN_FOR_WHITE)
         own = max(noise.deviation, FLOOR[sensor])
@@ -250,7 +252,16 @@ def noise_of(blocks, predicted, stated):
             own = max(stated[sensor], FLOOR[sensor])
         interval = float(np.median([block.interval for block, _ in pairs]))
         found.setdefault(sensor, {})[interval] = noise._replace(deviation=own)
-    return found, warnings
+    return {sensor: _humming_alike(by_interval) for sensor, by_interval in found.items()}, warnings
+
+
+def _humming_alike(by_interval):
+    """The noise of a sensor: where there is hum at one sampling interval, there is as much at all."""
+    loudest = max(by_interval.values(), key=lambda noise: noise.hum_deviation)
+    return {
+        interval: noise._replace(hum=loudest.hum, hum_deviation=loudest.hum_deviation) if np.isnan(noise.hum) else noise
+        for interval, noise in by_interval.items()
+    }
 
 
 def _of_a_mean(sensor, pairs, stated, warnings):
@@ -274,8 +285,13 @@ def noise_for(noise, block):
     return known[min(known, key=lambda interval: abs(interval - block.interval))]
 
 
-def _from_repeats(pairs):
-    return _noise_in(_contrasts(pairs), "repeats")
+def _from_noise(pairs):
+    """Noise from repeats, else from stretches at rest; None: there is too little of both."""
+    contrasts, rest = _contrasts(pairs), _at_rest(pairs)
+    for records, source, others in ((contrasts, "repeats", rest), (rest, "stretches at rest", [])):
+        if sum(len(values) for record in records for values, _ in record) >= ENOUGH:
+            return with_hum(records, source, others)
+    return None
 
 
 def _contrasts(pairs):
@@ -291,8 +307,8 @@ def _contrasts(pairs):
     return records
 
 
-def _from_rest(pairs):
-    """From samples before the trigger and stretches in which the model hardly moves, straight drifts taken off."""
+def _at_rest(pairs):
+    """Samples before the trigger and stretches in which the model hardly moves, straight drifts taken off."""
     rough, records = _by_differences(pairs), []
     for block, values in pairs:
         if len(values) < ENOUGH:
@@ -306,7 +322,7 @@ def _from_rest(pairs):
                 t, s = block.times[first:end], block.values[first:end]
                 record.append((s - np.polyval(np.polyfit(t - t[0], s, 1), t - t[0]), t))
         records.append(record)
-    return _noise_in([record for record in records if record], "stretches at rest")
+    return [record for record in records if record]
 
 
 def is_known(noise):
@@ -335,11 +351,6 @@ def from_what_nothing_explains(blocks, noise, left):
         interval = next(at for at, one in by_interval.items() if one is known)
         found = autoregressive(segments, "what nothing in the library explains")
         by_interval[interval] = found._replace(deviation=max(found.deviation, known.deviation))
-
-
-def _noise_in(records, source):
-    samples = sum(len(values) for record in records for values, _ in record)
-    return with_hum(records, source) if samples >= ENOUGH else None
 
 
 def _by_differences(pairs):
