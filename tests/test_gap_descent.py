@@ -64,3 +64,30 @@ def test_sensitivities_from_nearby_save_simulations():
     assert warm.evaluations <= 6
     with_own = Straight()
     assert descend(with_own, [0.0, 0.0]).x == pytest.approx(first.x, abs=1e-6)
+
+
+class Fronts:
+    """Steep fronts whose places parameters shift, as the contacts of a stroke; a fall is far more than promised."""
+
+    low, high = np.full(8, -20.0), np.full(8, 20.0)
+
+    def __init__(self):
+        rng = np.random.default_rng(3)
+        self.places, self.shifts = rng.uniform(0.2, 0.8, 4), 0.01 * rng.normal(size=(4, 8))
+        self.seen = self.trace(rng.normal(size=8))
+
+    def trace(self, x):
+        times = np.linspace(0.0, 1.0, 200)
+        return 50.0 * sum(np.tanh(60.0 * (times - place)) for place in self.places + self.shifts @ x)
+
+    def errors(self, x):
+        return np.append(self.trace(x) - self.seen, x)
+
+    def jacobian(self, x, errors):
+        return np.column_stack([(self.errors(x + 1e-4 * one) - errors) / 1e-4 for one in np.eye(8)])
+
+
+def test_sensitivities_are_renewed_where_a_step_brings_more_than_they_promise():
+    found = descend(Fronts(), np.full(8, -4.0))
+    assert found.converged
+    assert found.cost < 10.0

@@ -9,6 +9,10 @@ from studies.gap.problem import EndedEarly
 STEPS_MOST = 40
 CONVERGED = 0.02
 """Fall of the sum of squares that a fresh step would still promise."""
+FORESEEN = 0.5, 1.5
+"""Fall over that promised, beyond which sensitivities are taken anew."""
+DAMPING_FELT = 1e-2
+"""Share of a sensitivity's square from which damping shortens a step."""
 BENT = 0.3
 """The same where no damped step keeps its promise, as a contact bends the data."""
 
@@ -77,14 +81,14 @@ def descend(problem, x, jacobian=None):
             jacobian = jacobian + np.outer(tried - errors - jacobian @ step, step) / (step @ step)
             x, errors, fresh = x + step, tried, False
             damping = max(damping / 5.0, 1e-9)
-            if fall < 0.5 * promise:
+            if not FORESEEN[0] < fall / promise < FORESEEN[1]:
                 jacobian, fresh = problem.jacobian(x, errors), True
         elif fresh:
             if promise < BENT and damping > 1.0:
                 return Fitted(x, errors, jacobian, True)
             if fall > 0.0:
                 x, errors, fresh = x + step, tried, False
-            damping *= 10.0
+            damping = max(10.0 * damping, DAMPING_FELT)
         else:
             jacobian, fresh = problem.jacobian(x, errors), True
     return Fitted(x, errors, jacobian, False)
