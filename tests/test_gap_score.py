@@ -88,3 +88,9 @@ def test_probes_lie_in_the_range_and_reach_far_enough_for_an_effect_without_slop
         for probe in probes:
             for parameter, x in zip(candidate.parameters, probe.x, strict=True):
                 assert parameter.low <= x <= parameter.high
+
+
+def test_a_rebound_is_probed_at_sizes_that_look_different():
+    (bounce,) = (c for c in candidates_of(Machine(), "valve", ALL_EFFECTS) if c.name == "bounce")
+    assert max(probe.x[0] for probe in probes_of(bounce)) == 1.0
+    assert len(list(probes_of(bounce))) >= 4

@@ -22,6 +22,8 @@ NUISANCES = ("sensor_gain", "sensor_offset", "time_zero")
 """Effects of the library that are no physics to be named, but known within a prior."""
 SIZES, INVERSE_SIZES = (0.01, 0.25, -0.25), (0.1, 0.5)
 """Of probes, in units of a strength's x."""
+LARGE_SIZES = {"bounce": (0.25, 0.5, 0.75, 1.0)}
+"""Of those whose slope at zero vanishes, and that look otherwise at each size."""
 REACH = 1.3
 """How far beyond its range a strength may be fitted: an effect that ends there by its interval is not the one."""
 
@@ -119,10 +121,10 @@ def _shape(effect, name):
 def probes_of(candidate):
     """How a candidate is probed: each strength by a little and by a quarter of its range, with shapes spread.
 
-    Those whose slope at zero vanishes are seen by the finite step alone.
+    Those whose slope at zero vanishes are seen by the finite steps alone.
     """
     for number, strength in enumerate(candidate.strengths):
-        sizes = INVERSE_SIZES if strength.inverse else SIZES
+        sizes = INVERSE_SIZES if strength.inverse else LARGE_SIZES.get(candidate.name, SIZES)
         for size, *shape in product(sizes, *((0.1, 0.6) for _ in candidate.shapes)):
             if not strength.low <= size <= strength.high:
                 continue

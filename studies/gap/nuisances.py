@@ -42,7 +42,7 @@ ENGINE = (
     Prior("engine.friction.constant", 2e3),
     Prior("effects.sensor_offset.cylinder_pressure", 5e3, sensor="cylinder_pressure"),
     Prior("effects.sensor_gain.cylinder_pressure", 0.005, sensor="cylinder_pressure"),
-    Prior("effects.tdc_error.angle", 0.1 * 3.141592653589793 / 180.0, sensor="cylinder_pressure"),
+    Prior("effects.tdc_error.angle", 0.1 * 3.141592653589793 / 180.0),
     Prior("effects.sensor_gain.torque", 0.005, sensor="torque"),
     Prior("effects.sensor_gain.air_flow", 0.01, sensor="air_flow"),
 )

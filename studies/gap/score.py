@@ -7,6 +7,8 @@ import numpy as np
 from studies.gap.candidates import probes_of
 from studies.gap.problem import EndedEarly
 
+SEEN_LEAST = 0.02
+"""Standard deviations of a probe: less is not told from the march's own error."""
 ALIKE = 0.98
 """Cosine from which two probes of one candidate are one."""
 
@@ -94,7 +96,7 @@ def bank(problem, fitted, candidates, report=None):
             effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.errors
             bare = space.removed(effect)
             length = np.linalg.norm(bare)
-            if length == 0.0 or any(abs(bare @ c.bare) > ALIKE * length * c.length for c in own):
+            if length < SEEN_LEAST or any(abs(bare @ c.bare) > ALIKE * length * c.length for c in own):
                 continue
             own.append(Column(probe, effect, bare, float(length / np.linalg.norm(effect))))
         found += own
