@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from studies.gap.noise import autoregressive, levinson, noise_for, noise_of, sines, white, whitened, with_hum
+from studies.gap.noise import autoregressive, drifting, levinson, noise_for, sines, white, whitened
+from studies.gap.noise_source import Records, mains_in, noise_of, with_hum
 from studies.gap.problem import Block
 
 DEVIATION = 3e-5
@@ -62,7 +63,8 @@ def test_hum_is_found_and_joins_the_covariance():
     for _ in range(6):
         hum = 1.5 * DEVIATION * sines(50.0, times + rng.uniform()) @ [1.0, 0.0]
         records.append([(DEVIATION * rng.normal(size=len(times)) + hum, times)])
-    found = with_hum(records, "")
+    channel = Records(records, "", [], False, np.nan)
+    found = with_hum(channel, mains_in([channel]))
     assert found.hum == 50.0
     assert found.hum_deviation == pytest.approx(1.5 * DEVIATION / np.sqrt(2.0), rel=0.2)
     assert found.deviation == pytest.approx(DEVIATION, rel=0.05)
@@ -79,7 +81,7 @@ def test_noise_without_hum_has_none(weights):
     times = np.arange(0.0, 0.1, 1e-4)
     for _ in range(20):
         records = [[(process(rng, len(times), *weights), times)] for _ in range(4)]
-        assert np.isnan(with_hum(records, "").hum)
+        assert np.isnan(mains_in([Records(records, "", [], False, np.nan)]))
 
 
 def test_noise_comes_from_repeats_even_where_the_model_is_wrong():
@@ -91,7 +93,7 @@ def test_noise_comes_from_repeats_even_where_the_model_is_wrong():
     noise = noise_for(found, blocks[0])
     assert noise.source == "repeats"
     assert noise.deviation == pytest.approx(DEVIATION, rel=0.1)
-    assert noise.colour == pytest.approx(0.7, abs=0.06)
+    assert noise.predictors[-1] == pytest.approx([0.7], abs=0.06)
     assert not warnings
 
 
@@ -104,7 +106,7 @@ def test_without_repeats_it_comes_from_stretches_at_rest():
     noise = noise_for(noise_of(blocks, [model] * 3, {})[0], blocks[0])
     assert noise.source == "stretches at rest"
     assert noise.deviation == pytest.approx(DEVIATION, rel=0.1)
-    assert noise.colour == pytest.approx(0.5, abs=0.08)
+    assert noise.predictors[-1] == pytest.approx([0.5], abs=0.08)
 
 
 def test_a_stated_deviation_binds_and_a_contradiction_is_told():
@@ -162,4 +164,27 @@ def test_where_a_sensor_hums_at_one_sampling_interval_it_hums_at_all():
     ]
     found, _ = noise_of(blocks, [np.zeros(len(one.values)) for one in blocks], {})
     assert [noise.hum for noise in found["lift"].values()] == [50.0, 50.0]
-    assert len({noise.hum_deviation for noise in found["lift"].values()}) == 1
+
+
+def test_drifts_take_nothing_off_the_colour_of_noise():
+    rng, found = np.random.default_rng(12), []
+    for _ in range(60):
+        stretches = [process(rng, 50, 0.9) + rng.normal() + rng.normal() * np.linspace(0.0, 1.0, 50) for _ in range(6)]
+        found.append(drifting(stretches, ""))
+    assert [noise.order for noise in found].count(1) >= 57
+    assert np.mean([noise.predictors[1][0] for noise in found]) == pytest.approx(0.9, abs=0.02)
+    assert np.median([noise.deviation for noise in found]) == pytest.approx(DEVIATION, rel=0.1)
+
+
+def test_the_colour_is_the_one_that_goes_with_a_stated_deviation():
+    rng = np.random.default_rng(13)
+    stretches = [process(rng, 40, 0.9) for _ in range(2)]
+    found = [drifting(stretches, "", stated=factor * DEVIATION).predictors[1][0] for factor in (0.5, 1.0, 2.0)]
+    assert found == sorted(found)
+    assert found[0] < found[1] - 0.02
+
+
+def test_white_noise_on_drifts_is_as_strong_as_it_is():
+    rng = np.random.default_rng(14)
+    found = [drifting([rng.normal(size=20) + i for i in range(10)], "").deviation for _ in range(200)]
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(1.0, abs=0.015)

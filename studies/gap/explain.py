@@ -12,16 +12,18 @@ from studies.gap.detect import detect
 from studies.gap.gate import OWN_ERROR, gate, own_error
 from studies.gap.heldout import compared, held_out, leave_one_out, left_over, point_of
 from studies.gap.localise import localise
-from studies.gap.noise import from_what_nothing_explains, is_known, noise_for, noise_of
+from studies.gap.noise import noise_for
+from studies.gap.noise_source import from_what_nothing_explains, is_known, noise_of
 from studies.gap.nuisances import nuisances_of
 from studies.gap.phases import local_shapes
 from studies.gap.problem import Problem
 from studies.gap.refit import Model
 from studies.gap.score import bank, freed, imitated, scores
-from studies.gap.select import AMBIGUOUS, Choice, pairs, released, singles
+from studies.gap.select import AMBIGUOUS, Choice, alone_again, pairs, released, singles
 from studies.gap.tabulate import outdone, tabulate
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
+    CALIBRATION,
     NAMED,
     NAMED_CLASS,
     REFUSED,
@@ -35,7 +37,7 @@ from valve.effects import VALVE_EFFECTS
 
 LEFT = 0.01
 """Chance of noise alone, below which what the best single effect leaves calls for pairs."""
-BLAMING = NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT
+BLAMING = NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION
 """Verdicts that one or several names come with."""
 
 
@@ -111,7 +113,7 @@ def explain(machine, measured, without=(), report=None):
     if own > OWN_ERROR:
         warnings.append(f"the simulator's own error is {own:.2g} of the noise: it may be taken for a gap")
     ranked = scores(columns, base.fitted.errors)
-    marks = problem.marks(base.fitted.x)
+    marks = problem.marks(np.zeros(len(base.fitted.x)))  # the phases that the machine file says
     local = local_shapes(problem, marks, imitated(base.fitted.jacobian))
     detection = detect(columns, local, base.fitted.errors)
     n = len(base.fitted.errors) - len(base.fitted.x)
@@ -131,6 +133,7 @@ def explain(machine, measured, without=(), report=None):
         reason = f"an unknown {tables[0].balance} without a name takes more of the gap"
         verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
     if verdict.verdict == REFUSED:
+        cells = localise(problem, marks, base.fitted.errors[:n], True)
         tabulated = tabulate(base, tables, measured, noise, lambda *at: tell("fitting tables", *at))
     if verdict.best and measured.of(CHECK):
         checked = held_out(base, verdict.best.model, measured.of(CHECK), noise)
@@ -244,8 +247,14 @@ def explanations(base, columns, ranked, library, local, tell):
     found.sort(key=lambda choice: choice.cost)
     alone = [choice for choice in found if choice.model.candidates]
     if alone and gap_left(alone[0].model, columns, local):
-        found += pairs(base, columns, ranked, alone, library, lambda *at: tell("fitting pairs", *at))
-    return sorted(found, key=lambda choice: choice.cost)
+        couples = pairs(base, columns, ranked, alone, library, lambda *at: tell("fitting pairs", *at))
+        found += couples
+        if couples and couples[0].cost < alone[0].cost:
+            found += alone_again(base, couples[0], library)
+    best = {}
+    for choice in sorted(found, key=lambda choice: choice.cost):
+        best.setdefault(frozenset(choice.names), choice)
+    return list(best.values())
 
 
 def gap_left(model, columns, local):

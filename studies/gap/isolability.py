@@ -31,7 +31,7 @@ def isolability(machine, measured, without=(), report=None):
         ``kept`` (the share that is left once the uncertain numbers of the machine are fitted), ``class`` (others that
         the data would hardly tell from it) and ``helped_by``, see `_help`.
     noise : dict
-        See `studies.gap.noise.noise_of`.
+        See `studies.gap.noise_source.noise_of`.
     warnings : list of str
 
     Raises

@@ -70,7 +70,7 @@ class Problem:
     runs : sequence of studies.measured.MeasuredRun
     parameters : sequence of Parameter
     noise : dict
-        See `studies.gap.noise.noise_of`.
+        See `studies.gap.noise_source.noise_of`.
     """
 
     def __init__(self, machine, runs, parameters, noise=None):
@@ -194,7 +194,10 @@ class Problem:
         columns = []
         for j in range(len(x)) if only is None else only:
             step = self.steps[j] if x[j] + self.steps[j] <= self.high[j] else -self.steps[j]
-            column = self.column(x, j, step, errors)
+            try:
+                column = self.column(x, j, step, errors)
+            except EndedEarly:
+                column = self.column(x, j, -step, errors)
             self.steps[j] = np.clip(CHANGE / max(np.linalg.norm(column), 1e-9), *STEPS)
             columns.append(column)
         return np.column_stack(columns)

@@ -1,0 +1,276 @@
+"""The noise of measured channels, from the best source there is.
+
+That is what repeats of a run differ by, else what was recorded before the trigger and in stretches in which the model
+stands still, else what nothing in the library explains.
+"""
+
+from itertools import pairwise
+from math import log
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.gap.noise import ENOUGH, STRETCH, autoregressive, drifting, noise_for, sines, white
+
+LIKE = 1.5
+"""Ratio of sampling intervals that count as one."""
+STILL = 0.005
+"""Of the noise: what the model may move by from one sample to the next at rest."""
+MAINS = (50.0, 60.0)
+"""Frequencies at which hum is looked for [Hz]."""
+OF_A_MEAN = 0.01
+"""Share of a mean over the cycle that its noise is taken for, where nothing tells it."""
+FEWEST_CONTRASTS = 4
+TAKEN_FOR_WHITE = "second differences, taken for white"
+GUARD = 2e-3
+"""Between a motion of the model and a stretch at rest [s]: the measured motion may be that late."""
+HUM_EVIDENCE = 4.0
+"""Deviations beyond chance by which a sine has to take power from the noise, to be a hum."""
+FLOOR = {
+    "lift": 1e-8,
+    "velocity": 1e-6,
+    "pressure_a": 1.0,
+    "pressure_b": 1.0,
+    "temperature_a": 1e-3,
+    "temperature_b": 1e-3,
+    "cylinder_pressure": 1.0,
+    "receiver_pressure": 1.0,
+    "torque": 1e-5,
+    "air_flow": 1e-9,
+}
+"""The simulator's own error, below which no noise is believed [SI]."""
+
+
+class Records(NamedTuple):
+    """What is known of a channel's noise."""
+
+    noise: list
+    """For each record its stretches of nothing but noise: values [SI] and times [s], (n,) float arrays each. The hum of
+    a record has one phase."""
+    source: str
+    others: list
+    """Further records that may show hum: in what repeats differ by, it is lost where their phases are alike."""
+    drifts: bool
+    """Whether each stretch may drift straight."""
+    stated: float
+    """Standard deviation that the user states [SI]; NaN: none."""
+
+
+def mains_in(channels):
+    """The frequency of the mains that channels hum with [Hz]; NaN: none.
+
+    Parameters
+    ----------
+    channels : list of Records
+
+    Returns
+    -------
+    float
+    """
+    falls, chances = {frequency: [] for frequency in MAINS}, []
+    for records in channels:
+        chances.append(2.0 * (len(records.noise) + len(records.others)))
+        for frequency in MAINS:
+            left, _, fall = _without_hum(records, frequency)
+            quiet = _noise_of_stretches(left, records)
+            # Coloured noise has more power at low frequencies than white: by this factor.
+            gain = max(1.0, (quiet.spread[-1] / (1.0 - quiet.predictors[-1].sum())) ** 2)
+            falls[frequency].append(fall / max(quiet.deviation**2 * gain, 1e-300))
+    best = max(MAINS, key=lambda frequency: sum(falls[frequency]))
+
+    def is_seen(fall, chance):
+        return fall > chance + HUM_EVIDENCE * np.sqrt(2.0 * chance)
+
+    each = zip(falls[best], chances, strict=True)
+    seen = channels and (is_seen(sum(falls[best]), sum(chances)) or any(is_seen(*one) for one in each))
+    return best if seen else float("nan")
+
+
+def with_hum(records, frequency):
+    """Noise from stretches of nothing but noise, and hum.
+
+    Parameters
+    ----------
+    records : Records
+    frequency : float
+        Of the hum [Hz]; NaN: there is none.
+
+    Returns
+    -------
+    Noise
+    """
+    if np.isnan(frequency):
+        return _noise_of_stretches([values for record in records.noise for values, _ in record], records)
+    left, amplitudes, _ = _without_hum(records, frequency)
+    size = float(np.sqrt(np.mean(np.square(amplitudes)) / 2.0))
+    return _noise_of_stretches(left, records, True)._replace(hum=float(frequency), hum_deviation=size)
+
+
+def _noise_of_stretches(stretches, records, hums=False):
+    if not records.drifts:
+        return autoregressive(stretches, records.source)
+    return drifting(stretches, records.source, 2 * len(records.noise) * hums, records.stated)
+
+
+def _without_hum(records, frequency):
+    """Stretches without the sine that fits each record best, the amplitudes, and the power that all sines take."""
+    left, amplitudes, fall = [], [], 0.0
+    for number, record in enumerate([*records.noise, *records.others]):
+        rest, amplitude, taken = _without_sine(record, frequency)
+        left += rest if number < len(records.noise) else []
+        fall += taken
+        amplitudes.append(amplitude)
+    return left, amplitudes, fall
+
+
+def _without_sine(record, frequency):
+    """Stretches of a record without the sine that fits them best, its amplitude, and the power that it takes.
+
+    Each stretch is free to drift straight.
+    """
+    times = np.concatenate([t for _, t in record])
+    drift = np.zeros((len(times), 2 * len(record)))
+    ends = np.cumsum([0, *(len(t) for _, t in record)])
+    for k, (first, end) in enumerate(pairwise(ends)):
+        drift[first:end, 2 * k] = 1.0
+        drift[first:end, 2 * k + 1] = times[first:end] - times[first:end].mean()
+    waves = sines(frequency, times)
+    values = np.concatenate([v for v, _ in record])
+    straight = values - drift @ np.linalg.lstsq(drift, values, rcond=None)[0]
+    weights, *_ = np.linalg.lstsq(np.column_stack([waves, drift]), values, rcond=None)
+    left = values - waves @ weights[:2] - drift @ weights[2:]
+    taken = float(straight @ straight - left @ left)
+    return [left[first:end] for first, end in pairwise(ends)], float(np.linalg.norm(weights[:2])), taken
+
+
+def noise_of(blocks, predicted, stated):
+    """The noise of every channel, at each sampling interval that it comes with.
+
+    Parameters
+    ----------
+    blocks : list of studies.gap.problem.Block
+    predicted : list of (n,) float array
+        What the model gives for each.
+    stated : dict
+        Standard deviations that the user states [SI], by sensor.
+
+    Returns
+    -------
+    noise : dict of dict of Noise
+        By sensor and sampling interval [s], see `noise_for`.
+    warnings : list of str
+    """
+    groups, found, warnings = {}, {}, []
+    for block, values in zip(blocks, predicted, strict=True):
+        like = round(log(block.interval) / log(LIKE)) if block.interval else 0
+        groups.setdefault((block.sensor, like), []).append((block, values))
+    told = {key: _records(pairs, stated.get(key[0], np.nan)) for key, pairs in groups.items() if pairs[0][0].interval}
+    mains = mains_in([records for records in told.values() if records])
+    for (sensor, like), pairs in groups.items():
+        if not pairs[0][0].interval:
+            found[sensor] = {0.0: _of_a_mean(sensor, pairs, stated, warnings)}
+            continue
+        records = told[sensor, like]
+        noise = with_hum(records, mains) if records else white(_by_differences(pairs), TAKEN_FOR_WHITE)
+        own = max(noise.deviation, FLOOR[sensor])
+        if sensor in stated:
+            known = noise.source != TAKEN_FOR_WHITE
+            if known and not 0.7 < own / stated[sensor] < 1.4:
+                warnings.append(
+                    f"{sensor}: the noise is stated as {stated[sensor]:.3g}, but {noise.source} show {own:.3g} (SI)"
+                )
+            own = max(stated[sensor], FLOOR[sensor])
+        interval = float(np.median([block.interval for block, _ in pairs]))
+        found.setdefault(sensor, {})[interval] = noise._replace(deviation=own)
+    return found, warnings
+
+
+def _of_a_mean(sensor, pairs, stated, warnings):
+    """Noise of a mean over the cycle: stated, from repeats, or taken for a share of it."""
+    if sensor in stated:
+        return white(max(stated[sensor], FLOOR[sensor]), "stated")
+    contrasts = np.concatenate([[], *(values for record in _contrasts(pairs) for values, _ in record)])
+    if len(contrasts) >= FEWEST_CONTRASTS:
+        return white(max(float(np.sqrt(np.mean(contrasts**2))), FLOOR[sensor]), "repeats")
+    size = float(np.median([abs(block.values[0]) for block, _ in pairs]))
+    warnings.append(
+        f"{sensor}: the noise is neither stated nor told by repeats; taken for {100.0 * OF_A_MEAN:g} % of the mean; "
+        f"state it as [sensor.{sensor}]"
+    )
+    return white(max(OF_A_MEAN * size, FLOOR[sensor]), "a share of the mean")
+
+
+def _records(pairs, stated):
+    """What tells the noise of a channel: repeats, else stretches at rest; None: there is too little of both."""
+    contrasts, rest = _contrasts(pairs), _at_rest(pairs)
+    for found in (
+        Records(contrasts, "repeats", rest, False, stated),
+        Records(rest, "stretches at rest", [], True, stated),
+    ):
+        if sum(len(values) for record in found.noise for values, _ in record) >= ENOUGH:
+            return found
+    return None
+
+
+def _contrasts(pairs):
+    """What repeats of runs differ by: Helmert's contrasts, independent series of the noise's own deviation."""
+    groups, records = {}, []
+    for block, _ in pairs:
+        groups.setdefault((block.run.name, block.run.role, len(block.values), block.times.tobytes()), []).append(block)
+    for repeats in groups.values():
+        values = np.array([block.values for block in repeats])
+        for k in range(1, len(repeats)):
+            contrast = (values[:k].sum(axis=0) - k * values[k]) / np.sqrt(k * (k + 1.0))
+            records.append([(contrast, repeats[0].times)])
+    return records
+
+
+def _at_rest(pairs):
+    """Samples before the trigger and stretches in which the model hardly moves, records of them."""
+    rough, records = _by_differences(pairs), []
+    for block, values in pairs:
+        if len(values) < ENOUGH:
+            continue
+        moving = (np.abs(np.gradient(values)) > STILL * rough) & (block.times > 0.0)
+        edges = np.flatnonzero(np.diff(np.concatenate([[True], moving, [True]]).astype(int)))
+        record = []
+        guard = 1 + int(GUARD / block.interval)
+        for first, end in zip(edges[::2] + guard, edges[1::2] - guard, strict=True):
+            if end - first >= STRETCH:
+                record.append((block.values[first:end], block.times[first:end]))
+        records.append(record)
+    return [record for record in records if record]
+
+
+def is_known(noise):
+    """Whether the colour of every channel's noise is known from noise itself."""
+    return all(one.source != TAKEN_FOR_WHITE for known in noise.values() for one in known.values())
+
+
+def from_what_nothing_explains(blocks, noise, left):
+    """The noise of channels that are never at rest and never repeated, anew.
+
+    Parameters
+    ----------
+    blocks : list of studies.gap.problem.Block
+    noise : dict
+        See `noise_of`; changed.
+    left : list of (n,) float array
+        For each block what neither the nuisances nor any effect of the library can explain [SI].
+    """
+    groups = {}
+    for block, values in zip(blocks, left, strict=True):
+        known = noise_for(noise, block)
+        if known.source == TAKEN_FOR_WHITE and len(values) > 1:
+            groups.setdefault(id(known), (block, known, []))[2].append(values)
+    for block, known, segments in groups.values():
+        by_interval = noise[block.sensor]
+        interval = next(at for at, one in by_interval.items() if one is known)
+        found = autoregressive(segments, "what nothing in the library explains")
+        by_interval[interval] = found._replace(deviation=max(found.deviation, known.deviation))
+
+
+def _by_differences(pairs):
+    """White noise from second differences of what the model leaves."""
+    bends = np.concatenate([[], *(np.diff(block.values - values, 2) for block, values in pairs)])
+    return float(np.median(np.abs(bends)) / 0.6745 / np.sqrt(6.0)) if len(bends) else 0.0
