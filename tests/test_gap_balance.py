@@ -59,7 +59,7 @@ def tabulated(data):
 def shrinks(found):
     """By what factor the gap on the check runs shrinks, their noise taken off."""
     before, after = (
-        sqrt(max(gap**2 - found.noise_floor**2, 0.02**2)) for gap in (found.judged.before, found.judged.after)
+        sqrt(max(gap**2 - found.judged.noise_floor**2, 0.02**2)) for gap in (found.judged.before, found.judged.after)
     )
     return before / after
 

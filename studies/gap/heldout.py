@@ -1,8 +1,7 @@
 """How large the gap is on runs that nothing was fitted to: the size that names an effect, or refuses it.
 
-What is left is freed of what the parameters' uncertainty allows, to first order: the least of
-``|e + J d|^2 + d C^-1 d`` over shifts d of the parameters. Noise is averaged out over windows, so that a gap far below
-the noise of a sample is seen.
+What is left is freed of what the parameters' uncertainty allows: the least of ``|e(x + d)|^2 + d C^-1 d`` over shifts
+d of the parameters. Noise is averaged out over windows, so that a gap far below the noise of a sample is seen.
 """
 
 from typing import NamedTuple
@@ -33,6 +32,8 @@ class HeldOut(NamedTuple):
     """Energy that is still there."""
     chance: float
     """Standard deviation of `left` by noise alone."""
+    noise_floor: float = 1.0
+    """Root mean square of what varies within windows of what the model with its effects leaves, over the noise."""
 
     @property
     def left_surely(self):
@@ -64,6 +65,8 @@ class LeftOver(NamedTuple):
     """Sum of squares, the parameters' uncertainty taken off."""
     windowed: np.ndarray
     """Means over windows [standard deviations of a mean], shape (m,)."""
+    scatter: float
+    """Sum of squares of `plain` about its means over windows."""
 
 
 def left_over(model, runs, noise):
@@ -74,24 +77,50 @@ def left_over(model, runs, noise):
     model : studies.gap.refit.Model
     runs : sequence of studies.measured.MeasuredRun
     noise : dict
-        See `studies.gap.noise.noise_of`.
+        See `studies.gap.noise_source.noise_of`.
 
     Returns
     -------
     LeftOver
     """
-    problem = Problem(model.problem.machine, runs, model.problem.parameters, noise)
-    n = sum(len(block.values) for block in problem.blocks)
+    problem = Anchored(model, runs, noise)
     errors = problem.errors(model.fitted.x)
-    slopes = problem.jacobian(model.fitted.x, errors)[:n]
-    plain = errors[:n]
-    information = model.fitted.jacobian.T @ model.fitted.jacobian
-    shift = -np.linalg.lstsq(slopes.T @ slopes + information, slopes.T @ plain, rcond=None)[0]
-    rest = plain + slopes @ shift
-    parts = [part for own in problem.parted(rest) for part in np.array_split(own, min(WINDOWS, len(own)))]
-    windowed = np.array([part.sum() / np.sqrt(len(part)) for part in parts])
+    settled = descend(problem, model.fitted.x, problem.jacobian(model.fitted.x, errors))
+    n = len(errors) - len(model.fitted.x)
+    windowed, _ = _windows(problem.parted(settled.errors))
+    _, scatter = _windows(problem.parted(errors))
     model.problem.simulations += problem.simulations
-    return LeftOver(plain, float(rest @ rest + shift @ information @ shift), windowed)
+    return LeftOver(errors[:n], settled.cost, windowed, scatter)
+
+
+def _windows(channels):
+    """Sums over windows of channels, over the root of their length, (m,) array; and the squares about their means."""
+    parts = [part for own in channels for part in np.array_split(own, min(WINDOWS, len(own)))]
+    sums = np.array([part.sum() / np.sqrt(len(part)) for part in parts])
+    return sums, float(sum(np.sum(part**2) for part in parts) - sums @ sums)
+
+
+class Anchored(Problem):
+    """Runs that a model was not fitted to; its parameters are known as well as its own runs tell them.
+
+    Parameters
+    ----------
+    model : studies.gap.refit.Model
+    runs : sequence of studies.measured.MeasuredRun
+    noise : dict
+        See `studies.gap.noise_source.noise_of`.
+    """
+
+    def __init__(self, model, runs, noise):
+        super().__init__(model.problem.machine, runs, model.problem.parameters, noise)
+        self.steps = model.problem.steps.copy()
+        self.anchor, self.root = model.fitted.x, np.linalg.qr(model.fitted.jacobian, mode="r")
+
+    def errors(self, x):
+        """As `Problem.errors`, with the pull towards the fit."""
+        errors = super().errors(x)
+        errors[len(errors) - len(x) :] = self.root @ (x - self.anchor)
+        return errors
 
 
 def held_out(base, model, runs, noise):
@@ -123,7 +152,10 @@ def compared(pairs):
     windows = sum(len(model.windowed) for _, model in pairs)
     left = sum(float(model.windowed @ model.windowed) for _, model in pairs) - windows
     chance = float(np.sqrt(2.0 * windows + 4.0 * max(left, 0.0)))
-    return HeldOut(samples, float(np.sqrt(before / samples)), float(np.sqrt(after / samples)), removed, left, chance)
+    floor = float(np.sqrt(sum(model.scatter for _, model in pairs) / max(1, samples - windows)))
+    return HeldOut(
+        samples, float(np.sqrt(before / samples)), float(np.sqrt(after / samples)), removed, left, chance, floor
+    )
 
 
 def point_of(run):

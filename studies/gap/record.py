@@ -140,8 +140,7 @@ def tabulated_of(tabulated, base):
         "balance": tabulated.balance.balance,
         "parameters": effects_of(tabulated.model),
         "gap": gap_of(base, tabulated.model),
-        "held_out": held_out_of(tabulated.judged)
-        and held_out_of(tabulated.judged) | {"noise_floor": tabulated.noise_floor},
+        "held_out": held_out_of(tabulated.judged),
         "suggestion": tabulated.suggestion,
     }
 
@@ -162,7 +161,7 @@ def held_out_of(judged):
     return {
         "before": judged.before,
         "after": judged.after,
-        "noise_floor": 1.0,
+        "noise_floor": judged.noise_floor,
         "removed_share": judged.share,
         "size_before": judged.size_before,
         "size_after": judged.size,

@@ -3,8 +3,6 @@
 from contextlib import suppress
 from typing import NamedTuple
 
-import numpy as np
-
 from studies.gap.balance import through_the_simulator
 from studies.gap.heldout import held_out
 from studies.gap.problem import EndedEarly
@@ -25,8 +23,6 @@ class Tabulated(NamedTuple):
     """`studies.gap.balance.Balance`, fitted"""
     judged: object
     """`studies.gap.heldout.HeldOut` on the check runs, without any on the gate runs; None: there are neither."""
-    noise_floor: float
-    """Root mean square of what varies from sample to sample on those runs, over the noise."""
     suggestion: str
     """Form in physical variables; "" where none is found."""
 
@@ -47,7 +43,7 @@ def tabulate(base, ranked, measured, noise, report=None):
         See `studies.gap.balance.balances`.
     measured : studies.measured.Measured
     noise : dict
-        See `studies.gap.noise.noise_of`.
+        See `studies.gap.noise_source.noise_of`.
     report : callable, optional
         Told how many are done, and of how many.
 
@@ -67,8 +63,7 @@ def tabulate(base, ranked, measured, noise, report=None):
         return None
     runs = measured.of(CHECK) or measured.of(GATE)
     judged = held_out(base, best.model, runs, noise) if runs else None
-    floor = local_noise(best.model.problem.on(runs), best.model.fitted.x) if runs else 1.0
-    return Tabulated(best, judged, floor, suggestion(best.model))
+    return Tabulated(best, judged, suggestion(best.model))
 
 
 def outdone(base, model, ranked):
@@ -92,19 +87,3 @@ def outdone(base, model, ranked):
         return through_the_simulator(base, ranked[0]).gain > enough
     except EndedEarly:
         return False
-
-
-def local_noise(problem, x):
-    """Noise of runs by half of the mean square difference of neighbouring samples (von Neumann 1941), over the noise.
-
-    Parameters
-    ----------
-    problem : studies.gap.problem.Problem
-    x : (p,) float array
-
-    Returns
-    -------
-    float
-    """
-    steps = np.concatenate([np.diff(part) for part in problem.parted(problem.errors(x))])
-    return float(np.sqrt(0.5 * np.mean(steps**2))) if len(steps) else 1.0
