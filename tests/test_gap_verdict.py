@@ -104,3 +104,25 @@ def test_a_name_that_needs_a_far_nuisance_or_a_size_beyond_its_range_is_refused(
 
 def test_without_anything_held_out_nothing_is_named():
     assert verdict_of(choice(100.0, "a", gap=SHAPE), judged=None) == "AMBIGUOUS"
+
+
+def test_a_name_for_a_faint_gap_is_less_sure():
+    def sure(cost):
+        return rules.with_alarm(BASE, [choice(cost, "a", gap=SHAPE)], 1.0, GOOD).probability
+
+    assert sure(300.0 - 15.0**2) > 0.9 > sure(300.0 - 9.0**2)
+
+
+def test_a_number_and_the_effect_that_says_the_same_are_one_choice():
+    number = choice(100.0, released="engine.exhaust.effective_area", gap=SHAPE)
+    effect = choice(101.0, "exhaust_restriction", gap=SHAPE)
+    found = rules.with_alarm(BASE, [number, effect], 1.0, GOOD)
+    assert (found.verdict, found.best.names) == ("NAMED", ("exhaust_restriction",))
+    assert rules.with_alarm(BASE, [number, choice(101.0, "a", gap=SHAPE)], 1.0, GOOD).verdict == "AMBIGUOUS"
+
+
+def test_of_several_pairs_that_look_alike_none_is_sure():
+    single = choice(190.0, "b", gap=OTHER)
+    pair, other = choice(100.0, "a", "b", gap=SHAPE), choice(101.0, "c", "b", gap=SHAPE + 0.1 * OTHER)
+    found = rules.with_alarm(BASE, [pair, other, single], 1.0, GOOD)
+    assert (found.verdict, found.probability < 0.7) == ("TWO_EFFECTS", True)

@@ -20,6 +20,13 @@ APART = {"cylinder_wall_heat": ("h",), "coulomb_friction": ("force",)}
 """Strengths that are searched for, where they are not all."""
 NUISANCES = ("sensor_gain", "sensor_offset", "time_zero")
 """Effects of the library that are no physics to be named, but known within a prior."""
+TWINS = {
+    "groove.effective_area": "groove_area_error",
+    "engine.exhaust.effective_area": "exhaust_restriction",
+    "engine.friction.constant": "friction_torque",
+    "effects.tdc_error.angle": "tdc_error",
+}
+"""Nuisances that, far from their prior, are an effect of the library by another name."""
 SIZES, INVERSE_SIZES = (0.01, 0.25, -0.25), (0.1, 0.5)
 """Of probes, in units of a strength's x."""
 LARGE_SIZES = {"bounce": (0.25, 0.5, 0.75, 1.0)}

@@ -95,6 +95,31 @@ def refit(base, candidates, guesses):
     return Model((*base.candidates, *candidates), problem, best)
 
 
+def reduced(base, model, number):
+    """One effect of a larger model alone, fitted anew from where it stands there.
+
+    Parameters
+    ----------
+    base : Model
+        The calibrated machine.
+    model : Model
+        That with effects added.
+    number : int
+        Of the candidate that stays.
+
+    Returns
+    -------
+    Model
+    """
+    kept, first = model.candidates[number], len(base.fitted.x)
+    first += sum(len(candidate.parameters) for candidate in model.candidates[:number])
+    problem = base.problem.with_parameters([*base.problem.parameters, *kept.parameters])
+    own = model.fitted.x[first : first + len(kept.parameters)]
+    found = descend(problem, np.append(model.fitted.x[: len(base.fitted.x)], own))
+    base.problem.simulations += problem.simulations
+    return Model((kept,), problem, found)
+
+
 def release(base, number):
     """The calibrated model fitted anew without the prior of one nuisance.
 

@@ -1,22 +1,28 @@
 """The models that explain the gap, by penalised cost: the best, and all that these data cannot tell from it."""
 
+from contextlib import suppress
 from itertools import combinations
 from math import log
 from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.refit import refit, release
+from studies.gap.problem import EndedEarly
+from studies.gap.refit import reduced, refit, release
 from studies.gap.score import bank, freed, scores
 
 SINGLES = 7
 """Candidates that are fitted alone."""
 PAIRS = 6
 """Pairs that are fitted."""
+SWAPS = 3
+"""Effects that are tried in place of either of the best pair."""
 CHANCE = 0.01
 """Of a term that is not there: 2 ln(n/p) is its penalty."""
 PULLED = 2.5
 """Prior deviations from which a wrong nuisance is one of the explanations."""
+MATERIAL = ("air.heat_capacity_ratio",)
+"""Nuisances that are no number of a machine, so that none can be far off."""
 NOTHING = 1e-9
 """Standard deviations to which a column may shrink that another model imitates."""
 AMBIGUOUS = 2.0 * log(100.0)
@@ -74,9 +80,14 @@ def released(base, library):
     -------
     list of Choice
     """
-    known = base.problem.known
-    models = [release(base, j) for j in np.flatnonzero(known & (np.abs(base.fitted.x) > PULLED))]
-    return [Choice(model, model.cost + penalty(model, library)) for model in models]
+    found = []
+    for j in np.flatnonzero(base.problem.known & (np.abs(base.fitted.x) > PULLED)):
+        if base.problem.parameters[j].key in MATERIAL:
+            continue
+        with suppress(EndedEarly):
+            model = release(base, j)
+            found.append(Choice(model, model.cost + penalty(model, library)))
+    return found
 
 
 def pairs(base, columns, ranked, alone, library, report=None):
@@ -100,13 +111,65 @@ def pairs(base, columns, ranked, alone, library, report=None):
     wanted = {}
     for (first, second), guesses in [*_partners(alone[:3], columns), *_screened(ranked, base.fitted.errors)]:
         wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
-    found = []
-    for done, (candidates, guesses) in enumerate(list(wanted.values())[:PAIRS], 1):
-        model = refit(base, candidates, guesses)
-        found.append(Choice(model, model.cost + penalty(model, library)))
-        if report:
-            report(done, PAIRS)
+
+    def fitted(several):
+        found = []
+        for done, (candidates, guesses) in enumerate(several, 1):
+            model = refit(base, candidates, guesses)
+            found.append(Choice(model, model.cost + penalty(model, library)))
+            if report:
+                report(done, len(several))
+        return sorted(found, key=lambda choice: choice.cost)
+
+    found = fitted(list(wanted.values())[:PAIRS])
+    if found:
+        tried = {frozenset(choice.names) for choice in found}
+        swapped = [pair for pair in _swapped(found[0], alone, columns) if frozenset(_names(pair)) not in tried]
+        found += fitted(swapped)
     return sorted(found, key=lambda choice: choice.cost)
+
+
+def alone_again(base, pair, library):
+    """The effects of a pair, each alone, from where the pair stands: a single fit may have ended elsewhere.
+
+    Parameters
+    ----------
+    base : Model
+    pair : Choice
+    library : int
+
+    Returns
+    -------
+    list of Choice
+    """
+    found = []
+    for number in range(len(pair.model.candidates)):
+        with suppress(EndedEarly):
+            model = reduced(base, pair.model, number)
+            found.append(Choice(model, model.cost + penalty(model, library)))
+    return found
+
+
+def _names(pair):
+    """Of the candidates of a pair with its guesses."""
+    return [candidate.name for candidate in pair[0]]
+
+
+def _swapped(pair, alone, columns):
+    """The pair with either effect replaced by what explains as much of what the other leaves."""
+    model, first = pair.model, len(pair.model.fitted.x) - pair.model.added
+    ends = np.cumsum([first, *(len(candidate.parameters) for candidate in model.candidates)])
+    for number, kept in enumerate(model.candidates):
+        single = next((choice.model for choice in alone if choice.names == (kept.name,)), None)
+        if single is None:
+            continue
+        others = [column for column in columns if column.probe.candidate.name != kept.name]
+        own = [column for column in freed(others, single.fitted, single.added) if column.length > NOTHING]
+        ranked = scores(own, single.fitted.errors)
+        near = [one for one in ranked if one.deviations**2 > ranked[0].deviations ** 2 - 2.0 * AMBIGUOUS]
+        x = tuple(model.fitted.x[ends[number] : ends[number + 1]])
+        for score in near[:SWAPS]:
+            yield (kept, score.column.probe.candidate), (x, score.guess)
 
 
 def _partners(alone, columns):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from studies.gap.candidates import TWINS
 from studies.gap.refit import release
 from studies.gap.select import AMBIGUOUS, Choice
 
@@ -34,8 +35,9 @@ ALIKE = 0.9
 PAIR_LEAST = 25.0
 """Penalised cost by which a pair has to beat the best single effect."""
 TOLD = "told from every other explanation, and held out"
-OUTSIDE = 0.02
-"""Chance that an effect that passes everything is yet another that the library does not have."""
+OUTSIDE, OUTSIDE_FAINT = 0.02, 10.0
+"""Chance that an effect that passes everything is yet another that the library does not have: at least, and by how much
+more where the gap is faint, over the square of its deviations."""
 SURE = 0.99
 """Probability of a statement that only the chance `studies.gap.detect.ALARM` contradicts."""
 
@@ -82,10 +84,20 @@ def without_alarm(base, p_value):
 
 
 def ambiguous(choices):
-    """The best choice, and those that are not told from it: no larger model that contains it."""
-    best = choices[0]
-    near = [choice for choice in choices[1:] if choice.cost - best.cost < AMBIGUOUS]
-    return best, tuple(choice for choice in near if not set(best.names) < set(choice.names))
+    """The best choice, and those that are not told from it: no larger model that contains it.
+
+    A number that is far from its prior, and the effect that says the same, are one choice: the effect.
+    """
+    near = [choice for choice in choices if choice.cost - choices[0].cost < AMBIGUOUS]
+    twins = [choice for choice in near if choice.names == (TWINS.get(near[0].model.released),)]
+    best = (twins or near)[0]
+    return best, tuple(
+        choice
+        for choice in near
+        if choice is not best
+        and not set(best.names) < set(choice.names)
+        and TWINS.get(choice.model.released) not in best.names
+    )
 
 
 def with_alarm(base, choices, size, judged):
@@ -114,7 +126,8 @@ def with_alarm(base, choices, size, judged):
         return Verdict(REFUSED, None, (), 0.9, "no effect of the library earns its place")
     best, rivals = ambiguous(choices)
     weights = [exp(-0.5 * (choice.cost - best.cost)) for choice in (best, *rivals)]
-    chance = (1.0 - OUTSIDE) / sum(weights)
+    inside = 1.0 - outside(base, best, choices)
+    chance = inside / sum(weights)
     if judged is None:
         return Verdict(
             AMBIGUOUS_VERDICT, best, rivals, 0.5, "there is one operating point alone: nothing can be held out"
@@ -131,8 +144,8 @@ def with_alarm(base, choices, size, judged):
         if not rivals:
             return Verdict(NAMED, best, (), chance, TOLD)
         if alike:
-            return Verdict(NAMED_CLASS, best, rivals, 1.0 - OUTSIDE, "one of a class that these data do not tell apart")
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 1.0 - OUTSIDE, "several explanations are as good")
+            return Verdict(NAMED_CLASS, best, rivals, inside, "one of a class that these data do not tell apart")
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, inside, "several explanations are as good")
     singles = [choice for choice in choices if len(choice.names) == 1]
     if not contains(base, best, singles):
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
@@ -141,8 +154,20 @@ def with_alarm(base, choices, size, judged):
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
         return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the second effect hardly earns its place")
     if not rivals or (alike and all(set(best.names) & set(choice.names) for choice in rivals)):
-        return Verdict(TWO_EFFECTS, best, rivals, chance if not rivals else 1.0 - OUTSIDE, TOLD)
-    return Verdict(AMBIGUOUS_VERDICT, best, rivals, 1.0 - OUTSIDE, "several pairs are as good")
+        return Verdict(TWO_EFFECTS, best, rivals, chance, TOLD)
+    return Verdict(AMBIGUOUS_VERDICT, best, rivals, inside, "several pairs are as good")
+
+
+def outside(base, best, choices):
+    """Chance that something that is not in the library looks like the best choice.
+
+    What another cause would leave besides grows with the gap; where a pair is the best, with what its second effect
+    takes.
+    """
+    without = base.cost
+    if len(best.names) > 1:
+        without = min([choice.cost for choice in choices if len(choice.names) == 1], default=without)
+    return min(0.5, OUTSIDE + OUTSIDE_FAINT / max(without - best.cost, 1.0))
 
 
 def contains(base, pair, singles):
