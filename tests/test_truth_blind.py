@@ -1,0 +1,57 @@
+"""Sealed cases of the independent simulator, solved by the command line; their seeds are development's."""
+
+import sys
+
+import pytest
+from truth.benchmark import benchmark
+from truth.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
+from truth.score import CLEAR, figures
+
+TOOL = [sys.executable, "-c", "from studies.cli import main; main()"]
+SIX = {5034: NONE, 5027: SINGLE, 5048: DOUBLE, 5049: REMOVED, 5056: FOREIGNER, 5042: SINGLE}
+"""Kinds by seed; the last is an engine's."""
+
+
+@pytest.fixture(scope="module")
+def scored(tmp_path_factory):
+    """The six cases by kind and bench."""
+    found = benchmark(SIX, tmp_path_factory.mktemp("blind"), TOOL)
+    assert [(one.answer["seed"], one.kind) for one in found] == list(SIX.items())
+    return {(one.kind, one.answer["bench"]): one for one in found}
+
+
+def test_nothing_is_found_where_nothing_is_hidden(scored):
+    one = scored[NONE, "valve"]
+    assert (one.said, one.verdict["alarm"]) == ("NO_GAP", False)
+
+
+@pytest.mark.parametrize("bench", ["valve", "engine"])
+def test_a_hidden_effect_is_named_and_its_size_told(scored, bench):
+    one = scored[SINGLE, bench]
+    assert one.deviations >= CLEAR * 0.9
+    assert one.right and one.class_first
+    assert all(one.intervals)
+
+
+def test_two_hidden_effects_are_both_named(scored):
+    one = scored[DOUBLE, "valve"]
+    assert one.said == "TWO_EFFECTS"
+    assert set(one.first) == set(one.hidden)
+
+
+@pytest.mark.parametrize("kind", [REMOVED, FOREIGNER])
+def test_what_is_not_in_the_library_gets_no_name(scored, kind):
+    one = scored[kind, "valve"]
+    assert one.verdict["alarm"] and not one.named
+    assert one.right is not False
+
+
+@pytest.mark.slow
+def test_over_two_dozen_cases_nothing_is_said_with_confidence_that_is_wrong(tmp_path):
+    found = benchmark(range(5100, 5124), tmp_path, TOOL, jobs=2)
+    assert len(found) == 24
+    table = {figure.what: figure for figure in figures(found)}
+    assert table["names given, nothing hidden"].hits == 0
+    assert table["wrong with confidence (> 0.9), over everything"].hits <= 1
+    clear = table["right class first, single, ≥ 10 deviations"]
+    assert clear.hits >= clear.cases - 1
