@@ -16,6 +16,8 @@ from studies.gap.score import imitated
 
 REACH = 2.0
 """Nodes over which what one says of its neighbours fades to 1/e."""
+TREND = 0.5
+"""Share of a node's variance that it has in common with all of its branch, at the ends."""
 SIZES = np.logspace(-3.0, 0.5, 29)
 """Standard deviations of the nodes, over their range, among which the data choose."""
 ROUNDS = 2
@@ -224,7 +226,19 @@ def most_probable(columns, errors, branches):
 
 
 def likeness(branches):
-    """Correlation of nodes before anything is measured: of one branch, fading with their distance; shape (q, q)."""
-    of, places = np.array(branches), np.arange(len(branches))
+    """Correlation of nodes before anything is measured, (q, q).
+
+    Those of one branch have a constant and a slope in common, so that a trend goes on where nothing was measured, and
+    what differs from it fades with their distance.
+    """
+    of, places = np.array(branches), np.concatenate([np.linspace(-1.0, 1.0, n) for n in _lengths(branches)])
+    rank = np.concatenate([np.arange(n) for n in _lengths(branches)])
     same = of[:, None] == of[None, :]
-    return same * np.exp(-np.abs(places[:, None] - places[None, :]) / REACH)
+    trend = 0.5 * (1.0 + places[:, None] * places[None, :])
+    wild = np.exp(-np.abs(rank[:, None] - rank[None, :]) / REACH)
+    return same * (TREND * trend + (1.0 - TREND) * wild)
+
+
+def _lengths(branches):
+    """How many nodes each branch has, one after the other."""
+    return [branches.count(name) for name in dict.fromkeys(branches)]

@@ -4,7 +4,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from studies.gap.balance import through_the_simulator
-from studies.gap.heldout import held_out
+from studies.gap.heldout import held_out, left_over
 from studies.gap.problem import EndedEarly
 from studies.gap.select import AMBIGUOUS
 from studies.gap.suggest import suggestion
@@ -58,9 +58,15 @@ def tabulate(base, ranked, measured, noise, report=None):
             found.append(through_the_simulator(base, balance))
         if report:
             report(done, min(FITTED, len(ranked)))
-    best = max(found, key=lambda balance: balance.gain, default=None)
-    if best is None or best.gain <= 0.0:
+    found = [balance for balance in found if balance.gain > 0.0]
+    if not found:
         return None
+    gates = measured.of(GATE)
+    if gates and measured.of(CHECK):
+        found.sort(key=lambda balance: left_over(balance.model, gates, noise).misfit - balance.gain)
+    else:
+        found.sort(key=lambda balance: -balance.gain)
+    best = found[0]
     runs = measured.of(CHECK) or measured.of(GATE)
     judged = held_out(base, best.model, runs, noise) if runs else None
     return Tabulated(best, judged, suggestion(best.model))
