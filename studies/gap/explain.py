@@ -133,8 +133,9 @@ def explain(machine, measured, without=(), report=None):
         reason = f"an unknown {tables[0].balance} without a name takes more of the gap"
         verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
     if verdict.verdict == REFUSED:
-        cells = localise(problem, marks, base.fitted.errors[:n], True)
         tabulated = tabulate(base, tables, measured, noise, lambda *at: tell("fitting tables", *at))
+    if tabulated:
+        cells = localise(problem, marks, explained(base, tabulated), False)
     if verdict.best and measured.of(CHECK):
         checked = held_out(base, verdict.best.model, measured.of(CHECK), noise)
     return Findings(
