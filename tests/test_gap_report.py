@@ -143,6 +143,10 @@ def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):
     child = tomllib.loads((tmp_path / "found" / "machine.toml").read_text())
     assert child["valve"]["stroke"] == "9 mm"
     assert sorted(path.suffix for path in (tmp_path / "found" / "figures").iterdir()) == [".pdf"] * 4 + [".png"] * 4
+    space = {path.name: path.read_text() for path in (tmp_path / "found" / "petab_select").iterdir()}
+    assert len(space) == 5
+    assert "\nside_force\t" in space["model_space.tsv"]
+    assert '\n  model_id: "side_force"\n' in space["calibrated_models.yaml"]
     code, _, err = apesim("gap", "explain", str(bench), "--out", "found")
     assert (code, err) == (2, "found: is not empty; choose another --out, or give --overwrite\n")
 

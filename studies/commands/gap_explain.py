@@ -15,6 +15,7 @@ from studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
 from studies.gap.child import child_of, lineage_of
 from studies.gap.explain import explain
 from studies.gap.gate import gate
+from studies.gap.model_space import model_space
 from studies.gap.next_test import next_test
 from studies.gap.problem import EndedEarly
 from studies.gap.record import record
@@ -59,6 +60,9 @@ def explain_command(console, machine_file, settings, folder, out, without, overw
         return INCOMPLETE
     data = told | {"wall_time_s": time.perf_counter() - start}
     _write(out, "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    (Path(out) / "petab_select").mkdir(exist_ok=True)
+    for name, text in model_space(findings).items():
+        _write(out, f"petab_select/{name}", text)
     console.result(data, *shown(data), f"{out}/report.html, machine.toml, verdict.json: {data['wall_time_s']:.1f} s")
     for warning in findings.warnings:
         console.message(f"warning: {warning}")
