@@ -14,7 +14,7 @@ from itertools import combinations
 from math import log
 
 from apesim.quantities.units import unit
-from studies.gap.parameters import put, value_of
+from studies.gap.parameters import value_at, value_of
 
 ESTIMATE = "estimate"
 CALIBRATED = "calibrated_machine"
@@ -117,14 +117,9 @@ def _entry(name, settings, model):
         "model_id": name,
         "criteria": criteria_of(model),
         "parameters": settings,
-        "estimated_parameters": {id_of(p): _value(machine, p, x) for p, x in fitted},
+        "estimated_parameters": {id_of(p): value_at(machine, p, x) for p, x in fitted},
     }
     return "- " + yaml_of(entry).rstrip("\n").replace("\n", "\n  ") + "\n"
-
-
-def _value(machine, parameter, x):
-    """What the machine has at x [SI]; a gauge's error is that at the supply which the machine itself states."""
-    return value_of(put(machine, (parameter,), (x,)), parameter.key)
 
 
 def _parameters(base, freed):
@@ -133,8 +128,8 @@ def _parameters(base, freed):
     rows = []
     for p in (*base.problem.parameters, *freed):
         mean = value_of(machine, p.key)
-        low, high = sorted(_value(machine, p, end) for end in (p.low, p.high))
-        prior = ("normal", f"{mean!r};{abs(_value(machine, p, 1.0) - mean)!r}") if p.prior else ("", "")
+        low, high = sorted(value_at(machine, p, end) for end in (p.low, p.high))
+        prior = ("normal", f"{mean!r};{abs(value_at(machine, p, 1.0) - mean)!r}") if p.prior else ("", "")
         name = f"{p.key} [{unit(p.declaration.unit).si_text}]"
         rows.append((id_of(p), name, "lin", low, high, mean, int(p.prior), *prior))
     columns = ("parameterId", "parameterName", "parameterScale", "lowerBound", "upperBound", "nominalValue")

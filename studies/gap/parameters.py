@@ -90,3 +90,8 @@ def put(machine, parameters, x):
             value = own + parameter.scale * float(number) * (own - zero if parameter.relative else 1.0)
         machine = with_value(machine, parameter.key, value)
     return machine
+
+
+def value_at(machine, parameter, x):
+    """What a machine has at x [SI]; a gauge's error is that at the supply which the machine itself states."""
+    return value_of(put(machine, (parameter,), (x,)), parameter.key)

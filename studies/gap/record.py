@@ -5,6 +5,7 @@ from math import sqrt
 import numpy as np
 
 from studies.gap.limits import detection_limits
+from studies.gap.parameters import value_at
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
@@ -87,16 +88,17 @@ def effects_of(model):
         if parameter.prior or not told:
             continue
         ends = np.clip([x - NORMAL_95 * deviation, x + NORMAL_95 * deviation], parameter.low, parameter.high)
-        low, high = sorted(parameter.value(end) for end in ends)
+        value, *ends = (value_at(model.problem.machine, parameter, at) for at in (x, *ends))
+        low, high = sorted(ends)
         rows.append(
             {
                 "name": parameter.key.split(".")[1] if parameter.key.startswith("effects.") else parameter.key,
                 "parameter": parameter.key.split(".")[-1],
                 "key": parameter.key,
-                "value": parameter.shown(parameter.value(x)),
+                "value": parameter.shown(value),
                 "unit": parameter.declaration.unit,
                 "interval_95": [parameter.shown(low), parameter.shown(high)],
-                "text": parameter.declaration.render(parameter.value(x)),
+                "text": parameter.declaration.render(value),
             }
         )
     return rows
@@ -104,8 +106,9 @@ def effects_of(model):
 
 def nuisances_of(model):
     """What the calibration moved, the farthest first."""
+    machine = model.problem.machine
     rows = [
-        {"key": p.key, "value": p.shown(p.value(x)), "unit": p.declaration.unit, "deviations": float(x)}
+        {"key": p.key, "value": p.shown(value_at(machine, p, x)), "unit": p.declaration.unit, "deviations": float(x)}
         for p, x in zip(model.problem.parameters, model.fitted.x, strict=True)
         if p.prior
     ]
