@@ -94,3 +94,9 @@ def test_a_rebound_is_probed_at_sizes_that_look_different():
     (bounce,) = (c for c in candidates_of(Machine(), "valve", ALL_EFFECTS) if c.name == "bounce")
     assert max(probe.x[0] for probe in probes_of(bounce)) == 1.0
     assert len(list(probes_of(bounce))) >= 4
+
+
+def test_what_the_march_itself_errs_by_is_no_score(bench):
+    _, (first, *_) = bench
+    faint = first._replace(effect=1e-3 * first.effect / first.length, bare=1e-3 * first.bare / first.length)
+    assert scores([faint], 5.0 * first.bare) == []

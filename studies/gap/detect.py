@@ -41,6 +41,7 @@ def detect(columns, local, errors):
     -------
     Detection
     """
+    columns = [column for column in columns if column.is_told]
     shapes = np.column_stack([*(c.bare for c in columns), local])
     lengths = np.linalg.norm(shapes, axis=0)
     shapes = shapes[:, lengths > 0.0] / lengths[lengths > 0.0]

@@ -29,6 +29,11 @@ class Column(NamedTuple):
         """Of what is left [standard deviations]."""
         return float(np.linalg.norm(self.bare))
 
+    @property
+    def is_told(self):
+        """Whether it is more than the march's own error."""
+        return self.length >= SEEN_LEAST
+
 
 class Score(NamedTuple):
     """A candidate's best probe."""
@@ -96,7 +101,7 @@ def bank(problem, fitted, candidates, report=None):
             effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.errors
             bare = space.removed(effect)
             length = np.linalg.norm(bare)
-            if length < SEEN_LEAST or any(abs(bare @ c.bare) > ALIKE * length * c.length for c in own):
+            if length == 0.0 or any(abs(bare @ c.bare) > ALIKE * length * c.length for c in own):
                 continue
             own.append(Column(probe, effect, bare, float(length / np.linalg.norm(effect))))
         found += own
@@ -140,6 +145,8 @@ def scores(columns, errors):
     """
     best = {}
     for column in columns:
+        if not column.is_told:
+            continue
         signed = -float(column.bare @ errors) / column.length
         deviations = max(signed, 0.0) if column.probe.one_sided else abs(signed)
         score, name = Score(column, deviations, signed / column.length), column.probe.candidate.name

@@ -23,8 +23,6 @@ PULLED = 2.5
 """Prior deviations from which a wrong nuisance is one of the explanations."""
 MATERIAL = ("air.heat_capacity_ratio",)
 """Nuisances that are no number of a machine, so that none can be far off."""
-NOTHING = 1e-9
-"""Standard deviations to which a column may shrink that another model imitates."""
 AMBIGUOUS = 2.0 * log(100.0)
 """Penalised cost within which two models are not told apart."""
 
@@ -123,9 +121,9 @@ def pairs(base, columns, ranked, alone, library, report=None):
 
     found = fitted(list(wanted.values())[:PAIRS])
     if found:
+        others = {frozenset(_names(pair)): pair for pair in _swapped(found[0], alone, columns)}
         tried = {frozenset(choice.names) for choice in found}
-        swapped = [pair for pair in _swapped(found[0], alone, columns) if frozenset(_names(pair)) not in tried]
-        found += fitted(swapped)
+        found += fitted([pair for names, pair in others.items() if names not in tried])
     return sorted(found, key=lambda choice: choice.cost)
 
 
@@ -164,7 +162,7 @@ def _swapped(pair, alone, columns):
         if single is None:
             continue
         others = [column for column in columns if column.probe.candidate.name != kept.name]
-        own = [column for column in freed(others, single.fitted, single.added) if column.length > NOTHING]
+        own = freed(others, single.fitted, single.added)
         ranked = scores(own, single.fitted.errors)
         near = [one for one in ranked if one.deviations**2 > ranked[0].deviations ** 2 - 2.0 * AMBIGUOUS]
         x = tuple(model.fitted.x[ends[number] : ends[number + 1]])
@@ -183,7 +181,7 @@ def _partners(alone, columns):
             own = bank(model.problem, model.fitted, others)
         else:
             others = [column for column in columns if column.probe.candidate.name != first.name]
-            own = [column for column in freed(others, model.fitted, model.added) if column.length > NOTHING]
+            own = freed(others, model.fitted, model.added)
         for score in scores(own, model.fitted.errors)[:2]:
             if score.deviations > 0.0:
                 x = tuple(model.fitted.x[len(model.fitted.x) - len(first.parameters) :])
