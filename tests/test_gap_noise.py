@@ -7,7 +7,14 @@ import pytest
 from scipy.signal import lfilter
 
 from studies.gap.noise import autoregressive, drifting, levinson, noise_for, sines, white, whitened
-from studies.gap.noise_source import Records, mains_in, noise_of, with_hum
+from studies.gap.noise_source import (
+    TAKEN_FOR_WHITE,
+    Records,
+    from_what_nothing_explains,
+    mains_in,
+    noise_of,
+    with_hum,
+)
 from studies.gap.problem import Block
 
 DEVIATION = 3e-5
@@ -188,3 +195,16 @@ def test_white_noise_on_drifts_is_as_strong_as_it_is():
     rng = np.random.default_rng(14)
     found = [drifting([rng.normal(size=20) + i for i in range(10)], "").deviation for _ in range(200)]
     assert np.sqrt(np.mean(np.square(found))) == pytest.approx(1.0, abs=0.015)
+
+
+def test_where_nothing_tells_the_colour_it_is_that_at_the_nearest_sampling_interval():
+    rng = np.random.default_rng(15)
+    fitted, gate = np.arange(0.0, 0.1, 1e-4), np.arange(0.0, 0.06, 6e-5)
+    values = process(rng, len(fitted), 0.8)
+    noise = {"lift": {1e-4: white(DEVIATION, TAKEN_FOR_WHITE), 6e-5: white(0.5 * DEVIATION, TAKEN_FOR_WHITE)}}
+    one = block(values, fitted)
+    from_what_nothing_explains([one], noise, [values])
+    assert noise_for(noise, one).predictors[-1] == pytest.approx([0.8], abs=0.06)
+    other = noise_for(noise, block(np.zeros(len(gate)), gate))
+    assert other.predictors == noise_for(noise, one).predictors
+    assert other.deviation == noise_for(noise, one).deviation

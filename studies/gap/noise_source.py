@@ -250,6 +250,8 @@ def is_known(noise):
 def from_what_nothing_explains(blocks, noise, left):
     """The noise of channels that are never at rest and never repeated, anew.
 
+    Where there is nothing left of a channel at a sampling interval, as of gate runs, its colour is that at the nearest.
+
     Parameters
     ----------
     blocks : list of studies.gap.problem.Block
@@ -268,6 +270,12 @@ def from_what_nothing_explains(blocks, noise, left):
         interval = next(at for at, one in by_interval.items() if one is known)
         found = autoregressive(segments, "what nothing in the library explains")
         by_interval[interval] = found._replace(deviation=max(found.deviation, known.deviation))
+    for by_interval in noise.values():
+        told = {interval: one for interval, one in by_interval.items() if one.source != TAKEN_FOR_WHITE}
+        for interval in set(by_interval) - set(told) if told else ():
+            near = told[min(told, key=lambda other: abs(log(other / interval)))]
+            own = by_interval[interval].deviation
+            by_interval[interval] = near._replace(deviation=max(near.deviation, own))
 
 
 def _by_differences(pairs):
