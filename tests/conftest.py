@@ -22,7 +22,7 @@ def pytest_collection_modifyitems(items):
         if item.path.stem in PLAIN and "converge" not in item.name:
             item.add_marker(pytest.mark.plain)
     # The longest first, so that no process waits for it at the end.
-    items.sort(key=lambda item: item.path.stem != "test_plain_python")
+    items.sort(key=lambda item: item.path.stem not in ("test_plain_python", "test_truth_blind"))
 
 
 @pytest.fixture
