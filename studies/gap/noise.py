@@ -31,10 +31,8 @@ class Noise(NamedTuple):
     """Standard deviation of each order's error of prediction, over the deviation."""
     source: str
     """Where deviation and colour are from."""
-    hum: float = np.nan
-    """Frequency [Hz]; NaN: none."""
-    hum_deviation: float = 0.0
-    """Of the amplitudes of sine and cosine [SI]."""
+    hums: tuple = ()
+    """Frequency [Hz] of each hum, and the standard deviation of the amplitudes of its sine and cosine [SI]."""
 
     @property
     def order(self):
@@ -163,10 +161,10 @@ def whitened(noise, columns, times):
     for i in range(min(noise.order, len(columns))):
         filtered[i] = (columns[i] - noise.predictors[i] @ columns[:i][::-1]) / noise.spread[i]
     filtered /= noise.deviation
-    if np.isnan(noise.hum):
+    if not noise.hums:
         return filtered
-    waves = sines(noise.hum, times) * noise.hum_deviation
-    plain = noise._replace(hum=np.nan)
+    waves = np.column_stack([sines(frequency, times) * deviation for frequency, deviation in noise.hums])
+    plain = noise._replace(hums=())
     left, sizes, _ = np.linalg.svd(whitened(plain, waves, times), full_matrices=False)
     return filtered + left @ ((1.0 / np.sqrt(1.0 + sizes**2) - 1.0)[:, None] * (left.T @ filtered))
 

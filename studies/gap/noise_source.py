@@ -22,8 +22,11 @@ OF_A_MEAN = 0.01
 """Share of a mean over the cycle that its noise is taken for, where nothing tells it."""
 FEWEST_CONTRASTS = 4
 TAKEN_FOR_WHITE = "second differences, taken for white"
+UNEXPLAINED = "what nothing in the library explains"
 GUARD = 2e-3
 """Between a motion of the model and a stretch at rest [s]: the measured motion may be that late."""
+TOLD_APART = 15.0
+"""Power over that of the noise, by which one frequency has to take more than the other to be the only one."""
 HUM_EVIDENCE = 4.0
 """Deviations beyond chance by which a sine has to take power from the noise, to be a hum."""
 FLOOR = {
@@ -57,7 +60,7 @@ class Records(NamedTuple):
 
 
 def mains_in(channels):
-    """The frequency of the mains that channels hum with [Hz]; NaN: none.
+    """The frequencies of the mains that channels hum with [Hz]; two where they are too short to tell which.
 
     Parameters
     ----------
@@ -65,66 +68,70 @@ def mains_in(channels):
 
     Returns
     -------
-    float
+    tuple of float
+        () : there is no hum.
     """
     falls, chances = {frequency: [] for frequency in MAINS}, []
     for records in channels:
         chances.append(2.0 * (len(records.noise) + len(records.others)))
         for frequency in MAINS:
-            left, _, fall = _without_hum(records, frequency)
+            left, _, fall = _without_hum(records, (frequency,))
             quiet = _noise_of_stretches(left, records)
             # Coloured noise has more power at low frequencies than white: by this factor.
             gain = max(1.0, (quiet.spread[-1] / (1.0 - quiet.predictors[-1].sum())) ** 2)
             falls[frequency].append(fall / max(quiet.deviation**2 * gain, 1e-300))
+    most = max(map(sum, falls.values()))
     best = max(MAINS, key=lambda frequency: sum(falls[frequency]))
 
     def is_seen(fall, chance):
         return fall > chance + HUM_EVIDENCE * np.sqrt(2.0 * chance)
 
     each = zip(falls[best], chances, strict=True)
-    seen = channels and (is_seen(sum(falls[best]), sum(chances)) or any(is_seen(*one) for one in each))
-    return best if seen else float("nan")
+    if not channels or not (is_seen(most, sum(chances)) or any(is_seen(*one) for one in each)):
+        return ()
+    return tuple(frequency for frequency in MAINS if most - sum(falls[frequency]) < TOLD_APART)
 
 
-def with_hum(records, frequency):
+def with_hum(records, frequencies):
     """Noise from stretches of nothing but noise, and hum.
 
     Parameters
     ----------
     records : Records
-    frequency : float
-        Of the hum [Hz]; NaN: there is none.
+    frequencies : tuple of float
+        Of the hum [Hz].
 
     Returns
     -------
     Noise
     """
-    if np.isnan(frequency):
+    if not frequencies:
         return _noise_of_stretches([values for record in records.noise for values, _ in record], records)
-    left, amplitudes, _ = _without_hum(records, frequency)
-    size = float(np.sqrt(np.mean(np.square(amplitudes)) / 2.0))
-    return _noise_of_stretches(left, records, True)._replace(hum=float(frequency), hum_deviation=size)
+    left, amplitudes, _ = _without_hum(records, frequencies)
+    sizes = np.sqrt(np.mean(np.square(amplitudes), axis=0) / 2.0)
+    lost = 2 * len(records.noise) * len(frequencies)
+    return _noise_of_stretches(left, records, lost)._replace(hums=tuple(zip(frequencies, sizes.tolist(), strict=True)))
 
 
-def _noise_of_stretches(stretches, records, hums=False):
+def _noise_of_stretches(stretches, records, lost=0):
     if not records.drifts:
         return autoregressive(stretches, records.source)
-    return drifting(stretches, records.source, 2 * len(records.noise) * hums, records.stated)
+    return drifting(stretches, records.source, lost, records.stated)
 
 
-def _without_hum(records, frequency):
-    """Stretches without the sine that fits each record best, the amplitudes, and the power that all sines take."""
+def _without_hum(records, frequencies):
+    """Stretches without the sines that fit each record best, their amplitudes, and the power that they take."""
     left, amplitudes, fall = [], [], 0.0
     for number, record in enumerate([*records.noise, *records.others]):
-        rest, amplitude, taken = _without_sine(record, frequency)
+        rest, amplitude, taken = _without_sines(record, frequencies)
         left += rest if number < len(records.noise) else []
         fall += taken
         amplitudes.append(amplitude)
     return left, amplitudes, fall
 
 
-def _without_sine(record, frequency):
-    """Stretches of a record without the sine that fits them best, its amplitude, and the power that it takes.
+def _without_sines(record, frequencies):
+    """Stretches of a record without the sines that fit them best, their amplitudes, and the power that they take.
 
     Each stretch is free to drift straight.
     """
@@ -134,13 +141,14 @@ def _without_sine(record, frequency):
     for k, (first, end) in enumerate(pairwise(ends)):
         drift[first:end, 2 * k] = 1.0
         drift[first:end, 2 * k + 1] = times[first:end] - times[first:end].mean()
-    waves = sines(frequency, times)
     values = np.concatenate([v for v, _ in record])
     straight = values - drift @ np.linalg.lstsq(drift, values, rcond=None)[0]
+    waves = np.column_stack([sines(frequency, times) for frequency in frequencies])
     weights, *_ = np.linalg.lstsq(np.column_stack([waves, drift]), values, rcond=None)
-    left = values - waves @ weights[:2] - drift @ weights[2:]
+    own = weights[: waves.shape[1]]
+    left = values - waves @ own - drift @ weights[waves.shape[1] :]
     taken = float(straight @ straight - left @ left)
-    return [left[first:end] for first, end in pairwise(ends)], float(np.linalg.norm(weights[:2])), taken
+    return [left[first:end] for first, end in pairwise(ends)], np.hypot(own[::2], own[1::2]), taken
 
 
 def noise_of(blocks, predicted, stated):
@@ -264,11 +272,14 @@ def from_what_nothing_explains(blocks, noise, left):
     for block, values in zip(blocks, left, strict=True):
         known = noise_for(noise, block)
         if known.source == TAKEN_FOR_WHITE and len(values) > 1:
-            groups.setdefault(id(known), (block, known, []))[2].append(values)
-    for block, known, segments in groups.values():
+            groups.setdefault(id(known), (block, known, []))[2].append([(values, block.times)])
+    channels = [Records(records, UNEXPLAINED, [], False, np.nan) for _, _, records in groups.values()]
+    elsewhere = {f for by_interval in noise.values() for one in by_interval.values() for f, _ in one.hums}
+    mains = tuple(sorted(elsewhere)) or mains_in(channels)
+    for (block, known, _), records in zip(groups.values(), channels, strict=True):
         by_interval = noise[block.sensor]
         interval = next(at for at, one in by_interval.items() if one is known)
-        found = autoregressive(segments, "what nothing in the library explains")
+        found = with_hum(records, mains)
         by_interval[interval] = found._replace(deviation=max(found.deviation, known.deviation))
     for by_interval in noise.values():
         told = {interval: one for interval, one in by_interval.items() if one.source != TAKEN_FOR_WHITE}

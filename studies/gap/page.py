@@ -190,7 +190,8 @@ standard deviations of that knowledge; beyond 4 it is itself a finding.</p>
 <tr><td>{{ row.sensor | words }}</td>
 <td>{{ units[row.sensor].of(row.deviation) | number }} {{ units[row.sensor].unit }}</td>
 <td>{{ "of order %d" | format(row.order) if row.order else "white" }}</td>
-<td>{{ "%g Hz" | format(row.hum_hz) if row.hum_hz else "none" }}</td><td class="left">{{ row.source }}</td></tr>
+<td>{{ (row.hum_hz | map("int") | join(" or ") ~ " Hz") if row.hum_hz else "none" }}</td>
+<td class="left">{{ row.source }}</td></tr>
 {% endfor %}
 </table>
 <p class="small">The simulator's own error is {{ data.own_error | number }} of the noise of a sample.</p>

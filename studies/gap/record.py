@@ -151,7 +151,13 @@ def tabulated_of(tabulated, base):
 def noise_told(noise):
     """The noise of each sensor, at each sampling interval."""
     return [
-        {"sensor": sensor, "deviation": n.deviation, "order": n.order, "hum_hz": n.hum, "source": n.source}
+        {
+            "sensor": sensor,
+            "deviation": n.deviation,
+            "order": n.order,
+            "hum_hz": [f for f, _ in n.hums],
+            "source": n.source,
+        }
         for sensor, by_interval in noise.items()
         for n in by_interval.values()
     ]
