@@ -103,7 +103,7 @@ def kind_of_march(library, effects):
     int
         0: none, 1: all but tables, 2: all.
     """
-    on = [effect for effect in library if effect.is_marched and effect.is_on(getattr(effects, effect.name))]
+    on = [effect for effect in library if effect.is_on(getattr(effects, effect.name)) and effect.is_marched]
     return 2 if any(effect.tabulated for effect in on) else int(bool(on))
 
 

@@ -328,9 +328,11 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
         found.change_of_two,
         found.status,
     )
-    if found.correction is not None:
-        return orbit._replace(known=Known(y, found.mode, found.correction))
-    return orbit._replace(known=known_orbit(p, tables, orbit, kinks, accuracy)) if known else orbit
+    if not known:
+        return orbit
+    if found.correction is None:
+        return orbit._replace(known=known_orbit(p, tables, orbit, kinks, accuracy))
+    return orbit._replace(known=Known(y, found.mode, found.correction))
 
 
 def _nearer(found, kept):

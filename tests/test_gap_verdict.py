@@ -17,7 +17,7 @@ GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)
 def model(names, gap=None, cost=0.0, released="", x=(0.0, 0.5)):
     """A model that takes a gap of some shape away."""
     errors = np.append(np.zeros(N) if gap is None else -np.asarray(gap, dtype=float), np.zeros(2))
-    fitted = SimpleNamespace(errors=errors, x=np.array(x), covariance=0.01 * np.eye(2))
+    fitted = SimpleNamespace(errors=errors, left=errors[:N], x=np.array(x), covariance=0.01 * np.eye(2))
     effect = Parameter("effects.quadratic_drag.coefficient", 40.0, 0.0, 1.3, reach=1.3)
     nuisance = Parameter("valve.viscous_friction", 0.1, -10.0, 10.0, 111.0, True, True, True)
     problem = SimpleNamespace(known=np.array([True, False]), parameters=[nuisance, effect])

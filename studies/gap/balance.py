@@ -73,11 +73,11 @@ class Smoothed(Problem):
         """The same parameters on other runs."""
         return Smoothed(self.machine, runs, self.parameters, self.noise, self.root)
 
-    def errors(self, x):
-        """As `Problem.errors`, with the pull of the nodes' prior."""
-        errors, nodes = super().errors(x), len(self.root)
-        errors[-nodes:] = np.linalg.solve(self.root, np.asarray(x)[-nodes:])
-        return errors
+    def pulls(self, x):
+        """As `Problem.pulls`, with that of the nodes' prior."""
+        pulls, nodes = super().pulls(x), len(self.root)
+        pulls[-nodes:] = np.linalg.solve(self.root, np.asarray(x)[-nodes:])
+        return pulls
 
     def smoothed(self, root):
         """The same with another prior of the nodes."""
@@ -231,14 +231,9 @@ def likeness(branches):
     Those of one branch have a constant and a slope in common, so that a trend goes on where nothing was measured, and
     what differs from it fades with their distance.
     """
-    of, places = np.array(branches), np.concatenate([np.linspace(-1.0, 1.0, n) for n in _lengths(branches)])
-    rank = np.concatenate([np.arange(n) for n in _lengths(branches)])
+    of, rank = np.array(branches), np.arange(len(branches))
+    along = np.concatenate([np.linspace(-1.0, 1.0, branches.count(name)) for name in dict.fromkeys(branches)])
     same = of[:, None] == of[None, :]
-    trend = 0.5 * (1.0 + places[:, None] * places[None, :])
+    trend = 0.5 * (1.0 + along[:, None] * along[None, :])
     wild = np.exp(-np.abs(rank[:, None] - rank[None, :]) / REACH)
     return same * (TREND * trend + (1.0 - TREND) * wild)
-
-
-def _lengths(branches):
-    """How many nodes each branch has, one after the other."""
-    return [branches.count(name) for name in dict.fromkeys(branches)]

@@ -35,6 +35,11 @@ class Fitted(NamedTuple):
         return float(self.errors @ self.errors)
 
     @property
+    def left(self):
+        """Errors without the pulls of the priors, (n,)."""
+        return self.errors[: len(self.errors) - len(self.x)]
+
+    @property
     def covariance(self):
         """Of the parameters, (p, p)."""
         return np.linalg.pinv(self.jacobian.T @ self.jacobian)

@@ -18,8 +18,8 @@ from studies.gap.nuisances import nuisances_of
 from studies.gap.phases import local_shapes
 from studies.gap.problem import Problem
 from studies.gap.refit import Model
-from studies.gap.score import bank, freed, imitated, scores
-from studies.gap.select import AMBIGUOUS, Choice, alone_again, pairs, released, singles
+from studies.gap.score import bank, imitated, scores
+from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, singles
 from studies.gap.tabulate import outdone, tabulate
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
@@ -69,7 +69,6 @@ class Findings(NamedTuple):
     """What each table takes of the gap, the best first; none where there is no gap."""
     tabulated: object
     """`studies.gap.tabulate.Tabulated` where the library is refused; else None."""
-    marks: list
     own_error: float
     simulations: int
     warnings: list
@@ -116,9 +115,8 @@ def explain(machine, measured, without=(), report=None):
     marks = problem.marks(np.zeros(len(base.fitted.x)))  # the phases that the machine file says
     local = local_shapes(problem, marks, imitated(base.fitted.jacobian))
     detection = detect(columns, local, base.fitted.errors)
-    n = len(base.fitted.errors) - len(base.fitted.x)
     choices, tried, judged, checked, tables, tabulated = [], [], None, None, [], None
-    cells, size = localise(problem, marks, base.fitted.errors[:n], True), 0.0
+    cells, size = localise(problem, marks, base.fitted.left, True), 0.0
     if not detection.alarm:
         verdict = without_alarm(base, detection.p_value)
     else:
@@ -154,7 +152,6 @@ def explain(machine, measured, without=(), report=None):
         checked,
         tables,
         tabulated,
-        marks,
         own,
         problem.simulations,
         warnings,
@@ -260,8 +257,7 @@ def explanations(base, columns, ranked, library, local, tell):
 
 def gap_left(model, columns, local):
     """Whether the best single effect leaves more than noise: only then are pairs looked at."""
-    others = [column for column in columns if column.probe.candidate.name not in model.names]
-    again = freed(others, model.fitted, model.added)
+    again = beside(columns, model)
     wider = imitated(model.fitted.jacobian).removed(np.vstack([local, np.zeros((model.added, local.shape[1]))]))
     return detect(again, wider, model.fitted.errors).p_value < LEFT
 

@@ -116,11 +116,9 @@ class Anchored(Problem):
         self.steps = model.problem.steps.copy()
         self.anchor, self.root = model.fitted.x, np.linalg.qr(model.fitted.jacobian, mode="r")
 
-    def errors(self, x):
-        """As `Problem.errors`, with the pull towards the fit."""
-        errors = super().errors(x)
-        errors[len(errors) - len(x) :] = self.root @ (x - self.anchor)
-        return errors
+    def pulls(self, x):
+        """Towards the fit."""
+        return self.root @ (x - self.anchor)
 
 
 def held_out(base, model, runs, noise):

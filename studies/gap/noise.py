@@ -112,10 +112,8 @@ def drifting(stretches, source, lost=0, stated=np.nan):
     bare = [values - line @ (line.T @ values) for values, line in zip(stretches, straight, strict=True)]
     found, samples = autoregressive(bare, source, DOUBT), sum(map(len, stretches))
     free = samples - 2 * len(stretches) - lost
-    if found.order > 1 or found.deviation == 0.0 or free < STRETCH:
+    if found.order != 1 or free < STRETCH:
         return found._replace(deviation=found.deviation * float(np.sqrt(samples / max(free, 1))))
-    if found.order == 0:
-        return found._replace(deviation=found.deviation * float(np.sqrt(samples / free)))
     best = None
     for correlation in CORRELATIONS:
         energy = volume = 0.0

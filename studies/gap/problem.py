@@ -173,7 +173,11 @@ class Problem:
     def errors(self, x):
         """What is left [standard deviations], and behind it the pull of each prior; shape (n + p,)."""
         left = [v - b.values for b, v in zip(self.blocks, self.predicted(x), strict=True)]
-        return np.append(self.whiten(left)[:, 0], np.where(self.known, x, 0.0))
+        return np.append(self.whiten(left)[:, 0], self.pulls(x))
+
+    def pulls(self, x):
+        """Pull of each parameter's prior [standard deviations], shape (p,)."""
+        return np.where(self.known, x, 0.0)
 
     def column(self, x, j, step, errors=None):
         """Sensitivity of `errors` to one parameter, by a difference of a given step."""

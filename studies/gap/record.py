@@ -117,8 +117,8 @@ def nuisances_of(model):
 
 def gap_of(base, best):
     """The gap on the fitted runs, root mean squares over the noise."""
-    n = len(base.fitted.errors) - len(base.fitted.x)
-    before, after = (m.fitted.errors[:n] for m in (base, best))
+    before, after = base.fitted.left, best.fitted.left
+    n = len(before)
     return {
         "before": float(np.sqrt(before @ before / n)),
         "after": float(np.sqrt(after @ after / n)),

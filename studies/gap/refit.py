@@ -44,6 +44,12 @@ class Model(NamedTuple):
         """How many parameters were freed."""
         return sum(len(candidate.parameters) for candidate in self.candidates)
 
+    def own(self, number):
+        """Where the parameters of one of its candidates are, x."""
+        first = len(self.fitted.x) - self.added
+        first += sum(len(candidate.parameters) for candidate in self.candidates[:number])
+        return self.fitted.x[first : first + len(self.candidates[number].parameters)]
+
     def machine(self):
         """The machine with the effects, within what a machine file allows; its nuisances as they were."""
         pairs = [
@@ -111,11 +117,9 @@ def reduced(base, model, number):
     -------
     Model
     """
-    kept, first = model.candidates[number], len(base.fitted.x)
-    first += sum(len(candidate.parameters) for candidate in model.candidates[:number])
+    kept = model.candidates[number]
     problem = base.problem.with_parameters([*base.problem.parameters, *kept.parameters])
-    own = model.fitted.x[first : first + len(kept.parameters)]
-    found = descend(problem, np.append(model.fitted.x[: len(base.fitted.x)], own))
+    found = descend(problem, np.append(model.fitted.x[: len(base.fitted.x)], model.own(number)))
     base.problem.simulations += problem.simulations
     return Model((kept,), problem, found)
 

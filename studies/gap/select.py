@@ -45,6 +45,11 @@ def penalty(model, library):
     return terms * 2.0 * log(library / CHANCE) + 2.0 * max(0, model.added - terms)
 
 
+def priced(model, library):
+    """A model as a choice."""
+    return Choice(model, model.cost + penalty(model, library))
+
+
 def singles(base, ranked, library, report=None):
     """The best candidates by score, each fitted alone.
 
@@ -64,8 +69,7 @@ def singles(base, ranked, library, report=None):
     for done, score in enumerate(ranked[:SINGLES], 1):
         if score.deviations <= 0.0:
             continue
-        model = refit(base, (score.column.probe.candidate,), (score.guess,))
-        found.append(Choice(model, model.cost + penalty(model, library)))
+        found.append(priced(refit(base, (score.column.probe.candidate,), (score.guess,)), library))
         if report:
             report(done, SINGLES)
     return sorted(found, key=lambda choice: choice.cost)
@@ -83,8 +87,7 @@ def released(base, library):
         if base.problem.parameters[j].key in MATERIAL:
             continue
         with suppress(EndedEarly):
-            model = release(base, j)
-            found.append(Choice(model, model.cost + penalty(model, library)))
+            found.append(priced(release(base, j), library))
     return found
 
 
@@ -113,8 +116,7 @@ def pairs(base, columns, ranked, alone, library, report=None):
     def fitted(several):
         found = []
         for done, (candidates, guesses) in enumerate(several, 1):
-            model = refit(base, candidates, guesses)
-            found.append(Choice(model, model.cost + penalty(model, library)))
+            found.append(priced(refit(base, candidates, guesses), library))
             if report:
                 report(done, len(several))
         return sorted(found, key=lambda choice: choice.cost)
@@ -143,9 +145,14 @@ def alone_again(base, pair, library):
     found = []
     for number in range(len(pair.model.candidates)):
         with suppress(EndedEarly):
-            model = reduced(base, pair.model, number)
-            found.append(Choice(model, model.cost + penalty(model, library)))
+            found.append(priced(reduced(base, pair.model, number), library))
     return found
+
+
+def beside(columns, model):
+    """Columns of a bank for what a model with effects leaves, without those of its effects."""
+    others = [column for column in columns if column.probe.candidate.name not in model.names]
+    return freed(others, model.fitted, model.added)
 
 
 def _names(pair):
@@ -155,17 +162,13 @@ def _names(pair):
 
 def _swapped(pair, alone, columns):
     """The pair with either effect replaced by what explains as much of what the other leaves."""
-    model, first = pair.model, len(pair.model.fitted.x) - pair.model.added
-    ends = np.cumsum([first, *(len(candidate.parameters) for candidate in model.candidates)])
-    for number, kept in enumerate(model.candidates):
+    for number, kept in enumerate(pair.model.candidates):
         single = next((choice.model for choice in alone if choice.names == (kept.name,)), None)
         if single is None:
             continue
-        others = [column for column in columns if column.probe.candidate.name != kept.name]
-        own = freed(others, single.fitted, single.added)
-        ranked = scores(own, single.fitted.errors)
+        ranked = scores(beside(columns, single), single.fitted.errors)
         near = [one for one in ranked if one.deviations**2 > ranked[0].deviations ** 2 - 2.0 * AMBIGUOUS]
-        x = tuple(model.fitted.x[ends[number] : ends[number + 1]])
+        x = tuple(pair.model.own(number))
         for score in near[:SWAPS]:
             yield (kept, score.column.probe.candidate), (x, score.guess)
 
@@ -180,11 +183,10 @@ def _partners(alone, columns):
             others = [candidate for candidate in by_candidate if candidate.name != first.name]
             own = bank(model.problem, model.fitted, others)
         else:
-            others = [column for column in columns if column.probe.candidate.name != first.name]
-            own = freed(others, model.fitted, model.added)
+            own = beside(columns, model)
         for score in scores(own, model.fitted.errors)[:2]:
             if score.deviations > 0.0:
-                x = tuple(model.fitted.x[len(model.fitted.x) - len(first.parameters) :])
+                x = tuple(model.own(0))
                 yield (first, score.column.probe.candidate), (x, score.guess)
 
 

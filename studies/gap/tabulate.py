@@ -61,13 +61,12 @@ def tabulate(base, ranked, measured, noise, report=None):
     found = [balance for balance in found if balance.gain > 0.0]
     if not found:
         return None
-    gates = measured.of(GATE)
-    if gates and measured.of(CHECK):
-        found.sort(key=lambda balance: left_over(balance.model, gates, noise).misfit - balance.gain)
-    else:
-        found.sort(key=lambda balance: -balance.gain)
-    best = found[0]
-    runs = measured.of(CHECK) or measured.of(GATE)
+    checks, gates = measured.of(CHECK), measured.of(GATE)
+
+    def worth(balance):
+        return balance.gain - (left_over(balance.model, gates, noise).misfit if gates and checks else 0.0)
+
+    best, runs = max(found, key=worth), checks or gates
     judged = held_out(base, best.model, runs, noise) if runs else None
     return Tabulated(best, judged, suggestion(best.model))
 

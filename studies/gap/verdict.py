@@ -57,8 +57,7 @@ class Verdict(NamedTuple):
 
 def explained(base, choice):
     """What a model takes away of what the calibrated machine leaves [standard deviations], shape (n,)."""
-    n = len(base.fitted.errors) - len(base.fitted.x)
-    return base.fitted.errors[:n] - choice.model.fitted.errors[:n]
+    return base.fitted.left - choice.model.fitted.left
 
 
 def cosine(one, other):
