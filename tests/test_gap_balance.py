@@ -165,16 +165,19 @@ def test_of_two_branches_the_one_that_is_there_gets_a_size():
 
 
 def test_neighbours_are_alike_and_branches_are_not():
-    found = likeness(["a", "a", "a", "b"])
+    found = likeness(["a", "a", "a", "b"], 0.5)
     assert found[0, 0] > found[0, 1] > found[0, 2] > found[2, 3] == 0.0
     assert np.linalg.eigvalsh(found).min() > 0.1
 
 
 def test_a_trend_of_nodes_goes_on_where_nothing_was_measured():
-    correlation = likeness(["a"] * 5)
-    rising = np.linspace(0.2, 0.8, 3)
-    last = correlation[3:, :3] @ np.linalg.solve(correlation[:3, :3] + 1e-6 * np.eye(3), rising)
-    assert min(last) > 0.5
+    def beyond(share):
+        correlation = likeness(["a"] * 5, share)
+        rising = np.linspace(0.2, 0.8, 3)
+        return correlation[3:, :3] @ np.linalg.solve(correlation[:3, :3] + 1e-6 * np.eye(3), rising)
+
+    assert min(beyond(0.5)) > 0.5
+    assert beyond(0.99) == pytest.approx([1.1, 1.4], abs=0.1)
 
 
 def test_a_form_keeps_the_terms_that_make_it_up():

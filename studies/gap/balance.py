@@ -16,8 +16,8 @@ from studies.gap.score import imitated
 
 REACH = 2.0
 """Nodes over which what one says of its neighbours fades to 1/e."""
-TREND = 0.5
-"""Share of a node's variance that it has in common with all of its branch, at the ends."""
+TRENDS = 0.5, 0.9, 0.99
+"""Shares of a node's variance that it may have in common with all of its branch, at the ends; the data choose."""
 SIZES = np.logspace(-3.0, 0.5, 29)
 """Standard deviations of the nodes, over their range, among which the data choose."""
 ROUNDS = 2
@@ -173,9 +173,12 @@ def weighed(balance):
     columns = jacobian[:-nodes, old:]
     bare = imitated(jacobian[:-nodes, :old]).removed(columns)
     branches = [parameter.key.rsplit("_at_", 1)[0] for parameter in problem.parameters[old:]]
-    root = np.linalg.cholesky(likeness(branches))
-    sizes, fall, price, moved, shift = most_probable(bare @ root, errors[:-nodes] - columns @ x[old:], branches)
-    root = sizes[:, None] * root
+    left, found = errors[:-nodes] - columns @ x[old:], []
+    for trend in TRENDS:
+        root = np.linalg.cholesky(likeness(branches, trend))
+        sizes, *outcome = most_probable(bare @ root, left, branches)
+        found.append((sizes[:, None] * root, *outcome))
+    root, fall, price, moved, shift = max(found, key=lambda one: one[1] - one[2])
     jacobian = np.vstack([jacobian[:-nodes], np.hstack([np.zeros((nodes, old)), np.linalg.inv(root)])])
     x = np.append(x[:old], root @ shift)
     return Balance(
@@ -225,15 +228,15 @@ def most_probable(columns, errors, branches):
     return sizes, *outcome(sizes)
 
 
-def likeness(branches):
+def likeness(branches, share):
     """Correlation of nodes before anything is measured, (q, q).
 
-    Those of one branch have a constant and a slope in common, so that a trend goes on where nothing was measured, and
-    what differs from it fades with their distance.
+    Those of one branch have a share of their variance in common, a constant and a slope, so that a trend goes on where
+    nothing was measured; what differs from it fades with their distance.
     """
     of, rank = np.array(branches), np.arange(len(branches))
     along = np.concatenate([np.linspace(-1.0, 1.0, branches.count(name)) for name in dict.fromkeys(branches)])
     same = of[:, None] == of[None, :]
     trend = 0.5 * (1.0 + along[:, None] * along[None, :])
     wild = np.exp(-np.abs(rank[:, None] - rank[None, :]) / REACH)
-    return same * (TREND * trend + (1.0 - TREND) * wild)
+    return same * (share * trend + (1.0 - share) * wild)
