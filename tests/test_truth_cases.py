@@ -11,7 +11,7 @@ from truth.effects import EFFECTS, Rig
 from truth.library import ENGINE, LIBRARY, VALVE
 from truth.observation import Laboratory, at_point
 from truth.schedule import KINDS, NONE, SCHEDULE, SINGLE
-from truth.score import Scored, clopper_pearson, figures
+from truth.score import Scored, clopper_pearson, figures, shrinks
 from truth.sensors import Sensors, bench_channels, lagging, true_angles
 from truth.setting import AMBIENT, Noise, Point, Setting
 from truth.tables import report
@@ -130,6 +130,24 @@ def test_figures_count_right_and_wrong_names():
     assert found["largest part of the gap in the right signal and phase"] == (1, 1)
     assert found["95 % intervals that hold the truth"] == (1, 1)
     assert "| side_force |" in report(scored, {5: "exit code 1"})
+
+
+@pytest.mark.parametrize(("alike", "right"), [(0.95, True), (0.0, False)])
+def test_one_of_two_is_right_where_the_other_would_not_be_seen_beside_it(alike, right):
+    found = case("double", 12.0, "NAMED")
+    hidden = [*found.answer["hidden"], found.answer["hidden"][0] | {"name": "bounce"}]
+    found = found._replace(answer=found.answer | {"hidden": hidden, "cosine": alike})
+    assert found.right is right
+    both = next(one for one in figures([found]) if one.what == "both named, both ≥ 10 deviations")
+    assert (both.hits, both.cases) == (0, 1)
+
+
+def test_a_held_out_gap_shrinks_by_what_stands_out_of_the_noise():
+    gap = {"before": 1.3, "after": 1.05, "noise_floor": 1.0, "settled_before": 1.3, "settled_after": 1.005}
+    assert shrinks(gap) == pytest.approx((0.69 / 0.1025) ** 0.5)
+    assert shrinks(gap, settled=True) == pytest.approx((0.69 / 0.010025) ** 0.5)
+    assert shrinks({"before": 1.3, "after": 0.9, "noise_floor": 1.0}) == pytest.approx(0.69**0.5 / 0.02)
+    assert shrinks(gap | {"settled_after": None}, settled=True) is shrinks(None) is None
 
 
 def test_the_interval_of_no_hit_in_a_hundred_is_the_known_one():

@@ -34,6 +34,18 @@ class HeldOut(NamedTuple):
     """Standard deviation of `left` by noise alone."""
     noise_floor: float = 1.0
     """Root mean square of what varies within windows of what the model with its effects leaves, over the noise."""
+    misfit: float = 0.0
+    """Sum of squares of what the model with its effects leaves, the parameters' uncertainty taken off."""
+
+    @property
+    def settled_before(self):
+        """As `before`, the parameters' uncertainty taken off."""
+        return float(np.sqrt((self.misfit + self.removed) / self.samples))
+
+    @property
+    def settled_after(self):
+        """As `after`, the parameters' uncertainty taken off."""
+        return float(np.sqrt(self.misfit / self.samples))
 
     @property
     def left_surely(self):
@@ -151,9 +163,9 @@ def compared(pairs):
     left = sum(float(model.windowed @ model.windowed) for _, model in pairs) - windows
     chance = float(np.sqrt(2.0 * windows + 4.0 * max(left, 0.0)))
     floor = float(np.sqrt(sum(model.scatter for _, model in pairs) / max(1, samples - windows)))
-    return HeldOut(
-        samples, float(np.sqrt(before / samples)), float(np.sqrt(after / samples)), removed, left, chance, floor
-    )
+    misfit = sum(model.misfit for _, model in pairs)
+    before, after = (float(np.sqrt(squares / samples)) for squares in (before, after))
+    return HeldOut(samples, before, after, removed, left, chance, floor, misfit)
 
 
 def point_of(run):

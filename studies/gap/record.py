@@ -171,6 +171,8 @@ def held_out_of(judged):
         "before": judged.before,
         "after": judged.after,
         "noise_floor": judged.noise_floor,
+        "settled_before": judged.settled_before,
+        "settled_after": judged.settled_after,
         "removed_share": judged.share,
         "size_before": judged.size_before,
         "size_after": judged.size,
