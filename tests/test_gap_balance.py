@@ -136,6 +136,17 @@ def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap():
     assert found.tabulated.judged.size < 0.3 * found.tabulated.judged.size_before
 
 
+def test_a_name_that_stands_in_for_what_the_library_lacks_is_refused():
+    """Stiffer springs look like more mass, which passes every other rule."""
+    bench = Bench(spring_rate=1.15 * Bench().spring_rate)
+    found = explain(Machine(), measured(bench), without=["spring_rate_error"])
+    assert found.verdict.best.names == ("moving_mass_error",)
+    assert found.verdict.verdict == "REFUSED"
+    assert found.tabulated.balance.balance == "force"
+    whole = explain(Machine(), measured(bench))
+    assert (whole.verdict.verdict, whole.verdict.best.names) == ("NAMED", ("spring_rate_error",))
+
+
 def test_a_table_is_never_a_name():
     names = {candidate.name for candidate in candidates_of(Machine(), "engine", library("engine"))}
     assert "blow_by" in names

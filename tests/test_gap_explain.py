@@ -26,7 +26,7 @@ def measure(tmp_path):
     """Writes a folder as from a rig with a valve of the independent simulator."""
     numbers = count()
 
-    def folder(bench, pressures=PRESSURES, chambers=True, gauge_error=0.0):
+    def folder(bench, pressures=PRESSURES, chambers=True, gauge_error=0.0, late=0.0):
         path = tmp_path / f"data{next(numbers)}"
         path.mkdir()
         rng = np.random.default_rng(SEED)
@@ -35,7 +35,7 @@ def measure(tmp_path):
             supply = gauge * (1.0 + gauge_error) + AMBIENT
             rig = bench._replace(supply_pressure=supply, supply_temperature=TEMPERATURE)
             states = simulate(rig, 50e-3, float(TIMES[-1])).states(TIMES)
-            columns = {"time [s]": TIMES, "lift [m]": rig.stroke - states[0] + noise(len(TIMES), LIFT, rng)}
+            columns = {"time [s]": TIMES + late, "lift [m]": rig.stroke - states[0] + noise(len(TIMES), LIFT, rng)}
             if chambers:
                 columns["pressure_a [Pa abs]"] = states[2] + noise(len(TIMES), PRESSURE, rng)
                 columns["pressure_b [Pa abs]"] = states[4] + noise(len(TIMES), PRESSURE, rng)
@@ -96,6 +96,14 @@ def test_a_wrong_number_of_the_machine_is_a_finding_of_its_own(measure):
     (row,) = effects_of(found.best)
     stated = Machine().supply.pressure
     assert (row["value"] * 1e6 - stated) / (stated - AMBIENT) == pytest.approx(0.08, abs=0.003)
+
+
+def test_a_nuisance_that_takes_all_of_a_gap_is_a_finding_though_little_is_left(measure):
+    found = explained(measure(Bench(), late=0.8e-3, chambers=False))
+    assert found.detection.alarm
+    assert found.size < 0.15
+    assert found.verdict.verdict == "CALIBRATION"
+    assert found.verdict.best.names == ("valve.solenoid.dead_time",)
 
 
 def test_one_operating_point_alone_names_nothing(measure):

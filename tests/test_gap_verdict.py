@@ -8,7 +8,7 @@ import pytest
 from studies.gap import verdict as rules
 from studies.gap.heldout import HeldOut
 from studies.gap.parameters import Parameter
-from studies.gap.select import Choice
+from studies.gap.select import Choice, sparing
 
 N = 50
 GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)
@@ -97,9 +97,28 @@ def test_what_fails_on_runs_left_out_is_refused(judged, said):
     assert said in found.reason
 
 
-@pytest.mark.parametrize("x", [(5.0, 0.5), (0.0, 1.25)])
+@pytest.mark.parametrize("x", [(5.0, 0.5), (0.0, 1.35)])
 def test_a_name_that_needs_a_far_nuisance_or_a_size_beyond_its_range_is_refused(x):
     assert verdict_of(choice(100.0, "a", gap=SHAPE, x=x)) == "REFUSED"
+
+
+def test_a_size_that_may_be_within_its_range_is_named():
+    assert verdict_of(choice(100.0, "a", gap=SHAPE, x=(0.0, 1.25))) == "NAMED"
+
+
+def test_a_name_that_leaves_more_than_noise_is_refused():
+    def found(left):
+        return rules.with_alarm(BASE, [choice(100.0, "a", gap=SHAPE)], 1.0, GOOD, left)
+
+    assert found(0.01).verdict == "NAMED"
+    assert found(1e-4).verdict == "REFUSED"
+    assert "more than noise" in found(1e-4).reason
+
+
+def test_a_pair_that_hardly_beats_one_of_its_effects_gives_way_to_it():
+    pair, single, other = choice(100.0, "a", "b"), choice(105.0, "b"), choice(104.0, "c")
+    assert [one.names for one in sparing([other, single, pair])] == [("b",), ("a", "b"), ("c",)]
+    assert sparing([pair, single._replace(cost=110.0)])[0] is pair
 
 
 def test_without_anything_held_out_nothing_is_named():

@@ -19,7 +19,7 @@ from studies.gap.phases import local_shapes
 from studies.gap.problem import Problem
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
-from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, singles
+from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, singles, sparing
 from studies.gap.tabulate import outdone, tabulate
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
@@ -122,12 +122,14 @@ def explain(machine, measured, without=(), report=None):
     else:
         tried = explanations(base, columns, ranked, len(candidates), local, tell)
         choices, judged = hold_out(base, tried, measured, noise)
-        if choices:
+        left = 1.0
+        if choices and choices[0].cost < base.cost:
             cells = localise(problem, marks, explained(base, choices[0]), False)
+            left = left_by(choices[0].model, columns, local).p_value
         size = max(cell.size for cell in cells)
-        verdict = with_alarm(base, choices, size, judged)
+        verdict = with_alarm(base, choices, size, judged, left)
         tables = balances(base, library(measured.bench), lambda *at: tell("weighing balances", *at))
-    if verdict.verdict in BLAMING and judged and outdone(base, verdict.best.model, tables):
+    if verdict.verdict in BLAMING and judged and outdone(base, verdict.best.model, tables, len(candidates)):
         reason = f"an unknown {tables[0].balance} without a name takes more of the gap"
         verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
     if verdict.verdict == REFUSED:
@@ -244,7 +246,7 @@ def explanations(base, columns, ranked, library, local, tell):
     found = singles(base, ranked, library, lambda *at: tell("fitting effects", *at)) + released(base, library)
     found.sort(key=lambda choice: choice.cost)
     alone = [choice for choice in found if choice.model.candidates]
-    if alone and gap_left(alone[0].model, columns, local):
+    if alone and left_by(alone[0].model, columns, local).p_value < LEFT:
         couples = pairs(base, columns, ranked, alone, library, lambda *at: tell("fitting pairs", *at))
         found += couples
         if couples and couples[0].cost < alone[0].cost:
@@ -255,11 +257,16 @@ def explanations(base, columns, ranked, library, local, tell):
     return list(best.values())
 
 
-def gap_left(model, columns, local):
-    """Whether the best single effect leaves more than noise: only then are pairs looked at."""
+def left_by(model, columns, local):
+    """What a model leaves, against what noise alone would leave.
+
+    Returns
+    -------
+    studies.gap.detect.Detection
+    """
     again = beside(columns, model)
     wider = imitated(model.fitted.jacobian).removed(np.vstack([local, np.zeros((model.added, local.shape[1]))]))
-    return detect(again, wider, model.fitted.errors).p_value < LEFT
+    return detect(again, wider, model.fitted.errors)
 
 
 def hold_out(base, choices, measured, noise):
@@ -283,8 +290,9 @@ def hold_out(base, choices, measured, noise):
         before = left_over(base, runs, noise)
         left = [(c, left_over(c.model, runs, noise)) for c in near]
         whole = [(Choice(c.model, c.cost + after.misfit - before.misfit), after) for c, after in left]
-        whole.sort(key=lambda pair: pair[0].cost)
-        return [choice for choice, _ in whole], compared([(before, whole[0][1])])
+        choices, after = sparing([choice for choice, _ in whole]), {c.names: after for c, after in whole}
+        return choices, compared([(before, after[choices[0].names])])
+    choices = sparing(choices)
     if len({point_of(run) for run in base.problem.runs}) < 2:
         return choices, None
     return choices, leave_one_out(base, choices[0].model)

@@ -39,10 +39,15 @@ class Choice(NamedTuple):
         return self.model.names
 
 
+def term(library):
+    """What one effect of a library has to earn: 2 ln(n/p)."""
+    return 2.0 * log(library / CHANCE)
+
+
 def penalty(model, library):
-    """What the effects of a model have to earn: 2 ln(n/p) each, and 2 for each further parameter."""
+    """What the effects of a model have to earn, and 2 for each further parameter."""
     terms = len(model.names)
-    return terms * 2.0 * log(library / CHANCE) + 2.0 * max(0, model.added - terms)
+    return terms * term(library) + 2.0 * max(0, model.added - terms)
 
 
 def priced(model, library):
@@ -147,6 +152,15 @@ def alone_again(base, pair, library):
         with suppress(EndedEarly):
             found.append(priced(reduced(base, pair.model, number), library))
     return found
+
+
+def sparing(choices):
+    """Choices, the least penalised cost first, but a single effect before a pair with it that is not told from it."""
+    ordered = sorted(choices, key=lambda choice: choice.cost)
+    for choice in ordered:
+        if choice.cost - ordered[0].cost < AMBIGUOUS and set(choice.names) < set(ordered[0].names):
+            return [choice, *(other for other in ordered if other is not choice)]
+    return ordered
 
 
 def beside(columns, model):

@@ -1,19 +1,22 @@
 """What is not in the library: the table that closes the gap best, verified like any effect, without a name."""
 
 from contextlib import suppress
+from math import log
 from typing import NamedTuple
 
 from studies.gap.balance import through_the_simulator
 from studies.gap.heldout import held_out, left_over
 from studies.gap.problem import EndedEarly
-from studies.gap.select import AMBIGUOUS
+from studies.gap.select import priced, term
 from studies.gap.suggest import suggestion
 from studies.measured import CHECK, GATE
 
 FITTED = 4
 """Tables that are fitted through the simulator, the best by a straight model."""
-MARGIN = 2.0 * AMBIGUOUS
-"""By so much a table has to beat a name, whose own penalty does not count, to refuse it."""
+WEIGHED = 2
+"""Tables that are held against a name."""
+MARGIN = 2.0 * log(10.0)
+"""Penalised cost by which a table has to beat a name to refuse it: the data are ten times as probable."""
 
 
 class Tabulated(NamedTuple):
@@ -71,8 +74,10 @@ def tabulate(base, ranked, measured, noise, report=None):
     return Tabulated(best, judged, suggestion(best.model))
 
 
-def outdone(base, model, ranked):
+def outdone(base, model, ranked, library):
     """Whether a table, which has no name, makes the data more probable than an explanation that has one.
+
+    A table is one unknown effect, and pays as much for being there as a name does.
 
     Parameters
     ----------
@@ -80,15 +85,16 @@ def outdone(base, model, ranked):
         The calibrated machine, without and with the explanation.
     ranked : list of Balance
         See `studies.gap.balance.balances`.
+    library : int
+        Number of candidates.
 
     Returns
     -------
     bool
     """
-    enough = base.cost - model.cost + MARGIN
-    if not ranked or ranked[0].gain < enough:
-        return False
-    try:
-        return through_the_simulator(base, ranked[0]).gain > enough
-    except EndedEarly:
-        return False
+    enough = base.cost - priced(model, library).cost + term(library) + MARGIN
+    for balance in ranked[:WEIGHED]:
+        with suppress(EndedEarly):
+            if balance.gain > enough and through_the_simulator(base, balance).gain > enough:
+                return True
+    return False

@@ -34,6 +34,10 @@ ALIKE = 0.9
 """Cosine between what two effects do to the data, from which they are of one class."""
 PAIR_LEAST = 25.0
 """Penalised cost by which a pair has to beat the best single effect."""
+BEYOND = 3.0
+"""Deviations by which a size has to be beyond its range to be implausible."""
+LEFT_OVER = 1e-3
+"""Chance of noise alone, below which what an explanation leaves speaks against it."""
 TOLD = "told from every other explanation, and held out"
 OUTSIDE, OUTSIDE_FAINT = 0.02, 10.0
 """Chance that an effect that passes everything is yet another that the library does not have: at least, and by how much
@@ -74,12 +78,17 @@ def pulled(model):
 
 def without_alarm(base, p_value):
     """The verdict where noise alone explains what is left."""
-    far = pulled(base)
-    if far:
-        key, x = base.problem.parameters[far[0]].key, base.fitted.x[far[0]]
-        reason = f"{key} is {x:+.1f} prior deviations from what the machine says"
-        return Verdict(CALIBRATION, Choice(release(base, far[0]), 0.0), (), SURE, reason)
+    if pulled(base):
+        return far_off(base)
     return Verdict(NO_GAP, None, (), SURE, f"noise alone leaves as much with a chance of {p_value:.2g}")
+
+
+def far_off(base):
+    """The verdict where a nuisance, pulled beyond `PULL_MOST`, takes all of the gap that matters."""
+    number = pulled(base)[0]
+    key, x = base.problem.parameters[number].key, base.fitted.x[number]
+    reason = f"{key} is {x:+.1f} prior deviations from what the machine says"
+    return Verdict(CALIBRATION, Choice(release(base, number), 0.0), (), 1.0 - unlisted(x * x), reason)
 
 
 def ambiguous(choices):
@@ -99,7 +108,7 @@ def ambiguous(choices):
     )
 
 
-def with_alarm(base, choices, size, judged):
+def with_alarm(base, choices, size, judged, left=1.0):
     """The verdict where noise alone does not explain what is left.
 
     Parameters
@@ -112,12 +121,16 @@ def with_alarm(base, choices, size, judged):
         Of the gap where it is largest, over the noise.
     judged : studies.gap.heldout.HeldOut or None
         The best choice on runs that it was not fitted to; None: there are none.
+    left : float
+        Chance of noise alone to leave as much as the best choice does.
 
     Returns
     -------
     Verdict
     """
     if size < TOLERANCE:
+        if pulled(base):
+            return far_off(base)
         return Verdict(
             NO_GAP, None, (), 0.9, f"the gap is {size:.2g} of the noise where it is largest: too small to matter"
         )
@@ -132,6 +145,8 @@ def with_alarm(base, choices, size, judged):
             AMBIGUOUS_VERDICT, best, rivals, 0.5, "there is one operating point alone: nothing can be held out"
         )
     refused = refusal(judged) or implausible(best.model)
+    if not refused and left < LEFT_OVER:
+        refused = "what the best explanation leaves is more than noise"
     if refused:
         return Verdict(REFUSED, best, rivals, 0.9, refused)
     if best.model.released:
@@ -166,7 +181,12 @@ def outside(base, best, choices):
     without = base.cost
     if len(best.names) > 1:
         without = min([choice.cost for choice in choices if len(choice.names) == 1], default=without)
-    return min(0.5, OUTSIDE + OUTSIDE_FAINT / max(without - best.cost, 1.0))
+    return unlisted(without - best.cost)
+
+
+def unlisted(fall):
+    """Chance that something that is not in the library looks like what takes so much of the squares."""
+    return min(0.5, OUTSIDE + OUTSIDE_FAINT / max(fall, 1.0))
 
 
 def contains(base, pair, singles):
@@ -188,7 +208,7 @@ def implausible(model):
     deviations = np.sqrt(np.diag(model.fitted.covariance))
     for parameter, x, deviation in zip(model.problem.parameters, model.fitted.x, deviations, strict=True):
         ends = parameter.low / parameter.reach, parameter.high / parameter.reach
-        if parameter.reach > 1.0 and (x - 2.0 * deviation > ends[1] or x + 2.0 * deviation < ends[0]):
+        if parameter.reach > 1.0 and (x - BEYOND * deviation > ends[1] or x + BEYOND * deviation < ends[0]):
             return f"the best explanation needs {parameter.key} beyond its range"
     return ""
 
