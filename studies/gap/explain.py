@@ -20,7 +20,7 @@ from studies.gap.problem import Problem
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
 from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, singles, sparing
-from studies.gap.tabulate import outdone, tabulate
+from studies.gap.tabulate import likelier, tabulate
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
@@ -129,9 +129,11 @@ def explain(machine, measured, without=(), report=None):
         size = max(cell.size for cell in cells)
         verdict = with_alarm(base, choices, size, judged, left)
         tables = balances(base, library(measured.bench), lambda *at: tell("weighing balances", *at))
-    if verdict.verdict in BLAMING and judged and outdone(base, verdict.best.model, tables, len(candidates)):
-        reason = f"an unknown {tables[0].balance} without a name takes more of the gap"
-        verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
+    if verdict.verdict in BLAMING and judged:
+        better = likelier(base, verdict.best.model, tables, len(candidates))
+        if better:
+            reason = f"an unknown {better.balance} without a name takes more of the gap"
+            verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
     if verdict.verdict == REFUSED:
         tabulated = tabulate(base, tables, measured, noise, lambda *at: tell("fitting tables", *at))
     if tabulated:
@@ -288,9 +290,8 @@ def hold_out(base, choices, measured, noise):
         single = next((choice for choice in choices if len(choice.names) == 1), None)
         near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS]
         before = left_over(base, runs, noise)
-        left = [(c, left_over(c.model, runs, noise)) for c in near]
-        whole = [(Choice(c.model, c.cost + after.misfit - before.misfit), after) for c, after in left]
-        choices, after = sparing([choice for choice, _ in whole]), {c.names: after for c, after in whole}
+        after = {c.names: left_over(c.model, runs, noise) for c in near}
+        choices = sparing([Choice(c.model, c.cost + after[c.names].misfit - before.misfit) for c in near])
         return choices, compared([(before, after[choices[0].names])])
     choices = sparing(choices)
     if len({point_of(run) for run in base.problem.runs}) < 2:

@@ -74,8 +74,8 @@ def tabulate(base, ranked, measured, noise, report=None):
     return Tabulated(best, judged, suggestion(best.model))
 
 
-def outdone(base, model, ranked, library):
-    """Whether a table, which has no name, makes the data more probable than an explanation that has one.
+def likelier(base, model, ranked, library):
+    """The table, without a name, that makes the data more probable than an explanation that has one.
 
     A table is one unknown effect, and pays as much for being there as a name does.
 
@@ -90,11 +90,11 @@ def outdone(base, model, ranked, library):
 
     Returns
     -------
-    bool
+    Balance or None
     """
     enough = base.cost - priced(model, library).cost + term(library) + MARGIN
     for balance in ranked[:WEIGHED]:
         with suppress(EndedEarly):
             if balance.gain > enough and through_the_simulator(base, balance).gain > enough:
-                return True
-    return False
+                return balance
+    return None
