@@ -1,6 +1,6 @@
 """The groove's full geometry: an annular groove in the piston that passes over round ports in the cylinder's wall."""
 
-from math import acos, inf, pi, sqrt
+from math import atan2, inf, pi, sqrt
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -32,7 +32,7 @@ def segment_area(height, diameter):
     """Area of a circle's segment of a height, 0 to the diameter [m2]."""
     r = 0.5 * diameter
     h = min(max(height, 0.0), diameter)
-    return r * r * acos(1.0 - h / r) - (r - h) * sqrt(h * (diameter - h))
+    return 2.0 * r * r * atan2(sqrt(h), sqrt(diameter - h)) - (r - h) * sqrt(h * (diameter - h))
 
 
 @kernel
@@ -77,11 +77,13 @@ def ports_table(ports, lap, stroke):
     if ports_area(ports, widest) > cap:
         corners |= {_travel_at(ports, cap, 0.0, widest), _travel_at(ports, cap, width + diameter, widest)}
     travels = np.array(sorted(travel for travel in corners if 0.0 <= travel <= stroke - lap))
+    lifts, first = np.unique(lap + travels, return_index=True)
+    travels = travels[first]
     areas = np.array([min(ports_area(ports, travel), cap) for travel in travels])
     areas[np.isclose(areas, cap, rtol=1e-12, atol=0.0)] = cap
     whole = ports.discharge_coefficient * ports.number * 0.25 * pi * diameter**2
     areas[np.isclose(areas, whole, rtol=1e-12, atol=0.0)] = whole
-    return np.column_stack((lap + travels, areas))
+    return np.column_stack((lifts, areas))
 
 
 def _travel_at(ports, area, low, high):
