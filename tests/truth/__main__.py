@@ -21,7 +21,7 @@ def main():
     one.add_argument("--bank", help="folder that keeps runs of the default engine for other cases")
     many = commands.add_parser("benchmark", help="make cases, have them solved, and score the verdicts")
     many.add_argument("--cases", type=int, required=True)
-    many.add_argument("--first", type=int, default=10000, help="first seed; development used those below 10000")
+    many.add_argument("--first", type=int, default=20000, help="first seed; development used those below 20000")
     many.add_argument("--out", required=True, help="folder; what is there already is kept")
     many.add_argument("--jobs", type=int, default=1, help="cases at a time")
     many.add_argument("--tool", default="apesim", help="command that solves a case")
