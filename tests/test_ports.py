@@ -18,15 +18,12 @@ SIZES = st.floats(1e-3, 12e-3)
 
 
 def uncovered(ports, travel):
-    """Area of one port between the groove's edges: its chords added up."""
+    """Area of one port between the groove's edges: its chords added up, over half the angle at which they are seen."""
     low, high = max(0.0, travel - ports.groove_width), min(ports.diameter, travel)
-    if high - low <= 1e-12 * ports.diameter:
+    if high <= low:
         return 0.0
-
-    def chord(x):
-        return 2.0 * np.sqrt(max(0.0, x * (ports.diameter - x)))
-
-    return quad(chord, low, high, epsabs=1e-14, epsrel=1e-10, limit=200)[0]
+    ends = (np.arctan2(np.sqrt(x), np.sqrt(ports.diameter - x)) for x in (low, high))
+    return quad(lambda angle: (ports.diameter * np.sin(2.0 * angle)) ** 2, *ends, epsabs=1e-30, epsrel=1e-10)[0]
 
 
 @settings(deadline=None, max_examples=50)
