@@ -35,66 +35,144 @@ def workers_for(seconds, jobs=None):
 
 
 def run_tasks(task, items, jobs=1):
-    """Apply a function to items and yield what comes out, as it comes.
+    """Apply a function to items and yield what comes out, as it comes; see `Team.run`."""
+    with Team(jobs) as team:
+        yield from team.run(task, items)
+
+
+class Died(RuntimeError):
+    """A task killed its worker `TRIES` times."""
+
+
+class Team:
+    """Processes that stand ready for the tasks of several stages; they start with the first.
 
     Parameters
     ----------
-    task : function
-        Of one item; of a module, so that other processes find it.
-    items : sequence
     jobs : int
-        1: in this process.
-
-    Yields
-    ------
-    item, result
-        The result is None where the item was set aside because it killed its worker `TRIES` times.
+        1: all is done in this process.
     """
-    if jobs == 1:
-        for item in items:
-            yield item, aside(task, item).result()
-        return
-    waiting = [(item, 1) for item in items]
-    while waiting:
-        waiting, suspects = yield from _until_broken(task, waiting, jobs)
-        for item, tried in suspects:
-            if tried >= TRIES:
-                yield item, None
-            else:
-                # Alone in a pool of its own, so that the next death has one suspect only.
-                again, dead = yield from _until_broken(task, [(item, tried + 1)], 1)
-                waiting += again
-                for item_dead, _ in dead:
-                    yield item_dead, None
+
+    def __init__(self, jobs=1):
+        self.jobs = jobs
+        self._pool, self._gone = None, False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, *_):
+        self._gone = True
+        self._dismiss(at_once=kind is not None)
+
+    def run(self, task, items):
+        """Apply a function to items and yield what comes out, as it comes.
+
+        Parameters
+        ----------
+        task : function
+            Of one item; of a module, so that other processes find it.
+        items : sequence
+
+        Yields
+        ------
+        item, result
+            The result is None where the item was set aside because it killed its worker `TRIES` times.
+        """
+        if self.jobs == 1:
+            for item in items:
+                yield item, aside(task, item).result()
+            return
+        waiting = [(item, 1) for item in items]
+        while waiting:
+            waiting, suspects = yield from self._until_broken(task, waiting)
+            for item, tried in suspects:
+                if tried >= TRIES:
+                    yield item, None
+                else:
+                    # Alone, so that the next death has one suspect only.
+                    again, dead = yield from self._until_broken(task, [(item, tried + 1)])
+                    waiting += again
+                    for item_dead, _ in dead:
+                        yield item_dead, None
+
+    def map(self, function, items, report=None):
+        """Apply a function to tuples of arguments, and bring what comes out into their order.
+
+        Parameters
+        ----------
+        function : function
+            Of a module; what it changes of its arguments is lost.
+        items : sequence of tuple
+        report : callable, optional
+            Told how many are done, and of how many.
+
+        Returns
+        -------
+        list
+
+        Raises
+        ------
+        Died
+        """
+        items, found = list(items), {}
+        for (number, *_), result in self.run(_called, [(n, function, item) for n, item in enumerate(items)]):
+            if result is None:
+                raise Died(f"a process ended {TRIES} times at the same task; is there too little memory?")
+            (found[number],) = result
+            if report:
+                report(len(found), len(items))
+        return [found[number] for number in range(len(items))]
+
+    def _until_broken(self, task, waiting):
+        """Run until all is done or a worker dies; return what was not started and what was running then."""
+        if self._gone:
+            raise RuntimeError("the team has gone")
+        waiting = list(waiting)
+        running = {}
+        self._pool = self._pool or _Pool(self.jobs)
+        while waiting or running:
+            while waiting and len(running) < self.jobs:
+                item, tried = waiting.pop(0)
+                with _deaf_to_interrupts():
+                    running[self._pool.executor.submit(task, item)] = (item, tried)
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                item, tried = running[future]
+                try:
+                    result = future.result()
+                except BrokenProcessPool:
+                    self._dismiss()
+                    return waiting, list(running.values())
+                del running[future]
+                yield item, result
+        return [], []
+
+    def _dismiss(self, at_once=False):
+        pool, self._pool = self._pool, None
+        if pool:
+            pool.close(at_once)
 
 
-def _until_broken(task, waiting, jobs):
-    """Run until all is done or a worker dies; return what was not started and what was running then."""
-    waiting = list(waiting)
-    running = {}
-    context = multiprocessing.get_context("spawn")
-    lifeline, held = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_live_on, initargs=(lifeline,))
-    with lifeline, held, pool:
-        try:
-            while waiting or running:
-                while waiting and len(running) < jobs:
-                    item, tried = waiting.pop(0)
-                    with _deaf_to_interrupts():
-                        running[pool.submit(task, item)] = (item, tried)
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    item, tried = running[future]
-                    try:
-                        result = future.result()
-                    except BrokenProcessPool:
-                        return waiting, list(running.values())
-                    del running[future]
-                    yield item, result
-        except BaseException:
-            held.close()  # or the pool would wait for what its workers are at
-            raise
-    return [], []
+class _Pool:
+    """Worker processes, and a pipe by which they know that this one lives."""
+
+    def __init__(self, jobs):
+        context = multiprocessing.get_context("spawn")
+        self.lifeline, self.held = context.Pipe(duplex=False)
+        self.executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=_live_on, initargs=(self.lifeline,))
+
+    def close(self, at_once):
+        if at_once:
+            self.held.close()  # or the pool would wait for what its workers are at
+        self.executor.shutdown()
+        self.held.close()
+        self.lifeline.close()
+
+
+def _called(numbered):
+    """What a function makes of its arguments, in a tuple, as None stands for a death."""
+    _, function, arguments = numbered
+    return (function(*arguments),)
 
 
 def _live_on(lifeline):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.pool import run_tasks, workers_for
+from studies.pool import Died, Team, run_tasks, workers_for
 
 
 def square(number):
@@ -50,6 +50,25 @@ def test_a_worker_that_dies_once_costs_nothing(tmp_path):
 def test_an_error_of_a_task_is_raised(jobs):
     with pytest.raises(ValueError, match="no 7"):
         list(run_tasks(fail, [7], jobs))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_team_keeps_the_order_of_what_it_is_given(jobs):
+    told = []
+    with Team(jobs) as team:
+        assert team.map(divmod, [(n, 3) for n in range(5)], lambda *at: told.append(at)) == [
+            divmod(n, 3) for n in range(5)
+        ]
+        assert team.map(pow, [(2, 5), (5, 2)]) == [32, 25]
+        assert team.map(pow, []) == []
+    assert told == [(n, 5) for n in range(1, 6)]
+
+
+def test_a_team_says_that_a_task_kills_its_workers_and_goes_on_with_others():
+    with Team(2) as team:
+        with pytest.raises(Died, match="memory"):
+            team.map(die_of_three, [(n,) for n in range(6)])
+        assert team.map(square, [(3,), (4,)]) == [9, 16]
 
 
 def test_a_short_job_is_not_worth_a_second_process():
