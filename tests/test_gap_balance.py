@@ -14,7 +14,8 @@ from studies.gap.balance import balances, likeness, most_probable
 from studies.gap.candidates import candidates_of
 from studies.gap.explain import calibrate, explain, library
 from studies.gap.suggest import sparse
-from studies.gap.tabulate import tabulate
+from studies.gap.tabulate import Tables, tabulate
+from studies.gap.work import Work
 from studies.measured import Measured, MeasuredRun, read_measured
 
 AMBIENT = 101325.0
@@ -51,8 +52,9 @@ def progressive(now):
 def tabulated(data):
     """What tables take of the gap of the calibrated machine, and the table that is added."""
     base = calibrate(Machine(), data)[0]
-    ranked = balances(base, library("valve"))
-    return ranked, tabulate(base, ranked, data, base.problem.noise)
+    work = Work()
+    ranked = balances(base, library("valve"), work)
+    return ranked, tabulate(Tables(base, ranked, work), data, base.problem.noise)
 
 
 def test_an_effect_that_no_library_has_is_found_by_its_balance_and_closes_the_gap():

@@ -9,9 +9,11 @@ from truth.valve import Bench, noise, simulate
 
 from apesim.quantities.settings import load
 from engine.machine import Machine
+from studies.console import plain
 from studies.gap.explain import explain
-from studies.gap.record import effects_of
+from studies.gap.record import effects_of, record
 from studies.measured import read_measured
+from studies.pool import Team
 
 AMBIENT = 101325.0
 TEMPERATURE = 287.0
@@ -109,3 +111,14 @@ def test_a_nuisance_that_takes_all_of_a_gap_is_a_finding_though_little_is_left(m
 def test_one_operating_point_alone_names_nothing(measure):
     found = explained(measure(Bench(dry_friction=8.0, breakaway=8.0), {0.16e6: "fit"}, chambers=False))
     assert found.verdict.verdict in ("AMBIGUOUS", "NO_GAP")
+
+
+def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(measure):
+    path, without = measure(Bench(dry_friction=12.0, breakaway=12.0)), ["coulomb_friction", "seal_friction"]
+    alone = explained(path, without=without)
+    with Team(2) as team:
+        shared = explained(path, without=without, team=team)
+    assert len(alone.tried) > 7
+    assert alone.tabulated
+    assert plain(record(shared)) == plain(record(alone))
+    assert shared.simulations == alone.simulations

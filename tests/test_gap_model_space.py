@@ -19,6 +19,7 @@ from studies.gap.nuisances import ENGINE, VALVE, nuisance
 from studies.gap.parameters import value_of
 from studies.gap.phases import local_shapes
 from studies.gap.score import imitated, scores
+from studies.gap.work import Work
 from studies.measured import FIT, read_measured
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:petab.v1.parameters")
@@ -30,20 +31,16 @@ FREED = {
 """Of a library without the side force that the data have, so that pairs are tried."""
 
 
-def quiet(*_):
-    """Progress that nobody looks at."""
-
-
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     machine = load_machine(None, [])
     measured = read_measured(write_bench(tmp_path_factory.mktemp("bench")), AMBIENT)
     base, _ = calibrate(machine, measured)
     effects = [effect for effect in library("valve") if effect.name in FREED]
-    base, columns = scored(base, candidates_of(machine, "valve", effects), quiet)
+    base, columns = scored(base, candidates_of(machine, "valve", effects), Work())
     marks = base.problem.marks(np.zeros(len(base.fitted.x)))
     local = local_shapes(base.problem, marks, imitated(base.fitted.jacobian))
-    tried = explanations(base, columns, scores(columns, base.fitted.errors), len(effects), local, quiet)
+    tried = explanations(base, columns, scores(columns, base.fitted.errors), len(effects), local, Work())
     return SimpleNamespace(measured=measured, base=base, columns=columns, tried=tried)
 
 

@@ -22,9 +22,13 @@ from studies.gap.record import record
 from studies.measured import read_measured
 from studies.measured.prediction import predict, run_of, with_value
 from studies.output import make_folder
+from studies.pool import Team, workers_for
+
+MARCHES = 4000
+"""That a search takes, or more."""
 
 
-def explain_command(console, machine_file, settings, folder, out, without, overwrite):
+def explain_command(console, machine_file, settings, folder, out, without, jobs, overwrite):
     """Name what is missing between a machine and measured data; see `apesim gap explain --help`.
 
     Parameters
@@ -39,6 +43,8 @@ def explain_command(console, machine_file, settings, folder, out, without, overw
         Folder to write.
     without : list of str
         Effects that are not to be considered.
+    jobs : int or None
+        Processes; None: as many as the work is worth.
     overwrite : bool
         Write into a folder that holds something.
 
@@ -50,11 +56,11 @@ def explain_command(console, machine_file, settings, folder, out, without, overw
     machine, measured, _ = given(machine_file, settings, folder, without)
     make_folder(out, overwrite)
     parent = Path(machine_file).read_text(encoding="utf-8") if machine_file else dumps(machine)
-    first_march(console, machine, measured)
+    jobs = workers_for(MARCHES * first_march(console, machine, measured), jobs)
     start = time.perf_counter()
     try:
-        with console.stages("explaining") as report:
-            findings, told = aside(_found, machine, measured, without, parent, out, report).result()
+        with console.stages("explaining") as report, Team(jobs) as team:
+            findings, told = aside(_found, machine, measured, without, parent, out, report, team).result()
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE
@@ -90,7 +96,13 @@ def given(machine_file, settings, folder, without):
 
 
 def first_march(console, machine, measured):
-    """Simulate a run, as it is, with an effect and with a table, so that what is timed after it is compiled."""
+    """Simulate a run, as it is, with an effect and with a table, so that what is timed after it is compiled.
+
+    Returns
+    -------
+    float
+        Time that a run takes then [s].
+    """
     run = measured.runs[0]
     nominal = run_of(machine, run)
 
@@ -100,6 +112,9 @@ def first_march(console, machine, measured):
             predict(with_value(nominal, key, 1.0), run)
 
     warm_up(console, march)
+    start = time.perf_counter()
+    predict(nominal, run)
+    return time.perf_counter() - start
 
 
 def check_names(names):
@@ -112,13 +127,13 @@ def check_names(names):
         )
 
 
-def _found(machine, measured, without, parent, out, report):
+def _found(machine, measured, without, parent, out, report, team):
     """The findings as they are, and as plain data; the child and the report are written."""
     from studies.figures.gap import draw_gap
     from studies.gap.comparison import compare
     from studies.gap.report import added_to, page, tried
 
-    findings = explain(machine, measured, without, report)
+    findings = explain(machine, measured, without, report, team)
     report("writing the report", 0, 1)
     data = plain(record(findings) | {"next_test": next_test(findings)}) | {"lineage": lineage_of(measured, parent)}
     _write(out, "machine.toml", child_of(findings, data))

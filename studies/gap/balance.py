@@ -82,11 +82,11 @@ class Smoothed(Problem):
     def smoothed(self, root):
         """The same with another prior of the nodes."""
         other = Smoothed(self.machine, self.runs, self.parameters, self.noise, root)
-        other.starts, other.steps = self.starts, self.steps
+        other.starts, other.steps, other.simulations = dict(self.starts), self.steps.copy(), self.simulations
         return other
 
 
-def balances(base, effects, report=None):
+def balances(base, effects, work):
     """What each table takes of the gap if all is straight, the most probable first.
 
     Parameters
@@ -95,8 +95,7 @@ def balances(base, effects, report=None):
         The calibrated machine.
     effects : sequence of apesim.effect.Effect
         The library; what is not tabulated, or on already, is left out.
-    report : callable, optional
-        Told how many are done, and of how many.
+    work : studies.gap.work.Work
 
     Returns
     -------
@@ -104,11 +103,8 @@ def balances(base, effects, report=None):
     """
     own = base.problem.machine.effects
     tables = [effect for effect in effects if effect.tabulated and not effect.is_on(getattr(own, effect.name))]
-    found = []
-    for effect in tables:
-        found.append(straight(base, effect))
-        if report:
-            report(len(found), len(tables))
+    found = work.each("weighing balances", straight, [(base, effect) for effect in tables])
+    base.problem.simulations += sum(balance.problem.simulations for balance in found)
     return sorted(found, key=lambda balance: -balance.gain)
 
 
@@ -127,12 +123,11 @@ def straight(base, effect):
     nodes, old = [strength(effect, name) for name in effect.strengths], len(base.fitted.x)
     known = base.problem
     problem = Smoothed(known.machine, known.runs, [*known.parameters, *nodes], known.noise, np.eye(len(nodes)))
-    problem.starts, problem.steps[:old] = known.starts, known.steps
+    problem.starts, problem.steps[:old] = dict(known.starts), known.steps
     x = np.append(base.fitted.x, np.zeros(len(nodes)))
     errors = problem.errors(x)
     columns = problem.jacobian(x, errors, range(old, len(x)))
     jacobian = np.column_stack([np.vstack([base.fitted.jacobian, np.zeros((len(nodes), old))]), columns])
-    known.simulations += problem.simulations
     return weighed(Balance(effect.name, effect.tabulated, 0.0, 0.0, 0.0, problem, Fitted(x, errors, jacobian, False)))
 
 
@@ -151,7 +146,6 @@ def through_the_simulator(base, balance):
             break
         problem = balance.problem
         fitted = descend(problem, balance.fitted.x, balance.fitted.jacobian)
-        base.problem.simulations += problem.simulations
         balance = balance._replace(fall=base.cost - fitted.cost, fitted=fitted)
         if not fitted.converged:
             break

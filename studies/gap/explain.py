@@ -10,7 +10,7 @@ from studies.gap.candidates import candidates_of
 from studies.gap.descent import descend
 from studies.gap.detect import detect
 from studies.gap.gate import OWN_ERROR, gate, own_error
-from studies.gap.heldout import compared, held_out, leave_one_out, left_over, point_of
+from studies.gap.heldout import all_left_over, compared, held_out, leave_one_out, point_of
 from studies.gap.localise import localise
 from studies.gap.noise import noise_for
 from studies.gap.noise_source import from_what_nothing_explains, is_known, noise_of
@@ -20,7 +20,7 @@ from studies.gap.problem import Problem
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
 from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, singles, sparing
-from studies.gap.tabulate import likelier, tabulate
+from studies.gap.tabulate import Tables, likelier, tabulate
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
@@ -32,6 +32,7 @@ from studies.gap.verdict import (
     with_alarm,
     without_alarm,
 )
+from studies.gap.work import Work
 from studies.measured import CHECK, FIT, GATE, VALVE
 from valve.effects import VALVE_EFFECTS
 
@@ -79,7 +80,7 @@ class Findings(NamedTuple):
         return self.verdict.best.model if self.verdict.best else self.base
 
 
-def explain(machine, measured, without=(), report=None):
+def explain(machine, measured, without=(), report=None, team=None):
     """Find what is missing between a machine and measured data.
 
     Parameters
@@ -90,6 +91,8 @@ def explain(machine, measured, without=(), report=None):
         Effects of the library that are not to be considered.
     report : callable, optional
         Told of each stage: its name, how far it is, of how much.
+    team : studies.pool.Team, optional
+        That shares the work; what is found does not depend on it. Without, all is done in this process.
 
     Returns
     -------
@@ -100,13 +103,13 @@ def explain(machine, measured, without=(), report=None):
     InputError
         See `studies.gap.gate.gate`.
     """
-    tell = report or (lambda stage, done, whole: None)
+    work = Work(team, report)
     warnings = gate(measured)
-    tell("calibrating", 0, 1)
+    work.tell("calibrating", 0, 1)
     base, more = calibrate(machine, measured)
     warnings += more
     candidates = candidates_of(machine, measured.bench, library(measured.bench, without))
-    base, columns = scored(base, candidates, tell)
+    base, columns = scored(base, candidates, work)
     noise, problem = base.problem.noise, base.problem
     own = own_error(problem, base.fitted.x)
     if own > OWN_ERROR:
@@ -115,31 +118,32 @@ def explain(machine, measured, without=(), report=None):
     marks = problem.marks(np.zeros(len(base.fitted.x)))  # the phases that the machine file says
     local = local_shapes(problem, marks, imitated(base.fitted.jacobian))
     detection = detect(columns, local, base.fitted.errors)
-    choices, tried, judged, checked, tables, tabulated = [], [], None, None, [], None
+    choices, tried, judged, checked, tabulated = [], [], None, None, None
     cells, size = localise(problem, marks, base.fitted.left, True), 0.0
+    tables = Tables(base, [], work)
     if not detection.alarm:
         verdict = without_alarm(base, detection.p_value)
     else:
-        tried = explanations(base, columns, ranked, len(candidates), local, tell)
-        choices, judged = hold_out(base, tried, measured, noise)
+        tried = explanations(base, columns, ranked, len(candidates), local, work)
+        choices, judged = hold_out(base, tried, measured, noise, work)
         left = 1.0
         if choices and choices[0].cost < base.cost:
             cells = localise(problem, marks, explained(base, choices[0]), False)
             left = left_by(choices[0].model, columns, local).p_value
         size = max(cell.size for cell in cells)
         verdict = with_alarm(base, choices, size, judged, left)
-        tables = balances(base, library(measured.bench), lambda *at: tell("weighing balances", *at))
+        tables = Tables(base, balances(base, library(measured.bench), work), work)
     if verdict.verdict in BLAMING and judged:
-        better = likelier(base, verdict.best.model, tables, len(candidates))
+        better = likelier(tables, verdict.best.model, len(candidates))
         if better:
             reason = f"an unknown {better.balance} without a name takes more of the gap"
             verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
     if verdict.verdict == REFUSED:
-        tabulated = tabulate(base, tables, measured, noise, lambda *at: tell("fitting tables", *at))
+        tabulated = tabulate(tables, measured, noise)
     if tabulated:
         cells = localise(problem, marks, explained(base, tabulated), False)
     if verdict.best and measured.of(CHECK):
-        checked = held_out(base, verdict.best.model, measured.of(CHECK), noise)
+        checked = held_out(base, verdict.best.model, measured.of(CHECK), noise, work)
     return Findings(
         measured,
         base,
@@ -154,7 +158,7 @@ def explain(machine, measured, without=(), report=None):
         judged,
         verdict,
         checked,
-        tables,
+        tables.ranked,
         tabulated,
         own,
         problem.simulations,
@@ -197,13 +201,13 @@ def calibrate(machine, measured):
     """
     problem, warnings = uncalibrated(machine, measured)
     fitted = descend(problem, np.zeros(len(problem.parameters)))
-    problem.starts.clear()
+    problem.start_at(fitted.x)
     if not fitted.converged:
         warnings.append("the calibration did not converge")
     return Model((), problem, fitted), warnings
 
 
-def scored(base, candidates, tell):
+def scored(base, candidates, work):
     """The bank of the candidates; where noise is not known but by what nothing explains, with the noise found so.
 
     Returns
@@ -213,10 +217,7 @@ def scored(base, candidates, tell):
     """
     problem = base.problem
 
-    def whole():
-        return bank(problem, base.fitted, candidates, lambda *at: tell("scoring", *at))
-
-    columns = whole()
+    columns = bank(problem, base.fitted, candidates, work)
     if is_known(problem.noise):
         return base, columns
     space = imitated(np.column_stack([base.fitted.jacobian, *(column.effect for column in columns)]))
@@ -224,10 +225,10 @@ def scored(base, candidates, tell):
     left = [part * noise_for(problem.noise, block).deviation for part, block in pairs]
     from_what_nothing_explains(problem.blocks, problem.noise, left)
     base = Model((), problem, descend(problem, base.fitted.x))
-    return base, whole()
+    return base, bank(problem, base.fitted, candidates, work)
 
 
-def explanations(base, columns, ranked, library, local, tell):
+def explanations(base, columns, ranked, library, local, work):
     """All models that may explain the gap, penalised, the best first.
 
     Parameters
@@ -239,20 +240,20 @@ def explanations(base, columns, ranked, library, local, tell):
         Number of candidates.
     local : (n + p, m) float array
         See `studies.gap.phases.local_shapes`.
-    tell : callable
+    work : studies.gap.work.Work
 
     Returns
     -------
     list of Choice
     """
-    found = singles(base, ranked, library, lambda *at: tell("fitting effects", *at)) + released(base, library)
+    found = singles(base, ranked, library, work) + released(base, library, work)
     found.sort(key=lambda choice: choice.cost)
     alone = [choice for choice in found if choice.model.candidates]
     if alone and left_by(alone[0].model, columns, local).p_value < LEFT:
-        couples = pairs(base, columns, ranked, alone, library, lambda *at: tell("fitting pairs", *at))
+        couples = pairs(base, columns, ranked, alone, library, work)
         found += couples
         if couples and couples[0].cost < alone[0].cost:
-            found += alone_again(base, couples[0], library)
+            found += alone_again(base, couples[0], library, work)
     best = {}
     for choice in sorted(found, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)
@@ -271,7 +272,7 @@ def left_by(model, columns, local):
     return detect(again, wider, model.fitted.errors)
 
 
-def hold_out(base, choices, measured, noise):
+def hold_out(base, choices, measured, noise, work):
     """Judge the best explanation by the gate runs, or by operating points left out one at a time.
 
     Where there are gate runs, what each explanation leaves of them counts beside its cost.
@@ -289,11 +290,11 @@ def hold_out(base, choices, measured, noise):
     if runs:
         single = next((choice for choice in choices if len(choice.names) == 1), None)
         near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS]
-        before = left_over(base, runs, noise)
-        after = {c.names: left_over(c.model, runs, noise) for c in near}
-        choices = sparing([Choice(c.model, c.cost + after[c.names].misfit - before.misfit) for c in near])
-        return choices, compared([(before, after[choices[0].names])])
+        before, *after = all_left_over(base, [base, *(c.model for c in near)], runs, noise, work)
+        left = {c.names: own for c, own in zip(near, after, strict=True)}
+        choices = sparing([Choice(c.model, c.cost + left[c.names].misfit - before.misfit) for c in near])
+        return choices, compared([(before, left[choices[0].names])])
     choices = sparing(choices)
     if len({point_of(run) for run in base.problem.runs}) < 2:
         return choices, None
-    return choices, leave_one_out(base, choices[0].model)
+    return choices, leave_one_out(base, choices[0].model, work)

@@ -4,6 +4,7 @@ What is left is freed of what the parameters' uncertainty allows: the least of `
 d of the parameters. Noise is averaged out over windows, so that a gap far below the noise of a sample is seen.
 """
 
+from math import isnan
 from typing import NamedTuple
 
 import numpy as np
@@ -79,6 +80,8 @@ class LeftOver(NamedTuple):
     """Means over windows [standard deviations of a mean], shape (m,)."""
     scatter: float
     """Sum of squares of `plain` about its means over windows."""
+    simulations: int
+    """That it took."""
 
 
 def left_over(model, runs, noise):
@@ -101,8 +104,7 @@ def left_over(model, runs, noise):
     n = len(errors) - len(model.fitted.x)
     windowed, _ = _windows(problem.parted(settled.errors))
     _, scatter = _windows(problem.parted(errors))
-    model.problem.simulations += problem.simulations
-    return LeftOver(errors[:n], settled.cost, windowed, scatter)
+    return LeftOver(errors[:n], settled.cost, windowed, scatter, problem.simulations)
 
 
 def _windows(channels):
@@ -133,14 +135,26 @@ class Anchored(Problem):
         return self.root @ (x - self.anchor)
 
 
-def held_out(base, model, runs, noise):
+def all_left_over(base, models, runs, noise, work):
+    """What each of several models leaves of runs, see `left_over`; the calibrated machine counts the simulations.
+
+    Returns
+    -------
+    list of LeftOver
+    """
+    found = work.each("judging", left_over, [(model, runs, noise) for model in models])
+    base.problem.simulations += sum(left.simulations for left in found)
+    return found
+
+
+def held_out(base, model, runs, noise, work):
     """Judge a model with effects, and the calibrated machine, by runs that neither was fitted to; see `left_over`.
 
     Returns
     -------
     HeldOut
     """
-    return compared([(left_over(base, runs, noise), left_over(model, runs, noise))])
+    return compared([all_left_over(base, (base, model), runs, noise, work)])
 
 
 def compared(pairs):
@@ -148,7 +162,7 @@ def compared(pairs):
 
     Parameters
     ----------
-    pairs : list of tuple of LeftOver
+    pairs : list of pairs of LeftOver
         Of the calibrated machine and of the model with effects, for each set of runs.
 
     Returns
@@ -169,26 +183,32 @@ def compared(pairs):
 
 
 def point_of(run):
-    """The operating point of a run."""
-    return run.supply, run.temperature, run.pulse, run.speed
+    """The operating point of a run; None where a number is not known, so that points can be compared."""
+    numbers = run.supply, run.temperature, run.pulse, run.speed
+    return tuple(None if isnan(number) else number for number in numbers)
 
 
-def leave_one_out(base, model):
+def leave_one_out(base, model, work):
     """Judge two models fitted anew without one operating point, for each, by the runs left out.
 
     Returns
     -------
     HeldOut
     """
-    runs, noise, pairs = base.problem.runs, base.problem.noise, []
-    for point in dict.fromkeys(map(point_of, runs)):
-        kept = [run for run in runs if point_of(run) != point]
-        out = [run for run in runs if point_of(run) == point]
-        problem = base.problem.on(kept)
-        without = Model((), problem, descend(problem, base.fitted.x))
-        wider = model.problem.on(kept)
-        wider.starts = problem.starts
-        with_effects = Model(model.candidates, wider, descend(wider, model.fitted.x))
-        pairs.append((left_over(without, out, noise), left_over(with_effects, out, noise)))
-        base.problem.simulations += problem.simulations + wider.simulations
+    points = dict.fromkeys(map(point_of, base.problem.runs))
+    pairs = work.each("judging", _without, [(base, model, point) for point in points])
+    base.problem.simulations += sum(left.simulations for pair in pairs for left in pair)
     return compared(pairs)
+
+
+def _without(base, model, point):
+    """What two models leave of an operating point that they are not fitted to."""
+    runs, noise, starts, pair = base.problem.runs, base.problem.noise, {}, []
+    kept = [run for run in runs if point_of(run) != point]
+    out = [run for run in runs if point_of(run) == point]
+    for one in (base, model):
+        problem = one.problem.on(kept)
+        problem.starts = starts
+        left = left_over(Model(one.candidates, problem, descend(problem, one.fitted.x)), out, noise)
+        pair.append(left._replace(simulations=left.simulations + problem.simulations))
+    return pair

@@ -10,6 +10,7 @@ from studies.gap.limits import DETECTED, clearest, detection_limits, sharpened
 from studies.gap.problem import EndedEarly
 from studies.gap.score import bank, imitated
 from studies.gap.verdict import ALIKE, cosine
+from studies.gap.work import Work
 
 
 def isolability(machine, measured, without=(), report=None):
@@ -39,13 +40,13 @@ def isolability(machine, measured, without=(), report=None):
     studies.gap.problem.EndedEarly
         The machine itself cannot be simulated.
     """
-    tell = report or (lambda stage, done, whole: None)
+    work = Work(tell=report)
     problem, warnings = uncalibrated(machine, measured)
     nominal = np.zeros(len(problem.parameters))
     errors, jacobian = _slopes(problem, nominal)
     candidates = candidates_of(machine, measured.bench, library(measured.bench, without))
     fitted = Fitted(nominal, errors, jacobian, True)
-    columns = bank(problem, fitted, candidates, lambda *at: tell("effects", *at))
+    columns = bank(problem, fitted, candidates, work, "effects")
     best = {name: sharpened(problem, fitted, column) for name, column in clearest(columns).items()}
     limits = detection_limits(list(best.values()))
     n = len(errors) - len(nominal)
@@ -65,7 +66,7 @@ def isolability(machine, measured, without=(), report=None):
             continue
         for name in wanted:
             found[name].append((experiment, *_told(name, wider, classes.get(name, ()), best)))
-        tell("experiments", done, len(experiments))
+        work.tell("experiments", done, len(experiments))
     rows = [
         {"effect": name, **limit, "class": classes.get(name, []), "helped_by": _help(name, found, classes, limit)}
         for name, limit in limits.items()

@@ -44,6 +44,14 @@ class EndedEarly(ArithmeticError):
     """A simulation that did not come to its end."""
 
 
+def unless_ended(function, *arguments):
+    """What a function finds; None where a simulation of it does not come to its end."""
+    try:
+        return function(*arguments)
+    except EndedEarly:
+        return None
+
+
 def volumes_of(machine):
     """Names of the effects that add volumes, and with them states."""
     return tuple(effect.name for effect in VOLUMES if effect.is_on(getattr(machine.effects, effect.name)))
@@ -88,10 +96,14 @@ class Problem:
         self.steps = np.full(len(self.parameters), STEP)
         self.simulations = 0
 
+    def __getstate__(self):
+        """For another process, where what was marched is of no use."""
+        return self.__dict__ | {"_memory": {}}
+
     def with_parameters(self, parameters):
         """The same runs with other parameters; those that are the same keep their steps."""
         other = Problem(self.machine, self.runs, parameters, self.noise)
-        other.starts = self.starts
+        other.starts = dict(self.starts)
         known = dict(zip((p.key for p in self.parameters), self.steps, strict=True))
         other.steps = np.array([known.get(p.key, STEP) for p in other.parameters])
         return other
@@ -125,6 +137,11 @@ class Problem:
                 raise EndedEarly(f"{run.name}: the simulation does not come to its end")
             self.starts[start] = prediction.start or self.starts[start]
             yield run, prediction
+
+    def start_at(self, x):
+        """Find the periodic states anew at a point, for all that begins near it."""
+        self.starts.clear()
+        self.errors(x)
 
     def _remembered(self, *key):
         """What was marched at a point, for the parameters that only the sensors know."""

@@ -97,7 +97,6 @@ def refit(base, candidates, guesses):
         off = np.append(base.fitted.x, np.zeros(len(freed)))
         errors = problem.errors(off)
         best = Fitted(off, errors, problem.jacobian(off, errors), False)
-    base.problem.simulations += problem.simulations
     return Model((*base.candidates, *candidates), problem, best)
 
 
@@ -120,7 +119,6 @@ def reduced(base, model, number):
     kept = model.candidates[number]
     problem = base.problem.with_parameters([*base.problem.parameters, *kept.parameters])
     found = descend(problem, np.append(model.fitted.x[: len(base.fitted.x)], model.own(number)))
-    base.problem.simulations += problem.simulations
     return Model((kept,), problem, found)
 
 
@@ -141,7 +139,6 @@ def release(base, number):
     parameters[number] = parameters[number]._replace(prior=False)
     problem = base.problem.with_parameters(parameters)
     found = descend(problem, base.fitted.x)
-    base.problem.simulations += problem.simulations
     return Model((), problem, found, parameters[number].key)
 
 

@@ -73,7 +73,7 @@ def imitated(jacobian):
     return Nuisances(jacobian @ directions[:, told] / np.sqrt(powers[told]))
 
 
-def bank(problem, fitted, candidates, report=None):
+def bank(problem, fitted, candidates, work, stage="scoring"):
     """The columns of all candidates at a calibrated machine.
 
     Parameters
@@ -82,33 +82,47 @@ def bank(problem, fitted, candidates, report=None):
         Of the nuisances, and of the effects that are in the model already.
     fitted : studies.gap.descent.Fitted
     candidates : sequence of Candidate
-    report : callable, optional
-        Told how many are done, and of how many.
+    work : studies.gap.work.Work
+    stage : str
+        As whose part it is told.
 
     Returns
     -------
     list of Column
     """
+    found = work.each(stage, probed, [(problem, fitted, candidate) for candidate in candidates])
+    problem.simulations += sum(simulations for _, simulations in found)
+    return [column for columns, _ in found for column in columns]
+
+
+def probed(problem, fitted, candidate):
+    """The columns of one candidate, no two alike.
+
+    Parameters
+    ----------
+    problem, fitted
+        See `bank`.
+    candidate : Candidate
+
+    Returns
+    -------
+    list of Column
+    simulations : int
+    """
     space, found = imitated(fitted.jacobian), []
-    for done, candidate in enumerate(candidates, 1):
-        wider = problem.with_parameters([*problem.parameters, *candidate.parameters])
-        own = []
-        for probe in probes_of(candidate):
-            try:
-                errors = wider.errors(np.append(fitted.x, probe.x))
-            except EndedEarly:
-                continue
-            effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.errors
-            bare = space.removed(effect)
-            length = np.linalg.norm(bare)
-            if length == 0.0 or any(abs(bare @ c.bare) > ALIKE * length * c.length for c in own):
-                continue
-            own.append(Column(probe, effect, bare, float(length / np.linalg.norm(effect))))
-        found += own
-        problem.simulations += wider.simulations
-        if report:
-            report(done, len(candidates))
-    return found
+    wider = problem.with_parameters([*problem.parameters, *candidate.parameters])
+    for probe in probes_of(candidate):
+        try:
+            errors = wider.errors(np.append(fitted.x, probe.x))
+        except EndedEarly:
+            continue
+        effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.errors
+        bare = space.removed(effect)
+        length = np.linalg.norm(bare)
+        if length == 0.0 or any(abs(bare @ c.bare) > ALIKE * length * c.length for c in found):
+            continue
+        found.append(Column(probe, effect, bare, float(length / np.linalg.norm(effect))))
+    return found, wider.simulations
 
 
 def freed(columns, fitted, added):

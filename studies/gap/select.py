@@ -1,13 +1,12 @@
 """The models that explain the gap, by penalised cost: the best, and all that these data cannot tell from it."""
 
-from contextlib import suppress
 from itertools import combinations
 from math import log
 from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.problem import EndedEarly
+from studies.gap.problem import unless_ended
 from studies.gap.refit import reduced, refit, release
 from studies.gap.score import bank, freed, scores
 
@@ -55,7 +54,7 @@ def priced(model, library):
     return Choice(model, model.cost + penalty(model, library))
 
 
-def singles(base, ranked, library, report=None):
+def singles(base, ranked, library, work):
     """The best candidates by score, each fitted alone.
 
     Parameters
@@ -64,39 +63,30 @@ def singles(base, ranked, library, report=None):
     ranked : list of Score
     library : int
         Number of candidates.
+    work : studies.gap.work.Work
 
     Returns
     -------
     list of Choice
         The best first.
     """
-    found = []
-    for done, score in enumerate(ranked[:SINGLES], 1):
-        if score.deviations <= 0.0:
-            continue
-        found.append(priced(refit(base, (score.column.probe.candidate,), (score.guess,)), library))
-        if report:
-            report(done, SINGLES)
-    return sorted(found, key=lambda choice: choice.cost)
+    wanted = [((score.column.probe.candidate,), (score.guess,)) for score in ranked[:SINGLES] if score.deviations > 0.0]
+    return _fitted(base, refit, wanted, library, work, "fitting effects")
 
 
-def released(base, library):
+def released(base, library, work):
     """The calibrated model without one prior, for each nuisance that is pulled by more than `PULLED`.
 
     Returns
     -------
     list of Choice
     """
-    found = []
-    for j in np.flatnonzero(base.problem.known & (np.abs(base.fitted.x) > PULLED)):
-        if base.problem.parameters[j].key in MATERIAL:
-            continue
-        with suppress(EndedEarly):
-            found.append(priced(release(base, j), library))
-    return found
+    pulled = np.flatnonzero(base.problem.known & (np.abs(base.fitted.x) > PULLED))
+    wanted = [(int(j),) for j in pulled if base.problem.parameters[j].key not in MATERIAL]
+    return _fitted(base, release, wanted, library, work, "fitting effects")
 
 
-def pairs(base, columns, ranked, alone, library, report=None):
+def pairs(base, columns, ranked, alone, library, work):
     """The best pairs: by the straight screen of all, and partners of the best singles; each fitted.
 
     Parameters
@@ -108,6 +98,7 @@ def pairs(base, columns, ranked, alone, library, report=None):
     alone : list of Choice
         Singles, the best first.
     library : int
+    work : studies.gap.work.Work
 
     Returns
     -------
@@ -115,26 +106,18 @@ def pairs(base, columns, ranked, alone, library, report=None):
         The best first.
     """
     wanted = {}
-    for (first, second), guesses in [*_partners(alone[:3], columns), *_screened(ranked, base.fitted.errors)]:
+    for (first, second), guesses in [*_partners(alone[:3], columns, work), *_screened(ranked, base.fitted.errors)]:
         wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
-
-    def fitted(several):
-        found = []
-        for done, (candidates, guesses) in enumerate(several, 1):
-            found.append(priced(refit(base, candidates, guesses), library))
-            if report:
-                report(done, len(several))
-        return sorted(found, key=lambda choice: choice.cost)
-
-    found = fitted(list(wanted.values())[:PAIRS])
+    found = _fitted(base, refit, list(wanted.values())[:PAIRS], library, work, "fitting pairs")
     if found:
         others = {frozenset(_names(pair)): pair for pair in _swapped(found[0], alone, columns)}
         tried = {frozenset(choice.names) for choice in found}
-        found += fitted([pair for names, pair in others.items() if names not in tried])
+        untried = [pair for names, pair in others.items() if names not in tried]
+        found += _fitted(base, refit, untried, library, work, "fitting pairs")
     return sorted(found, key=lambda choice: choice.cost)
 
 
-def alone_again(base, pair, library):
+def alone_again(base, pair, library, work):
     """The effects of a pair, each alone, from where the pair stands: a single fit may have ended elsewhere.
 
     Parameters
@@ -142,16 +125,14 @@ def alone_again(base, pair, library):
     base : Model
     pair : Choice
     library : int
+    work : studies.gap.work.Work
 
     Returns
     -------
     list of Choice
     """
-    found = []
-    for number in range(len(pair.model.candidates)):
-        with suppress(EndedEarly):
-            found.append(priced(reduced(base, pair.model, number), library))
-    return found
+    wanted = [(pair.model, number) for number in range(len(pair.model.candidates))]
+    return _fitted(base, reduced, wanted, library, work, "fitting pairs")
 
 
 def sparing(choices):
@@ -167,6 +148,14 @@ def beside(columns, model):
     """Columns of a bank for what a model with effects leaves, without those of its effects."""
     others = [column for column in columns if column.probe.candidate.name not in model.names]
     return freed(others, model.fitted, model.added)
+
+
+def _fitted(base, fit, wanted, library, work, stage):
+    """The calibrated model fitted anew in several ways, the best first; without those that do not come to their end."""
+    models = work.each(stage, unless_ended, [(fit, base, *how) for how in wanted])
+    models = [model for model in models if model]
+    base.problem.simulations += sum(model.problem.simulations for model in models)
+    return sorted((priced(model, library) for model in models), key=lambda choice: choice.cost)
 
 
 def _names(pair):
@@ -187,7 +176,7 @@ def _swapped(pair, alone, columns):
             yield (kept, score.column.probe.candidate), (x, score.guess)
 
 
-def _partners(alone, columns):
+def _partners(alone, columns, work):
     """For each single the two candidates that score best on what it leaves."""
     by_candidate = list({column.probe.candidate.name: column.probe.candidate for column in columns}.values())
     for rank, choice in enumerate(alone):
@@ -195,7 +184,7 @@ def _partners(alone, columns):
         first = model.candidates[0]
         if rank == 0:
             others = [candidate for candidate in by_candidate if candidate.name != first.name]
-            own = bank(model.problem, model.fitted, others)
+            own = bank(model.problem, model.fitted, others, work, "fitting pairs")
         else:
             own = beside(columns, model)
         for score in scores(own, model.fitted.errors)[:2]:

@@ -1,12 +1,13 @@
 """What is not in the library: the table that closes the gap best, verified like any effect, without a name."""
 
-from contextlib import suppress
 from math import log
 from typing import NamedTuple
 
+import numpy as np
+
 from studies.gap.balance import through_the_simulator
-from studies.gap.heldout import held_out, left_over
-from studies.gap.problem import EndedEarly
+from studies.gap.heldout import all_left_over, held_out
+from studies.gap.problem import unless_ended
 from studies.gap.select import priced, term
 from studies.gap.suggest import suggestion
 from studies.measured import CHECK, GATE
@@ -35,8 +36,8 @@ class Tabulated(NamedTuple):
         return self.balance.model
 
 
-def tabulate(base, ranked, measured, noise, report=None):
-    """Fit the likeliest tables, and judge the best of them by runs that it was not fitted to.
+class Tables:
+    """All tables, each fitted through the simulator when it is first asked for.
 
     Parameters
     ----------
@@ -44,47 +45,79 @@ def tabulate(base, ranked, measured, noise, report=None):
         The calibrated machine.
     ranked : list of Balance
         See `studies.gap.balance.balances`.
+    work : studies.gap.work.Work
+    """
+
+    def __init__(self, base, ranked, work):
+        self.base, self.ranked, self.work = base, ranked, work
+        self._known = {}
+
+    def fitted(self, most, least=0.0):
+        """Tables fitted through the simulator.
+
+        Parameters
+        ----------
+        most : int
+            So many, the best by a straight model.
+        least : float
+            Of these, those that promise more gain than this.
+
+        Returns
+        -------
+        list of Balance
+            Without those that gain less when fitted, or end early.
+        """
+        wanted = [balance for balance in self.ranked[:most] if balance.gain > least]
+        new = [balance for balance in wanted if balance.name not in self._known]
+        tasks = [(through_the_simulator, self.base, balance) for balance in new]
+        found = self.work.each("fitting tables", unless_ended, tasks)
+        for before, balance in zip(new, found, strict=True):
+            self._known[before.name] = balance
+            if balance:
+                self.base.problem.simulations += balance.problem.simulations - before.problem.simulations
+        known = [self._known[balance.name] for balance in wanted]
+        return [balance for balance in known if balance and balance.gain > least]
+
+
+def tabulate(tables, measured, noise):
+    """Fit the likeliest tables, and judge the best of them by runs that it was not fitted to.
+
+    Parameters
+    ----------
+    tables : Tables
     measured : studies.measured.Measured
     noise : dict
         See `studies.gap.noise_source.noise_of`.
-    report : callable, optional
-        Told how many are done, and of how many.
 
     Returns
     -------
     Tabulated or None
         None: no table makes the data more probable.
     """
-    found = []
-    for done, balance in enumerate(ranked[:FITTED], 1):
-        with suppress(EndedEarly):
-            found.append(through_the_simulator(base, balance))
-        if report:
-            report(done, min(FITTED, len(ranked)))
-    found = [balance for balance in found if balance.gain > 0.0]
+    found = tables.fitted(FITTED)
     if not found:
         return None
+    base, work = tables.base, tables.work
     checks, gates = measured.of(CHECK), measured.of(GATE)
-
-    def worth(balance):
-        return balance.gain - (left_over(balance.model, gates, noise).misfit if gates and checks else 0.0)
-
-    best, runs = max(found, key=worth), checks or gates
-    judged = held_out(base, best.model, runs, noise) if runs else None
+    worth = [balance.gain for balance in found]
+    if gates and checks:
+        left = all_left_over(base, [balance.model for balance in found], gates, noise, work)
+        worth = [gain - own.misfit for gain, own in zip(worth, left, strict=True)]
+    best, runs = found[int(np.argmax(worth))], checks or gates
+    judged = held_out(base, best.model, runs, noise, work) if runs else None
     return Tabulated(best, judged, suggestion(best.model))
 
 
-def likelier(base, model, ranked, library):
+def likelier(tables, model, library):
     """The table, without a name, that makes the data more probable than an explanation that has one.
 
     A table is one unknown effect, and pays as much for being there as a name does.
 
     Parameters
     ----------
-    base, model : studies.gap.refit.Model
-        The calibrated machine, without and with the explanation.
-    ranked : list of Balance
-        See `studies.gap.balance.balances`.
+    tables : Tables
+    model : studies.gap.refit.Model
+        The explanation.
     library : int
         Number of candidates.
 
@@ -92,9 +125,5 @@ def likelier(base, model, ranked, library):
     -------
     Balance or None
     """
-    enough = base.cost - priced(model, library).cost + term(library) + MARGIN
-    for balance in ranked[:WEIGHED]:
-        with suppress(EndedEarly):
-            if balance.gain > enough and through_the_simulator(base, balance).gain > enough:
-                return balance
-    return None
+    enough = tables.base.cost - priced(model, library).cost + term(library) + MARGIN
+    return next(iter(tables.fitted(WEIGHED, enough)), None)

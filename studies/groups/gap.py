@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from studies.options import Common, Overwrite, command
+from studies.options import Common, Jobs, Overwrite, command
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with measured.toml.")]
 Without = Annotated[
@@ -28,12 +28,13 @@ def explain(
     folder: Folder,
     out: Annotated[Path, typer.Option(metavar="OUT", help="Folder for verdict.json, machine.toml and report.html.")],
     without: Without = None,
+    jobs: Jobs = None,
     overwrite: Overwrite = False,
 ):
     """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink."""
     from studies.commands.gap_explain import explain_command
 
-    return explain_command(*common, folder, out, without or (), overwrite)
+    return explain_command(*common, folder, out, without or (), jobs, overwrite)
 
 
 @command(gap)
