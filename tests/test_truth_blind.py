@@ -7,7 +7,7 @@ from truth.benchmark import benchmark
 from truth.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 from truth.score import CLEAR, figures
 
-TOOL = [sys.executable, "-c", "from studies.cli import main; main()"]
+TOOLS = {"apesim": [sys.executable, "-c", "from studies.cli import main; main()"]}
 SIX = {5094: NONE, 5027: SINGLE, 5036: SINGLE, 5048: DOUBLE, 5049: REMOVED, 5056: FOREIGNER}
 """Kinds by seed; the first is an engine's."""
 
@@ -15,7 +15,7 @@ SIX = {5094: NONE, 5027: SINGLE, 5036: SINGLE, 5048: DOUBLE, 5049: REMOVED, 5056
 @pytest.fixture(scope="module")
 def scored(tmp_path_factory):
     """The six cases by seed."""
-    found = benchmark(SIX, tmp_path_factory.mktemp("blind"), TOOL)
+    found = benchmark(SIX, tmp_path_factory.mktemp("blind"), TOOLS)["apesim"]
     assert [(one.answer["seed"], one.kind) for one in found] == list(SIX.items())
     return {one.answer["seed"]: one for one in found}
 
@@ -49,7 +49,7 @@ def test_what_is_not_in_the_library_gets_no_name(scored, seed):
 
 @pytest.mark.slow
 def test_over_two_dozen_cases_nothing_is_said_with_confidence_that_is_wrong(tmp_path):
-    found = benchmark(range(5100, 5124), tmp_path, TOOL, jobs=2)
+    found = benchmark(range(5100, 5124), tmp_path, TOOLS, jobs=2)["apesim"]
     assert len(found) == 24
     table = {figure.what: figure for figure in figures(found)}
     assert table["names given, nothing hidden"].hits == 0

@@ -14,7 +14,7 @@ from truth.schedule import KINDS, NONE, SCHEDULE, SINGLE
 from truth.score import Scored, clopper_pearson, figures, shrinks
 from truth.sensors import Sensors, bench_channels, lagging, true_angles
 from truth.setting import AMBIENT, Noise, Point, Setting
-from truth.tables import report
+from truth.tables import comparison, report
 from truth.valve import Bench, simulate
 
 POINTS = (Point("fit", AMBIENT + 0.2e6, 287.0, 45e-3), Point("fit", AMBIENT + 0.5e6, 287.0, 45e-3))
@@ -130,6 +130,17 @@ def test_figures_count_right_and_wrong_names():
     assert found["largest part of the gap in the right signal and phase"] == (1, 1)
     assert found["95 % intervals that hold the truth"] == (1, 1)
     assert "| side_force |" in report(scored, {5: "exit code 1"})
+
+
+def test_programs_are_compared_figure_by_figure():
+    found = {"careful": [case(NONE, 0.0, "NO_GAP")], "rash": [case(NONE, 0.0, "NAMED")]}
+    head, _, *lines = comparison(found).splitlines()
+    assert head == "| figure | careful | 95 % interval | floor | goal | rash |"
+    (names,) = (line for line in lines if line.startswith("| names given"))
+    assert (
+        names
+        == "| names given, nothing hidden | 0.0 % (0 of 1) | 0.0 % – 97.5 % | ≤ 1 % | 0 of 100 | 100.0 % (1 of 1) |"
+    )
 
 
 @pytest.mark.parametrize(("alike", "right"), [(0.95, True), (0.0, False)])

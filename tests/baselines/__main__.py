@@ -9,8 +9,8 @@ from math import exp
 from pathlib import Path
 from time import perf_counter
 
-from engine.effects import ALL_EFFECTS
 from studies.commands.machine import load_machine
+from studies.gap.explain import library
 from studies.measured import read_measured
 
 from .fits import one_parameter_fits
@@ -74,7 +74,7 @@ def main():
     started = perf_counter()
     machine = load_machine(given.machine, ())
     measured = read_measured(given.case, machine.ambient.pressure)
-    effects = [effect for effect in ALL_EFFECTS if effect.name not in given.without]
+    effects = library(measured.bench, given.without)
     if given.method == "sindy":
         verdict = by_sparse_regression(machine, measured)
     else:

@@ -1,7 +1,8 @@
-"""Sparse regression on smoothed derivatives (SINDy by thresholded least squares): which force is missing from Eq. 1."""
+"""Sparse regression on smoothed derivatives (PySINDy): which force is missing from Eq. 1."""
 
 import numpy as np
-from scipy.signal import savgol_filter
+from pysindy import STLSQ, SmoothedFiniteDifference
+from scipy.ndimage import binary_erosion
 
 from studies.measured import FIT
 
@@ -10,8 +11,7 @@ WINDOW = 1.5e-3
 MOVING = 0.05
 """Speed from which the piston counts as under way [m/s]."""
 THRESHOLD = 0.1
-"""Of a term's share in the largest, below which it is dropped."""
-ROUNDS = 10
+"""Root mean square of a term, over that of all, below which it is dropped."""
 
 
 def library(x, v, a, pressed):
@@ -48,10 +48,11 @@ def missing_force(machine, measured):
         step = float(np.median(np.diff(run.times)))
         n = max(5, 2 * int(0.5 * WINDOW / step) + 1)
         position = valve.stroke - run.channels["lift"]
-        x, v, a = (savgol_filter(position, n, 3, deriv, step) for deriv in range(3))
+        slope = SmoothedFiniteDifference(smoother_kws={"window_length": n, "polyorder": 3})
+        v = slope(position[:, None], step)[:, 0]
+        x, a = slope.smoothed_x_[:, 0], slope(v[:, None], step)[:, 0]
         p_a, p_b = run.channels["pressure_a"], run.channels["pressure_b"]
-        inner = 2.0 * n * step * MOVING
-        moving = (np.abs(v) > MOVING) & (x > inner) & (x < valve.stroke - inner)
+        moving = binary_erosion(np.abs(v) > MOVING, np.ones(2 * n + 5))  # away from the stops by what is smoothed
         force = valve.moving_mass * a - (p_a - p_b) * valve.piston_area
         force -= valve.spring_rate * (valve.stroke - 2.0 * x) - valve.viscous_friction * v
         pressed = np.abs(p_a - machine.ambient.pressure) + np.abs(p_b - machine.ambient.pressure)
@@ -62,11 +63,7 @@ def missing_force(machine, measured):
     if len(target) < 2 * columns.shape[1]:
         return []
     size = np.sqrt(np.mean(columns**2, axis=0)) + 1e-30
-    kept = np.ones(columns.shape[1], dtype=bool)
-    shares = np.zeros(columns.shape[1])
-    for _ in range(ROUNDS):
-        shares[:] = 0.0
-        shares[kept] = np.linalg.lstsq(columns[:, kept] / size[kept], target, rcond=None)[0]
-        kept = np.abs(shares) > THRESHOLD * np.abs(shares).max()
+    sparse = STLSQ(threshold=THRESHOLD * float(np.sqrt(np.mean(target**2))), alpha=0.0)
+    shares = sparse.fit(columns / size, target[:, None]).coef_[0]
     found = sorted(zip(terms, shares, strict=True), key=lambda one: -abs(one[1]))
     return [(name, float(abs(share))) for name, share in found if share and name != "viscous friction"]

@@ -1,15 +1,15 @@
 """Sealed cases and the blind benchmark.
 
 ``python -m tests.truth challenge --seed N --out DIR`` makes a sealed case, ``python -m tests.truth benchmark --cases N
---out DIR`` makes many, has ``apesim gap explain`` solve them, and scores it.
+--out DIR`` makes many, has ``apesim gap explain`` and the baselines solve them, and scores all.
 """
 
 import argparse
-import shlex
 
 from .bank import Bank
-from .benchmark import benchmark
+from .benchmark import TOOLS, benchmark
 from .challenge import make
+from .tables import comparison
 
 
 def main():
@@ -24,12 +24,14 @@ def main():
     many.add_argument("--first", type=int, default=20000, help="first seed; development used those below 20000")
     many.add_argument("--out", required=True, help="folder; what is there already is kept")
     many.add_argument("--jobs", type=int, default=1, help="cases at a time")
-    many.add_argument("--tool", default="apesim", help="command that solves a case")
+    many.add_argument("--tools", nargs="+", choices=TOOLS, default=list(TOOLS), help="who solves them; all if left out")
     given = parser.parse_args()
     if given.command == "challenge":
         make(given.seed, given.out, given.bank and Bank(given.bank))
     else:
-        benchmark(range(given.first, given.first + given.cases), given.out, shlex.split(given.tool), given.jobs)
+        tools = {name: TOOLS[name] for name in given.tools}
+        seeds = range(given.first, given.first + given.cases)
+        print(comparison(benchmark(seeds, given.out, tools, given.jobs)))
 
 
 if __name__ == "__main__":

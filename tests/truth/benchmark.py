@@ -1,4 +1,4 @@
-"""The blind benchmark: makes sealed cases, lets a program explain each by its command line, and scores its verdicts."""
+"""The blind benchmark: makes sealed cases, lets programs explain each by command line, and scores the verdicts."""
 
 import json
 import os
@@ -10,45 +10,53 @@ from pathlib import Path
 
 from .diagrams import confusion_matrix, reliability
 from .score import Scored, figures
-from .tables import report
+from .tables import comparison, report
 
-CASE, ANSWER, FOUND, VERDICT, WHY = "case", "answer.json", "found", "verdict.json", "why.txt"
+CASE, ANSWER, VERDICT, WHY = "case", "answer.json", "verdict.json", "why.txt"
+BASELINES = "rms", "aic", "sindy"
+TOOLS = {"apesim": ["apesim"]} | {name: [sys.executable, "-m", "tests.baselines", name] for name in BASELINES}
+"""Commands by name; ``gap explain CASE --machine FILE --out OUT`` follows."""
 LONGEST = 900.0
 """That a program may take for a case [s]."""
 
 
-def benchmark(seeds, out, tool, jobs=1):
+def benchmark(seeds, out, tools=TOOLS, jobs=1):
     """Make, solve and score cases; what is there already is kept.
 
     Parameters
     ----------
     seeds : sequence of int
     out : path
-        Gets ``cases/SEED``, ``report.md``, ``figures.json``, and the diagrams.
-    tool : sequence of str
-        The program and its first arguments; ``gap explain CASE --machine FILE --out OUT`` follows.
+        Gets ``cases/SEED``, for each program a folder with ``report.md``, ``figures.json`` and the diagrams, and
+        ``table.md``, which compares them.
+    tools : dict
+        Programs with their first arguments, by name, see `TOOLS`.
     jobs : int
         Cases at a time.
 
     Returns
     -------
-    list of Scored
+    dict of list of Scored
+        By the program's name.
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     done = 0
     with ThreadPoolExecutor(jobs) as threads:
-        for seed, why in threads.map(lambda seed: (seed, solve(seed, out, tool)), seeds):
+        for seed, why in threads.map(lambda seed: (seed, solve(seed, out, tools)), seeds):
             done += 1
             print(f"{done} of {len(seeds)}: seed {seed}: {why}", file=sys.stderr, flush=True)
-    scored, missing = read(seeds, out)
-    if scored:
-        publish(scored, missing, out)
-    return scored
+    found = {}
+    for name in tools:
+        found[name], missing = read(seeds, out, name)
+        if found[name]:
+            publish(found[name], missing, out / name)
+    (out / "table.md").write_text(comparison(found) + "\n")
+    return found
 
 
-def solve(seed, out, tool):
-    """Make a case and let the program explain it; returns what it says, or why there is no verdict."""
+def solve(seed, out, tools):
+    """Make a case and let the programs explain it; returns what they say, or why there is no verdict."""
     folder = out / "cases" / str(seed)
     if not (folder / ANSWER).exists():
         made = subprocess.run(
@@ -70,22 +78,27 @@ def solve(seed, out, tool):
         )
         if made.returncode:
             return f"no case: {last_line(made.stderr)}"
-    answer = json.loads((folder / ANSWER).read_text())
-    verdict = folder / FOUND / VERDICT
+    return ", ".join(f"{name} {explained(folder, name, tool)}" for name, tool in tools.items())
+
+
+def explained(folder, name, tool):
+    """Let one program explain a case; returns what it says, or why there is no verdict."""
+    answer, out = json.loads((folder / ANSWER).read_text()), folder / name
+    verdict = out / VERDICT
     if not verdict.exists():
-        shutil.rmtree(folder / FOUND, ignore_errors=True)
+        shutil.rmtree(out, ignore_errors=True)
         case = folder / CASE
-        without = [word for name in answer["without"] for word in ("--without", name)]
-        command = [*tool, "gap", "explain", case, "--machine", case / "machine.toml", "--out", folder / FOUND, *without]
+        without = [word for effect in answer["without"] for word in ("--without", effect)]
+        command = [*tool, "gap", "explain", case, "--machine", case / "machine.toml", "--out", out, *without]
         try:
             run = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST)
             why = "" if verdict.exists() else f"exit code {run.returncode}: {last_line(run.stderr)}"
         except subprocess.TimeoutExpired:
             why = f"longer than {LONGEST:g} s"
         if why:
-            (folder / WHY).write_text(why)
+            out.mkdir(exist_ok=True)
+            (out / WHY).write_text(why)
             return why
-    (folder / WHY).unlink(missing_ok=True)
     return json.loads(verdict.read_text())["verdict"]
 
 
@@ -94,21 +107,22 @@ def last_line(text):
     return next(reversed(text.strip().splitlines()), "nothing said")
 
 
-def read(seeds, out):
-    """The cases that have a verdict, and why others have none, by seed."""
+def read(seeds, out, name):
+    """The cases to which a program has a verdict, and why others have none, by seed."""
     scored, missing = [], {}
     for seed in seeds:
         folder = Path(out) / "cases" / str(seed)
-        verdict = folder / FOUND / VERDICT
+        verdict, why = folder / name / VERDICT, folder / name / WHY
         if verdict.exists():
             scored.append(Scored(*(json.loads(path.read_text()) for path in (folder / ANSWER, verdict))))
         else:
-            missing[seed] = (folder / WHY).read_text() if (folder / WHY).exists() else "no case"
+            missing[seed] = why.read_text() if why.exists() else "no case"
     return scored, missing
 
 
 def publish(scored, missing, out):
-    """Write the page, the figures as data, and the diagrams."""
+    """Write a program's page, its figures as data, and the diagrams."""
+    out.mkdir(exist_ok=True)
     (out / "report.md").write_text(report(scored, missing))
     data = [one._asdict() | {"interval": one.interval if one.cases else None} for one in figures(scored)]
     (out / "figures.json").write_text(json.dumps(data, indent=1))

@@ -37,6 +37,31 @@ def figures_table(scored):
     return markdown(["figure", "found", "counts", "95 % interval", "floor", "goal"], rows)
 
 
+def comparison(found):
+    """Every figure of several programs, the first with its interval.
+
+    Parameters
+    ----------
+    found : dict of list of truth.score.Scored
+        By the program's name.
+    """
+    first, *others = found
+    rows = []
+    for one, *rivals in zip(*map(figures, found.values()), strict=True):
+        interval = "–" if one.value is not None or one.cases == 0 else rate(one.hits, one.cases)[2]
+        rows.append([one.what, short(one), interval, one.floor, one.goal, *map(short, rivals)])
+    return markdown(["figure", first, "95 % interval", "floor", "goal", *others], rows)
+
+
+def short(figure):
+    """A figure in a few characters."""
+    if figure.cases == 0:
+        return "–"
+    if figure.value is not None:
+        return f"{figure.value:.3g} ({figure.cases})"
+    return f"{100.0 * figure.hits / figure.cases:.1f} % ({figure.hits} of {figure.cases})"
+
+
 def spoken(one):
     """What a verdict says, for the confusion matrix."""
     return one.first[0] if one.said in NAMES and len(one.first) == 1 else one.said
