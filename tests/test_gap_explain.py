@@ -114,7 +114,8 @@ def test_one_operating_point_alone_names_nothing(measure):
 
 
 def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(measure):
-    path, without = measure(Bench(dry_friction=12.0, breakaway=12.0)), ["coulomb_friction", "seal_friction"]
+    path = measure(Bench(dry_friction=12.0, breakaway=12.0), {0.16e6: "fit", 0.40e6: "fit", 0.55e6: "gate"})
+    without = ["coulomb_friction", "stribeck_friction", "seal_friction"]
     alone = explained(path, without=without)
     with Team(2) as team:
         shared = explained(path, without=without, team=team)

@@ -137,10 +137,7 @@ def test_programs_are_compared_figure_by_figure():
     head, _, *lines = comparison(found).splitlines()
     assert head == "| figure | careful | 95 % interval | floor | goal | rash |"
     (names,) = (line for line in lines if line.startswith("| names given"))
-    assert (
-        names
-        == "| names given, nothing hidden | 0.0 % (0 of 1) | 0.0 % – 97.5 % | ≤ 1 % | 0 of 100 | 100.0 % (1 of 1) |"
-    )
+    assert names.split(" | ")[1:] == ["0.0 % (0 of 1)", "0.0 % – 97.5 %", "≤ 1 %", "0 of 100", "100.0 % (1 of 1) |"]
 
 
 @pytest.mark.parametrize(("alike", "right"), [(0.95, True), (0.0, False)])
