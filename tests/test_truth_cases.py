@@ -132,6 +132,16 @@ def test_figures_count_right_and_wrong_names():
     assert "| side_force |" in report(scored, {5: "exit code 1"})
 
 
+def test_a_pair_counts_as_listed_where_it_is_one_of_those_not_told_apart():
+    hidden = [{"name": name, "parameter": "force", "unit": "N", "value": 1.0, "deviations": 12.0} for name in "ab"]
+    for alternative, listed in (("ab", True), ("ac", False)):
+        found = case("double", 12.0, "NAMED", first="c", alternatives=[{"effects": list(alternative)}])
+        found = found._replace(answer=found.answer | {"hidden": hidden})
+        table = {one.what: one.hits for one in figures([found])}
+        assert table["best pair is the true one, both ≥ 10 deviations"] == 0
+        assert table["the same, or among those said not to be told from it"] == listed
+
+
 def test_programs_are_compared_figure_by_figure():
     found = {"careful": [case(NONE, 0.0, "NO_GAP")], "rash": [case(NONE, 0.0, "NAMED")]}
     head, _, *lines = comparison(found).splitlines()

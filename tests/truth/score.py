@@ -57,6 +57,12 @@ class Scored(NamedTuple):
         return next((list(one["effects"]) for one in self.verdict.get("alternatives", ())), [])
 
     @property
+    def listed(self):
+        """Whether what is hidden stands first, or among what is said not to be told from it."""
+        others = (one["effects"] for one in self.verdict.get("alternatives", ()))
+        return any(set(names) == set(self.hidden) for names in (self.first, *others))
+
+    @property
     def calibrated(self):
         """Whether the verdict blames a number of the machine or a sensor that is what is hidden."""
         if self.said != "CALIBRATION" or self.kind != SINGLE:
@@ -223,6 +229,7 @@ def figures(scored):
             "90 %",
             "98 %",
         ),
+        share("the same, or among those said not to be told from it", pairs, lambda one: one.listed, "", ""),
         share(
             "both named, both ≥ 10 deviations",
             pairs,
