@@ -14,6 +14,7 @@ from studies.gap.explain import explain
 from studies.gap.record import effects_of, record
 from studies.measured import read_measured
 from studies.pool import Team
+from valve.effects import VALVE_EFFECTS
 
 AMBIENT = 101325.0
 TEMPERATURE = 287.0
@@ -115,11 +116,12 @@ def test_one_operating_point_alone_names_nothing(measure):
 
 def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(measure):
     path = measure(Bench(dry_friction=12.0, breakaway=12.0), {0.16e6: "fit", 0.40e6: "fit", 0.55e6: "gate"})
-    without = ["coulomb_friction", "stribeck_friction", "seal_friction"]
+    few = ("quadratic_drag", "leakage_a", "slow_ramp", "spring_rate_error", "tabulated_force")
+    without = [effect.name for effect in VALVE_EFFECTS if effect.name not in few]
     alone = explained(path, without=without)
     with Team(2) as team:
         shared = explained(path, without=without, team=team)
-    assert len(alone.tried) > 7
+    assert any(len(choice.names) == 2 for choice in alone.tried)
     assert alone.tabulated
     assert plain(record(shared)) == plain(record(alone))
     assert shared.simulations == alone.simulations

@@ -16,27 +16,26 @@ INK, LINE, BAND = "#222222", "#1f5f99", "#9aa5b1"
 
 
 def reliability(scored, folder, name="reliability"):
-    """Share of right verdicts over the probability that they state, and how many state it."""
+    """Share of right verdicts beside the probability that they state, by how probable they call themselves."""
     claims = [(one.verdict.get("probability", 0.0), one.right) for one in scored if one.right is not None]
     stated, right = np.array(claims, dtype=float).T if claims else (np.zeros(0), np.zeros(0))
     which = np.clip(np.searchsorted(EDGES, stated, side="right") - 1, 0, len(EDGES) - 2)
-    drawing, (above, below) = pyplot.subplots(
-        2, 1, figsize=(5.2, 6.0), sharex=True, height_ratios=(3, 1), layout="constrained"
-    )
-    above.plot([0, 1], [0, 1], color=BAND, linewidth=1.0, zorder=1)
-    for i in sorted(set(which)):
+    drawing, axes = pyplot.subplots(figsize=(6.4, 4.2), layout="constrained")
+    labels = []
+    for at, i in enumerate(sorted(set(which))):
         inside = which == i
         hits, cases = int(right[inside].sum()), int(inside.sum())
         low, high = clopper_pearson(hits, cases)
-        at = stated[inside].mean()
-        above.plot([at, at], [low, high], color=LINE, linewidth=1.5, zorder=2)
-        above.plot(at, hits / cases, "o", color=LINE, markersize=6, zorder=3)
-        above.annotate(
-            f"{hits} of {cases}", (at, hits / cases), (-7, 0), "data", "offset points", ha="right", va="center"
-        )
-    above.set(ylabel="right", ylim=(0.0, 1.05), title="Verdicts that claim something: stated and true")
-    below.hist(stated, bins=EDGES, color=BAND, edgecolor="white")
-    below.set(xlabel="stated probability", ylabel="cases", xlim=(0.0, 1.0))
+        axes.plot([at, at], [low, high], color=LINE, linewidth=1.5, zorder=2)
+        axes.plot(at, hits / cases, "o", color=LINE, markersize=6, zorder=3, label="" if at else "right, 95 % interval")
+        mean = stated[inside].mean()
+        axes.plot([at - 0.3, at + 0.3], [mean, mean], color=BAND, linewidth=3.0, zorder=1, label="" if at else "stated")
+        labels.append(f"{EDGES[i]:g}–{EDGES[i + 1]:g}\n{hits} of {cases}")
+    axes.set_xticks(range(len(labels)), labels)
+    axes.set(xlabel="stated probability; right of all that state it", ylabel="share", ylim=(0.0, 1.03))
+    axes.set_title("Verdicts that claim something: stated and true", loc="left", fontsize=10)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(loc="lower right", frameon=False)
     save(drawing, folder, name)
 
 

@@ -64,7 +64,7 @@ def short(figure):
 
 def spoken(one):
     """What a verdict says, for the confusion matrix."""
-    return one.first[0] if one.said in NAMES and len(one.first) == 1 else one.said
+    return one.first[0] if one.said in NAMES and len(set(one.first)) == 1 else one.said
 
 
 def confusion(scored):
