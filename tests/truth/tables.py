@@ -59,7 +59,7 @@ def short(figure):
         return "–"
     if figure.value is not None:
         return f"{figure.value:.3g} ({figure.cases})"
-    return f"{100.0 * figure.hits / figure.cases:.1f} % ({figure.hits} of {figure.cases})"
+    return f"{percent(figure.hits / figure.cases)} ({figure.hits} of {figure.cases})"
 
 
 def spoken(one):
