@@ -11,8 +11,9 @@ from truth.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, noise, simulate
 from apesim.quantities.settings import load
 from engine.machine import Machine
 from studies.gap.balance import balances, likeness, most_probable
+from studies.gap.calibrate import calibrate
 from studies.gap.candidates import candidates_of
-from studies.gap.explain import calibrate, explain, library
+from studies.gap.explain import explain, library
 from studies.gap.suggest import sparse
 from studies.gap.tabulate import Tables, tabulate
 from studies.gap.work import Work

@@ -12,6 +12,7 @@ from engine.machine import Machine
 from studies.console import plain
 from studies.gap.explain import explain
 from studies.gap.record import effects_of, record
+from studies.gap.work import Work
 from studies.measured import read_measured
 from studies.pool import Team
 from valve.effects import VALVE_EFFECTS
@@ -120,7 +121,7 @@ def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(meas
     without = [effect.name for effect in VALVE_EFFECTS if effect.name not in few]
     alone = explained(path, without=without)
     with Team(2) as team:
-        shared = explained(path, without=without, team=team)
+        shared = explained(path, without=without, work=Work(team))
     assert any(len(choice.names) == 2 for choice in alone.tried)
     assert alone.tabulated
     assert plain(record(shared)) == plain(record(alone))

@@ -7,7 +7,7 @@ import pytest
 from gap_bench import AMBIENT, write_bench
 
 from apesim import load_machine
-from studies.gap.explain import calibrate
+from studies.gap.calibrate import calibrate
 from studies.gap.isolability import isolability
 from studies.gap.problem import Problem
 from studies.measured import read_measured

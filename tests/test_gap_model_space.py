@@ -12,8 +12,9 @@ from petab.v1.yaml import validate
 from petab_select import Criterion, Models, Problem, ui
 
 from apesim import load_machine
+from studies.gap.calibrate import calibrate
 from studies.gap.candidates import candidates_of
-from studies.gap.explain import calibrate, explanations, library, scored
+from studies.gap.explain import explanations, library, scored
 from studies.gap.model_space import id_of, model_space, yaml_of
 from studies.gap.nuisances import ENGINE, VALVE, nuisance
 from studies.gap.parameters import value_of

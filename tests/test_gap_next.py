@@ -7,10 +7,11 @@ import pytest
 from gap_bench import write_bench
 
 from apesim import load_machine
+from studies.gap.calibrate import calibrate
 from studies.gap.candidates import candidates_of
 from studies.gap.descent import descend
 from studies.gap.experiments import experiments_of, problem_of
-from studies.gap.explain import calibrate, library
+from studies.gap.explain import library
 from studies.gap.next_test import missed, next_test, split
 from studies.gap.noise import noise_for, white
 from studies.gap.problem import Problem

@@ -19,6 +19,7 @@ from studies.gap.model_space import model_space
 from studies.gap.next_test import next_test
 from studies.gap.problem import EndedEarly
 from studies.gap.record import record
+from studies.gap.work import Work
 from studies.measured import read_measured
 from studies.measured.prediction import predict, run_of, with_value
 from studies.output import make_folder
@@ -60,7 +61,7 @@ def explain_command(console, machine_file, settings, folder, out, without, jobs,
     start = time.perf_counter()
     try:
         with console.stages("explaining") as report, Team(jobs) as team:
-            findings, told = aside(_found, machine, measured, without, parent, out, report, team).result()
+            findings, told = aside(_found, machine, measured, without, parent, out, Work(team, report)).result()
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE
@@ -127,14 +128,14 @@ def check_names(names):
         )
 
 
-def _found(machine, measured, without, parent, out, report, team):
+def _found(machine, measured, without, parent, out, work):
     """The findings as they are, and as plain data; the child and the report are written."""
     from studies.figures.gap import draw_gap
     from studies.gap.comparison import compare
     from studies.gap.report import added_to, page, tried
 
-    findings = explain(machine, measured, without, report, team)
-    report("writing the report", 0, 1)
+    findings = explain(machine, measured, without, work)
+    work.tell("writing the report", 0, 1)
     data = plain(record(findings) | {"next_test": next_test(findings)}) | {"lineage": lineage_of(measured, parent)}
     _write(out, "machine.toml", child_of(findings, data))
     compared = compare(findings)

@@ -82,7 +82,8 @@ class Smoothed(Problem):
     def smoothed(self, root):
         """The same with another prior of the nodes."""
         other = Smoothed(self.machine, self.runs, self.parameters, self.noise, root)
-        other.starts, other.steps, other.simulations = dict(self.starts), self.steps.copy(), self.simulations
+        other.go_on_from(self)
+        other.simulations = self.simulations
         return other
 
 
@@ -123,7 +124,7 @@ def straight(base, effect):
     nodes, old = [strength(effect, name) for name in effect.strengths], len(base.fitted.x)
     known = base.problem
     problem = Smoothed(known.machine, known.runs, [*known.parameters, *nodes], known.noise, np.eye(len(nodes)))
-    problem.starts, problem.steps[:old] = dict(known.starts), known.steps
+    problem.go_on_from(known)
     x = np.append(base.fitted.x, np.zeros(len(nodes)))
     errors = problem.errors(x)
     columns = problem.jacobian(x, errors, range(old, len(x)))

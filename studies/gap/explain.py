@@ -6,6 +6,7 @@ import numpy as np
 
 from engine.effects import ALL_EFFECTS
 from studies.gap.balance import balances
+from studies.gap.calibrate import calibrate
 from studies.gap.candidates import candidates_of
 from studies.gap.descent import descend
 from studies.gap.detect import detect
@@ -13,10 +14,8 @@ from studies.gap.gate import OWN_ERROR, gate, own_error
 from studies.gap.heldout import all_left_over, compared, held_out, leave_one_out, point_of
 from studies.gap.localise import localise
 from studies.gap.noise import noise_for
-from studies.gap.noise_source import from_what_nothing_explains, is_known, noise_of
-from studies.gap.nuisances import nuisances_of
+from studies.gap.noise_source import from_what_nothing_explains, is_known
 from studies.gap.phases import local_shapes
-from studies.gap.problem import Problem
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
 from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, singles, sparing
@@ -33,7 +32,7 @@ from studies.gap.verdict import (
     without_alarm,
 )
 from studies.gap.work import Work
-from studies.measured import CHECK, FIT, GATE, VALVE
+from studies.measured import CHECK, GATE, VALVE
 from valve.effects import VALVE_EFFECTS
 
 LEFT = 0.01
@@ -80,7 +79,7 @@ class Findings(NamedTuple):
         return self.verdict.best.model if self.verdict.best else self.base
 
 
-def explain(machine, measured, without=(), report=None, team=None):
+def explain(machine, measured, without=(), work=None):
     """Find what is missing between a machine and measured data.
 
     Parameters
@@ -89,10 +88,8 @@ def explain(machine, measured, without=(), report=None, team=None):
     measured : studies.measured.Measured
     without : sequence of str
         Effects of the library that are not to be considered.
-    report : callable, optional
-        Told of each stage: its name, how far it is, of how much.
-    team : studies.pool.Team, optional
-        That shares the work; what is found does not depend on it. Without, all is done in this process.
+    work : studies.gap.work.Work, optional
+        Who shares it, and who is told of it; what is found does not depend on it.
 
     Returns
     -------
@@ -103,7 +100,7 @@ def explain(machine, measured, without=(), report=None, team=None):
     InputError
         See `studies.gap.gate.gate`.
     """
-    work = Work(team, report)
+    work = work or Work()
     warnings = gate(measured)
     work.tell("calibrating", 0, 1)
     base, more = calibrate(machine, measured)
@@ -170,41 +167,6 @@ def library(bench, without=()):
     """The effects that can show on a bench."""
     effects = VALVE_EFFECTS if bench == VALVE else ALL_EFFECTS
     return [effect for effect in effects if effect.name not in without]
-
-
-def uncalibrated(machine, measured):
-    """The runs to be fitted with the noise of the data, and the nuisances of the machine.
-
-    Returns
-    -------
-    studies.gap.problem.Problem
-    warnings : list of str
-    """
-    nuisances = nuisances_of(machine, measured)
-    known = Problem(machine, measured.of(FIT) + measured.of(GATE), nuisances)
-    noise, warnings = noise_of(known.blocks, known.predicted(np.zeros(len(nuisances))), measured.noise)
-    return Problem(machine, measured.of(FIT), nuisances, noise), warnings
-
-
-def calibrate(machine, measured):
-    """The noise of the data, and the machine with its nuisances fitted under their priors.
-
-    Parameters
-    ----------
-    machine : engine.machine.Machine
-    measured : studies.measured.Measured
-
-    Returns
-    -------
-    Model
-    warnings : list of str
-    """
-    problem, warnings = uncalibrated(machine, measured)
-    fitted = descend(problem, np.zeros(len(problem.parameters)))
-    problem.start_at(fitted.x)
-    if not fitted.converged:
-        warnings.append("the calibration did not converge")
-    return Model((), problem, fitted), warnings
 
 
 def scored(base, candidates, work):

@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from studies.gap.calibrate import uncalibrated
 from studies.gap.candidates import candidates_of
 from studies.gap.descent import Fitted
 from studies.gap.experiments import experiments_of, problem_of
-from studies.gap.explain import library, uncalibrated
+from studies.gap.explain import library
 from studies.gap.limits import DETECTED, clearest, detection_limits, sharpened
 from studies.gap.problem import EndedEarly
 from studies.gap.score import bank, imitated

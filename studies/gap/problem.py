@@ -103,10 +103,14 @@ class Problem:
     def with_parameters(self, parameters):
         """The same runs with other parameters; those that are the same keep their steps."""
         other = Problem(self.machine, self.runs, parameters, self.noise)
-        other.starts = dict(self.starts)
-        known = dict(zip((p.key for p in self.parameters), self.steps, strict=True))
-        other.steps = np.array([known.get(p.key, STEP) for p in other.parameters])
+        other.go_on_from(self)
         return other
+
+    def go_on_from(self, other):
+        """Start from the periodic states of another, with its steps of the parameters that are the same."""
+        self.starts = dict(other.starts)
+        known = dict(zip((p.key for p in other.parameters), other.steps, strict=True))
+        self.steps = np.array([known.get(p.key, STEP) for p in self.parameters])
 
     def on(self, runs):
         """The same parameters on other runs."""
