@@ -6,15 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from studies.gap.hum import Records, mains_in, with_hum
 from studies.gap.noise import autoregressive, drifting, levinson, noise_for, sines, white, whitened
-from studies.gap.noise_source import (
-    TAKEN_FOR_WHITE,
-    Records,
-    from_what_nothing_explains,
-    mains_in,
-    noise_of,
-    with_hum,
-)
+from studies.gap.noise_source import TAKEN_FOR_WHITE, from_what_nothing_explains, noise_of
 from studies.gap.problem import Block
 
 DEVIATION = 3e-5

@@ -1,0 +1,122 @@
+"""Hum of the mains in records of a channel's noise: which frequency, how much, and the noise without it."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.gap.noise import autoregressive, drifting, sines
+
+MAINS = (50.0, 60.0)
+"""Frequencies at which hum is looked for [Hz]."""
+TOLD_APART = 15.0
+"""Power over that of the noise, by which one frequency has to take more than the other to be the only one."""
+EVIDENCE = 4.0
+"""Deviations beyond chance by which a sine has to take power from the noise, to be a hum."""
+
+
+class Records(NamedTuple):
+    """What is known of a channel's noise."""
+
+    noise: list
+    """For each record its stretches of nothing but noise: values [SI] and times [s], (n,) float arrays each. The hum of
+    a record has one phase."""
+    source: str
+    others: list
+    """Further records that may show hum: in what repeats differ by, it is lost where their phases are alike."""
+    drifts: bool
+    """Whether each stretch may drift straight."""
+    stated: float
+    """Standard deviation that the user states [SI]; NaN: none."""
+
+
+def mains_in(channels):
+    """The frequencies of the mains that channels hum with [Hz]; two where they are too short to tell which.
+
+    Parameters
+    ----------
+    channels : list of Records
+
+    Returns
+    -------
+    tuple of float
+        () : there is no hum.
+    """
+    falls, chances = {frequency: [] for frequency in MAINS}, []
+    for records in channels:
+        chances.append(2.0 * (len(records.noise) + len(records.others)))
+        for frequency in MAINS:
+            left, _, fall = _without_hum(records, (frequency,))
+            quiet = _noise_of_stretches(left, records)
+            # Coloured noise has more power at low frequencies than white: by this factor.
+            gain = max(1.0, (quiet.spread[-1] / (1.0 - quiet.predictors[-1].sum())) ** 2)
+            falls[frequency].append(fall / max(quiet.deviation**2 * gain, 1e-300))
+    most = max(map(sum, falls.values()))
+    best = max(MAINS, key=lambda frequency: sum(falls[frequency]))
+
+    def is_seen(fall, chance):
+        return fall > chance + EVIDENCE * np.sqrt(2.0 * chance)
+
+    each = zip(falls[best], chances, strict=True)
+    if not channels or not (is_seen(most, sum(chances)) or any(is_seen(*one) for one in each)):
+        return ()
+    return tuple(frequency for frequency in MAINS if most - sum(falls[frequency]) < TOLD_APART)
+
+
+def with_hum(records, frequencies):
+    """Noise from stretches of nothing but noise, and hum.
+
+    Parameters
+    ----------
+    records : Records
+    frequencies : tuple of float
+        Of the hum [Hz].
+
+    Returns
+    -------
+    Noise
+    """
+    if not frequencies:
+        return _noise_of_stretches([values for record in records.noise for values, _ in record], records)
+    left, amplitudes, _ = _without_hum(records, frequencies)
+    sizes = np.sqrt(np.mean(np.square(amplitudes), axis=0) / 2.0)
+    lost = 2 * len(records.noise) * len(frequencies)
+    return _noise_of_stretches(left, records, lost)._replace(hums=tuple(zip(frequencies, sizes.tolist(), strict=True)))
+
+
+def _noise_of_stretches(stretches, records, lost=0):
+    if not records.drifts:
+        return autoregressive(stretches, records.source)
+    return drifting(stretches, records.source, lost, records.stated)
+
+
+def _without_hum(records, frequencies):
+    """Stretches without the sines that fit each record best, their amplitudes, and the power that they take."""
+    left, amplitudes, fall = [], [], 0.0
+    for number, record in enumerate([*records.noise, *records.others]):
+        rest, amplitude, taken = _without_sines(record, frequencies)
+        left += rest if number < len(records.noise) else []
+        fall += taken
+        amplitudes.append(amplitude)
+    return left, amplitudes, fall
+
+
+def _without_sines(record, frequencies):
+    """Stretches of a record without the sines that fit them best, their amplitudes, and the power that they take.
+
+    Each stretch is free to drift straight.
+    """
+    times = np.concatenate([t for _, t in record])
+    drift = np.zeros((len(times), 2 * len(record)))
+    ends = np.cumsum([0, *(len(t) for _, t in record)])
+    for k, (first, end) in enumerate(pairwise(ends)):
+        drift[first:end, 2 * k] = 1.0
+        drift[first:end, 2 * k + 1] = times[first:end] - times[first:end].mean()
+    values = np.concatenate([v for v, _ in record])
+    straight = values - drift @ np.linalg.lstsq(drift, values, rcond=None)[0]
+    waves = np.column_stack([sines(frequency, times) for frequency in frequencies])
+    weights, *_ = np.linalg.lstsq(np.column_stack([waves, drift]), values, rcond=None)
+    own = weights[: waves.shape[1]]
+    left = values - waves @ own - drift @ weights[waves.shape[1] :]
+    taken = float(straight @ straight - left @ left)
+    return [left[first:end] for first, end in pairwise(ends)], np.hypot(own[::2], own[1::2]), taken
