@@ -16,10 +16,13 @@ PLAIN = {
     *("test_reference_valve",),
 }
 
+COMPILED = "converge", "no_bit", "runs_with_each_correlation"
+"""In the names of tests that take long without compiling, or are about what is compiled."""
+
 
 def pytest_collection_modifyitems(items):
     for item in items:
-        if item.path.stem in PLAIN and "converge" not in item.name:
+        if item.path.stem in PLAIN and not any(part in item.name for part in COMPILED):
             item.add_marker(pytest.mark.plain)
     # The longest first, so that no process waits for it at the end.
     items.sort(key=lambda item: item.path.stem not in ("test_plain_python", "test_truth_blind"))
