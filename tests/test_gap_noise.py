@@ -8,7 +8,12 @@ from scipy.signal import lfilter
 
 from studies.gap.hum import Records, mains_in, with_hum
 from studies.gap.noise import autoregressive, drifting, levinson, noise_for, sines, white, whitened
-from studies.gap.noise_source import TAKEN_FOR_WHITE, from_what_nothing_explains, noise_of
+from studies.gap.noise_source import (
+    TAKEN_FOR_WHITE,
+    from_what_nothing_explains,
+    hum_of_what_nothing_explains,
+    noise_of,
+)
 from studies.gap.problem import Block
 
 DEVIATION = 3e-5
@@ -226,3 +231,50 @@ def test_hum_is_looked_for_in_what_nothing_explains_too():
     (found,) = noise["lift"].values()
     assert dict(found.hums)[50.0] == pytest.approx(DEVIATION / np.sqrt(2.0), rel=0.3)
     assert found.order == 0
+
+
+@pytest.fixture
+def two_strokes():
+    """Two records of a model that moves most of the time, and their white noise."""
+    rng = np.random.default_rng(18)
+    times = np.arange(0.0, 0.1, 2e-4)
+    model = 9e-3 * np.clip((times - 0.01) / 0.07, 0.0, 1.0)
+    return times, model, [DEVIATION * rng.normal(size=len(times)) for _ in range(2)]
+
+
+def with_what_is_left(times, model, left):
+    """Blocks, their noise from stretches at rest, and whether hum was found in what is left."""
+    blocks = [block(model + values, times, name) for name, values in zip("ab", left, strict=True)]
+    noise, _ = noise_of(blocks, [model] * 2, {})
+    (before,) = noise["lift"].values()
+    assert (before.source, before.order, before.hums) == ("stretches at rest", 0, ())
+    found = hum_of_what_nothing_explains(blocks, noise, [model] * 2, left)
+    (after,) = noise["lift"].values()
+    return found, before, after
+
+
+def test_hum_that_goes_on_at_rest_is_known_by_what_is_left_of_whole_records(two_strokes):
+    times, model, noise = two_strokes
+    left = [
+        own + 0.5 * DEVIATION * sines(50.0, times + late)[:, 0] for own, late in zip(noise, (0.003, 0.011), strict=True)
+    ]
+    found, before, after = with_what_is_left(times, model, left)
+    assert found
+    assert dict(after.hums)[50.0] == pytest.approx(0.5 * DEVIATION / np.sqrt(2.0), rel=0.4)
+    assert after.deviation == before.deviation
+
+
+def test_what_swings_with_the_mains_but_stops_at_rest_is_no_hum(two_strokes):
+    times, model, noise = two_strokes
+    moving = (times > 0.01) & (times < 0.08)
+    left = [own + 3.0 * DEVIATION * moving * sines(50.0, times)[:, 0] for own in noise]
+    found, before, after = with_what_is_left(times, model, left)
+    assert not found
+    assert after is before
+
+
+def test_noise_that_leaves_nothing_but_itself_gets_no_hum(two_strokes):
+    times, model, noise = two_strokes
+    found, before, after = with_what_is_left(times, model, noise)
+    assert not found
+    assert after is before

@@ -4,6 +4,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import detrend
 
 from studies.gap.noise import autoregressive, drifting, sines
 
@@ -82,6 +83,33 @@ def with_hum(records, frequencies):
     sizes = np.sqrt(np.mean(np.square(amplitudes), axis=0) / 2.0)
     lost = 2 * len(records.noise) * len(frequencies)
     return _noise_of_stretches(left, records, lost)._replace(hums=tuple(zip(frequencies, sizes.tolist(), strict=True)))
+
+
+def going_on(records, rests, frequencies):
+    """Power that the sines that fit whole records best take from their stretches at rest; below 0 where they add some.
+
+    Parameters
+    ----------
+    records : list
+        Of one stretch each, see `Records.noise`.
+    rests : list
+        For each record its stretches at rest, the same way; each is free to drift straight.
+    frequencies : tuple of float
+        Of the sines [Hz].
+
+    Returns
+    -------
+    float
+        [SI squared]
+    """
+    fall = 0.0
+    for record, rest in zip(records, rests, strict=True):
+        ((values, times),), ((left,), _, _) = record, _without_sines(record, frequencies)
+        for seen, at in rest:
+            first = np.searchsorted(times, at[0])
+            bare, wave = detrend(seen), detrend((values - left)[first : first + len(seen)])
+            fall += float(bare @ bare - (bare - wave) @ (bare - wave))
+    return fall
 
 
 def _noise_of_stretches(stretches, records, lost=0):

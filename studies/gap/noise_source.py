@@ -8,7 +8,7 @@ from math import log
 
 import numpy as np
 
-from studies.gap.hum import Records, mains_in, with_hum
+from studies.gap.hum import Records, going_on, mains_in, with_hum
 from studies.gap.noise import ENOUGH, STRETCH, noise_for, white
 
 LIKE = 1.5
@@ -19,6 +19,7 @@ OF_A_MEAN = 0.01
 """Share of a mean over the cycle that its noise is taken for, where nothing tells it."""
 FEWEST_CONTRASTS = 4
 TAKEN_FOR_WHITE = "second differences, taken for white"
+AT_REST = "stretches at rest"
 UNEXPLAINED = "what nothing in the library explains"
 GUARD = 2e-3
 """Between a motion of the model and a stretch at rest [s]: the measured motion may be that late."""
@@ -99,7 +100,7 @@ def _records(pairs, stated):
     contrasts, rest = _contrasts(pairs), _at_rest(pairs)
     for found in (
         Records(contrasts, "repeats", rest, False, stated),
-        Records(rest, "stretches at rest", [], True, stated),
+        Records(rest, AT_REST, [], True, stated),
     ):
         if sum(len(values) for record in found.noise for values, _ in record) >= ENOUGH:
             return found
@@ -154,25 +155,76 @@ def from_what_nothing_explains(blocks, noise, left):
     left : list of (n,) float array
         For each block what neither the nuisances nor any effect of the library can explain [SI].
     """
-    groups = {}
-    for block, values in zip(blocks, left, strict=True):
-        known = noise_for(noise, block)
-        if known.source == TAKEN_FOR_WHITE and len(values) > 1:
-            groups.setdefault(id(known), (block, known, []))[2].append([(values, block.times)])
-    channels = [Records(records, UNEXPLAINED, [], False, np.nan) for _, _, records in groups.values()]
+    groups = _by_noise(blocks, noise, left, TAKEN_FOR_WHITE)
+    channels = [_unexplained(group) for _, group in groups]
     elsewhere = {f for by_interval in noise.values() for one in by_interval.values() for f, _ in one.hums}
     mains = tuple(sorted(elsewhere)) or mains_in(channels)
-    for (block, known, _), records in zip(groups.values(), channels, strict=True):
-        by_interval = noise[block.sensor]
-        interval = next(at for at, one in by_interval.items() if one is known)
+    for (known, group), records in zip(groups, channels, strict=True):
         found = with_hum(records, mains)
-        by_interval[interval] = found._replace(deviation=max(found.deviation, known.deviation))
+        _put(noise, group, known, found._replace(deviation=max(found.deviation, known.deviation)))
     for by_interval in noise.values():
         told = {interval: one for interval, one in by_interval.items() if one.source != TAKEN_FOR_WHITE}
         for interval in set(by_interval) - set(told) if told else ():
             near = told[min(told, key=lambda other: abs(log(other / interval)))]
             own = by_interval[interval].deviation
             by_interval[interval] = near._replace(deviation=max(near.deviation, own))
+
+
+def hum_of_what_nothing_explains(blocks, noise, predicted, left):
+    """Hum that is too faint to be told from stretches at rest, but goes on in them; added to what is else white.
+
+    Parameters
+    ----------
+    blocks : list of studies.gap.problem.Block
+    noise : dict
+        See `noise_of`; changed.
+    predicted, left : list of (n,) float array
+        For each block what the model gives, and what of the measured is more than anything in the library can explain
+        [SI].
+
+    Returns
+    -------
+    bool
+        Whether there is any.
+    """
+    if any(one.hums or one.order for known in noise.values() for one in known.values()):
+        return False
+    rest = {id(block): _at_rest([(block, values)]) for block, values in zip(blocks, predicted, strict=True)}
+    groups = _by_noise(blocks, noise, left, AT_REST)
+    channels = [_unexplained(group) for _, group in groups]
+    mains = mains_in(channels)
+    if not mains:
+        return False
+    fall = 0.0
+    for (known, group), records in zip(groups, channels, strict=True):
+        rests = [[one for record in rest[id(block)] for one in record] for block, _ in group]
+        fall += going_on(records.noise, rests, mains) / known.deviation**2
+    if fall <= 0.0:
+        return False
+    for (known, group), records in zip(groups, channels, strict=True):
+        _put(noise, group, known, known._replace(hums=with_hum(records, mains).hums))
+    return True
+
+
+def _by_noise(blocks, noise, left, source):
+    """Noise from a source, and the blocks that have it with what is left of each; means apart."""
+    groups = {}
+    for block, values in zip(blocks, left, strict=True):
+        known = noise_for(noise, block)
+        if known.source == source and len(values) > 1:
+            groups.setdefault(id(known), (known, []))[1].append((block, values))
+    return list(groups.values())
+
+
+def _unexplained(group):
+    """What is left of the blocks of a group as records of noise."""
+    return Records([[(values, block.times)] for block, values in group], UNEXPLAINED, [], False, np.nan)
+
+
+def _put(noise, group, known, found):
+    """Noise in place of that which a group has."""
+    by_interval = noise[group[0][0].sensor]
+    by_interval[next(interval for interval, one in by_interval.items() if one is known)] = found
 
 
 def _by_differences(pairs):
