@@ -28,6 +28,7 @@ from studies.gap.verdict import (
     REFUSED,
     TWO_EFFECTS,
     explained,
+    implausible,
     with_alarm,
     without_alarm,
 )
@@ -211,7 +212,7 @@ def explanations(base, columns, ranked, library, local, work):
     found = singles(base, ranked, library, work) + released(base, library, work)
     found.sort(key=lambda choice: choice.cost)
     alone = [choice for choice in found if choice.model.candidates]
-    if alone and left_by(alone[0].model, columns, local).p_value < LEFT:
+    if alone and (implausible(found[0].model) or left_by(alone[0].model, columns, local).p_value < LEFT):
         couples = pairs(base, columns, ranked, alone, library, work)
         found += couples
         if couples and couples[0].cost < alone[0].cost:

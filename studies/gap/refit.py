@@ -13,6 +13,8 @@ from studies.gap.score import imitated
 
 STARTS = (0.25, 1.0)
 """Of a strength, over its range, beside the size that the score suggests and the probes."""
+SHAPE = 0.3
+"""Of further parameters over their range, where a strength is tried at large."""
 UNTOLD = 1e-6
 """Standard deviations over a parameter's range, below which the data do not depend on it."""
 DESCENTS = 2
@@ -65,7 +67,7 @@ class Model(NamedTuple):
         return np.linalg.norm(self.fitted.jacobian, axis=0) > UNTOLD
 
 
-def refit(base, candidates, guesses):
+def refit(base, candidates, guesses, within=()):
     """Add candidates to a calibrated model and fit everything anew, from several starts.
 
     Parameters
@@ -76,16 +78,18 @@ def refit(base, candidates, guesses):
         To be added.
     guesses : tuple of tuple of float
         For each candidate the x that the score suggests.
+    within : sequence of Model
+        Fits of the base with some of the candidates; from where they stand the others start, too.
 
     Returns
     -------
     Model
-        The best of all starts; never worse than the base, which it contains.
+        The best of all starts; never worse than the base or a model within, which it contains.
     """
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     problem = base.problem.with_parameters([*base.problem.parameters, *freed])
     jacobian, best = _padded(base.fitted.jacobian, len(freed)), None
-    for x, errors in _ranked(problem, jacobian, _starts(base, candidates, guesses))[:DESCENTS]:
+    for _, x, errors in _ranked(problem, jacobian, _starts(base, candidates, guesses, within))[:DESCENTS]:
         try:
             own = problem.jacobian(x, errors, range(len(base.fitted.x), len(x)))
             found = descend(problem, x, np.column_stack([jacobian, own]))
@@ -93,11 +97,47 @@ def refit(base, candidates, guesses):
             continue
         if best is None or found.cost < best.cost:
             best = found
-    if best is None or best.cost > base.cost:
-        off = np.append(base.fitted.x, np.zeros(len(freed)))
+    smaller = min((base, *within), key=lambda model: model.cost)
+    if best is None or best.cost > smaller.cost:
+        off = _from(base, smaller, candidates, [np.zeros(len(candidate.parameters)) for candidate in candidates])
         errors = problem.errors(off)
         best = Fitted(off, errors, problem.jacobian(off, errors), False)
     return Model((*base.candidates, *candidates), problem, best)
+
+
+def at_large(base, candidate):
+    """A candidate switched on by a quarter and by all of its range, and nothing fitted.
+
+    Where it bends the data, its sensitivity at the base foretells little of that.
+
+    Parameters
+    ----------
+    base : Model
+    candidate : Candidate
+
+    Returns
+    -------
+    cost : float
+        Of what is left at best if the nuisances move straight; inf: no simulation comes to its end.
+    x : tuple of float
+        Of the candidate's parameters there.
+    simulations : int
+    """
+    problem = base.problem.with_parameters([*base.problem.parameters, *candidate.parameters])
+    jacobian = _padded(base.fitted.jacobian, len(candidate.parameters))
+    starts = []
+    for number, strength in enumerate(candidate.strengths):
+        for size in (*STARTS, *(-share for share in STARTS)):
+            if strength.low <= size <= strength.high:
+                x = np.append(base.fitted.x, np.zeros(len(candidate.parameters)))
+                x[len(base.fitted.x) + number] = size
+                x[len(x) - len(candidate.shapes) :] = SHAPE
+                starts.append(x)
+    found = _ranked(problem, jacobian, starts)
+    if not found:
+        return np.inf, (), problem.simulations
+    left, x, _ = found[0]
+    return left**2, tuple(x[len(base.fitted.x) :]), problem.simulations
 
 
 def reduced(base, model, number):
@@ -142,7 +182,14 @@ def release(base, number):
     return Model((), problem, found, parameters[number].key)
 
 
-def _starts(base, candidates, guesses):
+def _from(base, smaller, candidates, others):
+    """Where a model with some of the candidates stands, with values for the others."""
+    known = {candidate.name: smaller.own(number) for number, candidate in enumerate(smaller.candidates)}
+    own = [known.get(candidate.name, other) for candidate, other in zip(candidates, others, strict=True)]
+    return np.concatenate([smaller.fitted.x[: len(base.fitted.x)], *own])
+
+
+def _starts(base, candidates, guesses, within):
     """Points to start from: those that the scores suggest; of one candidate alone all its probes, too."""
     each = []
     for candidate, guess in zip(candidates, guesses, strict=True):
@@ -158,10 +205,12 @@ def _starts(base, candidates, guesses):
         each.append(own)
     for chosen in product(*each):
         yield np.concatenate([base.fitted.x, *chosen])
+    for smaller in within:
+        yield _from(base, smaller, candidates, guesses)
 
 
 def _ranked(problem, jacobian, starts):
-    """Starts with their errors, first those that leave least once the nuisances have moved."""
+    """What starts leave once the nuisances have moved, with the starts and their errors; the least first."""
     space, found = imitated(jacobian), []
     for x in starts:
         try:
@@ -169,7 +218,7 @@ def _ranked(problem, jacobian, starts):
         except EndedEarly:
             continue
         found.append((float(np.linalg.norm(space.removed(errors))), x, errors))
-    return [(x, errors) for _, x, errors in sorted(found, key=lambda one: one[0])]
+    return sorted(found, key=lambda one: one[0])
 
 
 def _padded(jacobian, more):

@@ -7,11 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from studies.gap.problem import unless_ended
-from studies.gap.refit import reduced, refit, release
+from studies.gap.refit import at_large, reduced, refit, release
 from studies.gap.score import bank, freed, scores
 
-SINGLES = 7
-"""Candidates that are fitted alone."""
+SINGLES = 12
+"""Candidates that are fitted alone for their score."""
+LARGE = 4
+"""Candidates that are fitted alone for what they leave when switched on by much."""
 PAIRS = 6
 """Pairs that are fitted."""
 SWAPS = 3
@@ -55,7 +57,7 @@ def priced(model, library):
 
 
 def singles(base, ranked, library, work):
-    """The best candidates by score, each fitted alone.
+    """The best candidates by score, and by what they leave when switched on by much, each fitted alone.
 
     Parameters
     ----------
@@ -70,8 +72,14 @@ def singles(base, ranked, library, work):
     list of Choice
         The best first.
     """
-    wanted = [((score.column.probe.candidate,), (score.guess,)) for score in ranked[:SINGLES] if score.deviations > 0.0]
-    return _fitted(base, refit, wanted, library, work, "fitting effects")
+    wanted = {score.name: score for score in ranked[:SINGLES] if score.deviations > 0.0}
+    tasks = [((score.column.probe.candidate,), (score.guess,)) for score in wanted.values()]
+    others = [score.column.probe.candidate for score in ranked if score.name not in wanted]
+    large = work.each("scoring", at_large, [(base, candidate) for candidate in others])
+    base.problem.simulations += sum(simulations for *_, simulations in large)
+    near = sorted(zip(large, others, strict=True), key=lambda one: one[0][0])
+    tasks += [((candidate,), (x,)) for (cost, x, _), candidate in near[:LARGE] if cost < base.cost]
+    return _fitted(base, refit, tasks, library, work, "fitting effects")
 
 
 def released(base, library, work):
@@ -108,12 +116,17 @@ def pairs(base, columns, ranked, alone, library, work):
     wanted = {}
     for (first, second), guesses in [*_partners(alone[:3], columns, work), *_screened(ranked, base.fitted.errors)]:
         wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
-    found = _fitted(base, refit, list(wanted.values())[:PAIRS], library, work, "fitting pairs")
+
+    def fitted(pairs):
+        tasks = [(*pair, [c.model for c in alone if c.names[0] in _names(pair)]) for pair in pairs]
+        return _fitted(base, refit, tasks, library, work, "fitting pairs")
+
+    found = fitted(list(wanted.values())[:PAIRS])
     if found:
         others = {frozenset(_names(pair)): pair for pair in _swapped(found[0], alone, columns)}
         tried = {frozenset(choice.names) for choice in found}
         untried = [pair for names, pair in others.items() if names not in tried]
-        found += _fitted(base, refit, untried, library, work, "fitting pairs")
+        found += fitted(untried)
     return sorted(found, key=lambda choice: choice.cost)
 
 
