@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 from studies.gap.hum import Records, mains_in, with_hum
 from studies.gap.noise import autoregressive, drifting, levinson, noise_for, sines, white, whitened
 from studies.gap.noise_source import (
+    AT_REST,
     TAKEN_FOR_WHITE,
     from_what_nothing_explains,
     hum_of_what_nothing_explains,
@@ -278,3 +279,14 @@ def test_noise_that_leaves_nothing_but_itself_gets_no_hum(two_strokes):
     found, before, after = with_what_is_left(times, model, noise)
     assert not found
     assert after is before
+
+
+def test_a_sensor_whose_hum_is_told_by_some_runs_hums_in_the_others(two_strokes):
+    times, model, noise = two_strokes
+    left = [own + 0.5 * DEVIATION * sines(50.0, times)[:, 0] for own in noise]
+    blocks = [block(model + values, times, name) for name, values in zip("ab", left, strict=True)]
+    known = {"lift": {2e-4: white(DEVIATION, AT_REST), 1e-3: white(2.0 * DEVIATION, AT_REST)}}
+    assert hum_of_what_nothing_explains(blocks, known, [model] * 2, left)
+    fine, coarse = (known["lift"][interval] for interval in (2e-4, 1e-3))
+    assert fine.hums == coarse.hums != ()
+    assert coarse.deviation == 2.0 * DEVIATION

@@ -160,8 +160,10 @@ def from_what_nothing_explains(blocks, noise, left):
     elsewhere = {f for by_interval in noise.values() for one in by_interval.values() for f, _ in one.hums}
     mains = tuple(sorted(elsewhere)) or mains_in(channels)
     for (known, group), records in zip(groups, channels, strict=True):
+        by_interval = noise[group[0][0].sensor]
+        interval = next(at for at, one in by_interval.items() if one is known)
         found = with_hum(records, mains)
-        _put(noise, group, known, found._replace(deviation=max(found.deviation, known.deviation)))
+        by_interval[interval] = found._replace(deviation=max(found.deviation, known.deviation))
     for by_interval in noise.values():
         told = {interval: one for interval, one in by_interval.items() if one.source != TAKEN_FOR_WHITE}
         for interval in set(by_interval) - set(told) if told else ():
@@ -172,6 +174,8 @@ def from_what_nothing_explains(blocks, noise, left):
 
 def hum_of_what_nothing_explains(blocks, noise, predicted, left):
     """Hum that is too faint to be told from stretches at rest, but goes on in them; added to what is else white.
+
+    A sensor that hums does so at all its sampling intervals.
 
     Parameters
     ----------
@@ -201,8 +205,9 @@ def hum_of_what_nothing_explains(blocks, noise, predicted, left):
         fall += going_on(records.noise, rests, mains) / known.deviation**2
     if fall <= 0.0:
         return False
-    for (known, group), records in zip(groups, channels, strict=True):
-        _put(noise, group, known, known._replace(hums=with_hum(records, mains).hums))
+    for (_, group), records in zip(groups, channels, strict=True):
+        sensor, hums = group[0][0].sensor, with_hum(records, mains).hums
+        noise[sensor] = {interval: one._replace(hums=hums) for interval, one in noise[sensor].items()}
     return True
 
 
@@ -219,12 +224,6 @@ def _by_noise(blocks, noise, left, source):
 def _unexplained(group):
     """What is left of the blocks of a group as records of noise."""
     return Records([[(values, block.times)] for block, values in group], UNEXPLAINED, [], False, np.nan)
-
-
-def _put(noise, group, known, found):
-    """Noise in place of that which a group has."""
-    by_interval = noise[group[0][0].sensor]
-    by_interval[next(interval for interval, one in by_interval.items() if one is known)] = found
 
 
 def _by_differences(pairs):
