@@ -5,10 +5,11 @@ import pytest
 
 from studies.gap.candidates import Candidate, Probe
 from studies.gap.descent import descend
+from studies.gap.explain import explanations
 from studies.gap.parameters import Parameter
 from studies.gap.problem import EndedEarly
 from studies.gap.refit import Model, at_large, refit
-from studies.gap.score import Column, Score
+from studies.gap.score import Column, Score, bank, scores
 from studies.gap.select import LARGE, SINGLES, singles
 from studies.gap.work import Work
 
@@ -31,6 +32,7 @@ class Basins:
     def __init__(self, parameters, fails_beyond=np.inf):
         self.parameters, self.fails_beyond = list(parameters), fails_beyond
         self.low, self.high = (np.array([getattr(p, end) for p in parameters]) for end in ("low", "high"))
+        self.known = np.array([p.prior for p in parameters])
         self.simulations = 0
 
     def with_parameters(self, parameters):
@@ -114,3 +116,28 @@ def test_only_the_best_are_fitted_alone():
     assert len(found) <= SINGLES + LARGE
     assert {other.name for other in others[:SINGLES]} <= set(found)
     assert PLAIN.name in found
+
+
+class TooFar(Basins):
+    """What is missing is the second effect alone, by more than it can be."""
+
+    def with_parameters(self, parameters):
+        return TooFar(parameters)
+
+    def errors(self, x):
+        size = dict(zip((p.key.split(".")[1] for p in self.parameters), x, strict=True))
+        gap = 10.0 * (3.0 - size.get(PLAIN.name, 0.0))
+        return np.array([100.0 * size.get(BENT.name, 0.0) + 1.0, gap, x[0], x[0], *np.zeros(len(x) - 1)])
+
+
+@pytest.mark.parametrize(("end", "tried"), [(5.0, {1}), (2.5, {1, 2})])
+def test_pairs_are_tried_where_the_best_explanation_is_beyond_its_range(end, tried):
+    far = PLAIN.strengths[0]._replace(low=-2.0 * end, high=2.0 * end, reach=2.0)
+    candidates = [BENT, PLAIN._replace(strengths=(far,))]
+    problem = TooFar([NUISANCE])
+    base = Model((), problem, descend(problem, np.zeros(1)))
+    columns = bank(problem, base.fitted, candidates, Work())
+    ranked = scores(columns, base.fitted.errors)
+    found = explanations(base, columns, ranked, 2, np.zeros((len(base.fitted.errors), 0)), Work())
+    assert found[0].names == (PLAIN.name,)
+    assert {len(choice.names) for choice in found} == tried
