@@ -13,6 +13,7 @@ from studies.gap.noise_source import (
     TAKEN_FOR_WHITE,
     from_what_nothing_explains,
     hum_of_what_nothing_explains,
+    may_hum,
     noise_of,
 )
 from studies.gap.problem import Block
@@ -290,3 +291,12 @@ def test_a_sensor_whose_hum_is_told_by_some_runs_hums_in_the_others(two_strokes)
     fine, coarse = (known["lift"][interval] for interval in (2e-4, 1e-3))
     assert fine.hums == coarse.hums != ()
     assert coarse.deviation == 2.0 * DEVIATION
+
+
+def test_hum_is_looked_for_again_only_where_rest_told_of_white_noise_and_none():
+    rest = white(DEVIATION, AT_REST)
+    coloured = rest._replace(predictors=(np.zeros(0), np.array([0.5])), spread=np.array([1.0, 0.9]))
+    assert may_hum({"lift": {1e-4: rest}, "torque": {0.0: white(1.0, "stated")}})
+    for other in (coloured, rest._replace(hums=((50.0, DEVIATION),))):
+        assert not may_hum({"lift": {1e-4: rest}, "pressure_a": {1e-4: other}})
+    assert not may_hum({"lift": {1e-4: white(DEVIATION, "repeats")}})

@@ -49,6 +49,10 @@ class Candidate(NamedTuple):
         """All that a fit frees."""
         return self.strengths + self.shapes
 
+    def switched_on(self, number, size, shapes):
+        """Its x with one of the strengths at a size, and with given shapes."""
+        return (*(size if k == number else 0.0 for k in range(len(self.strengths))), *shapes)
+
 
 class Probe(NamedTuple):
     """One way to switch a candidate on a little."""
@@ -132,9 +136,6 @@ def probes_of(candidate):
     """
     for number, strength in enumerate(candidate.strengths):
         sizes = INVERSE_SIZES if strength.inverse else LARGE_SIZES.get(candidate.name, SIZES)
-        for size, *shape in product(sizes, *((0.1, 0.6) for _ in candidate.shapes)):
-            if not strength.low <= size <= strength.high:
-                continue
-            x = [0.0] * len(candidate.strengths)
-            x[number] = size
-            yield Probe(candidate, (*x, *shape), number)
+        for size, *shapes in product(sizes, *((0.1, 0.6) for _ in candidate.shapes)):
+            if strength.low <= size <= strength.high:
+                yield Probe(candidate, candidate.switched_on(number, size, shapes), number)

@@ -14,7 +14,7 @@ from studies.gap.gate import OWN_ERROR, gate, own_error
 from studies.gap.heldout import all_left_over, compared, held_out, leave_one_out, point_of
 from studies.gap.localise import localise
 from studies.gap.noise import noise_for
-from studies.gap.noise_source import from_what_nothing_explains, hum_of_what_nothing_explains, is_known
+from studies.gap.noise_source import from_what_nothing_explains, hum_of_what_nothing_explains, is_known, may_hum
 from studies.gap.phases import local_shapes
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
@@ -180,10 +180,13 @@ def scored(base, candidates, work):
     """
     problem, x = base.problem, base.fitted.x
     columns = bank(problem, base.fitted, candidates, work)
+    known = is_known(problem.noise)
+    if known and not may_hum(problem.noise):
+        return base, columns
     space = imitated(np.column_stack([base.fitted.jacobian, *(column.effect for column in columns)]))
     pairs = zip(problem.parted(space.removed(base.fitted.errors)), problem.blocks, strict=True)
     left = [-part * noise_for(problem.noise, block).deviation for part, block in pairs]
-    if not is_known(problem.noise):
+    if not known:
         from_what_nothing_explains(problem.blocks, problem.noise, left)
     elif not hum_of_what_nothing_explains(problem.blocks, problem.noise, problem.predicted(x), left):
         return base, columns

@@ -122,24 +122,31 @@ def _contrasts(pairs):
 
 def _at_rest(pairs):
     """Samples before the trigger and stretches in which the model hardly moves, records of them."""
-    rough, records = _by_differences(pairs), []
-    for block, values in pairs:
-        if len(values) < ENOUGH:
-            continue
-        moving = (np.abs(np.gradient(values)) > STILL * rough) & (block.times > 0.0)
-        edges = np.flatnonzero(np.diff(np.concatenate([[True], moving, [True]]).astype(int)))
-        record = []
-        guard = 1 + int(GUARD / block.interval)
-        for first, end in zip(edges[::2] + guard, edges[1::2] - guard, strict=True):
-            if end - first >= STRETCH:
-                record.append((block.values[first:end], block.times[first:end]))
-        records.append(record)
+    rough = _by_differences(pairs)
+    records = [_stretches_at_rest(block, values, rough) for block, values in pairs]
     return [record for record in records if record]
+
+
+def _stretches_at_rest(block, values, rough):
+    """Those of one block, where the model gives the values and its noise is roughly so much."""
+    if len(values) < ENOUGH:
+        return []
+    moving = (np.abs(np.gradient(values)) > STILL * rough) & (block.times > 0.0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], moving, [True]]).astype(int)))
+    guard = 1 + int(GUARD / block.interval)
+    ends = zip(edges[::2] + guard, edges[1::2] - guard, strict=True)
+    return [(block.values[first:end], block.times[first:end]) for first, end in ends if end - first >= STRETCH]
 
 
 def is_known(noise):
     """Whether the colour of every channel's noise is known from noise itself."""
     return all(one.source != TAKEN_FOR_WHITE for known in noise.values() for one in known.values())
+
+
+def may_hum(noise):
+    """Whether channels known from stretches at rest may hum more faintly than those tell: none does, all are white."""
+    known = [one for by_interval in noise.values() for one in by_interval.values()]
+    return any(one.source == AT_REST for one in known) and not any(one.hums or one.order for one in known)
 
 
 def from_what_nothing_explains(blocks, noise, left):
@@ -173,7 +180,7 @@ def from_what_nothing_explains(blocks, noise, left):
 
 
 def hum_of_what_nothing_explains(blocks, noise, predicted, left):
-    """Hum that is too faint to be told from stretches at rest, but goes on in them; added to what is else white.
+    """Hum that is too faint to be told from stretches at rest, but goes on in them.
 
     A sensor that hums does so at all its sampling intervals.
 
@@ -181,7 +188,7 @@ def hum_of_what_nothing_explains(blocks, noise, predicted, left):
     ----------
     blocks : list of studies.gap.problem.Block
     noise : dict
-        See `noise_of`; changed.
+        See `noise_of`; one that `may_hum`; changed.
     predicted, left : list of (n,) float array
         For each block what the model gives, and what of the measured is more than anything in the library can explain
         [SI].
@@ -191,17 +198,18 @@ def hum_of_what_nothing_explains(blocks, noise, predicted, left):
     bool
         Whether there is any.
     """
-    if any(one.hums or one.order for known in noise.values() for one in known.values()):
-        return False
-    rest = {id(block): _at_rest([(block, values)]) for block, values in zip(blocks, predicted, strict=True)}
     groups = _by_noise(blocks, noise, left, AT_REST)
     channels = [_unexplained(group) for _, group in groups]
     mains = mains_in(channels)
     if not mains:
         return False
+    rest = {
+        id(block): _stretches_at_rest(block, values, _by_differences([(block, values)]))
+        for block, values in zip(blocks, predicted, strict=True)
+    }
     fall = 0.0
     for (known, group), records in zip(groups, channels, strict=True):
-        rests = [[one for record in rest[id(block)] for one in record] for block, _ in group]
+        rests = [rest[id(block)] for block, _ in group]
         fall += going_on(records.noise, rests, mains) / known.deviation**2
     if fall <= 0.0:
         return False

@@ -125,14 +125,13 @@ def at_large(base, candidate):
     """
     problem = base.problem.with_parameters([*base.problem.parameters, *candidate.parameters])
     jacobian = _padded(base.fitted.jacobian, len(candidate.parameters))
-    starts = []
-    for number, strength in enumerate(candidate.strengths):
-        for size in (*STARTS, *(-share for share in STARTS)):
-            if strength.low <= size <= strength.high:
-                x = np.append(base.fitted.x, np.zeros(len(candidate.parameters)))
-                x[len(base.fitted.x) + number] = size
-                x[len(x) - len(candidate.shapes) :] = SHAPE
-                starts.append(x)
+    shapes = [SHAPE] * len(candidate.shapes)
+    starts = [
+        np.append(base.fitted.x, candidate.switched_on(number, size, shapes))
+        for number, strength in enumerate(candidate.strengths)
+        for size in (*STARTS, *(-share for share in STARTS))
+        if strength.low <= size <= strength.high
+    ]
     found = _ranked(problem, jacobian, starts)
     if not found:
         return np.inf, (), problem.simulations
@@ -198,9 +197,7 @@ def _starts(base, candidates, guesses, within):
             main = int(np.argmax(np.abs(guess[: len(candidate.strengths)])))
             sign = 1.0 if guess[main] >= 0.0 else -1.0
             shapes = guess[len(candidate.strengths) :]
-            for share in STARTS:
-                strengths = [sign * share if k == main else 0.0 for k in range(len(candidate.strengths))]
-                own.append((*strengths, *shapes))
+            own += [candidate.switched_on(main, sign * share, shapes) for share in STARTS]
             own += [probe.x for probe in probes_of(candidate)]
         each.append(own)
     for chosen in product(*each):
