@@ -8,7 +8,9 @@ import pytest
 from truth.challenge import make, nominal_rig
 from truth.crank import TURN
 from truth.effects import EFFECTS, Rig
+from truth.hiding import Hidden
 from truth.library import ENGINE, LIBRARY, VALVE
+from truth.look_alikes import TOLD_APART, look_alikes
 from truth.observation import Laboratory, at_point
 from truth.schedule import KINDS, NONE, SCHEDULE, SINGLE
 from truth.score import Scored, clopper_pearson, figures, shrinks
@@ -74,6 +76,21 @@ def test_twice_the_noise_at_most_halves_the_deviations_of_an_effect():
         sizes.append(np.linalg.norm(lab.left(rig, lambda rig: EFFECTS["ring_leakage"](rig, 0.05e-6), POINTS)))
     # The gap counts half, but priors of the same width hold the nuisances tighter: at most a factor of two is lost.
     assert 1.5 < sizes[0] / sizes[1] < 2.01
+
+
+def test_a_delay_that_a_priori_could_be_the_other_solenoids_is_in_one_class_with_it_however_plainly_it_shows():
+    lab, rig, delay = Laboratory(setting(noise=WHITE._replace(scale=0.5))), Rig(), 0.15e-3
+
+    def add(rig):
+        return EFFECTS["solenoid_a_delay"](rig, delay)
+
+    left = lab.left(rig, add, POINTS)
+    hidden = [Hidden(add, {"name": "solenoid_a_delay"}, np.linalg.norm(left), left)]
+    found = {one.name: one.left for one in look_alikes(lab, rig, POINTS, hidden, LIBRARY)}
+    assert hidden[0].deviations > 40.0
+    # The dead time of both, known to 0.1 ms, is 1.5 deviations away.
+    assert 1.0 < found["solenoid_b_delay"] < np.sqrt(TOLD_APART)
+    assert min(left for name, left in found.items() if "solenoid" not in name) > 0.7 * hidden[0].deviations
 
 
 def test_time_before_the_energising_is_at_rest():

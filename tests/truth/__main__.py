@@ -9,6 +9,7 @@ import argparse
 from .bank import Bank
 from .benchmark import TOOLS, benchmark
 from .challenge import make
+from .schedule import NONE, plan_of
 from .tables import comparison
 
 
@@ -22,6 +23,9 @@ def main():
     many = commands.add_parser("benchmark", help="make cases, have them solved, and score the verdicts")
     many.add_argument("--cases", type=int, required=True)
     many.add_argument("--first", type=int, default=20000, help="first seed; development used those below 20000")
+    many.add_argument(
+        "--nones", type=int, default=0, help="further seeds, of which cases with nothing hidden are taken"
+    )
     many.add_argument("--out", required=True, help="folder; what is there already is kept")
     many.add_argument("--jobs", type=int, default=1, help="cases at a time")
     many.add_argument("--tools", nargs="+", choices=TOOLS, default=list(TOOLS), help="who solves them; all if left out")
@@ -30,8 +34,9 @@ def main():
         make(given.seed, given.out, given.bank and Bank(given.bank))
     else:
         tools = {name: TOOLS[name] for name in given.tools}
-        seeds = range(given.first, given.first + given.cases)
-        print(comparison(benchmark(seeds, given.out, tools, given.jobs)))
+        end = given.first + given.cases
+        nones = [seed for seed in range(end, end + given.nones) if plan_of(seed).kind == NONE]
+        print(comparison(benchmark([*range(given.first, end), *nones], given.out, tools, given.jobs)))
 
 
 if __name__ == "__main__":

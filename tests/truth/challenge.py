@@ -17,7 +17,7 @@ from .look_alikes import class_of, look_alikes
 from .nuisances import drawn, nuisances_for, with_nuisances
 from .observation import Laboratory, at_point, noisy
 from .phases import gap_shares
-from .schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SCHEDULE
+from .schedule import DOUBLE, FOREIGNER, NONE, REMOVED, plan_of
 from .setting import SUITES, draw_setting
 
 TRIES = 6
@@ -42,7 +42,7 @@ def make(seed, folder, bank=None):
         The answer.
     """
     rng = np.random.default_rng(seed)
-    plan = SCHEDULE[seed % len(SCHEDULE)]
+    plan = plan_of(seed)
     nominal = nominal_rig(rng, plan.bench)
     lab, hidden, facts = hide(rng, plan, nominal, bank)
     setting = lab.setting
@@ -131,7 +131,7 @@ def facts_of(plan, lab, nominal, points, hidden):
     }
     if plan.kind == NONE:
         return facts
-    alike = look_alikes(lab, nominal, points, left, LIBRARY)
+    alike = look_alikes(lab, nominal, points, hidden, LIBRARY)
     names = [one.told["name"] for one in hidden]
     if plan.kind == DOUBLE:
         first, second = (one.left / one.deviations for one in hidden)

@@ -5,12 +5,16 @@ from typing import NamedTuple
 import numpy as np
 
 from .effects import EFFECTS
+from .hiding import LIMIT
 from .library import LIBRARY
+from .nuisances import Nuisance
 
 PROBE = 0.3
 """Share of an effect's range by which it is tried first."""
-CLOSE = 5
-"""How many of the best are tried again, at the size that suited best."""
+CLOSE = 3
+"""How many of the best are fitted together with the nuisances."""
+FAR = 0.7
+"""Share of all deviations; what leaves more of many is not fitted."""
 TOLD_APART = 9.2
 """Deviations squared by which two explanations have to differ: 99 % of a chi-square of two degrees of freedom."""
 
@@ -21,12 +25,12 @@ class LookAlike(NamedTuple):
     name: str
     left: float
     """Deviations that it leaves, at the size that suits best and lies in its range."""
-    share: float
-    """That size, as a share of the range; negative towards its first end."""
 
 
-def look_alikes(lab, nominal, points, left, known):
-    """Every effect in place of what is hidden, the best first; the best few are tried twice, at the size that suited.
+def look_alikes(lab, nominal, points, hidden, known):
+    """Every effect in place of what is hidden, the best first.
+
+    A straight model tells which are close; those are fitted through the simulator, together with the nuisances.
 
     Parameters
     ----------
@@ -34,8 +38,7 @@ def look_alikes(lab, nominal, points, left, known):
     nominal : truth.effects.Rig
     points : sequence of Point
         To fit.
-    left : float array
-        What the hidden leaves, see `truth.observation.Laboratory.left`.
+    hidden : sequence of truth.hiding.Hidden
     known : sequence of str
         Effects that are tried.
 
@@ -44,24 +47,46 @@ def look_alikes(lab, nominal, points, left, known):
     list of LookAlike
     """
     entries = [LIBRARY[name] for name in known if lab.setting.bench in LIBRARY[name].benches]
-    found = sorted(
-        (alike(lab, nominal, points, left, entry, PROBE, True) for entry in entries), key=lambda one: one.left
-    )
-    again = [alike(lab, nominal, points, left, LIBRARY[one.name], one.share) for one in found[:CLOSE] if one.share]
-    better = {one.name: one for one in again}
-    found = [min(one, better.get(one.name, one), key=lambda each: each.left) for one in found]
+    own = [one.told["name"] for one in hidden]
+    left = sum(one.left for one in hidden)
+    rough = sorted(((*straight(lab, nominal, points, left, entry), entry) for entry in entries), key=lambda one: one[0])
+    near = max(2.0 * LIMIT, FAR * float(np.linalg.norm(left)))
+    others = [(share, entry) for apart, share, entry in rough if share and [entry.name] != own and apart < near]
+    close = {
+        entry.name: LookAlike(entry.name, fitted(lab, nominal, points, hidden, entry, share))
+        for share, entry in others[:CLOSE]
+    }
+    found = [
+        LookAlike(entry.name, 0.0) if [entry.name] == own else close.get(entry.name, LookAlike(entry.name, apart))
+        for apart, _, entry in rough
+    ]
     return sorted(found, key=lambda one: one.left)
 
 
-def alike(lab, nominal, points, left, entry, share, linear=False):
-    """An effect tried at a share of its range, towards the other end where that is negative."""
-    label = f"{entry.name} {share:g}" if linear else ""
-    own = lab.left(nominal, change_of(entry, share), points, linear, label)
+def straight(lab, nominal, points, left, entry):
+    """What an effect leaves if all is straight, and at which share of its range."""
+    own = lab.left(nominal, change_of(entry, PROBE), points, True, f"{entry.name} {PROBE:g}")
     scale = float(own @ own)
-    factor = float(left @ own) / scale if scale > 0.0 else 0.0
-    suited = float(np.clip(factor * share, -1.0 if len(entry.ends) > 1 else 0.0, 1.0))
-    apart = lab.freed(nominal, points, left - suited / share * own)
-    return LookAlike(entry.name, float(np.linalg.norm(apart)), suited)
+    share = PROBE * float(left @ own) / scale if scale > 0.0 else 0.0
+    share = float(np.clip(share, *ends(entry)))
+    return float(np.linalg.norm(lab.freed(nominal, points, left - share / PROBE * own))), share
+
+
+def fitted(lab, nominal, points, hidden, entry, share):
+    """What an effect leaves [deviations], fitted through the simulator from a share of its range on."""
+    size = Nuisance(entry.name, PROBE, lambda rig, x: change_of(entry, x)(rig) if x else rig, ends=ends(entry))
+
+    def change(rig):
+        for one in hidden:
+            rig = one.add(rig)
+        return rig
+
+    return float(np.linalg.norm(lab.left(nominal, change, points, stand_in=size, start=share / PROBE)))
+
+
+def ends(entry):
+    """Of the shares of an effect's range, below zero towards its first end."""
+    return -1.0 if len(entry.ends) > 1 else 0.0, 1.0
 
 
 def change_of(entry, share):

@@ -31,6 +31,8 @@ class Nuisance(NamedTuple):
     channel: str = ""
     """Only where this is measured."""
     engine_only: bool = False
+    ends: tuple = ()
+    """Between which it lies, no value likelier than another; none: it is normal."""
 
     @property
     def is_share(self):

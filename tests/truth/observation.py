@@ -77,7 +77,7 @@ class Laboratory:
             return {name: found[name] for name in self.setting.channels}
         return self.read(after, point, self.run(after, point))
 
-    def left(self, nominal, changes, points, linear=False, label="", anew=0):
+    def left(self, nominal, changes, points, linear=False, label="", anew=0, stand_in=None, start=0.0):
         """A change of a nominal rig, over the noise and freed of what nuisances can take on.
 
         Parameters
@@ -92,34 +92,47 @@ class Laboratory:
             Of the change, where the bank shall keep it.
         anew : int
             How often the nuisances' sensitivities are taken anew where they have been moved to, at most.
+        stand_in : truth.nuisances.Nuisance, optional
+            What else may take on what it can, at a size between its ends.
+        start : float
+            The size of the stand-in that is tried first, in its deviations.
 
         Returns
         -------
         float array
-            Of each sample over the noise, then of each nuisance in its prior deviations; its length is what is left
-            in all [deviations].
+            Of each sample over the noise, then of each nuisance and the stand-in in prior deviations (0 without a
+            prior); its length is what is left in all [deviations].
         """
         change, columns = self.changed(nominal, changes, points, label), self.sensitivities(nominal, points)
-        n = columns.shape[1]
-        slopes, taken, damping = np.vstack((columns, np.eye(n))), np.zeros(n), 0.0
+        free, taken = (*self.nuisances, *([stand_in] if stand_in else [])), np.zeros(columns.shape[1])
+        if stand_in:
+            taken = np.append(taken, start)
+            at_start = self.changed(nominal, shifted(taken, free), points)
+            columns, residual = np.column_stack((columns, at_start / start)), change - at_start
+        else:
+            residual = change
+        n = len(free)
+        prior = np.diag([0.0 if one.ends else 1.0 for one in free])
+        slopes, target, damping = np.vstack((columns, prior)), np.append(residual, np.zeros(n)), 0.0
         fresh = False
-        lowest = np.array([self.lowest(one) for one in self.nuisances])
-        target = np.append(change, taken)
+        lowest, highest = np.array([reach(one) for one in free]).T
 
         def renewed():
-            return self.slopes(nominal, points, taken, change - target[: len(change)])
+            return self.slopes(nominal, points, taken, change - target[: len(change)], free, prior)
 
         for _ in range(0 if linear else ROUNDS):
             damped = np.vstack((slopes, sqrt(damping) * np.diag(np.linalg.norm(slopes, axis=0))))
             step = np.linalg.lstsq(damped, np.append(target, np.zeros(n)), rcond=None)[0]
-            step = np.clip(taken + step, lowest, FARTHEST) - taken
+            step = np.clip(taken + step, lowest, highest) - taken
             promised = target @ target - np.sum((target - slopes @ step) ** 2)
             if not step.any() or (taken.any() and promised < DONE * (target @ target)):
                 if not anew or fresh:
                     break
                 slopes, anew, fresh = renewed(), anew - 1, True
                 continue
-            tried = np.append(change - self.changed(nominal, self.shifted(taken + step), points), -taken - step)
+            tried = np.append(
+                change - self.changed(nominal, shifted(taken + step, free), points), -prior @ (taken + step)
+            )
             fall = target @ target - tried @ tried
             slopes = slopes + np.outer(target - tried - slopes @ step, step) / (step @ step)  # Broyden's rule
             if fall > 0.0:
@@ -128,7 +141,8 @@ class Laboratory:
             damping = 0.1 * damping if foreseen else max(10.0 * damping, LEAST_DAMPING)
             if not foreseen and anew and not fresh:
                 slopes, anew, fresh = renewed(), anew - 1, True
-        return target - slopes @ np.linalg.lstsq(slopes, target, rcond=None)[0]
+        movable = slopes[:, (np.diag(prior) > 0.0) | ((taken > lowest) & (taken < highest))]
+        return target - movable @ np.linalg.lstsq(movable, target, rcond=None)[0]
 
     def freed(self, nominal, points, target):
         """What nuisances cannot take on of a whitened change and the nuisances below it, if all is straight."""
@@ -136,8 +150,8 @@ class Laboratory:
         slopes = np.vstack((columns, np.eye(columns.shape[1])))
         return target - slopes @ np.linalg.lstsq(slopes, target, rcond=None)[0]
 
-    def slopes(self, nominal, points, taken, there):
-        """Columns of the whitened change, and of the nuisances themselves, where nuisances are at some sizes.
+    def slopes(self, nominal, points, taken, there, free, prior):
+        """Columns of the whitened change, and of the priors, where what is free is at some sizes.
 
         Parameters
         ----------
@@ -147,23 +161,21 @@ class Laboratory:
             [prior deviations]
         there : (n,) float array
             The change by them.
+        free : sequence of Nuisance
+        prior : (p, p) float array
 
         Returns
         -------
         (n + p, p) float array
         """
         steps = STEP * np.eye(len(taken))
-        columns = [(self.changed(nominal, self.shifted(taken + step), points) - there) / STEP for step in steps]
-        return np.vstack((np.column_stack(columns), np.eye(len(taken))))
+        columns = [(self.changed(nominal, shifted(taken + step, free), points) - there) / STEP for step in steps]
+        return np.vstack((np.column_stack(columns), prior))
 
     @property
     def nuisances(self):
         """Those that act where these channels are measured."""
         return nuisances_for(self.setting.bench, self.setting.channels)
-
-    def lowest(self, nuisance):
-        """How far a nuisance may fall [prior deviations]; a number stays above zero."""
-        return max(-FARTHEST, LOWEST / nuisance.deviation) if nuisance.is_share else -FARTHEST
 
     def changed(self, nominal, changes, points, label=""):
         """What a change does to all samples, whitened."""
@@ -174,17 +186,15 @@ class Laboratory:
             parts.append(self.whitened(point, {name: after[name] - before[name] for name in after}))
         return np.concatenate(parts)
 
-    def shifted(self, taken):
-        """The change by nuisances, in their prior deviations."""
-        values = {one.name: x * one.deviation for one, x in zip(self.nuisances, taken, strict=True)}
-        return lambda rig: with_nuisances(rig, self.nuisances, values)
-
     def sensitivities(self, nominal, points):
         """Columns of the whitened change per prior deviation of each nuisance; kept."""
         if self.columns is None:
             steps = zip(self.nuisances, FIRST_STEP * np.eye(len(self.nuisances)), strict=True)
             self.columns = np.column_stack(
-                [self.changed(nominal, self.shifted(step), points, one.name) / FIRST_STEP for one, step in steps]
+                [
+                    self.changed(nominal, shifted(step, self.nuisances), points, one.name) / FIRST_STEP
+                    for one, step in steps
+                ]
             )
         return self.columns
 
@@ -199,6 +209,19 @@ class Laboratory:
                 part = np.append(part[:1], (part[1:] - rho * part[:-1]) / sqrt(1.0 - rho**2))
             parts.append(part)
         return sqrt(point.repeats) * np.concatenate(parts)
+
+
+def reach(nuisance):
+    """How far a nuisance may fall and rise [prior deviations]; a number stays above zero."""
+    if nuisance.ends:
+        return tuple(end / nuisance.deviation for end in nuisance.ends)
+    return max(-FARTHEST, LOWEST / nuisance.deviation) if nuisance.is_share else -FARTHEST, FARTHEST
+
+
+def shifted(taken, nuisances):
+    """The change by nuisances, in their prior deviations."""
+    values = {one.name: x * one.deviation for one, x in zip(nuisances, taken, strict=True)}
+    return lambda rig: with_nuisances(rig, nuisances, values)
 
 
 def without_hum(setting, point, part):

@@ -54,3 +54,8 @@ def schedule():
 
 
 SCHEDULE = schedule()
+
+
+def plan_of(seed):
+    """What a seed's case is to be."""
+    return SCHEDULE[seed % len(SCHEDULE)]
