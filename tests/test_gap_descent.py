@@ -91,3 +91,31 @@ def test_sensitivities_are_renewed_where_a_step_brings_more_than_they_promise():
     found = descend(Fronts(), np.full(8, -4.0))
     assert found.converged
     assert found.cost < 10.0
+
+
+class Strokes(Fronts):
+    """The same with fronts whose heights change, too, further apart from what is seen."""
+
+    low, high = np.full(12, -20.0), np.full(12, 20.0)
+
+    def __init__(self, seed):
+        rng = np.random.default_rng(seed)
+        self.places, self.shifts = rng.uniform(0.2, 0.8, 6), 0.02 * rng.normal(size=(6, 12))
+        self.heights, self.evaluations = 0.05 * rng.normal(size=(6, 12)), 0
+        self.seen = self.trace(rng.normal(size=12))
+
+    def trace(self, x):
+        self.evaluations += 1
+        times, places = np.linspace(0.0, 1.0, 200), self.places + self.shifts @ x
+        fronts = [np.tanh(60.0 * (times - place)) for place in places]
+        return 50.0 * (1.0 + self.heights @ x) @ fronts
+
+    def jacobian(self, x, errors):
+        return np.column_stack([(self.errors(x + 1e-4 * one) - errors) / 1e-4 for one in np.eye(12)])
+
+
+def test_sensitivities_are_renewed_where_steps_keep_promising_as_little():
+    problem = Strokes(22)
+    found = descend(problem, np.zeros(12))
+    assert found.converged
+    assert problem.evaluations < 150

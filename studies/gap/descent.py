@@ -11,6 +11,11 @@ CONVERGED = 0.02
 """Fall of the sum of squares that a fresh step would still promise."""
 FORESEEN = 0.5, 1.5
 """Fall over that promised, beyond which sensitivities are taken anew."""
+CREEPING = 0.25
+"""The same for a promise over that of the step before: sensitivities gone stale keep small promises, and hide large
+ones."""
+UNDAMPED = 1e-5
+"""Damping below which a promise is not one that damping shortens."""
 DAMPING_FELT = 1e-2
 """Share of a sensitivity's square from which damping shortens a step."""
 BENT = 0.3
@@ -69,14 +74,15 @@ def descend(problem, x, jacobian=None):
     errors = problem.errors(x)
     fresh = jacobian is None
     jacobian = problem.jacobian(x, errors) if fresh else jacobian.copy()
-    damping = 1e-3
+    damping, before = 1e-3, np.inf
     for _ in range(STEPS_MOST):
         step, promise = _step(problem, x, errors, jacobian, damping)
-        if promise < CONVERGED:
-            if fresh:
-                return Fitted(x, errors, jacobian, True)
+        if promise < CONVERGED and fresh:
+            return Fitted(x, errors, jacobian, True)
+        if not fresh and (promise < CONVERGED or (promise > CREEPING * before and damping < UNDAMPED)):
             jacobian, fresh = problem.jacobian(x, errors), True
             continue
+        before = promise
         try:
             tried = problem.errors(x + step)
             fall = errors @ errors - tried @ tried
