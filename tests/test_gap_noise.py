@@ -19,6 +19,7 @@ from studies.gap.noise_source import (
 from studies.gap.problem import Block
 
 DEVIATION = 3e-5
+TURN = 2.0 * np.pi
 
 
 def process(rng, n, *weights):
@@ -183,6 +184,18 @@ def test_drifts_take_nothing_off_the_colour_of_noise():
     assert [noise.order for noise in found].count(1) >= 57
     assert np.mean([noise.predictors[1][0] for noise in found]) == pytest.approx(0.9, abs=0.02)
     assert np.median([noise.deviation for noise in found]) == pytest.approx(DEVIATION, rel=0.1)
+
+
+@pytest.mark.parametrize(("samples", "apart", "records"), [(55, 90, 4), (25, 20, 4), (30, 20, 2)])
+def test_what_is_taken_off_short_stretches_gives_white_noise_no_colour(samples, apart, records):
+    rng, found = np.random.default_rng(16), []
+    times = np.arange(2 * samples + apart) * 5e-4
+    for _ in range(60):
+        hums = [rng.normal(size=len(times)) + 0.6 * np.sin(TURN * 50.0 * times + rng.normal()) for _ in range(records)]
+        rests = [[(one[:samples], times[:samples]), (one[-samples:], times[-samples:])] for one in hums]
+        found.append(with_hum(Records(rests, AT_REST, [], True, np.nan), (50.0,)))
+    assert [noise.order for noise in found].count(0) >= 57
+    assert np.sqrt(np.mean([noise.deviation**2 for noise in found])) == pytest.approx(1.0, abs=0.03)
 
 
 def test_the_colour_is_the_one_that_goes_with_a_stated_deviation():

@@ -47,8 +47,8 @@ def mains_in(channels):
     for records in channels:
         chances.append(2.0 * (len(records.noise) + len(records.others)))
         for frequency in MAINS:
-            left, _, fall = _without_hum(records, (frequency,))
-            quiet = _noise_of_stretches(left, records)
+            left, fitted, _, fall = _without_hum(records, (frequency,))
+            quiet = _noise_of_stretches(left, records, fitted)
             # Coloured noise has more power at low frequencies than white: by this factor.
             gain = max(1.0, (quiet.spread[-1] / (1.0 - quiet.predictors[-1].sum())) ** 2)
             falls[frequency].append(fall / max(quiet.deviation**2 * gain, 1e-300))
@@ -79,10 +79,10 @@ def with_hum(records, frequencies):
     """
     if not frequencies:
         return _noise_of_stretches([values for record in records.noise for values, _ in record], records)
-    left, amplitudes, _ = _without_hum(records, frequencies)
+    left, fitted, amplitudes, _ = _without_hum(records, frequencies)
     sizes = np.sqrt(np.mean(np.square(amplitudes), axis=0) / 2.0)
-    lost = 2 * len(records.noise) * len(frequencies)
-    return _noise_of_stretches(left, records, lost)._replace(hums=tuple(zip(frequencies, sizes.tolist(), strict=True)))
+    found = _noise_of_stretches(left, records, fitted)
+    return found._replace(hums=tuple(zip(frequencies, sizes.tolist(), strict=True)))
 
 
 def going_on(records, rests, frequencies):
@@ -104,7 +104,7 @@ def going_on(records, rests, frequencies):
     """
     fall = 0.0
     for record, rest in zip(records, rests, strict=True):
-        ((values, times),), ((left,), _, _) = record, _without_sines(record, frequencies)
+        ((values, times),), ((left,), *_) = record, _without_sines(record, frequencies)
         for seen, at in rest:
             first = np.searchsorted(times, at[0])
             bare, wave = detrend(seen), detrend((values - left)[first : first + len(seen)])
@@ -112,25 +112,28 @@ def going_on(records, rests, frequencies):
     return fall
 
 
-def _noise_of_stretches(stretches, records, lost=0):
+def _noise_of_stretches(stretches, records, fitted=()):
     if not records.drifts:
-        return autoregressive(stretches, records.source)
-    return drifting(stretches, records.source, lost, records.stated)
+        return autoregressive(stretches, records.source, fitted)
+    return drifting(stretches, records.source, fitted, records.stated)
 
 
 def _without_hum(records, frequencies):
-    """Stretches without the sines that fit each record best, their amplitudes, and the power that they take."""
-    left, amplitudes, fall = [], [], 0.0
+    """Stretches without the sines that fit each record best, their rows of what was fitted, see
+    `studies.gap.noise.autoregressive`, the sines' amplitudes, and the power that they take."""
+    left, fitted, amplitudes, fall = [], [], [], 0.0
     for number, record in enumerate([*records.noise, *records.others]):
-        rest, amplitude, taken = _without_sines(record, frequencies)
-        left += rest if number < len(records.noise) else []
+        rest, columns, amplitude, taken = _without_sines(record, frequencies)
+        if number < len(records.noise):
+            left += rest
+            fitted += columns
         fall += taken
         amplitudes.append(amplitude)
-    return left, amplitudes, fall
+    return left, fitted, amplitudes, fall
 
 
 def _without_sines(record, frequencies):
-    """Stretches of a record without the sines that fit them best, their amplitudes, and the power that they take.
+    """Stretches of a record without the sines that fit them best, and the same as `_without_hum`.
 
     Each stretch is free to drift straight.
     """
@@ -142,9 +145,10 @@ def _without_sines(record, frequencies):
         drift[first:end, 2 * k + 1] = times[first:end] - times[first:end].mean()
     values = np.concatenate([v for v, _ in record])
     straight = values - drift @ np.linalg.lstsq(drift, values, rcond=None)[0]
-    waves = np.column_stack([sines(frequency, times) for frequency in frequencies])
-    weights, *_ = np.linalg.lstsq(np.column_stack([waves, drift]), values, rcond=None)
-    own = weights[: waves.shape[1]]
-    left = values - waves @ own - drift @ weights[waves.shape[1] :]
+    columns = np.column_stack([*(sines(frequency, times) for frequency in frequencies), drift])
+    weights, *_ = np.linalg.lstsq(columns, values, rcond=None)
+    left, own = values - columns @ weights, weights[: 2 * len(frequencies)]
     taken = float(straight @ straight - left @ left)
-    return [left[first:end] for first, end in pairwise(ends)], np.hypot(own[::2], own[1::2]), taken
+    fitted = np.linalg.qr(columns)[0]
+    parts = ([part[first:end] for first, end in pairwise(ends)] for part in (left, fitted))
+    return *parts, np.hypot(own[::2], own[1::2]), taken

@@ -58,13 +58,18 @@ def levinson(correlation):
     return tuple(predictors), np.sqrt(variance)
 
 
-def autoregressive(segments, source, doubt=0.0):
+def autoregressive(segments, source, fitted=(), doubt=0.0):
     """Noise from stretches of nothing but noise.
+
+    What was fitted to white noise and taken off leaves correlations that are not the noise's, minus those of its
+    orthonormal columns: they are added again.
 
     Parameters
     ----------
     segments : list of (n,) float array
     source : str
+    fitted : sequence of (n, k) float array
+        For each of them its rows of the orthonormal columns that were fitted, and taken off; none: nothing was.
     doubt : float
         What an order beyond the first has to earn besides Schwarz's price.
 
@@ -73,12 +78,13 @@ def autoregressive(segments, source, doubt=0.0):
     Noise
     """
     samples = sum(map(len, segments))
-    deviation = float(np.sqrt(sum(s @ s for s in segments) / samples))
+    free = max(samples - freedom(fitted), 1.0)
+    deviation = float(np.sqrt(sum(s @ s for s in segments) / free))
     if deviation == 0.0 or samples < ENOUGH:
         return white(deviation, source)
     most = min(ORDER_MOST, min(map(len, segments)) // 4)
     lagged = [
-        sum(float(s[lag:] @ s[: len(s) - lag]) for s in segments) / (samples - lag * len(segments))
+        (_lagged(segments, lag) / deviation**2 + _lagged(fitted, lag)) / (samples - lag * len(segments))
         for lag in range(most + 1)
     ]
     predictors, spread = levinson(np.array(lagged) / lagged[0])
@@ -88,7 +94,17 @@ def autoregressive(segments, source, doubt=0.0):
     return Noise(deviation, predictors[: order + 1], spread[: order + 1], source)
 
 
-def drifting(stretches, source, lost=0, stated=np.nan):
+def freedom(fitted):
+    """How many numbers were fitted, by the rows of their orthonormal columns."""
+    return _lagged(fitted, 0)
+
+
+def _lagged(parts, lag):
+    """Sum of the products of all samples with those so much later, within each of the parts."""
+    return sum(float(np.sum(part[lag:] * part[: len(part) - lag])) for part in parts)
+
+
+def drifting(stretches, source, fitted=(), stated=np.nan):
     """Noise from stretches of noise on a straight drift each, which takes nothing off its colour.
 
     Levinson's recursion on what is left of the drifts takes slow noise for drift; for noise of the first order the
@@ -99,8 +115,8 @@ def drifting(stretches, source, lost=0, stated=np.nan):
     ----------
     stretches : list of (n,) float array
     source : str
-    lost : int
-        Further numbers that were fitted to them.
+    fitted : sequence of (n, k) float array
+        See `autoregressive`; none: the drifts alone.
     stated : float
         Standard deviation [SI]; NaN: to be found.
 
@@ -110,10 +126,10 @@ def drifting(stretches, source, lost=0, stated=np.nan):
     """
     straight = [_straight(len(values)) for values in stretches]
     bare = [values - line @ (line.T @ values) for values, line in zip(stretches, straight, strict=True)]
-    found, samples = autoregressive(bare, source, DOUBT), sum(map(len, stretches))
-    free = samples - 2 * len(stretches) - lost
+    fitted = fitted or straight
+    found, free = autoregressive(bare, source, fitted, DOUBT), sum(map(len, stretches)) - freedom(fitted)
     if found.order != 1 or free < STRETCH:
-        return found._replace(deviation=found.deviation * float(np.sqrt(samples / max(free, 1))))
+        return found
     best = None
     for correlation in CORRELATIONS:
         energy = volume = 0.0
