@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from studies.gap.candidates import TWINS
+from studies.gap.detect import ALARM
 from studies.gap.refit import release
 from studies.gap.select import AMBIGUOUS, Choice
 
@@ -32,11 +33,11 @@ LEFT_MOST = 0.05
 """Share of the gap's size that may be left, where that is more than the tolerance."""
 ALIKE = 0.9
 """Cosine between what two effects do to the data, from which they are of one class."""
-PAIR_LEAST = 25.0
-"""Penalised cost by which a pair has to beat the best single effect."""
+PAIR_LEAST = 0.8
+"""Probability from which both effects of a pair are named."""
 BEYOND = 3.0
 """Deviations by which a size has to be beyond its range to be implausible."""
-LEFT_OVER = 1e-3
+LEFT_OVER = ALARM
 """Chance of noise alone, below which what an explanation leaves speaks against it."""
 TOLD = "told from every other explanation, and held out"
 OUTSIDE, OUTSIDE_FAINT = 0.02, 10.0
@@ -164,12 +165,13 @@ def with_alarm(base, choices, size, judged, left=1.0):
     if not contains(base, best, singles):
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
         return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the best pair does not contain the best single effect")
-    if singles[0].cost - best.cost < PAIR_LEAST:
+    if rivals and not (alike and all(set(best.names) & set(choice.names) for choice in rivals)):
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, inside, "several pairs are as good")
+    if chance < PAIR_LEAST:
+        reason = "several pairs are as good" if rivals else "the second effect hardly earns its place"
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the second effect hardly earns its place")
-    if not rivals or (alike and all(set(best.names) & set(choice.names) for choice in rivals)):
-        return Verdict(TWO_EFFECTS, best, rivals, chance, TOLD)
-    return Verdict(AMBIGUOUS_VERDICT, best, rivals, inside, "several pairs are as good")
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, reason)
+    return Verdict(TWO_EFFECTS, best, rivals, chance, TOLD)
 
 
 def outside(base, best, choices):
