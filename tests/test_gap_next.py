@@ -33,11 +33,11 @@ def rivals(tmp_path_factory):
     return measured, base, force, leak
 
 
-def findings_of(verdict, measured, base, best=None, others=()):
+def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",)):
     told = SimpleNamespace(
         verdict=verdict, best=best and Choice(best, 0.0), rivals=tuple(Choice(o, 1.0) for o in others)
     )
-    names = [SimpleNamespace(name="bounce")]
+    names = [SimpleNamespace(name=name) for name in scores]
     return SimpleNamespace(
         measured=measured, base=base, noise=base.problem.noise, verdict=told, scores=names, columns=[]
     )
@@ -107,6 +107,12 @@ def test_every_verdict_has_its_next_test(rivals, verdict, says):
     else:
         assert told["isolate"][0]["effect"] == "bounce"
         assert told["isolate"][0]["isolated_by"] in told["text"]
+
+
+def test_without_the_library_the_next_test_is_to_try_it(rivals):
+    measured, base, force, _ = rivals
+    told = next_test(findings_of(REFUSED, measured, base, force, scores=()))
+    assert "with the library" in told["text"]
 
 
 def test_an_engine_keeps_a_start_for_each_set_of_volumes():

@@ -118,6 +118,7 @@ def test_figures_have_the_same_bytes_each_time(tmp_path):
 
 def test_figures_are_drawn_where_nothing_was_added(tmp_path):
     assert len(draw_gap([compared(left=1.0, after=False)], [Tried("bounce", 1.0, None)], "", AMBIENT, tmp_path)) == 4
+    assert "candidates" not in draw_gap([compared(left=1.0, after=False)], [], "", AMBIENT, tmp_path)
 
 
 @pytest.fixture(scope="module")

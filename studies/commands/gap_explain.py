@@ -162,7 +162,8 @@ def shown(data):
         for row in data["scores"][:8]
     ]
     yield f"Next test: {data['next_test']['text']}"
-    yield table_of("", ("effect", "score [deviations]", "visible from (5 deviations)"), rows, left=(0,))
+    if rows:
+        yield table_of("", ("effect", "score [deviations]", "visible from (5 deviations)"), rows, left=(0,))
 
 
 def limit_text(limit):

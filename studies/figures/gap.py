@@ -56,8 +56,9 @@ def draw_gap(compared, rows, added, ambient_pressure, folder):
     figures = {
         "gap": lambda: sizes(compared, added, ambient_pressure),
         "maps": lambda: maps(residual_map(compared), added, ambient_pressure),
-        "candidates": lambda: candidates(rows),
     }
+    if rows:  # all of the library may be left out
+        figures["candidates"] = lambda: candidates(rows)
     chosen = worst(compared, 3)
     if chosen:  # of an engine there may be means alone
         figures["overlays"] = lambda: overlays(chosen, added, ambient_pressure)

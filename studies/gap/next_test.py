@@ -35,6 +35,8 @@ def next_test(findings):
         experiment for effects.
     """
     verdict = findings.verdict
+    if not findings.scores:
+        return {"text": "The same again, with the library: nothing of it was tried.", "isolate": []}
     if verdict.verdict in (AMBIGUOUS_VERDICT, NAMED_CLASS):
         return split(findings)
     if verdict.verdict == CALIBRATION:

@@ -136,10 +136,14 @@ sample, the strong line the mean over nine. Shaded: the phases.</figcaption></fi
 used, † used to judge.</figcaption></figure>
 
 <h2>What was tried</h2>
+{% if figures.candidates %}
 <figure><img alt="Candidates, expected and realised" src="data:image/svg+xml;base64,{{ figures.candidates }}">
 <figcaption>The score says beforehand how much of the gap an effect may explain; fitting it, with everything that is
 uncertain about the machine, says how much it does.{% if not explanations %} There was no gap to explain, so nothing was
 fitted.{% endif %}</figcaption></figure>
+{% else %}
+<p>Nothing: the whole library was left out.</p>
+{% endif %}
 {% if explanations %}
 <table>
 <tr><th>explanation</th><th>part of the gap explained [deviations]</th><th>penalised cost above the best</th></tr>
@@ -151,13 +155,16 @@ fitted.{% endif %}</figcaption></figure>
 <p class="small">Within 9.2 of the best an explanation counts as not told from it.</p>
 {% endif %}
 
+{% if hidden or visible %}
 <h2>What these data could not have shown</h2>
+{% endif %}
 {% if hidden %}
 <p>Even at the end of their range these would stay below 5 deviations here, so nothing is said of them:
 {% for row in hidden %}
 {{ row.effect | words }} ({{ row.range | unit }}){{ "; " if not loop.last else "." }}
 {% endfor %}</p>
 {% endif %}
+{% if visible %}
 <p>All others would be seen from these sizes on (5 deviations; kept: the share that is left once the uncertain
 numbers of the machine have been fitted):</p>
 <div class="columns">
@@ -171,6 +178,7 @@ numbers of the machine have been fitted):</p>
 </table>
 {% endfor %}
 </div>
+{% endif %}
 
 <h2>What was calibrated</h2>
 <p>Numbers of the machine that are known only so well were fitted within what is known of them. A pull is their shift in
