@@ -119,8 +119,19 @@ def _noise_of_stretches(stretches, records, fitted=()):
 
 
 def _without_hum(records, frequencies):
-    """Stretches without the sines that fit each record best, their rows of what was fitted, see
-    `studies.gap.noise.autoregressive`, the sines' amplitudes, and the power that they take."""
+    """All records without the sines that fit each best.
+
+    Returns
+    -------
+    left : list of (n,) float array
+        Stretches of the noise alone.
+    fitted : list of (n, k) float array
+        What was fitted to each of them, see `studies.gap.noise.autoregressive`.
+    amplitudes : list of (m,) float array
+        Of the sines of each record.
+    fall : float
+        Power that the sines take.
+    """
     left, fitted, amplitudes, fall = [], [], [], 0.0
     for number, record in enumerate([*records.noise, *records.others]):
         rest, columns, amplitude, taken = _without_sines(record, frequencies)
@@ -133,10 +144,7 @@ def _without_hum(records, frequencies):
 
 
 def _without_sines(record, frequencies):
-    """Stretches of a record without the sines that fit them best, and the same as `_without_hum`.
-
-    Each stretch is free to drift straight.
-    """
+    """The same of one record, each stretch of which is free to drift straight."""
     times = np.concatenate([t for _, t in record])
     drift = np.zeros((len(times), 2 * len(record)))
     ends = np.cumsum([0, *(len(t) for _, t in record)])
