@@ -36,8 +36,6 @@ from studies.gap.work import Work
 from studies.measured import CHECK, GATE, VALVE
 from valve.effects import VALVE_EFFECTS
 
-LEFT = 0.01
-"""Chance of noise alone, below which what the best single effect leaves calls for pairs."""
 BLAMING = NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION
 """Verdicts that one or several names come with."""
 
@@ -215,7 +213,7 @@ def explanations(base, columns, ranked, library, local, work):
     found = singles(base, ranked, library, work) + released(base, library, work)
     found.sort(key=lambda choice: choice.cost)
     alone = [choice for choice in found if choice.model.candidates]
-    if alone and (implausible(found[0].model) or left_by(alone[0].model, columns, local).p_value < LEFT):
+    if alone and (implausible(found[0].model) or left_by(alone[0].model, columns, local).alarm):
         couples = pairs(base, columns, ranked, alone, library, work)
         found += couples
         if couples and couples[0].cost < alone[0].cost:

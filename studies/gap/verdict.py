@@ -37,8 +37,6 @@ PAIR_LEAST = 0.8
 """Probability from which both effects of a pair are named."""
 BEYOND = 3.0
 """Deviations by which a size has to be beyond its range to be implausible."""
-LEFT_OVER = ALARM
-"""Chance of noise alone, below which what an explanation leaves speaks against it."""
 TOLD = "told from every other explanation, and held out"
 OUTSIDE, OUTSIDE_FAINT = 0.02, 10.0
 """Chance that an effect that passes everything is yet another that the library does not have: at least, and by how much
@@ -146,7 +144,7 @@ def with_alarm(base, choices, size, judged, left=1.0):
             AMBIGUOUS_VERDICT, best, rivals, 0.5, "there is one operating point alone: nothing can be held out"
         )
     refused = refusal(judged) or implausible(best.model)
-    if not refused and left < LEFT_OVER:
+    if not refused and left < ALARM:
         refused = "what the best explanation leaves is more than noise"
     if refused:
         return Verdict(REFUSED, best, rivals, 0.9, refused)

@@ -11,7 +11,7 @@ import numpy as np
 
 from .effects import Rig
 from .files import write_case
-from .hiding import LIMIT, SMALLEST, hidden_clutter, hidden_effect, hidden_foreign
+from .hiding import LIMIT, SMALLEST, hidden_clutter, hidden_effect, hidden_foreign, with_hidden
 from .library import ENGINE, LIBRARY
 from .look_alikes import class_of, look_alikes
 from .nuisances import drawn, nuisances_for, with_nuisances
@@ -51,8 +51,7 @@ def make(seed, folder, bank=None):
     runs = []
     for point in setting.points:
         rig = with_nuisances(at_point(nominal, point), nuisances, values)
-        for one in hidden:
-            rig = one.add(rig)
+        rig = with_hidden(rig, hidden)
         true = lab.read(rig, point, lab.run(rig, point))
         runs += [(point, noisy(setting, point, true, rng)) for _ in range(point.repeats)]
     answer = {

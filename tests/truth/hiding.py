@@ -36,6 +36,13 @@ class Hidden(NamedTuple):
     """See `truth.observation.Laboratory.left`."""
 
 
+def with_hidden(rig, hidden):
+    """A rig with all that is hidden."""
+    for one in hidden:
+        rig = one.add(rig)
+    return rig
+
+
 def hidden_effect(rng, lab, nominal, points, name, least):
     """An effect of the library, at least of a size [limits]."""
     entry = LIBRARY[name]

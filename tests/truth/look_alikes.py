@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .effects import EFFECTS
-from .hiding import LIMIT
+from .hiding import LIMIT, with_hidden
 from .library import LIBRARY
 from .nuisances import Nuisance
 
@@ -75,13 +75,8 @@ def straight(lab, nominal, points, left, entry):
 def fitted(lab, nominal, points, hidden, entry, share):
     """What an effect leaves [deviations], fitted through the simulator from a share of its range on."""
     size = Nuisance(entry.name, PROBE, lambda rig, x: change_of(entry, x)(rig) if x else rig, ends=ends(entry))
-
-    def change(rig):
-        for one in hidden:
-            rig = one.add(rig)
-        return rig
-
-    return float(np.linalg.norm(lab.left(nominal, change, points, stand_in=size, start=share / PROBE)))
+    left = lab.left(nominal, lambda rig: with_hidden(rig, hidden), points, stand_in=size, start=share / PROBE)
+    return float(np.linalg.norm(left))
 
 
 def ends(entry):
