@@ -20,8 +20,8 @@ STRENGTHS = {
     "coulomb_friction": {"force", "breakaway"},
     "cylinder_wall_heat": {"h", "factor"},
     "groove_area_error": {"share", "taper"},
-    "sensor_gain": CHANNELS,
-    "sensor_offset": CHANNELS,
+    "sensor_gain": CHANNELS | {"supply_pressure"},
+    "sensor_offset": CHANNELS | {"supply_temperature"},
 }
 
 

@@ -1,5 +1,6 @@
 """Parameters that measured data may move: nuisances, which have priors, and strengths of effects, which have none."""
 
+from math import isnan
 from typing import NamedTuple
 
 from apesim.quantities.settings import schema
@@ -54,11 +55,21 @@ class Parameter(NamedTuple):
 
     def shown(self, value):
         """An SI value in the unit of the machine file."""
-        return value / unit_of(self.declaration.unit).si("1")
+        return shown(self.key, value)
 
 
 SENSED = {effect.name for effect in ALL_EFFECTS if effect.slots == ("sensor",)}
+INSTRUMENTS = {
+    "supply.pressure": "effects.sensor_gain.supply_pressure",
+    "supply.temperature": "effects.sensor_offset.supply_temperature",
+}
+"""Errors of what runs state of their supply."""
 DECLARED = {leaf.key: leaf.declaration for leaf in schema(Machine)}
+
+
+def shown(key, value):
+    """An SI value in the unit of the machine file."""
+    return value / unit_of(DECLARED[key].unit).si("1")
 
 
 def value_of(tree, key):
@@ -90,6 +101,35 @@ def put(machine, parameters, x):
             value = own + parameter.scale * float(number) * (own - zero if parameter.relative else 1.0)
         machine = with_value(machine, parameter.key, value)
     return machine
+
+
+def corrections(machine, parameter, x, runs):
+    """What a machine file says where measured runs put a parameter at x.
+
+    A number that the runs state themselves is none of the machine: where it is far off, the instrument is that it was
+    read from.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    parameter : Parameter
+    x : float
+    runs : sequence of studies.measured.MeasuredRun
+
+    Returns
+    -------
+    dict of float
+        SI values by key, that of the instrument first.
+    """
+    states = {"supply.pressure": True, "supply.temperature": any(not isnan(run.temperature) for run in runs)}
+    found, shift = {}, parameter.scale * float(x)
+    if states.get(parameter.key):
+        key = INSTRUMENTS[parameter.key]
+        own = value_of(machine, key)
+        found[key] = (1.0 + own) / (1.0 + shift) - 1.0 if parameter.relative else own - shift
+    if not found or (parameter.key == "supply.temperature" and any(isnan(run.temperature) for run in runs)):
+        found[parameter.key] = value_at(machine, parameter, x)
+    return found
 
 
 def value_at(machine, parameter, x):

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from studies.gap.limits import detection_limits
-from studies.gap.parameters import value_at
+from studies.gap.parameters import DECLARED, SENSED, corrections, shown, value_at
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
@@ -19,6 +19,9 @@ from studies.gap.verdict import (
 NORMAL_95 = 1.959963984540054
 ARTICLES = {"force": "a force", "heat": "heat", "leak": "leaks", "area": "a flow area", "delay": "a delay"}
 """The balances in a sentence."""
+READINGS = "effects.sensor_offset.", "effects.sensor_gain."
+"""Keys of what an instrument reads too much."""
+TOO = " too low", " too high"
 
 
 def record(findings):
@@ -88,17 +91,18 @@ def effects_of(model):
         if parameter.prior or not told:
             continue
         ends = np.clip([x - NORMAL_95 * deviation, x + NORMAL_95 * deviation], parameter.low, parameter.high)
-        value, *ends = (value_at(model.problem.machine, parameter, at) for at in (x, *ends))
-        low, high = sorted(ends)
+        said = [corrections(model.problem.machine, parameter, at, model.problem.runs) for at in (x, *ends)]
+        key = next(iter(said[0]))
+        value, *ends = (one[key] for one in said)
         rows.append(
             {
                 "name": parameter.key.split(".")[1] if parameter.key.startswith("effects.") else parameter.key,
-                "parameter": parameter.key.split(".")[-1],
-                "key": parameter.key,
-                "value": parameter.shown(value),
-                "unit": parameter.declaration.unit,
-                "interval_95": [parameter.shown(low), parameter.shown(high)],
-                "text": parameter.declaration.render(value),
+                "parameter": key.split(".")[-1],
+                "key": key,
+                "value": shown(key, value),
+                "unit": DECLARED[key].unit,
+                "interval_95": [shown(key, end) for end in sorted(ends)],
+                "text": DECLARED[key].render(value),
             }
         )
     return rows
@@ -194,20 +198,39 @@ def sentence(findings):
     if verdict.verdict == AMBIGUOUS_VERDICT:
         names = [" with ".join(c.names) for c in (verdict.best, *verdict.rivals)]
         return f"There is a gap, and these data do not tell what closes it: {', or '.join(names).replace('_', ' ')}."
-    rows = effects_of(verdict.best.model)
-    texts = [_in_words(row) for row in rows]
+    texts = _told(effects_of(verdict.best.model))
+    said = " and ".join(texts.values())
     if verdict.verdict == CALIBRATION:
-        return f"Nothing is missing, but a number is wrong: {texts[0]}."
-    if verdict.verdict == NAMED:
-        return f"The model lacks {texts[0]}."
+        wrong = "reading" if said.endswith(TOO) else "number"
+        return f"Nothing is missing, but a {wrong} is wrong: {said}."
+    lacks = " and ".join(text for name, text in texts.items() if name not in SENSED)
+    recorded = " and ".join(text for name, text in texts.items() if name in SENSED)
     if verdict.verdict == NAMED_CLASS:
         others = " or ".join(name.replace("_", " ") for choice in verdict.rivals for name in choice.names)
-        return f"The model lacks {texts[0]}, or what these data do not tell from it: {others}."
-    return f"The model lacks two effects: {' and '.join(texts)}."
+        opening = "The gap is" if recorded else "The model lacks"
+        return f"{opening} {said}, or what these data do not tell from it: {others}."
+    if not lacks:
+        return f"The model lacks nothing that these data show, but the record has {recorded}."
+    if recorded:
+        return f"The model lacks {lacks}, and the record has {recorded}."
+    return f"The model lacks {'two effects: ' if verdict.verdict == TWO_EFFECTS else ''}{lacks}."
 
 
-def _in_words(row):
-    """A parameter with its value, to the digits that can be read."""
-    name = row["name"].removeprefix("effects.").replace("_", " ").replace(".", ", ")
-    parameter = "" if row["key"] == row["name"] else f"{row['parameter']} "
-    return f"{name} ({parameter}{row['value']:.3g} {row['unit']}".rstrip() + ")"
+def _told(rows):
+    """What is said of each effect in a sentence, to the digits that can be read, by its name."""
+    found: dict = {}
+    for row in rows:
+        found.setdefault(row["name"], []).append(row)
+    return {name: _in_words(name, own) for name, own in found.items()}
+
+
+def _in_words(name, rows):
+    """An effect, a number of the machine or a reading, with its values."""
+    row = rows[0]
+    if row["key"].startswith(READINGS):
+        amount = (100.0 * row["value"], "%") if not row["unit"] else (row["value"], row["unit"])
+        way = TOO[row["value"] > 0.0]
+        return f"{row['parameter'].replace('_', ' ')} reads {abs(amount[0]):.3g} {amount[1]}{way}"
+    parameters = ["" if one["key"] == name else f"{one['parameter']} " for one in rows]
+    values = [f"{p}{one['value']:.3g} {one['unit']}".rstrip() for p, one in zip(parameters, rows, strict=True)]
+    return f"{name.replace('_', ' ').replace('.', ', ')} ({', '.join(values)})"

@@ -7,9 +7,10 @@ import numpy as np
 
 from studies.gap.candidates import probes_of
 from studies.gap.descent import Fitted, descend
-from studies.gap.parameters import put
+from studies.gap.parameters import corrections
 from studies.gap.problem import EndedEarly, Problem
 from studies.gap.score import imitated
+from studies.measured.prediction import with_value
 
 STARTS = (0.25, 1.0)
 """Of a strength, over its range, beside the size that the score suggests and the probes."""
@@ -54,12 +55,13 @@ class Model(NamedTuple):
 
     def machine(self):
         """The machine with the effects, within what a machine file allows; its nuisances as they were."""
-        pairs = [
-            (p, np.clip(x, p.low / p.reach, p.high / p.reach))
-            for p, x, told in zip(self.problem.parameters, self.fitted.x, self.told, strict=True)
-            if told and not p.prior
-        ]
-        return put(self.problem.machine, *zip(*pairs, strict=True)) if pairs else self.problem.machine
+        machine, runs = self.problem.machine, self.problem.runs
+        for p, x, told in zip(self.problem.parameters, self.fitted.x, self.told, strict=True):
+            if told and not p.prior:
+                x = np.clip(x, p.low / p.reach, p.high / p.reach)
+                for key, value in corrections(self.problem.machine, p, x, runs).items():
+                    machine = with_value(machine, key, value)
+        return machine
 
     @property
     def told(self):

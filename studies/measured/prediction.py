@@ -53,10 +53,16 @@ def with_value(tree, key, value):
 
 
 def run_of(machine, run):
-    """The machine with the supply of a measured run, which is that of the control air, too; and an engine's command."""
-    supply = machine.supply._replace(pressure=run.supply, control_pressure=nan)
+    """The machine with the supply of a measured run, which is that of the control air, too; and an engine's command.
+
+    What the run states of its supply is freed of the errors of gauge and thermometer that the machine knows of.
+    """
+    gain, offset = machine.effects.sensor_gain.supply_pressure, machine.effects.sensor_offset.supply_temperature
+    ambient = machine.ambient.pressure
+    pressure = ambient + (run.supply - ambient) / (1.0 + gain) if gain else run.supply
+    supply = machine.supply._replace(pressure=pressure, control_pressure=nan)
     if not isnan(run.temperature):
-        supply = supply._replace(temperature=run.temperature)
+        supply = supply._replace(temperature=run.temperature - offset)
     if run.bench == ENGINE:
         machine = machine._replace(command=machine.command._replace(energise=run.energise, release=run.release))
     return machine._replace(supply=supply)

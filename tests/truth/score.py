@@ -68,8 +68,7 @@ class Scored(NamedTuple):
         if self.said != "CALIBRATION" or self.kind != SINGLE:
             return False
         keys = [one["key"] for one in self.verdict.get("nuisances", ())[:1]]
-        blamed = (*self.verdict.get("effects", ()), *self.verdict.get("nearest", ()))
-        keys += [one.get("key", one["name"]) for one in blamed]
+        keys += [one["name"] for part in ("effects", "nearest") for one in self.verdict.get(part, ())]
         return any(wanted in key for key in keys for wanted in CALIBRATED.get(self.hidden[0], ()))
 
     @property

@@ -9,7 +9,7 @@ SHARE = Quantity("", -0.2, 0.2, "calibration: 0.01 to 0.02")
 
 
 class SensorGain(NamedTuple):
-    """Shares by which channels read more, each of its own."""
+    """Shares by which channels read more; of the supply it is what a measured run states of it, above ambient."""
 
     lift: Annotated[float, SHARE] = 0.0
     pressure_a: Annotated[float, SHARE] = 0.0
@@ -17,6 +17,7 @@ class SensorGain(NamedTuple):
     cylinder_pressure: Annotated[float, SHARE] = 0.0
     torque: Annotated[float, SHARE] = 0.0
     air_flow: Annotated[float, SHARE] = 0.0
+    supply_pressure: Annotated[float, SHARE] = 0.0
 
 
 def sensor(effect, reading):

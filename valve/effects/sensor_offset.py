@@ -9,7 +9,7 @@ PRESSURE = Quantity("kPa", -100, 100, "drift of the zero: 1 to 5 kPa")
 
 
 class SensorOffset(NamedTuple):
-    """What channels read more, each in its own unit."""
+    """What channels read more, each in its own unit; of the supply it is what a measured run states of it."""
 
     lift: Annotated[float, Quantity("mm", -2, 2, "mounting: 0.02 to 0.1 mm")] = 0.0
     pressure_a: Annotated[float, PRESSURE] = 0.0
@@ -17,6 +17,7 @@ class SensorOffset(NamedTuple):
     cylinder_pressure: Annotated[float, PRESSURE] = 0.0
     torque: Annotated[float, Quantity("N m", -20, 20, "tare of the brake: 0.2 to 0.5 N m")] = 0.0
     air_flow: Annotated[float, Quantity("g/s", -20, 20, "zero of the meter: 0.05 to 0.2 g/s")] = 0.0
+    supply_temperature: Annotated[float, Quantity("K", -50, 50, "thermocouple: 1 to 3 K")] = 0.0
 
 
 def sensor(effect, reading):
