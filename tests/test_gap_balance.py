@@ -80,6 +80,15 @@ def test_an_effect_that_no_library_has_is_found_by_its_balance_and_closes_the_ga
     assert float(rest.split(term)[0]) == pytest.approx(-12.0 / 4.5, rel=0.1)
 
 
+def test_without_runs_to_judge_a_table_is_held_against_operating_points_left_out():
+    fitted = measured(Bench(rubbing=(hysteretic,))).of("fit")
+    _, found = tabulated(Measured("", NOISE, tuple(fitted)))
+    assert found.judged.samples == sum(3 * len(run.times) for run in fitted)
+    assert found.judged.share > 0.9
+    _, alone = tabulated(Measured("", NOISE, tuple(fitted[:1])))
+    assert alone is None or alone.judged is None
+
+
 def test_where_nothing_is_hidden_no_table_is_worth_its_nodes():
     ranked, found = tabulated(measured(Bench()))
     assert ranked[0].gain < 6.0
@@ -114,7 +123,10 @@ def test_what_the_library_cannot_name_is_added_without_a_name_and_the_child_lack
     assert table["kind"] == "tabulated_force"
     assert table["gap"]["before"] > 1.1 > 1.02 > table["gap"]["after"]
     assert table["held_out"]["before"] > 1.1 > 1.03 > table["held_out"]["after"]
+    assert table["verified"]
     assert "x^3" in table["suggestion"]
+    # What is told of the gap is with what was added.
+    assert (told["gap"], told["held_out"]) == (table["gap"], table["held_out"])
     text = (tmp_path / "out/machine.toml").read_text()
     assert "tabulated_force added, no name" in text
     child = load(Machine, tmp_path / "out/machine.toml")

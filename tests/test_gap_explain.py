@@ -62,6 +62,8 @@ def test_where_nothing_is_missing_nothing_is_found(measure):
     assert found.verdict.verdict == "NO_GAP"
     assert not found.detection.alarm
     assert np.abs(found.base.fitted.x).max() < 3.0
+    checked = record(found)["held_out"]
+    assert checked["before"] == checked["after"] == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_hidden_effect_is_named_sized_and_added(measure, apesim, tmp_path):

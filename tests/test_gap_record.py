@@ -9,13 +9,16 @@ from test_prediction import AMBIENT, valve_run
 
 from studies.gap.candidates import candidates_of
 from studies.gap.descent import Fitted
+from studies.gap.explain import Findings, verified
 from studies.gap.nuisances import Prior, nuisance
 from studies.gap.parameters import put
 from studies.gap.problem import Problem
 from studies.gap.record import effects_of, sentence
 from studies.gap.refit import Model
 from studies.gap.select import Choice
-from studies.gap.verdict import CALIBRATION, NAMED, NAMED_CLASS, TWO_EFFECTS
+from studies.gap.verdict import CALIBRATION, NAMED, NAMED_CLASS, TWO_EFFECTS, Verdict
+from studies.gap.work import Work
+from studies.measured import Measured
 from studies.measured.prediction import run_of
 from valve.effects import VALVE_EFFECTS
 
@@ -106,3 +109,22 @@ def test_parameters_of_one_effect_are_one_thing_in_a_sentence():
     assert told.startswith("The model lacks supply droop (feed_area ")
     assert told.count("supply droop") == 1
     assert ", volume " in told
+
+
+def test_what_is_fitted_beyond_its_range_is_told_and_written_as_its_end():
+    model = with_effects(("side_force", 1.2), ("quadratic_drag", 0.5))
+    assert model.beyond == ["effects.side_force.force"]
+    effects = model.machine().effects
+    assert (effects.side_force.force, effects.quadratic_drag.coefficient) == (pytest.approx(12.0), pytest.approx(20.0))
+    unsure = model._replace(fitted=model.fitted._replace(converged=False))
+    found = verified(findings(unsure), Work())
+    assert [text.split(" ")[-3:] for text in found.warnings] == [["did", "not", "converge"], ["end", "of", "it"]]
+    assert found.checked is None
+
+
+def findings(model):
+    """What was found, as far as the end of the workflow looks at it."""
+    base = model._replace(candidates=())
+    told = Verdict(NAMED, Choice(model, 0.0), (), 0.9, "")
+    rest = dict.fromkeys(Findings._fields, None) | {"cells": [], "size": 1.0}
+    return Findings(**rest | {"measured": Measured("", {}, ()), "base": base, "verdict": told, "warnings": []})

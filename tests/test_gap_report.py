@@ -10,13 +10,18 @@ import numpy as np
 import pytest
 from gap_bench import write_bench
 
+from apesim import load_machine
+from apesim.quantities.settings import dumps
+from studies.commands.gap_explain import parent_of
 from studies.console import Console
 from studies.figures.gap import draw_gap
+from studies.gap import report
 from studies.gap.comparison import Compared, by_run, label_of, shown_of, size_of, worst
 from studies.gap.problem import Block
 from studies.gap.report import Tried, in_words
 from studies.gap.residual_map import residual_map
-from studies.measured import MeasuredRun
+from studies.gap.select import Choice
+from studies.measured import Measured, MeasuredRun
 
 AMBIENT = 101325.0
 MARKS = {
@@ -153,8 +158,6 @@ def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):
 
 
 def test_names_in_a_page_are_escaped():
-    from studies.gap import report
-
     data = {
         "verdict": "REFUSED",
         "sentence": "<script>alert(1)</script>",
@@ -174,10 +177,42 @@ def test_names_in_a_page_are_escaped():
     }
     machine = SimpleNamespace(ambient=SimpleNamespace(pressure=AMBIENT))
     base = SimpleNamespace(problem=SimpleNamespace(machine=machine), cost=1.0)
-    findings = SimpleNamespace(base=base, measured=SimpleNamespace(runs=()), choices=[], tried=[])
+    findings = SimpleNamespace(base=base, measured=Measured("", {}, ()), choices=[], tried=[])
     page = report.page(findings, data, [compared(after=False)], {"gap": "<svg/>"})
     assert not any(text in page for text in ("<script>", "<b>.", "<i>"))
     assert "&lt;script&gt;" in page
+
+
+def test_costs_of_explanations_count_from_the_least_of_their_own_kind():
+    """With runs that judge, what they leave is in the cost that decides, and a sparing choice need not be the least."""
+
+    def choice(name, cost):
+        return Choice(SimpleNamespace(names=(name,), cost=cost), cost)
+
+    def rows(role):
+        run = compared(role).block.run
+        tried = [choice("a", 50.0), choice("b", 52.0), choice("c", 90.0)]
+        judged = [choice("b", 70.0), choice("a", 64.0)]
+        base = SimpleNamespace(cost=150.0)
+        return report.explanations(
+            SimpleNamespace(base=base, tried=tried, choices=judged, measured=Measured("", {}, (run,)))
+        )
+
+    assert [(row["names"], row["cost"], row["judged"]) for row in rows("gate")] == [
+        (["a"], 0.0, 0.0),
+        (["b"], 2.0, 6.0),
+        (["c"], 40.0, None),
+    ]
+    assert [(row["cost"], row["judged"]) for row in rows("check")] == [(0.0, None), (2.0, None), (40.0, None)]
+
+
+def test_a_parent_is_the_file_unless_something_is_set_besides(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('# mine\n[valve]\nstroke = "8 mm"\n')
+    plain, cut = (load_machine(file, settings) for settings in ([], ["valve.stroke=7 mm"]))
+    assert parent_of(plain, file, []) == file.read_text()
+    assert parent_of(cut, file, ["valve.stroke=7 mm"]) == dumps(cut) != dumps(plain)
+    assert parent_of(load_machine(None, []), None, []) == dumps(load_machine(None, []))
 
 
 @pytest.mark.parametrize(

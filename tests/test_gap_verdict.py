@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from studies.gap import verdict as rules
-from studies.gap.heldout import HeldOut
+from studies.gap.heldout import HeldOut, points_of
 from studies.gap.parameters import Parameter
-from studies.gap.select import Choice, sparing
+from studies.gap.select import Choice, priced, sparing, term
+from studies.measured import MeasuredRun
 
 N = 50
 GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)
@@ -22,7 +23,7 @@ def model(names, gap=None, cost=0.0, released="", x=(0.0, 0.5)):
     nuisance = Parameter("valve.viscous_friction", 0.1, -10.0, 10.0, 111.0, True, True, True)
     problem = SimpleNamespace(known=np.array([True, False]), parameters=[nuisance, effect])
     return SimpleNamespace(
-        names=(released,) if released else names, fitted=fitted, problem=problem, cost=cost, released=released
+        names=(released,) if released else names, fitted=fitted, problem=problem, cost=cost, released=released, added=0
     )
 
 
@@ -117,6 +118,26 @@ def test_a_name_that_leaves_more_than_noise_is_refused():
     assert found(0.02).verdict == "NAMED"
     assert found(0.005).verdict == "REFUSED"
     assert "more than noise" in found(0.005).reason
+
+
+def test_runs_that_gauges_do_not_tell_apart_are_one_operating_point():
+    times = np.zeros(1)
+    first = MeasuredRun("", "", 0.4e6, 287.0, 50e-3, "fit", times, {})
+    again = first._replace(supply=0.402e6, temperature=287.4, pulse=50.1e-3)
+    unknown = first._replace(temperature=np.nan)
+    others = [
+        first._replace(supply=0.41e6),
+        first._replace(temperature=290.0),
+        first._replace(pulse=40e-3),
+        first._replace(speed=100.0),
+        first._replace(speed=110.0),
+    ]
+    assert points_of([first, again, unknown]) == [first]
+    assert points_of([first, *others, again]) == [first, *others]
+
+
+def test_a_number_of_the_machine_has_its_price_where_the_library_is_left_out():
+    assert priced(model((), cost=40.0, released="supply.temperature"), 0).cost == 40.0 + term(1)
 
 
 def test_a_pair_that_hardly_beats_one_of_its_effects_gives_way_to_it():

@@ -56,7 +56,7 @@ def explain_command(console, machine_file, settings, folder, out, without, jobs,
     """
     machine, measured, _ = given(machine_file, settings, folder, without)
     make_folder(out, overwrite)
-    parent = Path(machine_file).read_text(encoding="utf-8") if machine_file else dumps(machine)
+    parent = parent_of(machine, machine_file, settings)
     jobs = workers_for(MARCHES * first_march(console, machine, measured), jobs)
     start = time.perf_counter()
     try:
@@ -74,6 +74,11 @@ def explain_command(console, machine_file, settings, folder, out, without, jobs,
     for warning in findings.warnings:
         console.message(f"warning: {warning}")
     return DONE
+
+
+def parent_of(machine, machine_file, settings):
+    """The machine file that a search begins with, as text: as it stands, where nothing is set besides."""
+    return Path(machine_file).read_text(encoding="utf-8") if machine_file and not settings else dumps(machine)
 
 
 def given(machine_file, settings, folder, without):

@@ -21,7 +21,7 @@ def lineage_of(measured, parent_text):
 
 
 def child_of(findings, data):
-    """A machine file with what was found: the effects added, or the number that was wrong; else the parent's machine.
+    """A machine file with what was found: the effects or the table added, or what was wrong; else the parent's machine.
 
     Parameters
     ----------
@@ -39,25 +39,25 @@ def child_of(findings, data):
         f"apesim {version('apesim')}, gap explain: {data['verdict']}",
         data["sentence"],
         *(f"{row['key']} = {row['text']}, 95 % interval {_interval(row)}" for row in found),
-        f"gap over noise on the fitted runs: {data['gap']['before']:.3f} before, {data['gap']['after']:.3f} after",
     ]
-    if data["held_out"]:
-        checked = data["held_out"]
-        lines.append(f"on runs opened once: {checked['before']:.3f} before, {checked['after']:.3f} after")
     if findings.tabulated:
-        gap, suggested = data["tabulated"]["gap"], data["tabulated"]["suggestion"]
-        lines.append(
-            f"{data['tabulated']['kind']} added, no name: gap {gap['before']:.3f} before, {gap['after']:.3f} after"
-        )
-        lines.append(f"form that the table suggests: {suggested or 'none'}")
+        lines.append(f"{data['tabulated']['kind']} added, no name")
+        lines.append(f"form that the table suggests: {data['tabulated']['suggestion'] or 'none'}")
+    is_added = bool(found or findings.tabulated)
+    lines.append(f"gap over noise on the fitted runs: {_change(data['gap'], is_added)}")
+    if data["held_out"]:
+        lines.append(f"on runs opened once: {_change(data['held_out'], is_added)}")
     lines += [
         f"chance of noise alone {data['p_value']:.2g}, probability of the statement {data['probability']:.2f}",
         *(f"{name.replace('_', ' ')} {digest}" for name, digest in data["lineage"].items()),
     ]
-    machine = findings.best.machine() if found else findings.base.problem.machine
-    if findings.tabulated:
-        machine = findings.tabulated.model.machine()
+    machine = findings.best.machine() if is_added else findings.base.problem.machine
     return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine)
+
+
+def _change(gap, is_added):
+    """A gap in words, before and after something was added."""
+    return f"{gap['before']:.3f} before, {gap['after']:.3f} after" if is_added else f"{gap['before']:.3f}"
 
 
 def _interval(row):

@@ -11,7 +11,7 @@ from studies.gap.candidates import candidates_of
 from studies.gap.descent import descend
 from studies.gap.detect import detect
 from studies.gap.gate import OWN_ERROR, gate, own_error
-from studies.gap.heldout import all_left_over, compared, held_out, leave_one_out, point_of
+from studies.gap.heldout import all_left_over, compared, held_out, leave_one_out
 from studies.gap.localise import localise
 from studies.gap.noise import noise_for
 from studies.gap.noise_source import from_what_nothing_explains, hum_of_what_nothing_explains, is_known, may_hum
@@ -63,7 +63,7 @@ class Findings(NamedTuple):
     """`HeldOut` on the gate runs, or with operating points left out one at a time."""
     verdict: object
     checked: object
-    """`HeldOut` on the check runs; None: there are none, or nothing was added."""
+    """`HeldOut` of `best` on the check runs; None: there are none."""
     balances: list
     """What each table takes of the gap, the best first; none where there is no gap."""
     tabulated: object
@@ -74,7 +74,9 @@ class Findings(NamedTuple):
 
     @property
     def best(self):
-        """The model that is judged; the calibrated machine where nothing was added."""
+        """The table that was added, else what explains best; the calibrated machine where nothing does."""
+        if self.tabulated:
+            return self.tabulated.model
         return self.verdict.best.model if self.verdict.best else self.base
 
 
@@ -114,7 +116,7 @@ def explain(machine, measured, without=(), work=None):
     marks = problem.marks(np.zeros(len(base.fitted.x)))  # the phases that the machine file says
     local = local_shapes(problem, marks, imitated(base.fitted.jacobian))
     detection = detect(columns, local, base.fitted.errors)
-    choices, tried, judged, checked, tabulated = [], [], None, None, None
+    choices, tried, judged, tabulated = [], [], None, None
     cells, size = localise(problem, marks, base.fitted.left, True), 0.0
     tables = Tables(base, [], work)
     if not detection.alarm:
@@ -138,9 +140,7 @@ def explain(machine, measured, without=(), work=None):
         tabulated = tabulate(tables, measured, noise)
     if tabulated:
         cells = localise(problem, marks, explained(base, tabulated), False)
-    if verdict.best and measured.of(CHECK):
-        checked = held_out(base, verdict.best.model, measured.of(CHECK), noise, work)
-    return Findings(
+    found = Findings(
         measured,
         base,
         noise,
@@ -153,13 +153,31 @@ def explain(machine, measured, without=(), work=None):
         size,
         judged,
         verdict,
-        checked,
+        None,
         tables.ranked,
         tabulated,
         own,
         problem.simulations,
         warnings,
     )
+    return verified(found, work)
+
+
+def verified(findings, work):
+    """The findings with what is added, or the calibrated machine, held against the check runs: opened once, here."""
+    best, runs, warnings = findings.best, findings.measured.of(CHECK), [*findings.warnings]
+    if not best.fitted.converged:
+        warnings.append("the fit of what is told did not converge")
+    warnings += [f"{key} is fitted beyond its range, and written as the end of it" for key in best.beyond]
+    if not runs:
+        return findings._replace(warnings=warnings)
+    if findings.tabulated:
+        checked = findings.tabulated.judged
+    elif best is findings.base:
+        checked = compared([(left, left) for left in all_left_over(best, [best], runs, findings.noise, work)])
+    else:
+        checked = held_out(findings.base, best, runs, findings.noise, work)
+    return findings._replace(checked=checked, warnings=warnings, simulations=findings.base.problem.simulations)
 
 
 def library(bench, without=()):
@@ -259,6 +277,4 @@ def hold_out(base, choices, measured, noise, work):
         choices = sparing([Choice(c.model, c.cost + left[c.names].misfit - before.misfit) for c in near])
         return choices, compared([(before, left[choices[0].names])])
     choices = sparing(choices)
-    if len({point_of(run) for run in base.problem.runs}) < 2:
-        return choices, None
     return choices, leave_one_out(base, choices[0].model, work)

@@ -4,7 +4,7 @@ What is left is freed of what the parameters' uncertainty allows: the least of `
 d of the parameters. Noise is averaged out over windows, so that a gap far below the noise of a sample is seen.
 """
 
-from math import isnan
+from math import isclose, isnan
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,9 @@ from studies.gap.refit import Model
 
 WINDOWS = 50
 """Of each channel of each run."""
+NEAR, WARMER = 0.01, 2.0
+"""Share of supply pressure, pulse and speed, and difference of temperature [K], within which two runs are at one
+operating point: gauges err by as much."""
 SURE = 1.64
 """Deviations by which a left-over has to stand out of noise to count."""
 
@@ -182,10 +185,26 @@ def compared(pairs):
     return HeldOut(samples, before, after, removed, left, chance, floor, misfit)
 
 
-def point_of(run):
-    """The operating point of a run; None where a number is not known, so that points can be compared."""
-    numbers = run.supply, run.temperature, run.pulse, run.speed
-    return tuple(None if isnan(number) else number for number in numbers)
+def points_of(runs):
+    """The operating points of runs, each by its first run."""
+    found: list = []
+    for run in runs:
+        if not any(is_at(run, point) for point in found):
+            found.append(run)
+    return found
+
+
+def is_at(run, point):
+    """Whether a run is at the operating point of another, as far as gauges tell them apart."""
+    warmer = 0.0 if isnan(run.temperature) or isnan(point.temperature) else run.temperature - point.temperature
+    return abs(warmer) <= WARMER and all(
+        isclose(one, other, rel_tol=NEAR) or (isnan(one) and isnan(other))
+        for one, other in (
+            (run.supply, point.supply),
+            (run.pulse, point.pulse),
+            (run.speed, point.speed),
+        )
+    )
 
 
 def leave_one_out(base, model, work):
@@ -193,9 +212,12 @@ def leave_one_out(base, model, work):
 
     Returns
     -------
-    HeldOut
+    HeldOut or None
+        None: there is one point alone.
     """
-    points = dict.fromkeys(map(point_of, base.problem.runs))
+    points = points_of(base.problem.runs)
+    if len(points) < 2:
+        return None
     pairs = work.each("judging", _without, [(base, model, point) for point in points])
     base.problem.simulations += sum(left.simulations for pair in pairs for left in pair)
     return compared(pairs)
@@ -204,8 +226,8 @@ def leave_one_out(base, model, work):
 def _without(base, model, point):
     """What two models leave of an operating point that they are not fitted to."""
     runs, noise, starts, pair = base.problem.runs, base.problem.noise, {}, []
-    kept = [run for run in runs if point_of(run) != point]
-    out = [run for run in runs if point_of(run) == point]
+    kept = [run for run in runs if not is_at(run, point)]
+    out = [run for run in runs if is_at(run, point)]
     for one in (base, model):
         problem = one.problem.on(kept)
         problem.starts = starts

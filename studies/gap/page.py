@@ -67,6 +67,8 @@ alone leaves as much as the model does is {{ data.p_value | chance }}.
 "%.2f" | format(table.gap.after) }} with it{% if table.held_out %},
 on runs that it was not fitted to {{ "%.2f" | format(table.held_out.before) }} and {{
 "%.2f" | format(table.held_out.after) }}{% endif %}.
+{% if table.verified is false %}It does not close the gap: {{ table.reason }}.
+{% elif table.verified is none %}There are no runs to hold it against.{% endif %}
 {% if table.suggestion %}Its form suggests, no more: {{ table.suggestion }}.{% endif %}</p>
 {% endif %}
 {% if data.alternatives %}
@@ -105,7 +107,7 @@ the truth, everything else fitted anew; from 5 on it is told.</p>
 <figcaption>{{ "Runs that were never used are opened once, at the end; nothing is fitted to them."
 if unseen else "No run is marked role = \\"check\\": there are no data here that nothing was fitted to." }}
 {% if not added %}Nothing was added to the model.{% endif %}</figcaption></figure>
-{% if data.held_out %}
+{% if data.held_out and added %}
 <p>With the noise taken off, the gap on the runs never used is {{ data.held_out.size_before | number }} of the noise
 before and {{ data.held_out.size_after | number }} after.</p>
 {% endif %}
@@ -146,13 +148,17 @@ fitted.{% endif %}</figcaption></figure>
 {% endif %}
 {% if explanations %}
 <table>
-<tr><th>explanation</th><th>part of the gap explained [deviations]</th><th>penalised cost above the best</th></tr>
+<tr><th>explanation</th><th>part of the gap explained [deviations]</th>
+<th>penalised cost above the least{{ ", fitted runs" if judged }}</th>
+{% if judged %}<th>with the runs that judge</th>{% endif %}</tr>
 {% for row in explanations %}
 <tr><td>{{ row.names | map("key") | join(" with ") }}</td><td>{{ row.realised | number }}</td>
-<td>{{ "%.1f" | format(row.cost) }}</td></tr>
+<td>{{ "%.1f" | format(row.cost) }}</td>
+{% if judged %}<td>{{ "%.1f" | format(row.judged) if row.judged is not none else "-" }}</td>{% endif %}</tr>
 {% endfor %}
 </table>
-<p class="small">Within 9.2 of the best an explanation counts as not told from it.</p>
+<p class="small">Within 9.2 of the least an explanation counts as not told from it{{
+", by the last column where it has a number" if judged }}.</p>
 {% endif %}
 
 {% if hidden or visible %}
@@ -211,7 +217,8 @@ standard deviations of that knowledge; beyond 4 it is itself a finding.</p>
 <tr><td>{{ name | words }}</td><td class="left"><code>{{ digest }}</code></td></tr>
 {% endfor %}
 </table>
-<p class="small"><code>machine.toml</code> beside this page is the machine with what was named, else as it was,
+<p class="small"><code>machine.toml</code> beside this page is the machine with what was named, or with the table; else
+as it was,
 <code>verdict.json</code> all numbers, <code>figures/</code> the figures as PDF and PNG.</p>
 </body>
 </html>

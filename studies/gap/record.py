@@ -14,6 +14,7 @@ from studies.gap.verdict import (
     NO_GAP,
     REFUSED,
     TWO_EFFECTS,
+    refusal,
 )
 
 NORMAL_95 = 1.959963984540054
@@ -148,6 +149,8 @@ def tabulated_of(tabulated, base):
         "parameters": effects_of(tabulated.model),
         "gap": gap_of(base, tabulated.model),
         "held_out": held_out_of(tabulated.judged),
+        "verified": None if tabulated.judged is None else not refusal(tabulated.judged),
+        "reason": refusal(tabulated.judged) if tabulated.judged else "",
         "suggestion": tabulated.suggestion,
     }
 

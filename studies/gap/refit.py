@@ -47,6 +47,15 @@ class Model(NamedTuple):
         """How many parameters were freed."""
         return sum(len(candidate.parameters) for candidate in self.candidates)
 
+    @property
+    def beyond(self):
+        """Keys of what is fitted beyond what a machine file takes."""
+        return [
+            p.key
+            for p, x in zip(self.problem.parameters, self.fitted.x, strict=True)
+            if not p.prior and not p.low / p.reach <= x <= p.high / p.reach
+        ]
+
     def own(self, number):
         """Where the parameters of one of its candidates are, x."""
         first = len(self.fitted.x) - self.added

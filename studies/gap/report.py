@@ -10,7 +10,7 @@ import numpy as np
 from studies.gap.comparison import label_of, shown_of, size_of
 from studies.gap.library import library
 from studies.gap.page import TEMPLATE
-from studies.measured import CHECK
+from studies.measured import CHECK, GATE
 
 WORDS = ((0.99, "practically certain"), (0.95, "very likely"), (0.8, "likely"), (0.5, "an even chance or better"))
 """For probabilities from each value on."""
@@ -106,6 +106,7 @@ def page(findings, data, compared, figures):
         runs=len(findings.measured.runs),
         sensors=list(dict.fromkeys(one.block.sensor for one in compared)),
         explanations=explanations(findings),
+        judged=bool(findings.measured.of(GATE)),
         units={one.block.sensor: shown_of(one.block) for one in compared},
         pull=PULL,
         version=version("apesim"),
@@ -141,15 +142,26 @@ def unseen(compared):
 
 
 def explanations(findings):
-    """The models that were fitted, the best first: names, penalised cost above the best, part of the gap explained."""
-    found = {}
-    for choices in (findings.tried, findings.choices):
-        found |= {choice.names: (choice.cost - choices[0].cost, choice.model) for choice in choices}
-    ranked = sorted(found.items(), key=lambda item: item[1][0])
-    return [
-        {"names": list(names), "cost": cost, "realised": gained(findings, model)}
-        for names, (cost, model) in ranked[:EXPLANATIONS]
+    """The models that were fitted, the best first.
+
+    Returns
+    -------
+    list of dict
+        ``names``; ``cost``, penalised, above the least, by the fitted runs; ``judged``, the same with the runs that
+        judge (None: it was not judged); ``realised``, the part of the gap that it explains [deviations].
+    """
+    least = min((choice.cost for choice in findings.tried), default=0.0)
+    judged = {choice.names: choice.cost for choice in findings.choices} if findings.measured.of(GATE) else {}
+    rows = [
+        {
+            "names": list(choice.names),
+            "cost": choice.cost - least,
+            "judged": judged[choice.names] - min(judged.values()) if choice.names in judged else None,
+            "realised": gained(findings, choice.model),
+        }
+        for choice in findings.tried
     ]
+    return sorted(rows, key=lambda row: (row["judged"] is None, row["judged"] or 0.0, row["cost"]))[:EXPLANATIONS]
 
 
 def gained(findings, model):

@@ -41,8 +41,8 @@ class Choice(NamedTuple):
 
 
 def term(library):
-    """What one effect of a library has to earn: 2 ln(n/p)."""
-    return 2.0 * log(library / CHANCE)
+    """What one effect of a library has to earn, or a number of the machine: 2 ln(n/p)."""
+    return 2.0 * log(max(library, 1) / CHANCE)
 
 
 def penalty(model, library):

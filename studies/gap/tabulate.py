@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from studies.gap.balance import through_the_simulator
-from studies.gap.heldout import all_left_over, held_out
+from studies.gap.heldout import all_left_over, held_out, leave_one_out
 from studies.gap.problem import unless_ended
 from studies.gap.select import priced, term
 from studies.gap.suggest import suggestion
@@ -26,7 +26,8 @@ class Tabulated(NamedTuple):
     balance: object
     """`studies.gap.balance.Balance`, fitted"""
     judged: object
-    """`studies.gap.heldout.HeldOut` on the check runs, without any on the gate runs; None: there are neither."""
+    """`studies.gap.heldout.HeldOut` on the check runs, without any on the gate runs, without either with operating
+    points left out one at a time; None: there is one alone."""
     suggestion: str
     """Form in physical variables; "" where none is found."""
 
@@ -104,7 +105,10 @@ def tabulate(tables, measured, noise):
         left = all_left_over(base, [balance.model for balance in found], gates, noise, work)
         worth = [gain - own.misfit for gain, own in zip(worth, left, strict=True)]
     best, runs = found[int(np.argmax(worth))], checks or gates
-    judged = held_out(base, best.model, runs, noise, work) if runs else None
+    if runs:
+        judged = held_out(base, best.model, runs, noise, work)
+    else:
+        judged = leave_one_out(base, best.model, work)
     return Tabulated(best, judged, suggestion(best.model))
 
 
