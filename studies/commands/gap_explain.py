@@ -15,6 +15,7 @@ from studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
 from studies.gap.child import child_of, lineage_of
 from studies.gap.explain import explain
 from studies.gap.gate import gate
+from studies.gap.latent import branches
 from studies.gap.model_space import model_space
 from studies.gap.next_test import next_test
 from studies.gap.problem import EndedEarly
@@ -145,7 +146,9 @@ def _found(machine, measured, without, parent, out, work):
     _write(out, "machine.toml", child_of(findings, data))
     compared = compare(findings)
     (Path(out) / "figures").mkdir(exist_ok=True)
-    figures = draw_gap(compared, tried(findings), added_to(findings), machine.ambient.pressure, Path(out) / "figures")
+    latent = branches(findings.tabulated.model) if findings.tabulated else ()
+    ambient = machine.ambient.pressure
+    figures = draw_gap(compared, tried(findings), added_to(findings), ambient, Path(out) / "figures", latent)
     _write(out, "report.html", page(findings, data, compared, figures))
     return findings, data
 

@@ -33,7 +33,7 @@ SCALE = 4.0, 12.0
 WIDTH = 7.6
 
 
-def draw_gap(compared, rows, added, ambient_pressure, folder):
+def draw_gap(compared, rows, added, ambient_pressure, folder, latent=()):
     """Draw all figures, and write them as PNG and PDF.
 
     Parameters
@@ -47,6 +47,8 @@ def draw_gap(compared, rows, added, ambient_pressure, folder):
         [Pa abs]
     folder : path
         Is there.
+    latent : sequence of studies.gap.latent.Branch
+        What a table says, where one was added.
 
     Returns
     -------
@@ -57,6 +59,8 @@ def draw_gap(compared, rows, added, ambient_pressure, folder):
         "gap": lambda: sizes(compared, added, ambient_pressure),
         "maps": lambda: maps(residual_map(compared), added, ambient_pressure),
     }
+    if latent:
+        figures["latent"] = lambda: quantities(latent)
     if rows:  # all of the library may be left out
         figures["candidates"] = lambda: candidates(rows)
     chosen = worst(compared, 3)
@@ -102,6 +106,21 @@ def sizes(compared, added, ambient_pressure):
     handles = handles[: 1 + both]
     handles.append(plt.Line2D([], [], color="0.2", lw=1.0, ls="--", label="noise alone"))
     figure.legend(handles=handles, loc="outside upper right", ncols=3, fontsize=8.5)
+    return figure
+
+
+def quantities(latent):
+    """What a table says, over what it was made to depend on."""
+    figure, axes = plt.subplots(1, len(latent), figsize=(WIDTH, 2.9), layout="constrained", squeeze=False)
+    for axis, branch in zip(axes[0], latent, strict=True):
+        axis.axhline(0.0, color="0.2", lw=0.8)
+        if len(branch.places) > 1:
+            axis.plot(*branch.curve(), color=AFTER, lw=1.4)
+        bars = {"fmt": "o", "color": AFTER, "ms": 4, "elinewidth": 1.0, "capsize": 2}
+        axis.errorbar(branch.places, branch.values, 1.96 * branch.deviations, **bars)
+        axis.set(xlabel=branch.over, ylabel=branch.quantity.replace("^2", "²"))
+        if branch.is_round:
+            axis.set_xticks(range(0, 361, 90))
     return figure
 
 

@@ -70,6 +70,11 @@ on runs that it was not fitted to {{ "%.2f" | format(table.held_out.before) }} a
 {% if table.verified is false %}It does not close the gap: {{ table.reason }}.
 {% elif table.verified is none %}There are no runs to hold it against.{% endif %}
 {% if table.suggestion %}Its form suggests, no more: {{ table.suggestion }}.{% endif %}</p>
+{% if figures.latent %}
+<figure><img alt="What the table says" src="data:image/svg+xml;base64,{{ figures.latent }}">
+<figcaption>What the table says, at its nodes with 95 % intervals; branches that stay at nothing are left out. A node
+that the runs do not reach follows its neighbours.</figcaption></figure>
+{% endif %}
 {% endif %}
 {% if data.alternatives %}
 <p>Not told from it by these data:

@@ -8,6 +8,7 @@ import numpy as np
 
 from apesim.effect import law
 from engine.breathing import DEGREE
+from studies.gap.latent import ROUND, branches
 from studies.gap.parameters import put
 from studies.measured.prediction import run_of
 from valve.actuator import actuator_of
@@ -23,12 +24,8 @@ POINTS = 200
 """Of each run."""
 MOVING = 0.02
 """Speed from which the piston counts as moving [m/s]."""
-SEEN = 0.01
-"""Share of its range from which a branch of a table counts as moved."""
 ALONG = "tabulated_force", "tabulated_damping", "tabulated_heat"
 """Tables whose form is looked for along the runs of a valve's bench; of the others over their own places."""
-ROUND = "tabulated_cylinder_heat", "tabulated_cylinder_leak"
-"""Tables over the crank angle."""
 AXES = {
     "tabulated_leak": ("(lift/stroke)", 100.0),
     "tabulated_area": ("r", 100.0),
@@ -109,15 +106,9 @@ def _per(unit, other):
 
 def _over_the_nodes(model, name):
     """Each branch of a table that moved, over its places."""
-    effect = getattr(model.machine().effects, name)
-    parameters = {p.key.split(".")[-1]: p for p in model.candidates[-1].strengths}
     found = {}
-    for branch in dict.fromkeys(field.rsplit("_at_", 1)[0] for field in parameters):
-        own = {field: p for field, p in parameters.items() if field.rsplit("_at_", 1)[0] == branch}
-        places = np.array([float(field.rsplit("_at_", 1)[1].replace("minus_", "-")) for field in own])
-        target = np.array([p.shown(getattr(effect, field)) for field, p in own.items()])
-        if np.abs(target).max() < SEEN * max(p.shown(abs(p.scale)) for p in own.values()):
-            continue
+    for branch in branches(model):
+        places = branch.places
         if name in ROUND:
             terms = {
                 "": np.ones_like(places),
@@ -125,10 +116,10 @@ def _over_the_nodes(model, name):
                 "sin(angle)": np.sin(places * DEGREE),
             }
         else:
-            axis, whole = AXES.get(f"{name}.{branch}", AXES.get(name))
+            axis, whole = AXES.get(f"{name}.{branch.name}", AXES.get(name))
             terms = {"": np.ones_like(places), axis: places / whole, f"{axis}^2": (places / whole) ** 2}
-        unit = next(iter(own.values())).declaration.unit
-        found[branch.replace("_", " ")] = unit, target, {term: ("", values) for term, values in terms.items()}
+        told = {term: ("", values) for term, values in terms.items()}
+        found[branch.name.replace("_", " ")] = branch.unit, branch.values, told
     return found
 
 
