@@ -48,6 +48,15 @@ def test_a_gap_too_small_to_matter_is_none():
     assert verdict_of(choice(100.0, "a"), size=0.1) == "NO_GAP"
 
 
+def test_what_matters_is_for_the_user_to_say():
+    one = [choice(100.0, "a", gap=SHAPE)]
+    assert rules.with_alarm(BASE, one, 0.12, GOOD, tolerance=0.1).verdict == "NAMED"
+    assert rules.with_alarm(BASE, one, 0.3, GOOD, tolerance=0.4).verdict == "NO_GAP"
+    judged = GOOD._replace(samples=10_000, removed=4000.0, left=600.0)
+    assert "a gap of" in rules.with_alarm(BASE, one, 1.0, judged).reason
+    assert rules.with_alarm(BASE, one, 1.0, judged, tolerance=0.3).verdict == "NAMED"
+
+
 def test_what_does_not_earn_its_place_is_refused():
     assert verdict_of(choice(301.0, "a")) == "REFUSED"
 

@@ -20,6 +20,7 @@ from studies.gap.model_space import model_space
 from studies.gap.next_test import next_test
 from studies.gap.problem import EndedEarly
 from studies.gap.record import record
+from studies.gap.verdict import TOLERANCE
 from studies.gap.work import Work
 from studies.measured import read_measured
 from studies.measured.prediction import predict, run_of, with_value
@@ -30,7 +31,7 @@ MARCHES = 4000
 """That a search takes, or more."""
 
 
-def explain_command(console, machine_file, settings, folder, out, without, jobs, overwrite):
+def explain_command(console, machine_file, settings, folder, out, without, tolerance, jobs, overwrite):
     """Name what is missing between a machine and measured data; see `apesim gap explain --help`.
 
     Parameters
@@ -45,6 +46,8 @@ def explain_command(console, machine_file, settings, folder, out, without, jobs,
         Folder to write.
     without : list of str
         Effects that are not to be considered.
+    tolerance : float or None
+        Size of a gap, over the noise, that does not matter; None: `TOLERANCE`.
     jobs : int or None
         Processes; None: as many as the work is worth.
     overwrite : bool
@@ -62,7 +65,8 @@ def explain_command(console, machine_file, settings, folder, out, without, jobs,
     start = time.perf_counter()
     try:
         with console.stages("explaining") as report, Team(jobs) as team:
-            findings, told = aside(_found, machine, measured, without, parent, out, Work(team, report)).result()
+            search = without, Work(team, report), TOLERANCE if tolerance is None else tolerance
+            findings, told = aside(_found, machine, measured, search, parent, out).result()
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE
@@ -134,13 +138,14 @@ def check_names(names):
         )
 
 
-def _found(machine, measured, without, parent, out, work):
+def _found(machine, measured, search, parent, out):
     """The findings as they are, and as plain data; the child and the report are written."""
     from studies.figures.gap import draw_gap
     from studies.gap.comparison import compare
     from studies.gap.report import added_to, page, tried
 
-    findings = explain(machine, measured, without, work)
+    _, work, _ = search
+    findings = explain(machine, measured, *search)
     work.tell("writing the report", 0, 1)
     data = plain(record(findings) | {"next_test": next_test(findings)}) | {"lineage": lineage_of(measured, parent)}
     _write(out, "machine.toml", child_of(findings, data))

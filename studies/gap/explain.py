@@ -26,6 +26,7 @@ from studies.gap.verdict import (
     NAMED,
     NAMED_CLASS,
     REFUSED,
+    TOLERANCE,
     TWO_EFFECTS,
     explained,
     implausible,
@@ -69,6 +70,8 @@ class Findings(NamedTuple):
     tabulated: object
     """`studies.gap.tabulate.Tabulated` where the library is refused; else None."""
     own_error: float
+    tolerance: float
+    """Size of a gap, over the noise, that does not matter."""
     simulations: int
     warnings: list
 
@@ -80,7 +83,7 @@ class Findings(NamedTuple):
         return self.verdict.best.model if self.verdict.best else self.base
 
 
-def explain(machine, measured, without=(), work=None):
+def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
     """Find what is missing between a machine and measured data.
 
     Parameters
@@ -91,6 +94,8 @@ def explain(machine, measured, without=(), work=None):
         Effects of the library that are not to be considered.
     work : studies.gap.work.Work, optional
         Who shares it, and who is told of it; what is found does not depend on it.
+    tolerance : float
+        Size of a gap, over the noise, that does not matter.
 
     Returns
     -------
@@ -129,7 +134,7 @@ def explain(machine, measured, without=(), work=None):
             cells = localise(problem, marks, explained(base, choices[0]), False)
             left = left_by(choices[0].model, columns, local).p_value
         size = max(cell.size for cell in cells)
-        verdict = with_alarm(base, choices, size, judged, left)
+        verdict = with_alarm(base, choices, size, judged, left, tolerance)
         tables = Tables(base, balances(base, library(measured.bench), work), work)
     if verdict.verdict in BLAMING and judged:
         better = likelier(tables, verdict.best.model, len(candidates))
@@ -157,6 +162,7 @@ def explain(machine, measured, without=(), work=None):
         tables.ranked,
         tabulated,
         own,
+        tolerance,
         problem.simulations,
         warnings,
     )

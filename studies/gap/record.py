@@ -72,12 +72,13 @@ def record(findings):
             "balances": [balance_of(balance) for balance in findings.balances],
             "shares": [cell._asdict() for cell in cells if cell.share > 0.01],
         },
-        "tabulated": tabulated_of(findings.tabulated, findings.base) if findings.tabulated else None,
+        "tabulated": tabulated_of(findings) if findings.tabulated else None,
         "detection_limits": detection_limits(findings.columns),
         "scores": [{"effect": score.name, "deviations": score.deviations} for score in findings.scores],
         "nuisances": nuisances_of(findings.best),
         "noise": noise_told(findings.noise),
         "own_error": findings.own_error,
+        "tolerance": findings.tolerance,
         "simulations": findings.simulations,
         "warnings": findings.warnings,
     }
@@ -141,16 +142,18 @@ def balance_of(balance):
     }
 
 
-def tabulated_of(tabulated, base):
+def tabulated_of(findings):
     """The table that was added in place of a law."""
+    tabulated, base = findings.tabulated, findings.base
+    refused = refusal(tabulated.judged, findings.tolerance) if tabulated.judged else ""
     return {
         "kind": tabulated.balance.name,
         "balance": tabulated.balance.balance,
         "parameters": effects_of(tabulated.model),
         "gap": gap_of(base, tabulated.model),
         "held_out": held_out_of(tabulated.judged),
-        "verified": None if tabulated.judged is None else not refusal(tabulated.judged),
-        "reason": refusal(tabulated.judged) if tabulated.judged else "",
+        "verified": not refused if tabulated.judged else None,
+        "reason": refused,
         "suggestion": tabulated.suggestion,
     }
 

@@ -24,7 +24,7 @@ NO_GAP, NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION, REFUSED
     "REFUSED",
 )
 TOLERANCE = 0.15
-"""Of the noise: a gap below it, where it is largest, is none."""
+"""Of the noise: a gap below it, where it is largest, is none, unless the user says otherwise."""
 PULL_MOST = 4.0
 """Prior deviations beyond which a nuisance is itself a finding."""
 REMOVED_LEAST = 0.6
@@ -107,7 +107,7 @@ def ambiguous(choices):
     )
 
 
-def with_alarm(base, choices, size, judged, left=1.0):
+def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
     """The verdict where noise alone does not explain what is left.
 
     Parameters
@@ -122,12 +122,14 @@ def with_alarm(base, choices, size, judged, left=1.0):
         The best choice on runs that it was not fitted to; None: there are none.
     left : float
         Chance of noise alone to leave as much as the best choice does.
+    tolerance : float
+        Size of a gap, over the noise, that does not matter.
 
     Returns
     -------
     Verdict
     """
-    if size < TOLERANCE:
+    if size < tolerance:
         if pulled(base):
             return far_off(base)
         return Verdict(
@@ -143,7 +145,7 @@ def with_alarm(base, choices, size, judged, left=1.0):
         return Verdict(
             AMBIGUOUS_VERDICT, best, rivals, 0.5, "there is one operating point alone: nothing can be held out"
         )
-    refused = refusal(judged) or implausible(best.model)
+    refused = refusal(judged, tolerance) or implausible(best.model)
     if not refused and left < ALARM:
         refused = "what the best explanation leaves is more than noise"
     if refused:
@@ -213,12 +215,12 @@ def implausible(model):
     return ""
 
 
-def refusal(judged):
+def refusal(judged, tolerance=TOLERANCE):
     """Why the best explanation is refused on runs that it was not fitted to; "" where it is not."""
     if judged.removed <= 0.0:
         return "on runs that it was not fitted to, the best explanation removes nothing"
     if judged.share < REMOVED_LEAST:
         return f"on runs that it was not fitted to, {100.0 * (1.0 - judged.share):.0f} % of the gap is still there"
-    if judged.size > max(TOLERANCE, LEFT_MOST * judged.size_before):
+    if judged.size > max(tolerance, LEFT_MOST * judged.size_before):
         return f"on runs that it was not fitted to, a gap of {judged.size:.2g} of the noise is left"
     return ""

@@ -28,13 +28,16 @@ def explain(
     folder: Folder,
     out: Annotated[Path, typer.Option(metavar="OUT", help="Folder for verdict.json, machine.toml and report.html.")],
     without: Without = None,
+    tolerance: Annotated[
+        float | None, typer.Option(metavar="SIZE", min=0.0, help="A gap below this share of the noise is none; 0.15.")
+    ] = None,
     jobs: Jobs = None,
     overwrite: Overwrite = False,
 ):
     """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink."""
     from studies.commands.gap_explain import explain_command
 
-    return explain_command(*common, folder, out, without or (), jobs, overwrite)
+    return explain_command(*common, folder, out, without or (), tolerance, jobs, overwrite)
 
 
 @command(gap)
