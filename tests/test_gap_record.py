@@ -113,6 +113,7 @@ def test_parameters_of_one_effect_are_one_thing_in_a_sentence():
 
 def test_what_is_fitted_beyond_its_range_is_told_and_written_as_its_end():
     model = with_effects(("side_force", 1.2), ("quadratic_drag", 0.5))
+    model.problem.runs = RUNS[:1]
     assert model.beyond == ["effects.side_force.force"]
     effects = model.machine().effects
     assert (effects.side_force.force, effects.quadratic_drag.coefficient) == (pytest.approx(12.0), pytest.approx(20.0))

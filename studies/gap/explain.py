@@ -6,12 +6,13 @@ import numpy as np
 
 from engine.effects import ALL_EFFECTS
 from studies.gap.balance import balances
-from studies.gap.calibrate import calibrate
+from studies.gap.calibrate import apart, calibrate, too_far
 from studies.gap.candidates import candidates_of
+from studies.gap.comparison import label_of
 from studies.gap.descent import descend
 from studies.gap.detect import detect
 from studies.gap.gate import OWN_ERROR, gate, own_error
-from studies.gap.heldout import all_left_over, compared, held_out, leave_one_out
+from studies.gap.heldout import all_left_over, compared, held_out, leave_one_out, points_of
 from studies.gap.localise import localise
 from studies.gap.noise import noise_for
 from studies.gap.noise_source import from_what_nothing_explains, hum_of_what_nothing_explains, is_known, may_hum
@@ -70,6 +71,8 @@ class Findings(NamedTuple):
     tabulated: object
     """`studies.gap.tabulate.Tabulated` where the library is refused; else None."""
     own_error: float
+    apart: list
+    """Where each operating point alone leads the parameters of `best`; see `studies.gap.calibrate.apart`."""
     tolerance: float
     """Size of a gap, over the noise, that does not matter."""
     simulations: int
@@ -162,6 +165,7 @@ def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
         tables.ranked,
         tabulated,
         own,
+        [],
         tolerance,
         problem.simulations,
         warnings,
@@ -175,6 +179,13 @@ def verified(findings, work):
     if not best.fitted.converged:
         warnings.append("the fit of what is told did not converge")
     warnings += [f"{key} is fitted beyond its range, and written as the end of it" for key in best.beyond]
+    found, ambient = apart(best), best.problem.machine.ambient.pressure
+    warnings += [
+        f"{one.parameter.key}: {label_of(one.run, ambient)} alone says another value than all runs together, "
+        f"by {abs(one.deviations):.1f} deviations"
+        for one in too_far(found, len(points_of(best.problem.runs)))
+    ]
+    findings = findings._replace(apart=found)
     if not runs:
         return findings._replace(warnings=warnings)
     if findings.tabulated:

@@ -193,12 +193,15 @@ numbers of the machine have been fitted):</p>
 
 <h2>What was calibrated</h2>
 <p>Numbers of the machine that are known only so well were fitted within what is known of them. A pull is their shift in
-standard deviations of that knowledge; beyond 4 it is itself a finding.</p>
+standard deviations of that knowledge; beyond 4 it is itself a finding. Each operating point alone has to lead to the
+same value: told is the one that leads farthest from it, and by how many deviations of noise.</p>
 <table>
-<tr><th>number</th><th>value</th><th>pull</th></tr>
+<tr><th>number</th><th>value</th><th>pull</th><th>one point alone</th><th class="left"></th></tr>
 {% for row in data.nuisances %}
 <tr><td><code>{{ row.key }}</code></td><td>{{ "%.5g" | format(row.value) }} {{ row.unit | unit }}</td>
-<td{% if row.deviations | abs > pull %} class="far"{% endif %}>{{ "%+.1f" | format(row.deviations) }}</td></tr>
+<td{% if row.deviations | abs > pull %} class="far"{% endif %}>{{ "%+.1f" | format(row.deviations) }}</td>
+<td>{{ "%+.1f" | format(row.apart.deviations) if row.apart else "-" }}</td>
+<td class="left">{{ row.apart.run if row.apart }}</td></tr>
 {% endfor %}
 </table>
 

@@ -4,6 +4,7 @@ from math import sqrt
 
 import numpy as np
 
+from studies.gap.comparison import label_of
 from studies.gap.limits import detection_limits
 from studies.gap.parameters import DECLARED, SENSED, corrections, shown, value_at
 from studies.gap.verdict import (
@@ -75,7 +76,7 @@ def record(findings):
         "tabulated": tabulated_of(findings) if findings.tabulated else None,
         "detection_limits": detection_limits(findings.columns),
         "scores": [{"effect": score.name, "deviations": score.deviations} for score in findings.scores],
-        "nuisances": nuisances_of(findings.best),
+        "nuisances": nuisances_of(findings),
         "noise": noise_told(findings.noise),
         "own_error": findings.own_error,
         "tolerance": findings.tolerance,
@@ -110,15 +111,28 @@ def effects_of(model):
     return rows
 
 
-def nuisances_of(model):
-    """What the calibration moved, the farthest first."""
-    machine = model.problem.machine
+def nuisances_of(findings):
+    """What the calibration moved, the farthest first; ``apart``: which operating point alone leads farthest from it."""
+    model = findings.best
+    machine, apart = model.problem.machine, {one.parameter.key: one for one in findings.apart}
     rows = [
-        {"key": p.key, "value": p.shown(value_at(machine, p, x)), "unit": p.declaration.unit, "deviations": float(x)}
+        {
+            "key": p.key,
+            "value": p.shown(value_at(machine, p, x)),
+            "unit": p.declaration.unit,
+            "deviations": float(x),
+            "apart": apart_of(apart[p.key], machine) if p.key in apart else None,
+        }
         for p, x in zip(model.problem.parameters, model.fitted.x, strict=True)
         if p.prior
     ]
     return sorted(rows, key=lambda row: -abs(row["deviations"]))
+
+
+def apart_of(one, machine):
+    """Where an operating point alone leads a number."""
+    value = one.parameter.shown(value_at(machine, one.parameter, one.x))
+    return {"run": label_of(one.run, machine.ambient.pressure), "value": value, "deviations": float(one.deviations)}
 
 
 def gap_of(base, best):
