@@ -23,7 +23,7 @@ CHANCE = 0.01
 PULLED = 2.5
 """Prior deviations from which a wrong nuisance is one of the explanations."""
 MATERIAL = ("air.heat_capacity_ratio",)
-"""Nuisances that are no number of a machine, so that none can be far off."""
+"""Nuisances that are no number of a machine: not tried as the explanation in place of an effect."""
 AMBIGUOUS = 2.0 * log(100.0)
 """Penalised cost within which two models are not told apart."""
 
@@ -95,7 +95,8 @@ def released(base, library, work):
 
 
 def pairs(base, columns, ranked, alone, library, work):
-    """The best pairs: by the straight screen of all, and partners of the best singles; each fitted.
+    """The best pairs: partners of the best singles, then those of the straight screen of all, `PAIRS` all told; each
+    fitted, and the best with either effect replaced by others.
 
     Parameters
     ----------
