@@ -9,8 +9,7 @@ from studies.gap.experiments import experiments_of, problem_of
 from studies.gap.explain import library
 from studies.gap.limits import DETECTED, clearest, detection_limits, sharpened
 from studies.gap.problem import EndedEarly
-from studies.gap.score import bank, imitated
-from studies.gap.verdict import ALIKE, cosine
+from studies.gap.score import ALIKE, bank, cosine, imitated
 from studies.gap.work import Work
 
 
@@ -52,10 +51,8 @@ def isolability(machine, measured, without=(), report=None):
     limits = detection_limits(list(best.values()))
     n = len(errors) - len(nominal)
     effects = {name: column.effect[:n] for name, column in best.items()}
-    bare = {name: column.bare for name, column in best.items()}
-    seen = [name for name, limit in limits.items() if limit["limit"] is not None]
-    classes = {name: [other for other in seen if other != name and _alike(bare, name, other)] for name in seen}
-    wanted = [name for name in best if name not in seen or classes[name]]
+    classes = {name: limit["class"] for name, limit in limits.items() if limit["limit"] is not None}
+    wanted = [name for name in best if name not in classes or classes[name]]
     wanted += [other for name in wanted for other in classes.get(name, ()) if other not in wanted]
     probes = {name: (best[name].probe, effects[name]) for name in wanted}
     found: dict = {name: [] for name in wanted}
@@ -69,8 +66,7 @@ def isolability(machine, measured, without=(), report=None):
             found[name].append((experiment, *_told(name, wider, classes.get(name, ()), best)))
         work.tell("experiments", done, len(experiments))
     rows = [
-        {"effect": name, **limit, "class": classes.get(name, []), "helped_by": _help(name, found, classes, limit)}
-        for name, limit in limits.items()
+        {"effect": name, **limit, "helped_by": _help(name, found, classes, limit)} for name, limit in limits.items()
     ]
     return rows, problem.noise, warnings
 
@@ -80,10 +76,6 @@ def _slopes(problem, x):
     errors = problem.errors(x)
     problem.jacobian(x, errors)
     return errors, problem.jacobian(x, errors)
-
-
-def _alike(bare, one, other):
-    return abs(cosine(bare[one], bare[other])) > ALIKE
 
 
 def _widened(experiment, problem, jacobian, wanted):

@@ -1,12 +1,13 @@
 """The size from which data show an effect."""
 
+from itertools import combinations
 from math import copysign, inf, log
 
 import numpy as np
 
 from engine.effects import ALL_EFFECTS
 from studies.gap.problem import EndedEarly
-from studies.gap.score import Column, imitated
+from studies.gap.score import ALIKE, Column, cosine, imitated
 
 DETECTED = 5.0
 """Deviations at which an effect counts as visible."""
@@ -106,10 +107,11 @@ def detection_limits(columns):
     Returns
     -------
     dict of dict
-        ``parameter``, ``unit``, ``limit``, ``kept``: the share that is left once nuisances are projected out.
+        ``parameter``, ``unit``, ``limit``; ``kept``: the share that is left once nuisances are projected out;
+        ``class``: the others that are seen, and that sensors and runs hardly tell from it, whatever the data say.
     """
-    found = {}
-    for name, column in clearest(columns).items():
+    found, best = {}, clearest(columns)
+    for name, column in best.items():
         parameter, x = column.probe.parameter, least(column)
         if parameter.inverse:  # the weakest there is may be seen already
             x = max(x, parameter.low)
@@ -118,5 +120,11 @@ def detection_limits(columns):
             "unit": parameter.declaration.unit,
             "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if x <= 1.0 else None,
             "kept": column.kept,
+            "class": [],
         }
+    seen = [name for name, limit in found.items() if limit["limit"] is not None]
+    for one, other in combinations(seen, 2):
+        if abs(cosine(best[one].bare, best[other].bare)) > ALIKE:
+            found[one]["class"].append(other)
+            found[other]["class"].append(one)
     return found

@@ -189,6 +189,12 @@ numbers of the machine have been fitted):</p>
 </table>
 {% endfor %}
 </div>
+{% if visible | selectattr("class") | list %}
+<p>Whatever the data say, these sensors and runs hardly tell (cosine above 0.9):
+{% for row in visible | selectattr("class") %}
+{{ row.effect | words }} from {{ row["class"] | map("words") | join(", ") }}{{ "; " if not loop.last else "." }}
+{% endfor %}</p>
+{% endif %}
 {% endif %}
 
 <h2>What was calibrated</h2>

@@ -9,8 +9,10 @@ from studies.gap.problem import EndedEarly
 
 SEEN_LEAST = 0.02
 """Standard deviations of a probe: less is not told from the march's own error."""
-ALIKE = 0.98
+SAME = 0.98
 """Cosine from which two probes of one candidate are one."""
+ALIKE = 0.9
+"""Cosine between what two effects do to the data, from which they are of one class."""
 
 
 class Column(NamedTuple):
@@ -119,7 +121,7 @@ def probed(problem, fitted, candidate):
         effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.errors
         bare = space.removed(effect)
         length = np.linalg.norm(bare)
-        if length == 0.0 or any(abs(bare @ c.bare) > ALIKE * length * c.length for c in found):
+        if length == 0.0 or any(abs(bare @ c.bare) > SAME * length * c.length for c in found):
             continue
         found.append(Column(probe, effect, bare, float(length / np.linalg.norm(effect))))
     return found, wider.simulations
@@ -142,6 +144,12 @@ def freed(columns, fitted, added):
     """
     space = imitated(fitted.jacobian)
     return [column._replace(bare=space.removed(np.append(column.effect, np.zeros(added)))) for column in columns]
+
+
+def cosine(one, other):
+    """Between two arrays; 0 where one is nothing."""
+    size = np.linalg.norm(one) * np.linalg.norm(other)
+    return float(one @ other / size) if size > 0.0 else 0.0
 
 
 def scores(columns, errors):

@@ -12,6 +12,7 @@ import numpy as np
 from studies.gap.candidates import TWINS
 from studies.gap.detect import ALARM
 from studies.gap.refit import release
+from studies.gap.score import ALIKE, cosine
 from studies.gap.select import AMBIGUOUS, Choice
 
 NO_GAP, NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION, REFUSED = VERDICTS = (
@@ -31,8 +32,6 @@ REMOVED_LEAST = 0.6
 """Share of the gap's energy that a name has to take away where nothing was fitted."""
 LEFT_MOST = 0.05
 """Share of the gap's size that may be left, where that is more than the tolerance."""
-ALIKE = 0.9
-"""Cosine between what two effects do to the data, from which they are of one class."""
 PAIR_LEAST = 0.8
 """Probability from which both effects of a pair are named."""
 BEYOND = 3.0
@@ -61,12 +60,6 @@ class Verdict(NamedTuple):
 def explained(base, choice):
     """What a model takes away of what the calibrated machine leaves [standard deviations], shape (n,)."""
     return base.fitted.left - choice.model.fitted.left
-
-
-def cosine(one, other):
-    """Between two arrays; 0 where one is nothing."""
-    size = np.linalg.norm(one) * np.linalg.norm(other)
-    return float(one @ other / size) if size > 0.0 else 0.0
 
 
 def pulled(model):
