@@ -87,14 +87,14 @@ def apart(model):
         return []
     samples = len(errors) - len(x)
     at = np.concatenate([np.full(len(b.values), _place(points, b.run)) for b in problem.blocks])
-    all_of_them, found = np.diag(model.fitted.covariance), []
+    all_of_them, told, found = np.diag(model.fitted.covariance), model.told, []
     for number, point in enumerate(points):
         rows = np.append(np.flatnonzero(at == number), np.arange(samples, len(errors)))
         covariance = np.linalg.pinv(jacobian[rows].T @ jacobian[rows])
         shift = -covariance @ (jacobian[rows].T @ errors[rows])
         more = np.diag(covariance) - all_of_them
         for j, parameter in enumerate(problem.parameters):
-            if more[j] > LEAST * all_of_them[j] and model.told[j]:
+            if more[j] > LEAST * all_of_them[j] and told[j]:
                 found.append(Apart(parameter, point, x[j] + shift[j], shift[j] / np.sqrt(more[j])))
     found.sort(key=lambda one: -abs(one.deviations))
     first: dict = {}
