@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from machines import machine
 from test_gap_record import fitted
+from test_gap_report import AMBIENT, compared
 
 from engine.effects import ALL_EFFECTS
 from studies.figures.gap import draw_gap
@@ -12,7 +13,6 @@ from studies.gap.candidates import Candidate
 from studies.gap.latent import Branch, branches
 
 TABLES = {effect.name: effect for effect in ALL_EFFECTS if effect.tabulated}
-RUNS: list = []
 
 
 def with_table(name, **nodes):
@@ -20,7 +20,7 @@ def with_table(name, **nodes):
     effect = TABLES[name]
     strengths = tuple(strength(effect, field) for field in effect.strengths)
     x = [nodes.get(field, 0.0) for field in effect.strengths]
-    return fitted(machine(), RUNS, list(strengths), x, (Candidate(name, strengths, ()),))
+    return fitted(machine(), [], list(strengths), x, (Candidate(name, strengths, ()),))
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -61,8 +61,6 @@ def test_a_curve_goes_through_its_nodes_and_closes_over_a_turn():
 
 
 def test_what_a_table_says_is_drawn(tmp_path):
-    from test_gap_report import AMBIENT, compared
-
     one = branches(with_table("tabulated_damping", friction_at_100=0.3, seal_at_1000=0.4))
     draw_gap([compared(after=False)], [], "", AMBIENT, tmp_path, one)
     assert (tmp_path / "latent.png").stat().st_size > 5000

@@ -65,8 +65,9 @@ def explain_command(console, machine_file, settings, folder, out, without, toler
     start = time.perf_counter()
     try:
         with console.stages("explaining") as report, Team(jobs) as team:
-            search = without, Work(team, report), TOLERANCE if tolerance is None else tolerance
-            findings, told = aside(_found, machine, measured, search, parent, out).result()
+            options = {"without": without, "tolerance": TOLERANCE if tolerance is None else tolerance}
+            work = Work(team, report)
+            findings, told = aside(_found, machine, measured, parent, out, work, options).result()
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE
@@ -138,14 +139,13 @@ def check_names(names):
         )
 
 
-def _found(machine, measured, search, parent, out):
+def _found(machine, measured, parent, out, work, options):
     """The findings as they are, and as plain data; the child and the report are written."""
     from studies.figures.gap import draw_gap
     from studies.gap.comparison import compare
     from studies.gap.report import added_to, page, tried
 
-    _, work, _ = search
-    findings = explain(machine, measured, *search)
+    findings = explain(machine, measured, work=work, **options)
     work.tell("writing the report", 0, 1)
     data = plain(record(findings) | {"next_test": next_test(findings)}) | {"lineage": lineage_of(measured, parent)}
     _write(out, "machine.toml", child_of(findings, data))

@@ -9,6 +9,7 @@ from matplotlib.patches import Patch
 from studies.figures.style import STYLE, save, svg
 from studies.gap.comparison import by_run, label_of, shown_of, size_of, worst
 from studies.gap.phases import PHASES, phases
+from studies.gap.record import NORMAL_95
 from studies.gap.residual_map import residual_map
 from studies.measured import CHECK, ENGINE, FIT, GATE
 
@@ -117,7 +118,7 @@ def quantities(latent):
         if len(branch.places) > 1:
             axis.plot(*branch.curve(), color=AFTER, lw=1.4)
         bars = {"fmt": "o", "color": AFTER, "ms": 4, "elinewidth": 1.0, "capsize": 2}
-        axis.errorbar(branch.places, branch.values, 1.96 * branch.deviations, **bars)
+        axis.errorbar(branch.places, branch.values, NORMAL_95 * branch.deviations, **bars)
         axis.set(xlabel=branch.over, ylabel=branch.quantity.replace("^2", "²"))
         if branch.is_round:
             axis.set_xticks(range(0, 361, 90))

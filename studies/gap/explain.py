@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.effects import ALL_EFFECTS
+from studies.gap.apart import apart, too_far
 from studies.gap.balance import balances
-from studies.gap.calibrate import apart, calibrate, too_far
+from studies.gap.calibrate import calibrate
 from studies.gap.candidates import candidates_of
 from studies.gap.comparison import label_of
 from studies.gap.descent import descend
@@ -72,7 +73,7 @@ class Findings(NamedTuple):
     """`studies.gap.tabulate.Tabulated` where the library is refused; else None."""
     own_error: float
     apart: list
-    """Where each operating point alone leads the parameters of `best`; see `studies.gap.calibrate.apart`."""
+    """Where each operating point alone leads the parameters of `best`; see `studies.gap.apart.apart`."""
     tolerance: float
     """Size of a gap, over the noise, that does not matter."""
     simulations: int
@@ -116,6 +117,8 @@ def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
     warnings += more
     candidates = candidates_of(machine, measured.bench, library(measured.bench, without))
     base, columns = scored(base, candidates, work)
+    if not base.fitted.converged:
+        warnings.append("the calibration did not converge")
     noise, problem = base.problem.noise, base.problem
     own = own_error(problem, base.fitted.x)
     if own > OWN_ERROR:
@@ -176,7 +179,7 @@ def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
 def verified(findings, work):
     """The findings with what is added, or the calibrated machine, held against the check runs: opened once, here."""
     best, runs, warnings = findings.best, findings.measured.of(CHECK), [*findings.warnings]
-    if not best.fitted.converged:
+    if best is not findings.base and not best.fitted.converged:
         warnings.append("the fit of what is told did not converge")
     warnings += [f"{key} is fitted beyond its range, and written as the end of it" for key in best.beyond]
     found, ambient = apart(best), best.problem.machine.ambient.pressure

@@ -43,6 +43,11 @@ class Parameter(NamedTuple):
         return DECLARED[self.key]
 
     @property
+    def ends(self):
+        """Least and largest x that a machine file takes."""
+        return self.low / self.reach, self.high / self.reach
+
+    @property
     def is_marched(self):
         """Whether the march knows of it, not the sensors alone."""
         return self.key.split(".")[1] not in SENSED if self.key.startswith("effects.") else True

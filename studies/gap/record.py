@@ -23,7 +23,6 @@ ARTICLES = {"force": "a force", "heat": "heat", "leak": "leaks", "area": "a flow
 """The balances in a sentence."""
 READINGS = "effects.sensor_offset.", "effects.sensor_gain."
 """Keys of what an instrument reads too much."""
-TOO = " too low", " too high"
 
 
 def record(findings):
@@ -218,10 +217,11 @@ def sentence(findings):
     if verdict.verdict == AMBIGUOUS_VERDICT:
         names = [" with ".join(c.names) for c in (verdict.best, *verdict.rivals)]
         return f"There is a gap, and these data do not tell what closes it: {', or '.join(names).replace('_', ' ')}."
-    texts = _told(effects_of(verdict.best.model))
+    rows = effects_of(verdict.best.model)
+    texts = _told(rows)
     said = " and ".join(texts.values())
     if verdict.verdict == CALIBRATION:
-        wrong = "reading" if said.endswith(TOO) else "number"
+        wrong = "reading" if rows[0]["key"].startswith(READINGS) else "number"
         return f"Nothing is missing, but a {wrong} is wrong: {said}."
     lacks = " and ".join(text for name, text in texts.items() if name not in SENSED)
     recorded = " and ".join(text for name, text in texts.items() if name in SENSED)
@@ -248,9 +248,9 @@ def _in_words(name, rows):
     """An effect, a number of the machine or a reading, with its values."""
     row = rows[0]
     if row["key"].startswith(READINGS):
-        amount = (100.0 * row["value"], "%") if not row["unit"] else (row["value"], row["unit"])
-        way = TOO[row["value"] > 0.0]
-        return f"{row['parameter'].replace('_', ' ')} reads {abs(amount[0]):.3g} {amount[1]}{way}"
+        value, unit = (row["value"], row["unit"]) if row["unit"] else (100.0 * row["value"], "%")
+        way = "high" if value > 0.0 else "low"
+        return f"{row['parameter'].replace('_', ' ')} reads {abs(value):.3g} {unit} too {way}"
     parameters = ["" if one["key"] == name else f"{one['parameter']} " for one in rows]
     values = [f"{p}{one['value']:.3g} {one['unit']}".rstrip() for p, one in zip(parameters, rows, strict=True)]
     return f"{name.replace('_', ' ').replace('.', ', ')} ({', '.join(values)})"

@@ -53,7 +53,7 @@ class Model(NamedTuple):
         return [
             p.key
             for p, x in zip(self.problem.parameters, self.fitted.x, strict=True)
-            if not p.prior and not p.low / p.reach <= x <= p.high / p.reach
+            if not p.prior and not p.ends[0] <= x <= p.ends[1]
         ]
 
     def own(self, number):
@@ -67,8 +67,7 @@ class Model(NamedTuple):
         machine, runs = self.problem.machine, self.problem.runs
         for p, x, told in zip(self.problem.parameters, self.fitted.x, self.told, strict=True):
             if told and not p.prior:
-                x = np.clip(x, p.low / p.reach, p.high / p.reach)
-                for key, value in corrections(self.problem.machine, p, x, runs).items():
+                for key, value in corrections(self.problem.machine, p, np.clip(x, *p.ends), runs).items():
                     machine = with_value(machine, key, value)
         return machine
 

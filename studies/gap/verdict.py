@@ -202,8 +202,8 @@ def implausible(model):
         return f"the best explanation still needs {far[0]} {PULL_MOST:g} prior deviations away"
     deviations = np.sqrt(np.diag(model.fitted.covariance))
     for parameter, x, deviation in zip(model.problem.parameters, model.fitted.x, deviations, strict=True):
-        ends = parameter.low / parameter.reach, parameter.high / parameter.reach
-        if parameter.reach > 1.0 and (x - BEYOND * deviation > ends[1] or x + BEYOND * deviation < ends[0]):
+        low, high = parameter.ends
+        if parameter.reach > 1.0 and (x - BEYOND * deviation > high or x + BEYOND * deviation < low):
             return f"the best explanation needs {parameter.key} beyond its range"
     return ""
 

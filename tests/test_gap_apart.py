@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.gap.calibrate import apart, too_far
+from studies.gap.apart import apart, too_far
 from studies.gap.descent import Fitted
 from studies.gap.nuisances import Prior, nuisance
 from studies.gap.refit import Model
