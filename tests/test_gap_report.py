@@ -184,7 +184,7 @@ def test_names_in_a_page_are_escaped():
 
 
 def test_costs_of_explanations_count_from_the_least_of_their_own_kind():
-    """With runs that judge, what they leave is in the cost that decides, and a sparing choice need not be the least."""
+    """With runs that judge, what they leave is in the cost that decides, and it may turn the order."""
 
     def choice(name, cost):
         return Choice(SimpleNamespace(names=(name,), cost=cost), cost)

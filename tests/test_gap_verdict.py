@@ -5,10 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from studies.gap import select
 from studies.gap import verdict as rules
 from studies.gap.heldout import HeldOut, points_of
 from studies.gap.parameters import Parameter
-from studies.gap.select import Choice, priced, sparing, term
+from studies.gap.select import Choice, priced, term
 from studies.measured import MeasuredRun
 
 N = 50
@@ -149,10 +150,29 @@ def test_a_number_of_the_machine_has_its_price_where_the_library_is_left_out():
     assert priced(model((), cost=40.0, released="supply.temperature"), 0).cost == 40.0 + term(1)
 
 
-def test_a_pair_that_hardly_beats_one_of_its_effects_gives_way_to_it():
-    pair, single, other = choice(100.0, "a", "b"), choice(105.0, "b"), choice(104.0, "c")
-    assert [one.names for one in sparing([other, single, pair])] == [("b",), ("a", "b"), ("c",)]
-    assert sparing([pair, single._replace(cost=110.0)])[0] is pair
+def test_a_pair_that_hardly_beats_one_of_its_effects_leaves_it_open_whether_there_is_a_second():
+    pair, single = choice(100.0, "a", "b", gap=SHAPE), choice(105.0, "b", gap=SHAPE)
+    found = rules.with_alarm(BASE, [pair, single], 1.0, GOOD)
+    assert (found.verdict, found.best, found.rivals) == ("AMBIGUOUS", pair, (single,))
+    assert verdict_of(pair, single._replace(cost=99.0)) == "NAMED"
+    assert verdict_of(pair, single._replace(cost=200.0)) == "TWO_EFFECTS"
+
+
+def test_pairs_of_the_straight_screen_are_fitted_whatever_partners_the_best_singles_have(monkeypatch):
+    """The cause of a true pair that was never tried: the partners of three singles took all the room."""
+
+    def pair(first, second):
+        return tuple(SimpleNamespace(name=name) for name in (first, second)), ((0.1,), (0.1,))
+
+    partners = [pair(first, second) for first, second in ("ab", "ac", "bc", "bd", "cd", "ce")]
+    screened, fitted = [pair("a", "c"), pair("d", "e"), pair("e", "f")], []
+    monkeypatch.setattr(select, "_partners", lambda *_: partners)
+    monkeypatch.setattr(select, "_screened", lambda *_: screened)
+    monkeypatch.setattr(select, "_fitted", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
+    base = SimpleNamespace(fitted=SimpleNamespace(errors=None))
+    assert select.pairs(base, [], [], [], 40, None) == []
+    names = [{candidate.name for candidate in one[0]} for one in fitted]
+    assert names == [{*"ab"}, {*"ac"}, {*"bc"}, {*"bd"}, {*"cd"}, {*"ce"}, {*"de"}, {*"ef"}]
 
 
 def test_without_anything_held_out_nothing_is_named():

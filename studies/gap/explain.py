@@ -20,7 +20,7 @@ from studies.gap.noise_source import from_what_nothing_explains, hum_of_what_not
 from studies.gap.phases import local_shapes
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
-from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, singles, sparing
+from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, singles
 from studies.gap.tabulate import Tables, likelier, tabulate
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
@@ -41,6 +41,8 @@ from valve.effects import VALVE_EFFECTS
 
 BLAMING = NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION
 """Verdicts that one or several names come with."""
+DOUBTFUL = 0.25
+"""Chance of noise alone to leave what a single effect leaves, below which pairs are tried, too."""
 
 
 class Findings(NamedTuple):
@@ -251,7 +253,7 @@ def explanations(base, columns, ranked, library, local, work):
     found = singles(base, ranked, library, work) + released(base, library, work)
     found.sort(key=lambda choice: choice.cost)
     alone = [choice for choice in found if choice.model.candidates]
-    if alone and (implausible(found[0].model) or left_by(alone[0].model, columns, local).alarm):
+    if alone and (implausible(found[0].model) or left_by(alone[0].model, columns, local).p_value < DOUBTFUL):
         couples = pairs(base, columns, ranked, alone, library, work)
         found += couples
         if couples and couples[0].cost < alone[0].cost:
@@ -294,7 +296,7 @@ def hold_out(base, choices, measured, noise, work):
         near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS]
         before, *after = all_left_over(base, [base, *(c.model for c in near)], runs, noise, work)
         left = {c.names: own for c, own in zip(near, after, strict=True)}
-        choices = sparing([Choice(c.model, c.cost + left[c.names].misfit - before.misfit) for c in near])
+        near = [Choice(c.model, c.cost + left[c.names].misfit - before.misfit) for c in near]
+        choices = sorted(near, key=lambda choice: choice.cost)
         return choices, compared([(before, left[choices[0].names])])
-    choices = sparing(choices)
     return choices, leave_one_out(base, choices[0].model, work)

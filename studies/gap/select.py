@@ -14,8 +14,6 @@ SINGLES = 12
 """Candidates that are fitted alone for their score."""
 LARGE = 4
 """Candidates that are fitted alone for what they leave when switched on by much."""
-PAIRS = 6
-"""Pairs that are fitted."""
 SWAPS = 3
 """Effects that are tried in place of either of the best pair."""
 CHANCE = 0.01
@@ -95,8 +93,8 @@ def released(base, library, work):
 
 
 def pairs(base, columns, ranked, alone, library, work):
-    """The best pairs: partners of the best singles, then those of the straight screen of all, `PAIRS` all told; each
-    fitted, and the best with either effect replaced by others.
+    """The best pairs: partners of the best singles and those of the straight screen of all, each fitted; and the best
+    with either effect replaced by others.
 
     Parameters
     ----------
@@ -122,7 +120,7 @@ def pairs(base, columns, ranked, alone, library, work):
         tasks = [(*pair, [c.model for c in alone if c.names[0] in _names(pair)]) for pair in pairs]
         return _fitted(base, refit, tasks, library, work, "fitting pairs")
 
-    found = fitted(list(wanted.values())[:PAIRS])
+    found = fitted(wanted.values())
     if found:
         others = {frozenset(_names(pair)): pair for pair in _swapped(found[0], alone, columns)}
         tried = {frozenset(choice.names) for choice in found}
@@ -147,15 +145,6 @@ def alone_again(base, pair, library, work):
     """
     wanted = [(pair.model, number) for number in range(len(pair.model.candidates))]
     return _fitted(base, reduced, wanted, library, work, "fitting pairs")
-
-
-def sparing(choices):
-    """Choices, the least penalised cost first, but a single effect before a pair with it that is not told from it."""
-    ordered = sorted(choices, key=lambda choice: choice.cost)
-    for choice in ordered:
-        if choice.cost - ordered[0].cost < AMBIGUOUS and set(choice.names) < set(ordered[0].names):
-            return [choice, *(other for other in ordered if other is not choice)]
-    return ordered
 
 
 def beside(columns, model):
