@@ -10,7 +10,9 @@ from studies.measured import FIT
 from studies.measured.prediction import predict, run_of, start_of
 
 STARTS = (0.1, 0.5)
-"""Of a strength, over the larger end of its range."""
+"""Of a strength, over the upper end of its range; a fit begins with the better."""
+PRECISE = 1e-6
+"""Share of the sum of squares that another step has to take."""
 FAILED = 1e3
 """Error of a sample that could not be simulated [standard deviations]."""
 WHITE = 0.6745 * np.sqrt(6.0)
@@ -88,10 +90,11 @@ def one_parameter_fits(machine, measured, effects):
         def errors(x, both=both):
             return fits.errors(both, [*calibrated, x[0]])
 
-        for start in STARTS:
-            bounds = (parameter.low, parameter.high)
-            first = start * (parameter.high or parameter.low)
-            found = least_squares(errors, [first], bounds=bounds, diff_step=1e-3, max_nfev=8)
-            slope = float(found.jac[:, 0] @ found.jac[:, 0])
-            rows.append((2.0 * found.cost, candidate.name, parameter, found.x[0], slope**-0.5 if slope else np.inf))
+        largest = parameter.high or parameter.low
+        first = min((share * largest for share in STARTS), key=lambda x, of=errors: float(np.sum(of([x]) ** 2)))
+        found = least_squares(
+            errors, [first], bounds=(parameter.low, parameter.high), diff_step=1e-3, ftol=PRECISE, max_nfev=8
+        )
+        slope = float(found.jac[:, 0] @ found.jac[:, 0])
+        rows.append((2.0 * found.cost, candidate.name, parameter, found.x[0], slope**-0.5 if slope else np.inf))
     return float(base @ base), sorted(rows, key=lambda row: row[0])
