@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from studies.gap.hum import Records, mains_in, with_hum
-from studies.gap.noise import autoregressive, drifting, levinson, noise_for, sines, white, whitened
+from studies.gap.noise import autoregressive, beside, drifting, levinson, noise_for, sines, white, whitened
 from studies.gap.noise_source import (
     AT_REST,
     TAKEN_FOR_WHITE,
@@ -218,11 +218,45 @@ def test_where_nothing_tells_the_colour_it_is_that_at_the_nearest_sampling_inter
     values = process(rng, len(fitted), 0.8)
     noise = {"lift": {1e-4: white(DEVIATION, TAKEN_FOR_WHITE), 6e-5: white(0.5 * DEVIATION, TAKEN_FOR_WHITE)}}
     one = block(values, fitted)
-    from_what_nothing_explains([one], noise, [values])
+    from_what_nothing_explains([one], noise, [values], [np.ones((len(values), 1))])
     assert noise_for(noise, one).predictors[-1] == pytest.approx([0.8], abs=0.06)
     other = noise_for(noise, block(np.zeros(len(gate)), gate))
     assert other.predictors == noise_for(noise, one).predictors
     assert other.deviation == noise_for(noise, one).deviation
+
+
+@pytest.mark.parametrize("correlation", [0.5, 0.9])
+def test_slow_columns_that_are_taken_off_take_nothing_off_the_colour(correlation):
+    """As a library's do: what is left of noise has less at low frequencies, and is taken for whiter than it is."""
+    rng = np.random.default_rng(19)
+    waves = [TURN * k * np.linspace(0.0, 1.0, 360) for k in range(20)]
+    slow = np.column_stack([turn(wave) for wave in waves for turn in (np.cos, np.sin)])
+    columns = [slow @ rng.normal(size=(40, 40)) for _ in range(3)]
+    base = np.linalg.qr(np.vstack(columns))[0]
+
+    def found():
+        noise = np.concatenate([process(rng, 360, correlation) for _ in columns])
+        left = np.split(noise - base @ (base.T @ noise), 3)
+        return beside(left, columns, ""), autoregressive(left, "")
+
+    def at_low_frequencies(noise):
+        return noise.deviation * noise.spread[-1] / (1.0 - noise.predictors[-1].sum())
+
+    right = DEVIATION * np.sqrt(1.0 - correlation**2) / (1.0 - correlation)
+    many = np.array([[at_low_frequencies(noise) for noise in found()] for _ in range(40)]) / right
+    aware, unaware = np.median(many, axis=0)
+    assert aware == pytest.approx(1.0, abs=0.05)
+    assert unaware < 0.9
+
+
+def test_white_noise_beside_columns_is_as_strong_as_it_is():
+    rng = np.random.default_rng(20)
+    columns = [rng.normal(size=(120, 30)) for _ in range(2)]
+    base = np.linalg.qr(np.vstack(columns))[0]
+    noises = [rng.normal(size=240) for _ in range(200)]
+    found = [beside(np.split(one - base @ (base.T @ one), 2), columns, "") for one in noises]
+    assert [one.order for one in found].count(0) > 180
+    assert np.sqrt(np.mean([one.deviation**2 for one in found])) == pytest.approx(1.0, abs=0.01)
 
 
 def test_where_records_are_too_short_to_tell_the_mains_both_are_taken_off():
@@ -242,7 +276,9 @@ def test_hum_is_looked_for_in_what_nothing_explains_too():
     times = np.arange(0.0, 0.1, 1e-4)
     left = [DEVIATION * (sines(50.0, times + rng.uniform())[:, 0] + rng.normal(size=len(times))) for _ in range(2)]
     noise = {"lift": {1e-4: white(DEVIATION, TAKEN_FOR_WHITE)}}
-    from_what_nothing_explains([block(values, times) for values in left], noise, left)
+    from_what_nothing_explains(
+        [block(values, times) for values in left], noise, left, [np.ones((len(times), 1)) for _ in left]
+    )
     (found,) = noise["lift"].values()
     assert dict(found.hums)[50.0] == pytest.approx(DEVIATION / np.sqrt(2.0), rel=0.3)
     assert found.order == 0

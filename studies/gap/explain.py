@@ -225,7 +225,7 @@ def scored(base, candidates, work):
     pairs = zip(problem.parted(space.removed(base.fitted.errors)), problem.blocks, strict=True)
     left = [-part * noise_for(problem.noise, block).deviation for part, block in pairs]
     if not known:
-        from_what_nothing_explains(problem.blocks, problem.noise, left)
+        from_what_nothing_explains(problem.blocks, problem.noise, left, problem.parted(space.base))
     elif not hum_of_what_nothing_explains(problem.blocks, problem.noise, problem.predicted(x), left):
         return base, columns
     base = Model((), problem, descend(problem, x))

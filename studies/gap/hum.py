@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import detrend
 
-from studies.gap.noise import autoregressive, drifting, sines
+from studies.gap.noise import autoregressive, beside, drifting, sines
 
 MAINS = (50.0, 60.0)
 """Frequencies at which hum is looked for [Hz]."""
@@ -29,6 +29,9 @@ class Records(NamedTuple):
     """Whether each stretch may drift straight."""
     stated: float
     """Standard deviation that the user states [SI]; NaN: none."""
+    explained: tuple = ()
+    """For each record, of one stretch, its rows of columns that were taken off all of them together, (n, k) float
+    arrays; none: nothing was."""
 
 
 def mains_in(channels):
@@ -113,6 +116,8 @@ def going_on(records, rests, frequencies):
 
 
 def _noise_of_stretches(stretches, records, fitted=()):
+    if records.explained:
+        return beside(stretches, records.explained, records.source, fitted)
     if not records.drifts:
         return autoregressive(stretches, records.source, fitted)
     return drifting(stretches, records.source, fitted, records.stated)

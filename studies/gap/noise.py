@@ -16,6 +16,8 @@ STRETCH = 20
 """Samples of the shortest stretch at rest."""
 DOUBT = 10.0
 """Of orders that may come from the drifts taken off."""
+SAME = 1e-8
+"""Size of a column over the largest below which others say all of it."""
 CORRELATIONS = np.linspace(-0.9, 0.97, 188)
 """Of neighbours, among which the most probable is chosen."""
 
@@ -130,15 +132,55 @@ def drifting(stretches, source, fitted=(), stated=np.nan):
     found, free = autoregressive(bare, source, fitted, DOUBT), sum(map(len, stretches)) - freedom(fitted)
     if found.order != 1 or free < STRETCH:
         return found
+    return _most_probable([[pair] for pair in zip(stretches, straight, strict=True)], source, free, stated)
+
+
+def beside(records, columns, source, fitted=()):
+    """Noise from records of which columns that all of them share were taken off, by the same weights in each.
+
+    Columns that vary slowly take more from slow noise than from white; see `drifting`.
+
+    Parameters
+    ----------
+    records : list of (n,) float array
+    columns : list of (n, k) float array
+        For each of them its rows.
+    source : str
+    fitted : sequence of (n, m) float array
+        For each of them the orthonormal columns that were fitted to it alone, besides.
+
+    Returns
+    -------
+    Noise
+    """
+    base, sizes, _ = np.linalg.svd(np.vstack(columns), full_matrices=False)
+    ends = np.cumsum([len(values) for values in records])[:-1]
+    rows = np.split(base[:, sizes > SAME * sizes[0]], ends)
+    taken = [np.column_stack(own) for own in zip(rows, fitted, strict=True)] if fitted else rows
+    found, free = autoregressive(records, source, taken, DOUBT), sum(map(len, records)) - freedom(taken)
+    if found.order != 1 or free < STRETCH:
+        return found
+    return _most_probable([list(zip(records, rows, strict=True))], source, free)
+
+
+def _most_probable(groups, source, free, stated=np.nan):
+    """Noise of the first order with the correlation that makes stretches most probable, whatever the weights are of
+    some columns in them: groups of stretches (n,) that share weights, each with its columns (n, k)."""
+    sums = []
+    for group in groups:
+        wholes = [np.column_stack([columns, values]) for values, columns in group]
+        once = sum(whole.T @ whole for whole in wholes)
+        lagged = sum(whole[1:].T @ whole[:-1] for whole in wholes)
+        twice = sum(whole[1:-1].T @ whole[1:-1] for whole in wholes)
+        sums.append((once, lagged + lagged.T, twice, len(group)))
     best = None
     for correlation in CORRELATIONS:
         energy = volume = 0.0
-        for values, line in zip(stretches, straight, strict=True):
-            columns = np.column_stack([line, values])
-            columns = np.vstack([columns[:1] * np.sqrt(1.0 - correlation**2), columns[1:] - correlation * columns[:-1]])
-            triangle = np.linalg.qr(columns, mode="r")
-            energy += triangle[2, 2] ** 2
-            volume += 2.0 * np.log(np.abs(triangle[0, 0] * triangle[1, 1])) - np.log(1.0 - correlation**2)
+        for once, lagged, twice, number in sums:
+            whole = once - correlation * lagged + correlation**2 * twice
+            inner, across = whole[:-1, :-1], whole[:-1, -1]
+            energy += whole[-1, -1] - across @ np.linalg.solve(inner, across)
+            volume += np.linalg.slogdet(inner)[1] - number * np.log(1.0 - correlation**2)
         variance = energy / free if np.isnan(stated) else stated**2 * (1.0 - correlation**2)
         likelihood = -0.5 * (energy / variance + free * np.log(variance) + volume)
         if best is None or likelihood > best[0]:

@@ -149,7 +149,7 @@ def may_hum(noise):
     return any(one.source == AT_REST for one in known) and not any(one.hums or one.order for one in known)
 
 
-def from_what_nothing_explains(blocks, noise, left):
+def from_what_nothing_explains(blocks, noise, left, explained):
     """The noise of channels that are never at rest and never repeated, anew.
 
     Where there is nothing left of a channel at a sampling interval, as of gate runs, its colour is that at the nearest.
@@ -161,9 +161,14 @@ def from_what_nothing_explains(blocks, noise, left):
         See `noise_of`; changed.
     left : list of (n,) float array
         For each block what neither the nuisances nor any effect of the library can explain [SI].
+    explained : list of (n, k) float array
+        For each block its rows of the columns that were taken off, in proportion to [SI].
     """
     groups = _by_noise(blocks, noise, left, TAKEN_FOR_WHITE)
-    channels = [_unexplained(group) for _, group in groups]
+    rows = {id(block): columns for block, columns in zip(blocks, explained, strict=True)}
+    channels = [
+        _unexplained(group)._replace(explained=tuple(rows[id(block)] for block, _ in group)) for _, group in groups
+    ]
     elsewhere = {f for by_interval in noise.values() for one in by_interval.values() for f, _ in one.hums}
     mains = tuple(sorted(elsewhere)) or mains_in(channels)
     for (known, group), records in zip(groups, channels, strict=True):
