@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from studies.gap.calibrate import elsewhere
 from studies.gap.descent import descend
 from studies.gap.problem import EndedEarly
+from studies.gap.refit import Model
+from studies.gap.work import Work
 
 
 class Curved:
@@ -116,3 +119,41 @@ def test_sensitivities_are_renewed_where_steps_keep_promising_as_little():
     found = descend(problem, np.zeros(12))
     assert found.converged
     assert problem.evaluations < 150
+
+
+class Torn(Curved):
+    """Two valleys with a range between them that cannot be simulated; the one above it has its bottom at a depth."""
+
+    known, simulations, parameters = np.array([True, False]), 0, ()
+
+    def __init__(self, depth):
+        super().__init__()
+        self.depth = depth
+
+    def errors(self, x):
+        if 0.4 < x[0] < 0.6:
+            raise EndedEarly("no steady state")
+        middle, level = (1.2, self.depth) if x[0] > 0.5 else (0.2, 3.0)
+        return np.array([4.0 * (x[0] - middle), x[1] - 2.0, level])
+
+    def with_parameters(self, parameters):
+        return Torn(self.depth)
+
+    def start_at(self, x):
+        self.errors(x)
+
+
+def test_a_calibration_is_the_deepest_of_several_minima():
+    """As where an engine's valve runs out of breath, and there is no steady state on the way."""
+    problem = Torn(depth=1.0)
+    near = Model((), problem, descend(problem, [0.0, 0.0]))
+    found = elsewhere(near, Work())
+    assert near.fitted.x == pytest.approx([0.2, 2.0], abs=0.01)
+    assert found.fitted.x == pytest.approx([1.2, 2.0], abs=0.03)
+    assert found.cost == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_minimum_that_is_hardly_deeper_changes_nothing():
+    problem = Torn(depth=2.9)
+    near = Model((), problem, descend(problem, [0.0, 0.0]))
+    assert elsewhere(near, Work()) is near

@@ -130,6 +130,12 @@ def test_a_name_that_leaves_more_than_noise_is_refused():
     assert "more than noise" in found(0.005).reason
 
 
+def test_what_is_hardly_better_than_nothing_is_no_name():
+    assert verdict_of(choice(295.0, "a", gap=SHAPE)) == "REFUSED"
+    assert verdict_of(choice(295.0, released="supply.temperature", gap=SHAPE)) == "REFUSED"
+    assert verdict_of(choice(290.0, "a", gap=SHAPE)) == "NAMED"
+
+
 def test_runs_that_gauges_do_not_tell_apart_are_one_operating_point():
     times = np.zeros(1)
     first = MeasuredRun("", "", 0.4e6, 287.0, 50e-3, "fit", times, {})

@@ -7,7 +7,7 @@ import numpy as np
 from engine.effects import ALL_EFFECTS
 from studies.gap.apart import apart, too_far
 from studies.gap.balance import balances
-from studies.gap.calibrate import calibrate
+from studies.gap.calibrate import calibrate, elsewhere
 from studies.gap.candidates import candidates_of
 from studies.gap.comparison import label_of
 from studies.gap.descent import descend
@@ -119,16 +119,18 @@ def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
     warnings += more
     candidates = candidates_of(machine, measured.bench, library(measured.bench, without))
     base, columns = scored(base, candidates, work)
+    noise, problem = base.problem.noise, base.problem
+    marks = problem.marks(np.zeros(len(base.fitted.x)))  # the phases that the machine file says
+    ranked, local, detection = looked_at(base, columns, marks)
+    deeper = elsewhere(base, work) if detection.alarm else base
+    if deeper is not base:
+        base, columns = scored(deeper, candidates, work)
+        ranked, local, detection = looked_at(base, columns, marks)
     if not base.fitted.converged:
         warnings.append("the calibration did not converge")
-    noise, problem = base.problem.noise, base.problem
     own = own_error(problem, base.fitted.x)
     if own > OWN_ERROR:
         warnings.append(f"the simulator's own error is {own:.2g} of the noise: it may be taken for a gap")
-    ranked = scores(columns, base.fitted.errors)
-    marks = problem.marks(np.zeros(len(base.fitted.x)))  # the phases that the machine file says
-    local = local_shapes(problem, marks, imitated(base.fitted.jacobian))
-    detection = detect(columns, local, base.fitted.errors)
     choices, tried, judged, tabulated = [], [], None, None
     cells, size = localise(problem, marks, base.fitted.left, True), 0.0
     tables = Tables(base, [], work)
@@ -230,6 +232,20 @@ def scored(base, candidates, work):
         return base, columns
     base = Model((), problem, descend(problem, x))
     return base, bank(problem, base.fitted, candidates, work)
+
+
+def looked_at(base, columns, marks):
+    """What the first key looks at.
+
+    Returns
+    -------
+    ranked : list of Score
+    local : (n + p, m) float array
+        See `studies.gap.phases.local_shapes`.
+    detection : Detection
+    """
+    local = local_shapes(base.problem, marks, imitated(base.fitted.jacobian))
+    return scores(columns, base.fitted.errors), local, detect(columns, local, base.fitted.errors)
 
 
 def explanations(base, columns, ranked, library, local, work):

@@ -141,6 +141,8 @@ def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
     refused = refusal(judged, tolerance) or implausible(best.model)
     if not refused and left < ALARM:
         refused = "what the best explanation leaves is more than noise"
+    if not refused and best.cost > base.cost - AMBIGUOUS:
+        refused = "the best explanation hardly earns its place"
     if refused:
         return Verdict(REFUSED, best, rivals, 0.9, refused)
     if best.model.released:
