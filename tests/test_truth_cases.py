@@ -159,6 +159,12 @@ def test_a_pair_counts_as_listed_where_it_is_one_of_those_not_told_apart():
         assert table["the same, or among those said not to be told from it"] == listed
 
 
+@pytest.mark.parametrize(("low", "held"), [(2.0000000000000004, True), (2.0001, False)])
+def test_an_interval_that_ends_where_the_truth_is_holds_it_whatever_a_change_of_units_rounds(low, held):
+    effect = {"name": "side_force", "parameter": "force", "value": 2.1, "unit": "N", "interval_95": [low, 2.3]}
+    assert case(SINGLE, 12.0, "NAMED", effects=[effect]).intervals == [held]
+
+
 def test_programs_are_compared_figure_by_figure():
     found = {"careful": [case(NONE, 0.0, "NO_GAP")], "rash": [case(NONE, 0.0, "NAMED")]}
     head, _, *lines = comparison(found).splitlines()

@@ -19,6 +19,8 @@ TOLERANCE = 0.15
 """Of the noise; a gap smaller than this may be called none."""
 NEARLY = 0.8
 """Share of the largest part of a gap that another part may have and still count as the largest."""
+ROUNDING = 1e-9
+"""Share of an interval's end that a change of units may take off."""
 SMALLEST_GAP = 0.02
 """Over the noise; a smaller one counts as this."""
 
@@ -126,7 +128,8 @@ class Scored(NamedTuple):
             true = truth.get((one["name"], one["parameter"]))
             if true and true["unit"] == one["unit"]:
                 low, high = one["interval_95"]
-                found.append(low <= true["value"] <= high)
+                rounding = ROUNDING * max(abs(low), abs(high))
+                found.append(low - rounding <= true["value"] <= high + rounding)
         return found
 
 
