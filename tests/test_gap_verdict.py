@@ -181,6 +181,18 @@ def test_pairs_of_the_straight_screen_are_fitted_whatever_partners_the_best_sing
     assert names == [{*"ab"}, {*"ac"}, {*"bc"}, {*"bd"}, {*"cd"}, {*"ce"}, {*"de"}, {*"ef"}]
 
 
+def test_all_others_are_fitted_alone_where_scores_and_probes_led_nowhere(monkeypatch):
+    """The cause of an effect of 27 deviations that was never fitted: its score at a calibration led astray was 2."""
+    asked = []
+    monkeypatch.setattr(select, "_fitted", lambda base, fit, wanted, *_: asked.extend(wanted) or [])
+    ranked = [
+        SimpleNamespace(name=name, guess=(0.1,), column=SimpleNamespace(probe=SimpleNamespace(candidate=name)))
+        for name in "abcd"
+    ]
+    select.others(BASE, ranked, [choice(100.0, "a"), choice(90.0, "c"), choice(80.0, "b", "d")], 4, None)
+    assert asked == [(("b",), ((0.1,),)), (("d",), ((0.1,),))]
+
+
 def test_without_anything_held_out_nothing_is_named():
     assert verdict_of(choice(100.0, "a", gap=SHAPE), judged=None) == "AMBIGUOUS"
 

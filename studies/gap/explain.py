@@ -20,7 +20,7 @@ from studies.gap.noise_source import from_what_nothing_explains, hum_of_what_not
 from studies.gap.phases import local_shapes
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
-from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, singles
+from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, others, pairs, released, singles
 from studies.gap.tabulate import Tables, likelier, tabulate
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
@@ -42,7 +42,7 @@ from valve.effects import VALVE_EFFECTS
 BLAMING = NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION
 """Verdicts that one or several names come with."""
 DOUBTFUL = 0.25
-"""Chance of noise alone to leave what a single effect leaves, below which pairs are tried, too."""
+"""Chance of noise alone to leave what a single effect leaves, below which all others and pairs are tried, too."""
 
 
 class Findings(NamedTuple):
@@ -267,17 +267,27 @@ def explanations(base, columns, ranked, library, local, work):
     list of Choice
     """
     found = singles(base, ranked, library, work) + released(base, library, work)
-    found.sort(key=lambda choice: choice.cost)
-    alone = [choice for choice in found if choice.model.candidates]
-    if alone and (implausible(found[0].model) or left_by(alone[0].model, columns, local).p_value < DOUBTFUL):
-        couples = pairs(base, columns, ranked, alone, library, work)
-        found += couples
-        if couples and couples[0].cost < alone[0].cost:
-            found += alone_again(base, couples[0], library, work)
+    if doubtful(found, columns, local):
+        found += others(base, ranked, found, library, work)
+        if doubtful(found, columns, local):
+            alone = sorted((choice for choice in found if choice.model.candidates), key=lambda choice: choice.cost)
+            couples = pairs(base, columns, ranked, alone, library, work)
+            found += couples
+            if couples and couples[0].cost < alone[0].cost:
+                found += alone_again(base, couples[0], library, work)
     best = {}
     for choice in sorted(found, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)
     return list(best.values())
+
+
+def doubtful(found, columns, local):
+    """Whether the best model is implausible, or the best with an effect leaves more than noise may well."""
+    alone = [choice for choice in found if choice.model.candidates]
+    if not alone:
+        return False
+    best, single = (min(those, key=lambda choice: choice.cost).model for those in (found, alone))
+    return bool(implausible(best)) or left_by(single, columns, local).p_value < DOUBTFUL
 
 
 def left_by(model, columns, local):

@@ -80,6 +80,29 @@ def singles(base, ranked, library, work):
     return _fitted(base, refit, tasks, library, work, "fitting effects")
 
 
+def others(base, ranked, found, library, work):
+    """The candidates that were not fitted alone: where a calibration was led astray, scores and probes foretell little.
+
+    Parameters
+    ----------
+    base : Model
+    ranked : list of Score
+    found : list of Choice
+        What was fitted.
+    library : int
+    work : studies.gap.work.Work
+
+    Returns
+    -------
+    list of Choice
+        The best first.
+    """
+    fitted = {choice.names for choice in found}
+    rest = [score for score in ranked if (score.name,) not in fitted]
+    tasks = [((score.column.probe.candidate,), (score.guess,)) for score in rest]
+    return _fitted(base, refit, tasks, library, work, "fitting effects")
+
+
 def released(base, library, work):
     """The calibrated model without one prior, for each nuisance that is pulled by more than `PULLED`.
 
