@@ -189,7 +189,7 @@ def test_all_others_are_fitted_alone_where_scores_and_probes_led_nowhere(monkeyp
         SimpleNamespace(name=name, guess=(0.1,), column=SimpleNamespace(probe=SimpleNamespace(candidate=name)))
         for name in "abcd"
     ]
-    select.others(BASE, ranked, [choice(100.0, "a"), choice(90.0, "c"), choice(80.0, "b", "d")], 4, None)
+    select.remaining(BASE, ranked, [choice(100.0, "a"), choice(90.0, "c"), choice(80.0, "b", "d")], 4, None)
     assert asked == [(("b",), ((0.1,),)), (("d",), ((0.1,),))]
 
 

@@ -67,7 +67,7 @@ def elsewhere(base, work):
     problem, rng = base.problem, np.random.default_rng(SEED)
     draws = rng.standard_normal((STARTS, len(base.fitted.x)))
     starts = np.clip(np.where(problem.known, draws, base.fitted.x), problem.low, problem.high)
-    found = work.each("calibrating", unless_ended, [(_from, problem, x) for x in starts])
+    found = work.each("calibrating", unless_ended, [(_descended, problem, x) for x in starts])
     ended = [one for one in found if one]
     problem.simulations += sum(simulations for _, simulations in ended)
     fitted = min((fitted for fitted, _ in ended), key=lambda one: one.cost, default=base.fitted)
@@ -77,7 +77,7 @@ def elsewhere(base, work):
     return Model((), problem, fitted)
 
 
-def _from(problem, x):
+def _descended(problem, x):
     """Where a descent from x ends, and how many simulations it takes."""
     own = problem.with_parameters(problem.parameters)
     return descend(own, x), own.simulations

@@ -20,7 +20,7 @@ from studies.gap.noise_source import from_what_nothing_explains, hum_of_what_not
 from studies.gap.phases import local_shapes
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
-from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, others, pairs, released, singles
+from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, remaining, singles
 from studies.gap.tabulate import Tables, likelier, tabulate
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
@@ -268,9 +268,9 @@ def explanations(base, columns, ranked, library, local, work):
     """
     found = singles(base, ranked, library, work) + released(base, library, work)
     if doubtful(found, columns, local):
-        found += others(base, ranked, found, library, work)
+        found += remaining(base, ranked, found, library, work)
         if doubtful(found, columns, local):
-            alone = sorted((choice for choice in found if choice.model.candidates), key=lambda choice: choice.cost)
+            alone = with_effects(found)
             couples = pairs(base, columns, ranked, alone, library, work)
             found += couples
             if couples and couples[0].cost < alone[0].cost:
@@ -283,11 +283,16 @@ def explanations(base, columns, ranked, library, local, work):
 
 def doubtful(found, columns, local):
     """Whether the best model is implausible, or the best with an effect leaves more than noise may well."""
-    alone = [choice for choice in found if choice.model.candidates]
+    alone = with_effects(found)
     if not alone:
         return False
-    best, single = (min(those, key=lambda choice: choice.cost).model for those in (found, alone))
-    return bool(implausible(best)) or left_by(single, columns, local).p_value < DOUBTFUL
+    best = min(found, key=lambda choice: choice.cost)
+    return bool(implausible(best.model)) or left_by(alone[0].model, columns, local).p_value < DOUBTFUL
+
+
+def with_effects(found):
+    """Choices that add effects, the best first."""
+    return sorted((choice for choice in found if choice.model.candidates), key=lambda choice: choice.cost)
 
 
 def left_by(model, columns, local):

@@ -128,11 +128,8 @@ def drifting(stretches, source, fitted=(), stated=np.nan):
     """
     straight = [_straight(len(values)) for values in stretches]
     bare = [values - line @ (line.T @ values) for values, line in zip(stretches, straight, strict=True)]
-    fitted = fitted or straight
-    found, free = autoregressive(bare, source, fitted, DOUBT), sum(map(len, stretches)) - freedom(fitted)
-    if found.order != 1 or free < STRETCH:
-        return found
-    return _most_probable([[pair] for pair in zip(stretches, straight, strict=True)], source, free, stated)
+    groups = [[pair] for pair in zip(bare, straight, strict=True)]
+    return _coloured(bare, groups, source, fitted or straight, stated)
 
 
 def beside(records, columns, source, fitted=()):
@@ -157,13 +154,18 @@ def beside(records, columns, source, fitted=()):
     ends = np.cumsum([len(values) for values in records])[:-1]
     rows = np.split(base[:, sizes > SAME * sizes[0]], ends)
     taken = [np.column_stack(own) for own in zip(rows, fitted, strict=True)] if fitted else rows
-    found, free = autoregressive(records, source, taken, DOUBT), sum(map(len, records)) - freedom(taken)
+    return _coloured(records, [list(zip(records, rows, strict=True))], source, taken)
+
+
+def _coloured(stretches, groups, source, fitted, stated=np.nan):
+    """Noise from stretches that something was fitted to; of the first order the most probable, see `_most_probable`."""
+    found, free = autoregressive(stretches, source, fitted, DOUBT), sum(map(len, stretches)) - freedom(fitted)
     if found.order != 1 or free < STRETCH:
         return found
-    return _most_probable([list(zip(records, rows, strict=True))], source, free)
+    return _most_probable(groups, source, free, stated)
 
 
-def _most_probable(groups, source, free, stated=np.nan):
+def _most_probable(groups, source, free, stated):
     """Noise of the first order with the correlation that makes stretches most probable, whatever the weights are of
     some columns in them: groups of stretches (n,) that share weights, each with its columns (n, k)."""
     sums = []

@@ -71,7 +71,7 @@ def singles(base, ranked, library, work):
         The best first.
     """
     wanted = {score.name: score for score in ranked[:SINGLES] if score.deviations > 0.0}
-    tasks = [((score.column.probe.candidate,), (score.guess,)) for score in wanted.values()]
+    tasks = _scored(wanted.values())
     others = [score.column.probe.candidate for score in ranked if score.name not in wanted]
     large = work.each("scoring", at_large, [(base, candidate) for candidate in others])
     base.problem.simulations += sum(simulations for *_, simulations in large)
@@ -80,7 +80,7 @@ def singles(base, ranked, library, work):
     return _fitted(base, refit, tasks, library, work, "fitting effects")
 
 
-def others(base, ranked, found, library, work):
+def remaining(base, ranked, found, library, work):
     """The candidates that were not fitted alone: where a calibration was led astray, scores and probes foretell little.
 
     Parameters
@@ -99,8 +99,7 @@ def others(base, ranked, found, library, work):
     """
     fitted = {choice.names for choice in found}
     rest = [score for score in ranked if (score.name,) not in fitted]
-    tasks = [((score.column.probe.candidate,), (score.guess,)) for score in rest]
-    return _fitted(base, refit, tasks, library, work, "fitting effects")
+    return _fitted(base, refit, _scored(rest), library, work, "fitting effects")
 
 
 def released(base, library, work):
@@ -174,6 +173,11 @@ def beside(columns, model):
     """Columns of a bank for what a model with effects leaves, without those of its effects."""
     others = [column for column in columns if column.probe.candidate.name not in model.names]
     return freed(others, model.fitted, model.added)
+
+
+def _scored(scores):
+    """Candidates alone with the sizes that their scores suggest, as `refit` wants them."""
+    return [((score.column.probe.candidate,), (score.guess,)) for score in scores]
 
 
 def _fitted(base, fit, wanted, library, work, stage):

@@ -23,13 +23,13 @@ def by_fit(machine, measured, effects, akaike):
     """Verdict of the best one-parameter fit."""
     base, rows = one_parameter_fits(machine, measured, effects)
     cost, name, parameter, x, deviation = rows[0]
-    best = {one[1]: one[0] for one in reversed(rows)}
+    criteria = [base, *(row[0] + 2.0 for row in rows)]
     if akaike and base < cost + 2.0:
         return {
             "verdict": "NO_GAP",
             "alarm": False,
             "effects": [],
-            "probability": weight(base, [base, *plus_two(best)]),
+            "probability": weight(base, criteria),
         }
     value, half = (parameter.shown(size) for size in (parameter.value(x), parameter.scale * NORMAL_95 * deviation))
     named = {
@@ -39,13 +39,8 @@ def by_fit(machine, measured, effects, akaike):
         "unit": parameter.declaration.unit,
         "interval_95": [value - half, value + half],
     }
-    probability = weight(cost + 2.0, [base, *plus_two(best)]) if akaike else 1.0
+    probability = weight(cost + 2.0, criteria) if akaike else 1.0
     return {"verdict": "NAMED", "alarm": True, "effects": [named], "probability": probability}
-
-
-def plus_two(best):
-    """Akaike's criteria of the fits."""
-    return [cost + 2.0 for cost in best.values()]
 
 
 def weight(own, all_of_them):
