@@ -58,7 +58,7 @@ def test_noise_alone_opens_the_case_in_one_of_a_hundred(bench):
     space, columns = bench
     local = space.removed(np.random.default_rng(3).normal(size=(N, 10)))
     rng = np.random.default_rng(4)
-    found = [detect(columns, local, space.removed(rng.normal(size=N))).p_value for _ in range(400)]
+    found = [detect(columns, local, space.removed(rng.normal(size=N)), []).p_value for _ in range(400)]
     assert 0.002 <= np.mean(np.array(found) < 0.01) <= 0.025
     assert np.quantile(found, [0.25, 0.5, 0.75]) == pytest.approx([0.25, 0.5, 0.75], abs=0.08)
 
@@ -67,7 +67,7 @@ def test_a_gap_along_an_effect_opens_it(bench):
     space, columns = bench
     noise = space.removed(np.random.default_rng(5).normal(size=N))
     gap = 6.0 * columns[0].bare / columns[0].length
-    assert detect(columns, np.zeros((N, 0)), noise + gap).alarm
+    assert detect(columns, np.zeros((N, 0)), noise + gap, []).alarm
 
 
 def test_every_effect_that_is_off_is_a_candidate_and_nuisances_are_none():

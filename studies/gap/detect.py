@@ -4,7 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-DRAWS = 20_000
+from studies.gap.noise_draws import scatter
+
+NOISES = 500
+"""That may be the true one."""
+EACH = 40
+"""Draws of scores from each."""
+DRAWS = NOISES * EACH
 SEED = 20090715
 ALARM = 0.01
 """Chance of noise alone to open the case."""
@@ -26,8 +32,8 @@ class Detection(NamedTuple):
         return self.p_value < ALARM
 
 
-def detect(columns, local, errors):
-    """Compare the largest of all scores with those of noise alone.
+def detect(columns, local, errors, parts):
+    """Compare the largest of all scores with those of noise alone, which is known no better than its source tells it.
 
     Parameters
     ----------
@@ -36,6 +42,8 @@ def detect(columns, local, errors):
         Shapes of no known cause, one for each signal and phase, free of what nuisances can imitate.
     errors : (n + p,) float array
         What is left at the calibrated machine.
+    parts : list of (Noise, slice)
+        See `studies.gap.noise_draws.parts_of`.
 
     Returns
     -------
@@ -51,7 +59,9 @@ def detect(columns, local, errors):
     # Scores of white noise have the correlations of the shapes.
     values, vectors = np.linalg.eigh(shapes.T @ shapes)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    draws = np.random.default_rng(SEED).standard_normal((DRAWS, len(values))) @ root.T
+    rng = np.random.default_rng(SEED)
+    draws = rng.standard_normal((DRAWS, len(values))) @ root.T
+    draws *= np.repeat(scatter(parts, shapes, NOISES, rng), EACH, axis=0)
     highest = np.max(np.where(one_sided, draws, np.abs(draws)), axis=1)
     p_value = (1.0 + np.sum(highest >= largest)) / (1.0 + DRAWS)
     return Detection(float(p_value), largest, float(np.quantile(highest, 1.0 - ALARM)))

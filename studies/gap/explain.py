@@ -16,6 +16,7 @@ from studies.gap.gate import OWN_ERROR, gate, own_error
 from studies.gap.heldout import all_left_over, compared, held_out, leave_one_out, points_of
 from studies.gap.localise import localise
 from studies.gap.noise import noise_for
+from studies.gap.noise_draws import parts_of
 from studies.gap.noise_source import from_what_nothing_explains, hum_of_what_nothing_explains, is_known, may_hum
 from studies.gap.phases import local_shapes
 from studies.gap.refit import Model
@@ -245,7 +246,11 @@ def looked_at(base, columns, marks):
     detection : Detection
     """
     local = local_shapes(base.problem, marks, imitated(base.fitted.jacobian))
-    return scores(columns, base.fitted.errors), local, detect(columns, local, base.fitted.errors)
+    return (
+        scores(columns, base.fitted.errors),
+        local,
+        detect(columns, local, base.fitted.errors, parts_of(base.problem)),
+    )
 
 
 def explanations(base, columns, ranked, library, local, work):
@@ -304,7 +309,7 @@ def left_by(model, columns, local):
     """
     again = beside(columns, model)
     wider = imitated(model.fitted.jacobian).removed(np.vstack([local, np.zeros((model.added, local.shape[1]))]))
-    return detect(again, wider, model.fitted.errors)
+    return detect(again, wider, model.fitted.errors, parts_of(model.problem))
 
 
 def hold_out(base, choices, measured, noise, work):

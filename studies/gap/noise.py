@@ -35,6 +35,10 @@ class Noise(NamedTuple):
     """Where deviation and colour are from."""
     hums: tuple = ()
     """Frequency [Hz] of each hum, and the standard deviation of the amplitudes of its sine and cosine [SI]."""
+    samples: float = np.inf
+    """Independent ones from which deviation and colour are."""
+    is_stated: bool = False
+    """Whether the deviation is not from them, but known."""
 
     @property
     def order(self):
@@ -42,9 +46,9 @@ class Noise(NamedTuple):
         return len(self.predictors) - 1
 
 
-def white(deviation, source):
+def white(deviation, source, samples=np.inf):
     """Noise without colour."""
-    return Noise(deviation, (np.zeros(0),), np.ones(1), source)
+    return Noise(deviation, (np.zeros(0),), np.ones(1), source, samples=samples)
 
 
 def levinson(correlation):
@@ -83,7 +87,7 @@ def autoregressive(segments, source, fitted=(), doubt=0.0):
     free = max(samples - freedom(fitted), 1.0)
     deviation = float(np.sqrt(sum(s @ s for s in segments) / free))
     if deviation == 0.0 or samples < ENOUGH:
-        return white(deviation, source)
+        return white(deviation, source, free)
     most = min(ORDER_MOST, min(map(len, segments)) // 4)
     lagged = [
         (_lagged(segments, lag) / deviation**2 + _lagged(fitted, lag)) / (samples - lag * len(segments))
@@ -93,7 +97,7 @@ def autoregressive(segments, source, fitted=(), doubt=0.0):
     criterion = samples * np.log(spread**2) + np.arange(len(spread)) * np.log(samples)
     criterion[2:] += doubt
     order = int(np.argmin(criterion))
-    return Noise(deviation, predictors[: order + 1], spread[: order + 1], source)
+    return Noise(deviation, predictors[: order + 1], spread[: order + 1], source, samples=free)
 
 
 def freedom(fitted):
@@ -189,7 +193,8 @@ def _most_probable(groups, source, free, stated):
             best = likelihood, correlation, energy / free
     _, correlation, variance = best
     spread = np.array([1.0, np.sqrt(1.0 - correlation**2)])
-    return Noise(float(np.sqrt(variance) / spread[1]), (np.zeros(0), np.array([correlation])), spread, source)
+    weights = np.zeros(0), np.array([correlation])
+    return Noise(float(np.sqrt(variance) / spread[1]), weights, spread, source, samples=free)
 
 
 def _straight(n):

@@ -74,7 +74,7 @@ def noise_of(blocks, predicted, stated):
                 warnings.append(
                     f"{sensor}: the noise is stated as {stated[sensor]:.3g}, but {noise.source} show {own:.3g} (SI)"
                 )
-            own = max(stated[sensor], FLOOR[sensor])
+            own, noise = max(stated[sensor], FLOOR[sensor]), noise._replace(is_stated=True)
         interval = float(np.median([block.interval for block, _ in pairs]))
         found.setdefault(sensor, {})[interval] = noise._replace(deviation=own)
     return found, warnings
@@ -86,7 +86,7 @@ def _of_a_mean(sensor, pairs, stated, warnings):
         return white(max(stated[sensor], FLOOR[sensor]), "stated")
     contrasts = np.concatenate([[], *(values for record in _contrasts(pairs) for values, _ in record)])
     if len(contrasts) >= FEWEST_CONTRASTS:
-        return white(max(float(np.sqrt(np.mean(contrasts**2))), FLOOR[sensor]), "repeats")
+        return white(max(float(np.sqrt(np.mean(contrasts**2))), FLOOR[sensor]), "repeats", float(len(contrasts)))
     size = float(np.median([abs(block.values[0]) for block, _ in pairs]))
     warnings.append(
         f"{sensor}: the noise is neither stated nor told by repeats; taken for {100.0 * OF_A_MEAN:g} % of the mean; "
