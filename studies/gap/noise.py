@@ -36,7 +36,7 @@ class Noise(NamedTuple):
     hums: tuple = ()
     """Frequency [Hz] of each hum, and the standard deviation of the amplitudes of its sine and cosine [SI]."""
     samples: float = np.inf
-    """Independent ones from which deviation and colour are."""
+    """Independent ones from which deviation and colour are; infinite: taken for known."""
     is_stated: bool = False
     """Whether the deviation is not from them, but known."""
 
