@@ -121,6 +121,9 @@ def test_only_the_best_are_fitted_alone():
 class TooFar(Basins):
     """What is missing is the second effect alone, by more than it can be."""
 
+    blocks = ()
+    """Its noise is known."""
+
     def with_parameters(self, parameters):
         return TooFar(parameters)
 
