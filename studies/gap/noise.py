@@ -84,7 +84,7 @@ def autoregressive(segments, source, fitted=(), doubt=0.0):
     Noise
     """
     samples = sum(map(len, segments))
-    free = max(samples - freedom(fitted), 1.0)
+    free = max(samples - _lagged(fitted, 0), 1.0)  # orthonormal columns: as many as were fitted
     deviation = float(np.sqrt(sum(s @ s for s in segments) / free))
     if deviation == 0.0 or samples < ENOUGH:
         return white(deviation, source, free)
@@ -98,11 +98,6 @@ def autoregressive(segments, source, fitted=(), doubt=0.0):
     criterion[2:] += doubt
     order = int(np.argmin(criterion))
     return Noise(deviation, predictors[: order + 1], spread[: order + 1], source, samples=free)
-
-
-def freedom(fitted):
-    """How many numbers were fitted, by the rows of their orthonormal columns."""
-    return _lagged(fitted, 0)
 
 
 def _lagged(parts, lag):
@@ -163,10 +158,10 @@ def beside(records, columns, source, fitted=()):
 
 def _coloured(stretches, groups, source, fitted, stated=np.nan):
     """Noise from stretches that something was fitted to; of the first order the most probable, see `_most_probable`."""
-    found, free = autoregressive(stretches, source, fitted, DOUBT), sum(map(len, stretches)) - freedom(fitted)
-    if found.order != 1 or free < STRETCH:
+    found = autoregressive(stretches, source, fitted, DOUBT)
+    if found.order != 1 or found.samples < STRETCH:
         return found
-    return _most_probable(groups, source, free, stated)
+    return _most_probable(groups, source, found.samples, stated)
 
 
 def _most_probable(groups, source, free, stated):

@@ -110,8 +110,4 @@ def _weights(length):
 
 def parts_of(problem):
     """The noise of each block's rows among those of `Problem.errors`, as `scatter` takes it."""
-    ends = np.cumsum([0, *(len(block.values) for block in problem.blocks)])
-    return [
-        (noise_for(problem.noise, block), slice(first, end))
-        for block, first, end in zip(problem.blocks, ends[:-1], ends[1:], strict=True)
-    ]
+    return [(noise_for(problem.noise, block), rows) for block, rows in zip(problem.blocks, problem.rows(), strict=True)]

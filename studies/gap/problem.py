@@ -1,5 +1,6 @@
 """Measured runs against their simulation, in standard deviations of the noise, as a function of parameters."""
 
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -123,8 +124,12 @@ class Problem:
         -------
         list of (n,) float array
         """
-        ends = np.cumsum([len(block.values) for block in self.blocks])
-        return np.split(whole[: ends[-1]], ends[:-1])
+        return [whole[rows] for rows in self.rows()]
+
+    def rows(self):
+        """Where each block stands in such an array, a slice each."""
+        ends = accumulate((len(block.values) for block in self.blocks), initial=0)
+        return [slice(*pair) for pair in pairwise(ends)]
 
     def _predictions(self, x, tolerance=TOLERANCE):
         marched = np.asarray(x, dtype=float)[self.marched].tobytes()
