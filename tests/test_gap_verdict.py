@@ -78,6 +78,12 @@ def test_a_pair_far_ahead_is_named_if_it_contains_the_best_single():
     assert verdict_of(pair, choice(150.0, "a", gap=SHAPE)) == "AMBIGUOUS"
 
 
+def test_a_pair_need_not_contain_a_single_effect_that_the_data_rule_out():
+    pair = choice(100.0, "a", "b", gap=SHAPE)
+    assert verdict_of(pair, choice(199.0, "c", gap=SHAPE)) == "AMBIGUOUS"
+    assert verdict_of(pair, choice(201.0, "c", gap=SHAPE)) == "TWO_EFFECTS"
+
+
 def test_a_pair_may_contain_what_is_not_told_from_the_best_single():
     single, twin = choice(160.0, "c", gap=SHAPE), choice(162.0, "a", gap=SHAPE + 0.1 * OTHER)
     assert verdict_of(choice(100.0, "a", "b", gap=SHAPE), single, twin) == "TWO_EFFECTS"
@@ -175,10 +181,28 @@ def test_pairs_of_the_straight_screen_are_fitted_whatever_partners_the_best_sing
     monkeypatch.setattr(select, "_partners", lambda *_: partners)
     monkeypatch.setattr(select, "_screened", lambda *_: screened)
     monkeypatch.setattr(select, "_fitted", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
-    base = SimpleNamespace(fitted=SimpleNamespace(errors=None))
+    base = SimpleNamespace(fitted=SimpleNamespace(errors=None, left=None))
     assert select.pairs(base, [], [], [], 40, None) == []
     names = [{candidate.name for candidate in one[0]} for one in fitted]
     assert names == [{*"ab"}, {*"ac"}, {*"bc"}, {*"bd"}, {*"cd"}, {*"ce"}, {*"de"}, {*"ef"}]
+
+
+def test_pairs_are_fitted_whose_effects_add_up_however_little_their_sensitivities_foretell(monkeypatch):
+    """The cause of a true pair that was never tried: wall heat and a droop at the ends of their ranges."""
+    fitted, gap = [], 3.0 * SHAPE + 2.0 * OTHER
+    monkeypatch.setattr(select, "_partners", lambda *_: [])
+    monkeypatch.setattr(select, "_fitted", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
+
+    def alone(name, taken, x):
+        candidates, left = (SimpleNamespace(name=name),), SimpleNamespace(left=gap - taken)
+        return Choice(SimpleNamespace(names=(name,), candidates=candidates, fitted=left, own=lambda _: x), 0.0)
+
+    best = alone("c", SHAPE + OTHER + SHAPE * OTHER, [0.4])
+    both = alone("a", 3.0 * SHAPE, [0.7]), alone("b", 2.0 * OTHER, [0.2, 0.9])
+    base = SimpleNamespace(fitted=SimpleNamespace(errors=np.zeros(N), left=gap))
+    select.pairs(base, [], [], [best, *both, alone("d", SHAPE**2, [0.1])], 40, None)
+    names, guesses = [candidate.name for candidate in fitted[0][0]], fitted[0][1]
+    assert (names, guesses) == (["a", "b"], ((0.7,), (0.2, 0.9)))
 
 
 def test_all_others_are_fitted_alone_where_scores_and_probes_led_nowhere(monkeypatch):

@@ -14,6 +14,8 @@ SINGLES = 12
 """Candidates that are fitted alone for their score."""
 LARGE = 4
 """Candidates that are fitted alone for what they leave when switched on by much."""
+SCREENED = 3
+"""Pairs of a screen of all that are fitted."""
 SWAPS = 3
 """Effects that are tried in place of either of the best pair."""
 CHANCE = 0.01
@@ -115,8 +117,8 @@ def released(base, library, work):
 
 
 def pairs(base, columns, ranked, alone, library, work):
-    """The best pairs: partners of the best singles and those of the straight screen of all, each fitted; and the best
-    with either effect replaced by others.
+    """The best pairs: partners of the best singles and those of both screens of all, each fitted; and the best with
+    either effect replaced by others.
 
     Parameters
     ----------
@@ -135,7 +137,8 @@ def pairs(base, columns, ranked, alone, library, work):
         The best first.
     """
     wanted = {}
-    for (first, second), guesses in [*_partners(alone[:3], columns, work), *_screened(ranked, base.fitted.errors)]:
+    screened = [*_screened(ranked, base.fitted.errors), *_added_up(alone, base.fitted.left)]
+    for (first, second), guesses in [*_partners(alone[:3], columns, work), *screened]:
         wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
 
     def fitted(pairs):
@@ -224,15 +227,31 @@ def _partners(alone, columns, work):
 
 
 def _screened(ranked, errors):
-    """The three pairs that explain most of the gap if all is straight."""
-    drops = []
-    for one, other in combinations([score.column for score in ranked], 2):
-        both = np.column_stack([one.bare, other.bare])
-        weights, *_ = np.linalg.lstsq(both, -errors, rcond=None)
-        drops.append((-float(errors @ (both @ weights)), one, other, weights))
-    drops.sort(key=lambda drop: -drop[0])
-    for _, one, other, weights in drops[:3]:
-        yield (
-            (one.probe.candidate, other.probe.candidate),
-            tuple(column.probe.scaled(weight) for column, weight in zip((one, other), weights, strict=True)),
-        )
+    """The pairs that explain most of the gap if all is straight."""
+    probes = [score.column.probe for score in ranked]
+    for numbers, weights in _largest([-score.column.bare for score in ranked], errors):
+        pair = [probes[number] for number in numbers]
+        guesses = (probe.scaled(weight) for probe, weight in zip(pair, weights, strict=True))
+        yield tuple(probe.candidate for probe in pair), tuple(guesses)
+
+
+def _added_up(alone, left):
+    """The pairs that explain most of the gap if what each takes of it alone adds up.
+
+    Where an effect is large and bends the data, its sensitivity at the calibrated machine foretells little of it.
+    """
+    models = [choice.model for choice in alone]
+    for numbers, _ in _largest([left - model.fitted.left for model in models], left):
+        pair = [models[number] for number in numbers]
+        yield tuple(model.candidates[0] for model in pair), tuple(tuple(model.own(0)) for model in pair)
+
+
+def _largest(taken, gap):
+    """The pairs, by number, that take most of a gap together, with their weights; the largest first."""
+    found = []
+    for pair in combinations(range(len(taken)), 2):
+        both = np.column_stack([taken[number] for number in pair])
+        weights, *_ = np.linalg.lstsq(both, gap, rcond=None)
+        found.append((float(gap @ (both @ weights)), pair, weights))
+    found.sort(key=lambda one: -one[0])
+    return [(pair, weights) for _, pair, weights in found[:SCREENED]]
