@@ -12,7 +12,7 @@ from studies.gap.problem import EndedEarly, Problem
 from studies.gap.score import imitated
 from studies.measured.prediction import with_value
 
-STARTS = (0.25, 1.0)
+STARTS = (0.25, 0.5, 1.0)
 """Of a strength, over its range, beside the size that the score suggests and the probes."""
 SHAPE = 0.3
 """Of further parameters over their range, where a strength is tried at large."""
@@ -116,7 +116,7 @@ def refit(base, candidates, guesses, within=()):
 
 
 def at_large(base, candidate):
-    """A candidate switched on by a quarter and by all of its range, and nothing fitted.
+    """A candidate switched on by a quarter, half and all of its range, and nothing fitted.
 
     Where it bends the data, its sensitivity at the base foretells little of that.
 
