@@ -34,7 +34,7 @@ LEFT_MOST = 0.05
 """Share of the gap's size that may be left, where that is more than the tolerance."""
 PAIR_LEAST = 0.8
 """Probability from which both effects of a pair are named."""
-APART = 100.0
+BEHIND = 100.0
 """Penalised cost by which the best single effect has to be behind a pair that does not contain it, for the pair to be
 named: nearer, something else that neither of them is may look like both."""
 BEYOND = 3.0
@@ -160,7 +160,7 @@ def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
             return Verdict(NAMED_CLASS, best, rivals, inside, "one of a class that these data do not tell apart")
         return Verdict(AMBIGUOUS_VERDICT, best, rivals, inside, "several explanations are as good")
     singles = [choice for choice in choices if len(choice.names) == 1]
-    if singles[0].cost < best.cost + APART and not contains(base, best, singles):
+    if singles[0].cost < best.cost + BEHIND and not contains(base, best, singles):
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
         return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the best pair does not contain the best single effect")
     if rivals and not (alike and all(set(best.names) & set(choice.names) for choice in rivals)):
