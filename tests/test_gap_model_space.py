@@ -14,12 +14,10 @@ from petab_select import Criterion, Models, Problem, ui
 from apesim import load_machine
 from studies.gap.calibrate import calibrate
 from studies.gap.candidates import candidates_of
-from studies.gap.explain import explanations, library, scored
+from studies.gap.explain import explanations, library, looked_at, scored
 from studies.gap.model_space import id_of, model_space, yaml_of
 from studies.gap.nuisances import ENGINE, VALVE, nuisance
 from studies.gap.parameters import value_of
-from studies.gap.phases import local_shapes
-from studies.gap.score import imitated, scores
 from studies.gap.work import Work
 from studies.measured import FIT, read_measured
 
@@ -40,8 +38,7 @@ def found(tmp_path_factory):
     effects = [effect for effect in library("valve") if effect.name in FREED]
     base, columns = scored(base, candidates_of(machine, "valve", effects), Work())
     marks = base.problem.marks(np.zeros(len(base.fitted.x)))
-    local = local_shapes(base.problem, marks, imitated(base.fitted.jacobian))
-    tried = explanations(base, columns, scores(columns, base.fitted.errors), len(effects), local, Work())
+    tried = explanations(looked_at(base, columns, marks), len(effects), Work())
     return SimpleNamespace(measured=measured, base=base, columns=columns, tried=tried)
 
 

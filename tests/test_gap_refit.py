@@ -6,7 +6,7 @@ from scipy.interpolate import PchipInterpolator
 
 from studies.gap.candidates import Candidate, Probe
 from studies.gap.descent import descend
-from studies.gap.explain import explanations
+from studies.gap.explain import Look, explanations
 from studies.gap.parameters import Parameter
 from studies.gap.problem import EndedEarly
 from studies.gap.refit import Model, at_large, refit
@@ -170,6 +170,7 @@ def test_pairs_are_tried_where_the_best_explanation_is_beyond_its_range(end, tri
     base = Model((), problem, descend(problem, np.zeros(1)))
     columns = bank(problem, base.fitted, candidates, Work())
     ranked = scores(columns, base.fitted.errors)
-    found = explanations(base, columns, ranked, 2, np.zeros((len(base.fitted.errors), 0)), Work())
+    look = Look(base, columns, ranked, np.zeros((len(base.fitted.errors), 0)), None)
+    found = explanations(look, 2, Work())
     assert found[0].names == (PLAIN.name,)
     assert {len(choice.names) for choice in found} == tried

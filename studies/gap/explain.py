@@ -1,5 +1,6 @@
 """The missing-effect workflow, from measured data to a verdict."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +12,9 @@ from studies.gap.calibrate import calibrate, elsewhere
 from studies.gap.candidates import candidates_of
 from studies.gap.comparison import label_of
 from studies.gap.descent import descend
-from studies.gap.detect import detect
+from studies.gap.detect import Detection, detect
 from studies.gap.gate import OWN_ERROR, gate, own_error
-from studies.gap.heldout import all_left_over, compared, held_out, leave_one_out, points_of
+from studies.gap.heldout import HeldOut, all_left_over, compared, held_out, leave_one_out, points_of
 from studies.gap.localise import localise
 from studies.gap.noise import noise_for
 from studies.gap.noise_draws import parts_of
@@ -22,7 +23,7 @@ from studies.gap.phases import local_shapes
 from studies.gap.refit import Model
 from studies.gap.score import bank, imitated, scores
 from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, remaining, singles
-from studies.gap.tabulate import Tables, likelier, tabulate
+from studies.gap.tabulate import Tables, Tabulated, likelier, tabulate
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
@@ -31,6 +32,7 @@ from studies.gap.verdict import (
     REFUSED,
     TOLERANCE,
     TWO_EFFECTS,
+    Verdict,
     explained,
     implausible,
     with_alarm,
@@ -46,41 +48,60 @@ DOUBTFUL = 0.25
 """Chance of noise alone to leave what a single effect leaves, below which all others and pairs are tried, too."""
 
 
+class Look(NamedTuple):
+    """The calibrated machine, and what the first key looks at."""
+
+    base: Model
+    columns: list
+    """The bank."""
+    scores: list
+    """The best first."""
+    local: np.ndarray
+    """See `studies.gap.phases.local_shapes`."""
+    detection: Detection
+
+
 class Findings(NamedTuple):
     """All that was found."""
 
     measured: object
     base: Model
     """The calibrated machine."""
-    noise: dict
     columns: list
     """The bank."""
     scores: list
-    detection: object
-    choices: list
-    """Penalised, the best first."""
-    tried: list
-    """All that were fitted, before runs held out were looked at."""
-    cells: list
-    """Where the gap lives."""
-    size: float
-    """Of the gap where it is largest, over the noise."""
-    judged: object
-    """`HeldOut` on the gate runs, or with operating points left out one at a time."""
-    verdict: object
-    checked: object
-    """`HeldOut` of `best` on the check runs; None: there are none."""
-    balances: list
-    """What each table takes of the gap, the best first; none where there is no gap."""
-    tabulated: object
-    """`studies.gap.tabulate.Tabulated` where the library is refused; else None."""
+    detection: Detection
     own_error: float
-    apart: list
-    """Where each operating point alone leads the parameters of `best`; see `studies.gap.apart.apart`."""
     tolerance: float
     """Size of a gap, over the noise, that does not matter."""
-    simulations: int
+    marks: list
+    """Instants that divide each run, as the machine file says; see `studies.gap.problem.Problem.marks`."""
+    cells: list
+    """Where the gap lives."""
+    verdict: Verdict
     warnings: list
+    tried: Sequence = ()
+    """All that were fitted, before runs held out were looked at."""
+    choices: Sequence = ()
+    """Penalised, the best first."""
+    judged: HeldOut | None = None
+    """On the gate runs, or with operating points left out one at a time."""
+    size: float = 0.0
+    """Of the gap where it is largest, over the noise."""
+    balances: Sequence = ()
+    """What each table takes of the gap, the best first; none where there is no gap."""
+    tabulated: Tabulated | None = None
+    """The table that is added where the library is refused."""
+    checked: HeldOut | None = None
+    """Of `best` on the check runs; None: there are none."""
+    apart: Sequence = ()
+    """Where each operating point alone leads the parameters of `best`; see `studies.gap.apart.apart`."""
+    simulations: int = 0
+
+    @property
+    def noise(self):
+        """Of each sensor, at each sampling interval."""
+        return self.base.problem.noise
 
     @property
     def best(self):
@@ -120,65 +141,78 @@ def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
     warnings += more
     candidates = candidates_of(machine, measured.bench, library(measured.bench, without))
     base, columns = scored(base, candidates, work)
-    noise, problem = base.problem.noise, base.problem
-    marks = problem.marks(np.zeros(len(base.fitted.x)))  # the phases that the machine file says
-    ranked, local, detection = looked_at(base, columns, marks)
-    deeper = elsewhere(base, work) if detection.alarm else base
+    problem = base.problem
+    marks = problem.marks(np.zeros(len(base.fitted.x)))
+    look = looked_at(base, columns, marks)
+    deeper = elsewhere(base, work) if look.detection.alarm else base
     if deeper is not base:
-        base, columns = scored(deeper, candidates, work)
-        ranked, local, detection = looked_at(base, columns, marks)
+        look = looked_at(*scored(deeper, candidates, work), marks)
+    base = look.base
     if not base.fitted.converged:
         warnings.append("the calibration did not converge")
     own = own_error(problem, base.fitted.x)
     if own > OWN_ERROR:
         warnings.append(f"the simulator's own error is {own:.2g} of the noise: it may be taken for a gap")
-    choices, tried, judged, tabulated = [], [], None, None
-    cells, size = localise(problem, marks, base.fitted.left, True), 0.0
-    tables = Tables(base, [], work)
-    if not detection.alarm:
-        verdict = without_alarm(base, detection.p_value)
-    else:
-        tried = explanations(base, columns, ranked, len(candidates), local, work)
-        choices, judged = hold_out(base, tried, measured, noise, work)
-        left = 1.0
-        if choices and choices[0].cost < base.cost:
-            cells = localise(problem, marks, explained(base, choices[0]), False)
-            left = left_by(choices[0].model, columns, local).p_value
-        size = max(cell.size for cell in cells)
-        verdict = with_alarm(base, choices, size, judged, left, tolerance)
-        tables = Tables(base, balances(base, library(measured.bench), work), work)
+    findings = Findings(
+        measured=measured,
+        base=base,
+        columns=look.columns,
+        scores=look.scores,
+        detection=look.detection,
+        own_error=own,
+        tolerance=tolerance,
+        marks=marks,
+        cells=localise(problem, marks, base.fitted.left, True),
+        verdict=without_alarm(base, look.detection.p_value),
+        warnings=warnings,
+    )
+    if look.detection.alarm:
+        findings = searched(findings, look, len(candidates), work)
+    return verified(findings, work)
+
+
+def searched(findings, look, library_size, work):
+    """The findings with what explains the gap best, judged by runs that it was not fitted to, or a table in its place.
+
+    Parameters
+    ----------
+    findings : Findings
+    look : Look
+    library_size : int
+        Number of candidates.
+    work : studies.gap.work.Work
+
+    Returns
+    -------
+    Findings
+    """
+    base, measured, cells, left = findings.base, findings.measured, findings.cells, 1.0
+    tried = explanations(look, library_size, work)
+    choices, judged = hold_out(base, tried, measured, findings.noise, work)
+    if choices and choices[0].cost < base.cost:
+        cells = localise(base.problem, findings.marks, explained(base, choices[0]), False)
+        left = left_by(choices[0].model, look).p_value
+    size = max(cell.size for cell in cells)
+    verdict = with_alarm(base, choices, size, judged, left, findings.tolerance)
+    tables = Tables(base, balances(base, library(measured.bench), work), work)
     if verdict.verdict in BLAMING and judged:
-        better = likelier(tables, verdict.best.model, len(candidates))
+        better = likelier(tables, verdict.best.model, library_size)
         if better:
             reason = f"an unknown {better.balance} without a name takes more of the gap"
             verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
-    if verdict.verdict == REFUSED:
-        tabulated = tabulate(tables, measured, noise)
+    tabulated = tabulate(tables, measured, findings.noise) if verdict.verdict == REFUSED else None
     if tabulated:
-        cells = localise(problem, marks, explained(base, tabulated), False)
-    found = Findings(
-        measured,
-        base,
-        noise,
-        columns,
-        ranked,
-        detection,
-        choices,
-        tried,
-        cells,
-        size,
-        judged,
-        verdict,
-        None,
-        tables.ranked,
-        tabulated,
-        own,
-        [],
-        tolerance,
-        problem.simulations,
-        warnings,
+        cells = localise(base.problem, findings.marks, explained(base, tabulated), False)
+    return findings._replace(
+        tried=tried,
+        choices=choices,
+        judged=judged,
+        cells=cells,
+        size=size,
+        verdict=verdict,
+        balances=tables.ranked,
+        tabulated=tabulated,
     )
-    return verified(found, work)
 
 
 def verified(findings, work):
@@ -193,16 +227,16 @@ def verified(findings, work):
         f"by {abs(one.deviations):.1f} deviations"
         for one in too_far(found, len(points_of(best.problem.runs)))
     ]
-    findings = findings._replace(apart=found)
+    findings = findings._replace(apart=found, warnings=warnings)
     if not runs:
-        return findings._replace(warnings=warnings)
-    if findings.tabulated:
+        checked = None
+    elif findings.tabulated:
         checked = findings.tabulated.judged
     elif best is findings.base:
         checked = compared([(left, left) for left in all_left_over(best, [best], runs, findings.noise, work)])
     else:
         checked = held_out(findings.base, best, runs, findings.noise, work)
-    return findings._replace(checked=checked, warnings=warnings, simulations=findings.base.problem.simulations)
+    return findings._replace(checked=checked, simulations=findings.base.problem.simulations)
 
 
 def library(bench, without=()):
@@ -238,61 +272,58 @@ def scored(base, candidates, work):
 def looked_at(base, columns, marks):
     """What the first key looks at.
 
-    Returns
-    -------
-    ranked : list of Score
-    local : (n + p, m) float array
-        See `studies.gap.phases.local_shapes`.
-    detection : Detection
-    """
-    local = local_shapes(base.problem, marks, imitated(base.fitted.jacobian))
-    return (
-        scores(columns, base.fitted.errors),
-        local,
-        detect(columns, local, base.fitted.errors, parts_of(base.problem)),
-    )
-
-
-def explanations(base, columns, ranked, library, local, work):
-    """All models that may explain the gap, penalised, the best first.
-
     Parameters
     ----------
     base : Model
     columns : list of Column
-    ranked : list of Score
-    library : int
+    marks : list of dict
+        Of each run.
+
+    Returns
+    -------
+    Look
+    """
+    errors, local = base.fitted.errors, local_shapes(base.problem, marks, imitated(base.fitted.jacobian))
+    return Look(base, columns, scores(columns, errors), local, detect(columns, local, errors, parts_of(base.problem)))
+
+
+def explanations(look, library_size, work):
+    """All models that may explain the gap, penalised, the best first.
+
+    Parameters
+    ----------
+    look : Look
+    library_size : int
         Number of candidates.
-    local : (n + p, m) float array
-        See `studies.gap.phases.local_shapes`.
     work : studies.gap.work.Work
 
     Returns
     -------
     list of Choice
     """
-    found = singles(base, ranked, library, work) + released(base, library, work)
-    if doubtful(found, columns, local):
-        found += remaining(base, ranked, found, library, work)
-        if doubtful(found, columns, local):
+    base, ranked = look.base, look.scores
+    found = singles(base, ranked, library_size, work) + released(base, library_size, work)
+    if doubtful(found, look):
+        found += remaining(base, ranked, found, library_size, work)
+        if doubtful(found, look):
             alone = with_effects(found)
-            couples = pairs(base, columns, ranked, alone, library, work)
+            couples = pairs(base, look.columns, ranked, alone, library_size, work)
             found += couples
             if couples and couples[0].cost < alone[0].cost:
-                found += alone_again(base, couples[0], library, work)
+                found += alone_again(base, couples[0], library_size, work)
     best = {}
     for choice in sorted(found, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)
     return list(best.values())
 
 
-def doubtful(found, columns, local):
+def doubtful(found, look):
     """Whether the best model is implausible, or the best with an effect leaves more than noise may well."""
     alone = with_effects(found)
     if not alone:
         return False
     best = min(found, key=lambda choice: choice.cost)
-    return bool(implausible(best.model)) or left_by(alone[0].model, columns, local).p_value < DOUBTFUL
+    return bool(implausible(best.model)) or left_by(alone[0].model, look).p_value < DOUBTFUL
 
 
 def with_effects(found):
@@ -300,14 +331,14 @@ def with_effects(found):
     return sorted((choice for choice in found if choice.model.candidates), key=lambda choice: choice.cost)
 
 
-def left_by(model, columns, local):
+def left_by(model, look):
     """What a model leaves, against what noise alone would leave.
 
     Returns
     -------
     studies.gap.detect.Detection
     """
-    again = beside(columns, model)
+    again, local = beside(look.columns, model), look.local
     wider = imitated(model.fitted.jacobian).removed(np.vstack([local, np.zeros((model.added, local.shape[1]))]))
     return detect(again, wider, model.fitted.errors, parts_of(model.problem))
 
