@@ -17,7 +17,7 @@ from studies.gap.noise import noise_for, white
 from studies.gap.problem import Problem
 from studies.gap.refit import refit
 from studies.gap.select import Choice
-from studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, NAMED, NO_GAP, REFUSED
+from studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, FAINT, NAMED, NO_GAP, REFUSED
 from studies.measured import MeasuredRun, read_measured
 
 
@@ -33,10 +33,9 @@ def rivals(tmp_path_factory):
     return measured, base, force, leak
 
 
-def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",)):
-    told = SimpleNamespace(
-        verdict=verdict, best=best and Choice(best, 0.0), rivals=tuple(Choice(o, 1.0) for o in others)
-    )
+def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",), reason=""):
+    rivals = tuple(Choice(o, 1.0) for o in others)
+    told = SimpleNamespace(verdict=verdict, best=best and Choice(best, 0.0), rivals=rivals, reason=reason)
     names = [SimpleNamespace(name=name) for name in scores]
     return SimpleNamespace(
         measured=measured, base=base, noise=base.problem.noise, verdict=told, scores=names, columns=[]
@@ -74,6 +73,12 @@ def test_the_experiment_that_splits_best_comes_first(rivals):
     assert list(told["experiments"][0]["deviations"]) == ["leakage_a", "the machine as it is"]
     assert told["truth"] == "side_force"
     assert told["experiments"][0]["text"] in told["text"]
+
+
+def test_what_is_refused_as_too_faint_is_to_be_told_from_its_rivals_and_from_nothing(rivals):
+    measured, base, force, leak = rivals
+    told = next_test(findings_of(REFUSED, measured, base, force, (leak,), reason=FAINT))
+    assert list(told["experiments"][0]["deviations"]) == ["leakage_a", "the machine as it is"]
 
 
 def test_sensors_are_offered_that_are_not_there(rivals):

@@ -16,7 +16,7 @@ from studies.gap.problem import Problem
 from studies.gap.record import effects_of, sentence
 from studies.gap.refit import Model
 from studies.gap.select import Choice
-from studies.gap.verdict import CALIBRATION, NAMED, NAMED_CLASS, TWO_EFFECTS, Verdict
+from studies.gap.verdict import CALIBRATION, FAINT, NAMED, NAMED_CLASS, REFUSED, TWO_EFFECTS, Verdict
 from studies.gap.work import Work
 from studies.measured import Measured
 from studies.measured.prediction import run_of
@@ -47,10 +47,11 @@ def with_effects(*sized):
     return fitted(machine(), RUNS, parameters, [x for _, *own in sized for x in own], found)
 
 
-def said(word, model, *rivals):
+def said(word, model, *rivals, reason="", balance=None):
     choices = tuple(Choice(rival, 0.0) for rival in rivals)
-    told = SimpleNamespace(verdict=word, best=Choice(model, 0.0), rivals=choices)
-    return sentence(SimpleNamespace(verdict=told))
+    told = SimpleNamespace(verdict=word, best=Choice(model, 0.0), rivals=choices, reason=reason)
+    table = balance and SimpleNamespace(balance=SimpleNamespace(balance=balance))
+    return sentence(SimpleNamespace(verdict=told, tabulated=table))
 
 
 @pytest.mark.parametrize(
@@ -100,6 +101,15 @@ def test_effects_of_the_record_are_never_called_physics():
     assert two.startswith("The model lacks two effects: quadratic drag (")
     either = said(NAMED_CLASS, with_effects(lag), with_effects(drag))
     assert either.startswith("The gap is lift sensor lag (time 0.25 ms), or what these data do not tell from it: quad")
+
+
+def test_what_is_refused_as_too_faint_is_told_with_its_explanations():
+    either = with_effects(("quadratic_drag", 0.25)), with_effects(("side_force", -0.5))
+    assert said(REFUSED, *either) == "There is a gap, and nothing in the library closes it."
+    assert said(REFUSED, *either, reason=FAINT, balance="force") == (
+        "There is a gap, and these data hardly tell what closes it: quadratic drag, or side force; "
+        "a table of a force takes it best."
+    )
 
 
 def test_parameters_of_one_effect_are_one_thing_in_a_sentence():

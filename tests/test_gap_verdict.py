@@ -137,7 +137,8 @@ def test_a_name_that_leaves_more_than_noise_is_refused():
 
 
 def test_what_is_hardly_better_than_nothing_is_no_name():
-    assert verdict_of(choice(295.0, "a", gap=SHAPE)) == "REFUSED"
+    found = rules.with_alarm(BASE, [choice(295.0, "a", gap=SHAPE)], 1.0, GOOD)
+    assert (found.verdict, found.reason) == ("REFUSED", rules.FAINT)
     assert verdict_of(choice(295.0, released="supply.temperature", gap=SHAPE)) == "REFUSED"
     assert verdict_of(choice(290.0, "a", gap=SHAPE)) == "NAMED"
 

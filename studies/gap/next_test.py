@@ -9,7 +9,7 @@ from studies.gap.experiments import experiments_of, problem_of
 from studies.gap.library import library
 from studies.gap.limits import DETECTED, detection_limits
 from studies.gap.problem import EndedEarly
-from studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, NAMED_CLASS, NO_GAP, REFUSED
+from studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, FAINT, NAMED_CLASS, NO_GAP, REFUSED
 
 RIVALS = 3
 """That an experiment has to split from the best."""
@@ -37,7 +37,7 @@ def next_test(findings):
     verdict = findings.verdict
     if not findings.scores:
         return {"text": "The same again, with the library: nothing of it was tried.", "isolate": []}
-    if verdict.verdict in (AMBIGUOUS_VERDICT, NAMED_CLASS):
+    if verdict.verdict in (AMBIGUOUS_VERDICT, NAMED_CLASS) or verdict.reason == FAINT:
         return split(findings)
     if verdict.verdict == CALIBRATION:
         key = verdict.best.names[0]
@@ -61,7 +61,9 @@ def next_test(findings):
 def split(findings):
     """The experiments that would tell the best explanation from its rivals, the best first; see `next_test`."""
     truth = findings.verdict.best.model
-    rivals = [choice.model for choice in findings.verdict.rivals[:RIVALS]] or [findings.base]
+    rivals = [choice.model for choice in findings.verdict.rivals[:RIVALS]]
+    if not rivals or findings.verdict.reason == FAINT:
+        rivals.append(findings.base)
     rows = []
     for plain, experiment, starts in _screened(findings, truth, rivals):
         try:

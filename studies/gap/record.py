@@ -10,6 +10,7 @@ from studies.gap.parameters import DECLARED, SENSED, corrections, shown, value_a
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
+    FAINT,
     NAMED,
     NAMED_CLASS,
     NO_GAP,
@@ -210,13 +211,14 @@ def sentence(findings):
     if verdict.verdict == NO_GAP:
         return "The model explains the data: nothing is missing that these data could show."
     if verdict.verdict == REFUSED:
+        said = "nothing in the library closes it"
+        if verdict.reason == FAINT:
+            said = f"these data hardly tell what closes it: {_either(verdict)}"
         if findings.tabulated:
-            kind = findings.tabulated.balance.balance
-            return f"There is a gap, and nothing in the library closes it; a table of {ARTICLES[kind]} takes it best."
-        return "There is a gap, and nothing in the library closes it."
+            said += f"; a table of {ARTICLES[findings.tabulated.balance.balance]} takes it best"
+        return f"There is a gap, and {said}."
     if verdict.verdict == AMBIGUOUS_VERDICT:
-        names = [" with ".join(c.names) for c in (verdict.best, *verdict.rivals)]
-        return f"There is a gap, and these data do not tell what closes it: {', or '.join(names).replace('_', ' ')}."
+        return f"There is a gap, and these data do not tell what closes it: {_either(verdict)}."
     rows = effects_of(verdict.best.model)
     texts = _told(rows)
     said = " and ".join(texts.values())
@@ -234,6 +236,11 @@ def sentence(findings):
     if recorded:
         return f"The model lacks {lacks}, and the record has {recorded}."
     return f"The model lacks {'two effects: ' if verdict.verdict == TWO_EFFECTS else ''}{lacks}."
+
+
+def _either(verdict):
+    """The best explanation and its rivals in words."""
+    return ", or ".join(" with ".join(c.names) for c in (verdict.best, *verdict.rivals)).replace("_", " ")
 
 
 def _told(rows):

@@ -40,6 +40,7 @@ named: nearer, something else that neither of them is may look like both."""
 BEYOND = 3.0
 """Deviations by which a size has to be beyond its range to be implausible."""
 TOLD = "told from every other explanation, and held out"
+FAINT = "the best explanation hardly earns its place"
 OUTSIDE, OUTSIDE_FAINT = 0.02, 10.0
 """Chance that an effect that passes everything is yet another that the library does not have: at least, and by how much
 more where the gap is faint, over the square of its deviations."""
@@ -145,7 +146,7 @@ def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
     if not refused and left < ALARM:
         refused = "what the best explanation leaves is more than noise"
     if not refused and best.cost > base.cost - AMBIGUOUS:
-        refused = "the best explanation hardly earns its place"
+        refused = FAINT
     if refused:
         return Verdict(REFUSED, best, rivals, 0.9, refused)
     if best.model.released:
