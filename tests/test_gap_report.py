@@ -18,7 +18,7 @@ from studies.figures.gap import draw_gap
 from studies.gap import report
 from studies.gap.comparison import Compared, by_run, label_of, shown_of, size_of, worst
 from studies.gap.problem import Block
-from studies.gap.report import Tried, in_words
+from studies.gap.report import Tried, in_words, number
 from studies.gap.residual_map import residual_map
 from studies.gap.select import Choice
 from studies.measured import Measured, MeasuredRun
@@ -107,6 +107,10 @@ def test_values_are_shown_in_the_unit_of_the_sensor():
 def test_probabilities_are_told_in_words(probability, words):
     assert in_words(probability) == words
     assert in_words(0.2) == "less than an even chance"
+
+
+def test_numbers_are_told_with_the_unit_they_have():
+    assert (number(9.81234, "m/s^2"), number(0.0425, ""), number(None)) == ("9.81 m/s²", "0.0425", "-")
 
 
 def test_figures_have_the_same_bytes_each_time(tmp_path):

@@ -36,7 +36,7 @@ code { font-size: .85em; overflow-wrap: anywhere; }
 <h1>{{ data.sentence | unit }}</h1>
 <div class="facts">
 {% for row in data.effects %}
-<div class="fact"><b>{{ row.value | number }} {{ row.unit | unit }}</b>
+<div class="fact"><b>{{ row.value | number(row.unit) }}</b>
 <span>{{ row.key | key }}, 95 % interval {{ row.interval_95[0] | number }} to
 {{ row.interval_95[1] | number }}</span></div>
 {% endfor %}
@@ -57,7 +57,7 @@ alone leaves as much as the model does is {{ data.p_value | chance }}.
 {% if data.nearest %}
 <p>What comes nearest:
 {% for row in data.nearest %}
-{{ row.key | key }} {{ row.value | number }} {{ row.unit | unit }}{{ ", " if not loop.last }}
+{{ row.key | key }} {{ row.value | number(row.unit) }}{{ ", " if not loop.last }}
 {%- endfor %}.</p>
 {% endif %}
 {% if data.tabulated %}
@@ -81,7 +81,7 @@ that the runs do not reach follows its neighbours.</figcaption></figure>
 {% for other in data.alternatives %}
 <b>{{ other.effects | map("key") | join(" with ") }}</b>
 ({% for row in other.parameters %}
-{{ row.parameter }} {{ row.value | number }} {{ row.unit | unit }}{{ ", " if not loop.last }}
+{{ row.parameter }} {{ row.value | number(row.unit) }}{{ ", " if not loop.last }}
 {%- endfor %}){{ "; " if not loop.last else "." }}
 {% endfor %}
 </p>
@@ -183,7 +183,7 @@ numbers of the machine have been fitted):</p>
 <table>
 <tr><th>effect</th><th>seen from</th><th>kept</th></tr>
 {% for row in part %}
-<tr><td>{{ row.effect | words }}</td><td>{{ row.limit | number }} {{ row.unit | unit }}</td>
+<tr><td>{{ row.effect | words }}</td><td>{{ row.limit | number(row.unit) }}</td>
 <td>{{ "%.0f" | format(100 * row.kept) }}&nbsp;%</td></tr>
 {% endfor %}
 </table>
@@ -216,7 +216,7 @@ same value: told is the one that leads farthest from it, and by how many deviati
 <tr><th>sensor</th><th>standard deviation</th><th>colour</th><th>hum</th><th class="left">from</th></tr>
 {% for row in data.noise %}
 <tr><td>{{ row.sensor | words }}</td>
-<td>{{ units[row.sensor].of(row.deviation) | number }} {{ units[row.sensor].unit }}</td>
+<td>{{ units[row.sensor].of(row.deviation) | number(units[row.sensor].unit) }}</td>
 <td>{{ "of order %d" | format(row.order) if row.order else "white" }}</td>
 <td>{{ (row.hum_hz | map("int") | join(" or ") ~ " Hz") if row.hum_hz else "none" }}</td>
 <td class="left">{{ row.source }}</td></tr>

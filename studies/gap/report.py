@@ -61,9 +61,9 @@ def in_words(probability):
     return next((words for least, words in WORDS if probability >= least), "less than an even chance")
 
 
-def number(value):
-    """Three significant digits; "-" where there is no number."""
-    return "-" if value is None else f"{value:.3g}"
+def number(value, unit=""):
+    """Three significant digits, with the unit if there is one; "-" where there is no number."""
+    return "-" if value is None else f"{value:.3g} {raised(unit)}".rstrip()
 
 
 def chance(p_value):
