@@ -170,7 +170,7 @@ def test_pairs_are_tried_where_the_best_explanation_is_beyond_its_range(end, tri
     base = Model((), problem, descend(problem, np.zeros(1)))
     columns = bank(problem, base.fitted, candidates, Work())
     ranked = scores(columns, base.fitted.errors)
-    look = Look(base, columns, ranked, np.zeros((len(base.fitted.errors), 0)), None)
+    look = Look(base, columns, [], ranked, np.zeros((len(base.fitted.errors), 0)), None)
     found = explanations(look, 2, Work())
     assert found[0].names == (PLAIN.name,)
     assert {len(choice.names) for choice in found} == tried

@@ -54,6 +54,8 @@ class Look(NamedTuple):
     base: Model
     columns: list
     """The bank."""
+    marks: list
+    """Instants that divide each run, as the machine file says; see `studies.gap.problem.Problem.marks`."""
     scores: list
     """The best first."""
     local: np.ndarray
@@ -74,8 +76,6 @@ class Findings(NamedTuple):
     own_error: float
     tolerance: float
     """Size of a gap, over the noise, that does not matter."""
-    marks: list
-    """Instants that divide each run, as the machine file says; see `studies.gap.problem.Problem.marks`."""
     cells: list
     """Where the gap lives."""
     verdict: Verdict
@@ -161,7 +161,6 @@ def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
         detection=look.detection,
         own_error=own,
         tolerance=tolerance,
-        marks=marks,
         cells=localise(problem, marks, base.fitted.left, True),
         verdict=without_alarm(base, look.detection.p_value),
         warnings=warnings,
@@ -190,7 +189,7 @@ def searched(findings, look, library_size, work):
     tried = explanations(look, library_size, work)
     choices, judged = hold_out(base, tried, measured, findings.noise, work)
     if choices and choices[0].cost < base.cost:
-        cells = localise(base.problem, findings.marks, explained(base, choices[0]), False)
+        cells = localise(base.problem, look.marks, explained(base, choices[0]), False)
         left = left_by(choices[0].model, look).p_value
     size = max(cell.size for cell in cells)
     verdict = with_alarm(base, choices, size, judged, left, findings.tolerance)
@@ -202,7 +201,7 @@ def searched(findings, look, library_size, work):
             verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
     tabulated = tabulate(tables, measured, findings.noise) if verdict.verdict == REFUSED else None
     if tabulated:
-        cells = localise(base.problem, findings.marks, explained(base, tabulated), False)
+        cells = localise(base.problem, look.marks, explained(base, tabulated), False)
     return findings._replace(
         tried=tried,
         choices=choices,
@@ -284,7 +283,8 @@ def looked_at(base, columns, marks):
     Look
     """
     errors, local = base.fitted.errors, local_shapes(base.problem, marks, imitated(base.fitted.jacobian))
-    return Look(base, columns, scores(columns, errors), local, detect(columns, local, errors, parts_of(base.problem)))
+    detection = detect(columns, local, errors, parts_of(base.problem))
+    return Look(base, columns, marks, scores(columns, errors), local, detection)
 
 
 def explanations(look, library_size, work):
