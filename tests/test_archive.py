@@ -61,7 +61,7 @@ def test_round_trip(tmp_path_factory, archive):
 def test_provenance_says_where_it_comes_from_but_not_who(tmp_path):
     machine, provenance = read_about(write(replace(sample(), provenance={}), tmp_path / "a.h5"))
     assert machine == sample().machine
-    assert provenance["format"] == "apesim archive" and provenance["format_version"] == "1"
+    assert provenance["format"] == "apesim archive" and provenance["format_version"] == "2"
     assert provenance["machine_sha256"] == sha256(machine)
     assert provenance["created"].endswith("+00:00")
     assert {"python", "numpy", "h5py", "hdf5", "platform"} <= provenance.keys()
@@ -72,7 +72,7 @@ def test_provenance_says_where_it_comes_from_but_not_who(tmp_path):
 def test_write_alone_says_what_the_format_and_the_machine_are(tmp_path):
     wrong = {"format": "x", "format_version": "9", "machine_sha256": "0", "numpy": "0.1"}
     _, provenance = read_about(write(sample(**wrong), tmp_path / "a.h5"))
-    assert (provenance["format"], provenance["format_version"]) == ("apesim archive", "1")
+    assert (provenance["format"], provenance["format_version"]) == ("apesim archive", "2")
     assert provenance["machine_sha256"] == sha256(sample().machine) and provenance["numpy"] == "0.1"
 
 
@@ -106,7 +106,7 @@ def test_file_is_checksummed_chunked_and_old_enough_for_other_readers(tmp_path):
     datasets = {}
     with h5py.File(path) as file:
         file.visititems(lambda name, item: datasets.update({name: item}) if hasattr(item, "chunks") else None)
-        assert set(datasets) == {*sample().variables, "about/machine", "about/provenance"}
+        assert set(datasets) == {*sample().variables, "about/machine", "about/provenance", "about/digests"}
         for dataset in datasets.values():
             assert dataset.fletcher32 and dataset.chunks and not dataset.compression
         pressure = datasets["cylinder_pressure"]

@@ -1,7 +1,7 @@
 """Archives: results in HDF5 files that outlive the program.
 
-In the order in which they build on one another: records (what an archive holds in memory), untrusted (guards against
-damaged and strangers' files), file (write and read), comparison, shards (of a running sweep), inspection.
+In the order in which they build on one another: records (what an archive holds in memory), digests, untrusted (guards
+against damaged and strangers' files), file (write and read), comparison, shards (of a running sweep), inspection.
 """
 
 from apesim.archive.file import (
@@ -12,6 +12,7 @@ from apesim.archive.file import (
     command_line,
     read,
     read_about,
+    read_digest,
     replace_file,
     sha256,
     validate,
@@ -26,6 +27,7 @@ __all__ = [
     "command_line",
     "read",
     "read_about",
+    "read_digest",
     "replace_file",
     "sha256",
     "validate",

@@ -2,14 +2,16 @@
 
 Runs are the leading axis of every result. The layout needs no apesim to be understood::
 
-    /                    attributes format, format_version
+    /                    attributes format, format_version, content_sha256
     /run                 run numbers, the leading axis
     /NAME                one dataset for each variable or axis; attributes units, long_name, dimensions
     /about/machine       the machine as TOML text
     /about/provenance    JSON text: command line, versions, time, hashes
+    /about/digests       SHA-256 of every other dataset; how they are computed stands in `apesim.archive.digests`
 
 Every dataset is chunked and carries Fletcher-32 checksums, texts included; nothing is pickled. A file
 is built in memory and published by rename: a finished archive is complete or absent, and never changed.
+Archives of format version 1 have no digests.
 """
 
 from __future__ import annotations
@@ -31,15 +33,19 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 import h5py
 import numpy as np
 
+from apesim.archive.digests import DIGESTS, ROOT_DIGEST, dataset_digest, digest_list, root_digest
 from apesim.archive.records import FORMAT, FORMAT_VERSION, Archive, Variable, sha256, validate
 from apesim.archive.untrusted import (
     SIZE_LIMIT,
     ArchiveError,
     DamagedError,
+    check_digest,
     damage_named,
     load_about,
-    load_variable,
+    load_digests,
+    load_stored,
     opened,
+    variable_of,
 )
 
 __all__ = [
@@ -50,6 +56,7 @@ __all__ = [
     "command_line",
     "read",
     "read_about",
+    "read_digest",
     "replace_file",
     "sha256",
     "validate",
@@ -160,28 +167,22 @@ def replace_file(path: Path, content: bytes | memoryview) -> None:
 def _image(archive: Archive) -> memoryview:
     # In memory, because HDF5 writing to a full disk ends in a segmentation fault.
     content = io.BytesIO()
+    digests = {}
     with h5py.File(content, "w", libver=("v110", "v110"), track_order=True) as file:
-        _set_text(file, "format", FORMAT)
-        file.attrs.create("format_version", FORMAT_VERSION, dtype="<i8")
+        about: dict[str, str | int] = {"format": FORMAT, "format_version": FORMAT_VERSION}
         # A group of its own, so that readers of netCDF-4 see only variables with named axes.
-        about = file.create_group("about", track_order=True)
-        _dataset(about, "machine", np.array([archive.machine]))
-        _dataset(
-            about,
-            "provenance",
-            np.array([json.dumps(archive.provenance, ensure_ascii=False, indent=1, sort_keys=True)]),
-        )
+        file.create_group("about", track_order=True)
+        provenance = json.dumps(archive.provenance, ensure_ascii=False, indent=1, sort_keys=True)
+        for name, text in (("about/machine", archive.machine), ("about/provenance", provenance)):
+            digests[f"/{name}"] = _add(file, name, np.array([text]), {})
         for name, variable in archive.variables.items():
-            dataset = _dataset(file, name, variable.values)
-            _set_text(dataset, "units", variable.unit)
-            _set_text(dataset, "long_name", variable.description)
-            _set_text(dataset, "dimensions", " ".join(variable.dims))
-            if variable.values.dtype.kind == "U":
-                _set_text(dataset, "_Encoding", "utf-8")  # xarray then shows text instead of bytes
-            if variable.meanings:
-                _set_text(dataset, "meanings", variable.meanings)
-            if variable.finite:
-                dataset.attrs.create("finite", 1, dtype="<i1")
+            digests[f"/{name}"] = _add(file, name, variable.values, _attributes(variable))
+            if variable.kind == "text":
+                _set_attribute(file[name], "_Encoding", "utf-8")  # xarray then shows text instead of bytes
+        listed = digest_list(digests)
+        _add(file, DIGESTS, np.array([listed]), {})
+        for key, value in (about | {ROOT_DIGEST: root_digest(about, listed)}).items():
+            _set_attribute(file, key, value)
         for name, variable in archive.variables.items():
             if variable.dims == (name,):
                 file[name].make_scale(name)
@@ -192,7 +193,21 @@ def _image(archive: Archive) -> memoryview:
     return content.getbuffer()
 
 
-def _dataset(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Dataset:
+def _attributes(variable: Variable) -> dict[str, str | int]:
+    attributes: dict[str, str | int] = {
+        "units": variable.unit,
+        "long_name": variable.description,
+        "dimensions": " ".join(variable.dims),
+    }
+    if variable.meanings:
+        attributes["meanings"] = variable.meanings
+    if variable.finite:
+        attributes["finite"] = 1
+    return attributes
+
+
+def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, str | int]) -> str:
+    """Add a dataset, and return its digest."""
     if values.dtype.kind == "U":
         values = np.char.encode(values, "utf-8")
         dtype = h5py.string_dtype("utf-8", max(1, values.dtype.itemsize))
@@ -200,28 +215,35 @@ def _dataset(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Dataset:
         dtype = values.dtype.newbyteorder("<")
     rows = CHUNK_BYTES // max(1, math.prod(values.shape[1:]) * dtype.itemsize)
     chunks = (max(1, min(rows, len(values))), *(max(1, n) for n in values.shape[1:]))
-    return group.create_dataset(
+    stored = values.astype(dtype)
+    dataset = file.create_dataset(
         name,
         shape=values.shape,
         dtype=dtype,
-        data=values.astype(dtype),
+        data=stored,
         chunks=chunks,
         fletcher32=True,
         # An axis of length 0 must be able to grow, else no chunk fits in.
         maxshape=tuple(n or None for n in values.shape),
         track_times=False,
     )
+    for key, value in attributes.items():
+        _set_attribute(dataset, key, value)
+    return dataset_digest(f"/{name}", stored, attributes)
 
 
-def _set_text(item: h5py.Group | h5py.Dataset, name: str, text: str) -> None:
+def _set_attribute(item: h5py.Group | h5py.Dataset, name: str, value: str | int) -> None:
+    if isinstance(value, int):
+        item.attrs.create(name, value, dtype="<i1" if name == "finite" else "<i8")
+        return
     # Fixed length keeps the text in the checksummed object header; the heap of variable texts has none.
-    raw = text.encode()
+    raw = value.encode()
     dtype = h5py.string_dtype("utf-8", max(1, len(raw)))
     item.attrs.create(name, np.array(raw).astype(dtype), dtype=dtype)
 
 
 def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
-    """Read an archive, from whomever: checksums are verified, links and foreign types are refused.
+    """Read an archive, from whomever: checksums and digests are verified, links and foreign types are refused.
 
     Parameters
     ----------
@@ -235,13 +257,17 @@ def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
     ArchiveError
         The file is missing, damaged, unsafe, too large, no archive or of a newer format.
     """
+    path = Path(path)
     with opened(path, limit) as file:
-        machine, provenance = load_about(file, Path(path))
+        digests = load_digests(file, path)
+        machine, provenance = load_about(file, path, digests)
         variables = {}
         for name in file:
             if name != "about":
-                with damage_named(Path(path), name):
-                    variables[name] = load_variable(file, name)
+                with damage_named(path, name):
+                    stored = load_stored(file, name)
+                    variables[name] = variable_of(stored)
+                    check_digest(stored, digests)
         archive = Archive(machine, provenance, variables)
         validate(archive)
     return archive
@@ -249,5 +275,19 @@ def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
 
 def read_about(path: str | os.PathLike[str]) -> tuple[str, dict[str, str]]:
     """Read only the machine text and the provenance; errors as in `read`."""
+    path = Path(path)
     with opened(path) as file:
-        return load_about(file, Path(path))
+        return load_about(file, path, load_digests(file, path))
+
+
+def read_digest(path: str | os.PathLike[str]) -> str | None:
+    """SHA-256 over all that an archive holds, see `apesim.archive.digests`; errors as in `read`.
+
+    Returns
+    -------
+    str or None
+        64 hexadecimal digits; None for format version 1, which has none. Only `read` compares the values with it.
+    """
+    path = Path(path)
+    with opened(path) as file:
+        return None if load_digests(file, path) is None else str(file.attrs[ROOT_DIGEST].decode())

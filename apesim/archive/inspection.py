@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from apesim.archive.file import PACKAGES, Archive, ArchiveError, read, read_about
+from apesim.archive.file import PACKAGES, Archive, ArchiveError, read, read_about, read_digest
 from apesim.archive.records import Variable, check_variable, validate
 from apesim.archive.shards import missing_runs
-from apesim.archive.untrusted import damage_named, load_variable, opened
+from apesim.archive.untrusted import check_digest, damage_named, load_digests, load_stored, opened, variable_of
 
 __all__ = ["export", "info", "verify"]
 
@@ -32,9 +32,10 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     Returns
     -------
     dict
-        `path`, `bytes`, `format`, `format_version`, `created`, `versions`, `runs`, `first_run`, `last_run`,
-        `missing_runs` (first and last of each gap), `axes` (name, length, unit, first and last value),
-        `variables` (name, dims, shape, dtype, unit, description, meanings), `machine`, `provenance`.
+        `path`, `bytes`, `format`, `format_version`, `content_sha256` (see `read_digest`), `created`, `versions`,
+        `runs`, `first_run`, `last_run`, `missing_runs` (first and last of each gap), `axes` (name, length, unit,
+        first and last value), `variables` (name, dims, shape, dtype, unit, description, meanings), `machine`,
+        `provenance`.
 
     Raises
     ------
@@ -72,6 +73,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         "bytes": os.path.getsize(path),
         "format": provenance.get("format", ""),
         "format_version": provenance.get("format_version", ""),
+        "content_sha256": read_digest(path),
         "created": provenance.get("created", ""),
         "versions": {k: provenance[k] for k in ("python", *PACKAGES, "hdf5") if k in provenance},
         "runs": len(runs),
@@ -109,6 +111,7 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
         faults.append(f"{path}: about/machine: is no TOML ({error})")
     try:
         with opened(path) as file:
+            digests = load_digests(file, path)
             variables: dict[str, Variable] = {}
             users: dict[str, set[tuple[str, int]]] = {}
             for item in ("about/machine", "about/provenance", *(name for name in file if name != "about")):
@@ -118,9 +121,11 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
                             raise ValueError("carries no checksums")
                         if item.startswith("about/"):
                             continue
-                        variables[item] = load_variable(file, item)
+                        stored = load_stored(file, item)
+                        variables[item] = variable_of(stored)
                         check_variable(item, variables[item])
                         _check_scales(file, item, variables[item], users)
+                        check_digest(stored, digests)
                 except ArchiveError as error:
                     faults.append(str(error))
             if not faults:

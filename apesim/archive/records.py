@@ -9,7 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 FORMAT = "apesim archive"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+FIRST_WITH_DIGESTS = 2
+"""Format version since which an archive carries SHA-256 digests."""
+ATTRIBUTES = ("dimensions", "finite", "long_name", "meanings", "units")
+"""Attributes by which a dataset says what it is."""
 ATTRIBUTE_BYTES = 2**15
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.]{0,99}")

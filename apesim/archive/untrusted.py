@@ -12,12 +12,22 @@ import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import h5py
 import numpy as np
 from h5py import h5d, h5g, h5l, h5o, h5s, h5t, h5z
 
-from apesim.archive.records import ATTRIBUTE_BYTES, FORMAT, FORMAT_VERSION, Variable, sha256
+from apesim.archive.digests import DIGESTS, ROOT_DIGEST, dataset_digest, root_digest
+from apesim.archive.records import (
+    ATTRIBUTE_BYTES,
+    ATTRIBUTES,
+    FIRST_WITH_DIGESTS,
+    FORMAT,
+    FORMAT_VERSION,
+    Variable,
+    sha256,
+)
 
 SIZE_LIMIT = 4 * 2**30
 OBJECT_LIMIT = 10_000
@@ -205,34 +215,91 @@ def damage_named(path: Path, item: str) -> Iterator[None]:
         raise DamagedError(path, f"{where}{error}", remedy) from error
 
 
-def load_about(file: h5py.File, path: Path) -> tuple[str, dict[str, str]]:
-    """Machine text and provenance of an opened archive, checked against the stored hash."""
+class Stored(NamedTuple):
+    """A dataset as it is stored."""
+
+    path: str
+    values: np.ndarray
+    """Texts as bytes of fixed length."""
+    attributes: dict[str, str | int]
+    """Those of `ATTRIBUTES` that are there."""
+
+
+def load_digests(file: h5py.File, path: Path) -> dict[str, str] | None:
+    """Digests of the datasets of an opened archive by their paths, checked against the root digest.
+
+    Returns
+    -------
+    dict of str to str, or None
+        None where the format is too old to have any.
+    """
+    if file.attrs["format_version"] < FIRST_WITH_DIGESTS:
+        return None
+    with damage_named(path, DIGESTS):
+        listed = str(_decoded(load_stored(file, DIGESTS).values).item())
+        about: dict[str, str | int] = {
+            "format": _text(file, "format"),
+            "format_version": int(file.attrs["format_version"]),
+        }
+        if _text(file, ROOT_DIGEST) != root_digest(about, listed):
+            raise ValueError(f"its hash is not the attribute {ROOT_DIGEST} of the root")
+        digests = {dataset: digest for digest, dataset in (line.split("  ", 1) for line in listed.splitlines())}
+        there = {f"/{name}" for name in file if name != "about"} | {f"/about/{name}" for name in file["about"]}
+        if odd := sorted(digests.keys() ^ (there - {f"/{DIGESTS}"})):
+            raise ValueError(f"{odd[0][1:]}: {'is missing' if odd[0] in digests else 'has no digest'}")
+    return digests
+
+
+def check_digest(stored: Stored, digests: dict[str, str] | None) -> None:
+    """Raise `ValueError` where a dataset is not what its digest says; see `load_digests`."""
+    if digests is not None and digests[stored.path] != dataset_digest(*stored):
+        raise ValueError("its content is not what its SHA-256 digest says")
+
+
+def load_about(file: h5py.File, path: Path, digests: dict[str, str] | None) -> tuple[str, dict[str, str]]:
+    """Machine text and provenance of an opened archive, checked against the stored hashes."""
     with damage_named(path, "about/machine"):
-        machine = str(load_values(file["about/machine"]).item())
+        text = load_stored(file, "about/machine")
+        machine = str(_decoded(text.values).item())
     with damage_named(path, "about/provenance"):
-        provenance = json.loads(load_values(file["about/provenance"]).item())
+        table = load_stored(file, "about/provenance")
+        provenance = json.loads(_decoded(table.values).item())
         if not isinstance(provenance, dict) or not all(isinstance(v, str) for v in provenance.values()):
             raise ValueError("is no table of texts")
         if provenance.get("machine_sha256") != sha256(machine):
             raise ValueError("its machine_sha256 is not the hash of the machine text")
+        if provenance.get("format_version") != str(file.attrs["format_version"]):
+            raise ValueError("its format_version is not that of the file")
+        check_digest(table, digests)
+    with damage_named(path, "about/machine"):
+        check_digest(text, digests)
     return machine, provenance
 
 
-def load_variable(file: h5py.File, name: str) -> Variable:
-    """One variable of an opened archive; `ValueError` or an error of HDF5 if `write` did not make it so."""
-    dataset = file[name]
+def variable_of(stored: Stored) -> Variable:
+    """A dataset as a variable; `ValueError` if `write` did not make it so."""
+    attributes = stored.attributes
+    for name in ("dimensions", "long_name", "units"):
+        if name not in attributes:
+            raise ValueError(f"has no attribute {name}")
     return Variable(
-        dims=tuple(_text(dataset, "dimensions").split(" ")),
-        values=load_values(dataset),
-        unit=_text(dataset, "units"),
-        description=_text(dataset, "long_name"),
-        meanings=_text(dataset, "meanings") if "meanings" in dataset.attrs else "",
-        finite="finite" in dataset.attrs,
+        dims=tuple(str(attributes["dimensions"]).split(" ")),
+        values=_decoded(stored.values),
+        unit=str(attributes["units"]),
+        description=str(attributes["long_name"]),
+        meanings=str(attributes.get("meanings", "")),
+        finite="finite" in attributes,
     )
 
 
-def load_values(dataset: h5py.Dataset) -> np.ndarray:
-    """All values of a dataset, text decoded; chunks that were never written are an error, not zeros."""
+def load_stored(file: h5py.File, name: str) -> Stored:
+    """A dataset of an opened archive; chunks that were never written are an error, not zeros."""
+    dataset = file[name]
+    attributes = {
+        key: int(dataset.attrs[key]) if key == "finite" else _text(dataset, key)
+        for key in ATTRIBUTES
+        if key in dataset.attrs
+    }
     if dataset.chunks is not None:
         expected = math.prod(-(-n // c) for n, c in zip(dataset.shape, dataset.chunks, strict=True))
         if dataset.id.get_num_chunks() != expected:
@@ -241,6 +308,10 @@ def load_values(dataset: h5py.Dataset) -> np.ndarray:
         values = dataset[...]
     except OSError as error:
         raise OSError(f"a checksum is wrong or the data are broken ({error})") from error
+    return Stored(dataset.name, values, attributes)
+
+
+def _decoded(values: np.ndarray) -> np.ndarray:
     return np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
 
 

@@ -1,0 +1,79 @@
+"""SHA-256 digests of each dataset and of a whole archive, which any program can compute again.
+
+The digest of a dataset is that of a header and of its values as they are stored. The header is UTF-8 text, each line
+ended by a line feed: path, type (f8, i8, i1, or S and the bytes of a text), lengths of the axes with a space between
+them, then NAME=VALUE of those attributes of dimensions, finite, long_name, meanings and units that are there, in this
+order. The values follow row by row, numbers little-endian, texts filled up with NUL.
+
+The dataset /about/digests lists them: for each other dataset a line of its digest, two spaces and its path, sorted by
+path. The root digest is that of the lines format=VALUE and format_version=VALUE followed by this list; it is the root's
+attribute content_sha256. Noted elsewhere it shows any change of the archive; by itself it is no signature.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+
+import numpy as np
+
+__all__ = ["DIGESTS", "ROOT_DIGEST", "dataset_digest", "digest_list", "root_digest"]
+
+DIGESTS = "about/digests"
+ROOT_DIGEST = "content_sha256"
+
+
+def dataset_digest(path: str, values: np.ndarray, attributes: Mapping[str, str | int]) -> str:
+    """SHA-256 of one dataset.
+
+    Parameters
+    ----------
+    path : str
+        Such as "/speed".
+    values : ndarray
+        As stored: little-endian numbers, or texts as UTF-8 in bytes of fixed length.
+    attributes : mapping
+        Its own, those of dimension scales left out.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    lines = [path, values.dtype.str[1:], " ".join(map(str, values.shape)), *_lines(attributes)]
+    digest = hashlib.sha256("".join(f"{line}\n" for line in lines).encode())
+    digest.update(np.ascontiguousarray(values).data)
+    return digest.hexdigest()
+
+
+def digest_list(digests: Mapping[str, str]) -> str:
+    """Text of the dataset `DIGESTS`.
+
+    Parameters
+    ----------
+    digests : mapping
+        Digest of each other dataset by its path.
+    """
+    return "".join(f"{digests[path]}  {path}\n" for path in sorted(digests))
+
+
+def root_digest(attributes: Mapping[str, str | int], listed: str) -> str:
+    """SHA-256 of a whole archive.
+
+    Parameters
+    ----------
+    attributes : mapping
+        format and format_version.
+    listed : str
+        See `digest_list`.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    return hashlib.sha256(("".join(f"{line}\n" for line in _lines(attributes)) + listed).encode()).hexdigest()
+
+
+def _lines(attributes: Mapping[str, str | int]) -> list[str]:
+    return [f"{name}={attributes[name]}" for name in sorted(attributes)]
