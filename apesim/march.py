@@ -1,7 +1,8 @@
 """The one adaptive march in time, with located events.
 
 A machine is a NamedTuple of parameters; for its type it registers the kernels of `apesim.slots`, and the march of that
-machine is chosen when it is compiled. Its steps are those of `apesim.stepper`.
+machine is chosen when it is compiled. Its steps are those of `apesim.stepper`; in a stretch that proves stiff, and to
+the end of that march, those of `apesim.rosenbrock`.
 """
 
 from enum import IntEnum
@@ -10,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.kernel import entry, kernel
+from apesim.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages
 from apesim.slots import enter, events, observe, power, respond, watch
 from apesim.stepper import dense, interpolant, slopes, stages, step_error
 
@@ -45,6 +47,9 @@ KINK, WATCH = -1, 100
 """Codes in the log: the end of a smooth stretch; watch number n is WATCH + n."""
 STEPS_MOST = 2_000_000
 EVENTS_MOST = 2000
+MAX_SHORT_STEPS = 20_000
+"""Explicit steps in one smooth stretch, each below `SHORT` of the longest step: one that needs more is stiff."""
+SHORT = 0.1
 STEP_LEAST = 1e-14
 ROOT_TOLERANCE = 1e-12
 LOG_ROWS, LOG_HEAD = 4000, 3
@@ -200,6 +205,31 @@ def _sample(p, t, h, end, c, mode, y, times, trace, sampled):
     return sampled
 
 
+@kernel(inline=False)
+def _step(p, t, h, y, mode, implicit, scale, k, u, trial):
+    """A step from (t, y), k[0] given; trial ends as the new state, k[6] as its rates. False outside the domain."""
+    if implicit:
+        return implicit_stages(p, t, h, y, mode, scale, k, trial, u)
+    return stages(p, t, h, y, mode, scale.shape[0], k, trial)
+
+
+@kernel
+def _error(h, y, trial, implicit, k, u, accuracy):
+    """Error of a step over its tolerance."""
+    if implicit:
+        return implicit_error(y, trial, u, accuracy.tolerance, accuracy.scale)
+    return step_error(h, y, trial, k, accuracy.tolerance, accuracy.scale)
+
+
+@kernel
+def _interpolant(h, y, trial, implicit, k, u, c):
+    """Coefficients of the dense output of a step into c, (5, n)."""
+    if implicit:
+        implicit_interpolant(y, trial, u, c)
+    else:
+        interpolant(h, y, trial, k, c)
+
+
 @entry
 def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
     """March a machine through its smooth stretches.
@@ -236,6 +266,7 @@ def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
     noting = log.shape[0] > 0
     k, c = np.zeros((7, y.shape[0])), np.zeros((5, n))
     trial, at, slope = y.copy(), np.empty(n), np.empty(y.shape[0])
+    u, implicit = np.zeros((STAGES, y.shape[0])), False
     g, g_end = np.full(EVENTS, -1.0), np.full(EVENTS, -1.0)
     w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
     steps = rejected = happened = logged = sampled = 0
@@ -249,6 +280,7 @@ def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
         slopes(p, t, y, mode, k[0])
         watch(p, t, y, k[0], mode, w)
         logged = _note(log, logged, t, KINK, 0.0, y)
+        short = 0
         while t < kink:
             if steps + rejected > STEPS_MOST:
                 return Outcome(Status.TOO_MANY_STEPS, steps, rejected, happened, logged, work)
@@ -260,16 +292,18 @@ def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
                 h = 0.5 * whole
             if h < STEP_LEAST and h < whole:
                 return Outcome(Status.STEP_TOO_SMALL, steps, rejected, happened, logged, work)
-            if not stages(p, t, h, y, mode, n, k, trial):
+            if not _step(p, t, h, y, mode, implicit, scale, k, u, trial):
                 rejected += 1
                 h_next = 0.25 * h
                 continue
-            error = step_error(h, y, trial, k, accuracy.tolerance, scale)
+            error = _error(h, y, trial, implicit, k, u, accuracy)
             if not error <= 1.0:
                 rejected += 1
                 h_next = h * max(0.2, 0.9 * error**-0.2) if error < 1e300 else 0.1 * h
                 continue
             grown = h * min(5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.17 * last_error**0.04))
+            if implicit:
+                grown = h * min(5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.25))
             h_next = max(grown, h_next) if h == whole else grown
             last_error = max(error, 1e-4)
             events(p, t + h, trial, mode, g_end)
@@ -278,22 +312,24 @@ def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
             for i in range(EVENTS):
                 hit = hit or g_end[i] > 0.0
             if hit:
-                interpolant(h, y, trial, k, c)
+                _interpolant(h, y, trial, implicit, k, u, c)
                 event, share = _first_event(p, t, h, c, mode, at, slope, g, g_end)
                 h *= share
-                if not stages(p, t, h, y, mode, n, k, trial):
+                if not _step(p, t, h, y, mode, implicit, scale, k, u, trial):
                     return Outcome(Status.STEP_TOO_SMALL, steps, rejected, happened, logged, work)
             steps += 1
             end = kink if event < 0 and h == whole else t + h
             sampling = sampled < times.shape[0] and times[sampled] <= end
             if noting or sampling:
-                interpolant(h, y, trial, k, c)
+                _interpolant(h, y, trial, implicit, k, u, c)
             if noting:
                 watch(p, t + h, trial, k[6], mode, w_end)
                 logged = _locate_watches(p, t, h, c, mode, at, slope, g, w, w_end, log, logged)
                 work += _quadrature(p, t, h, c, at)
             if sampling:
                 sampled = _sample(p, t, h, end, c, mode, at, times, trace, sampled)
+            short += h < SHORT * accuracy.step_most
+            implicit = implicit or short > MAX_SHORT_STEPS
             t = end
             _copy(trial, y)
             if event < 0:

@@ -1,0 +1,185 @@
+"""A step of RODAS, a stiffly accurate Rosenbrock method of order 4(3), and its dense output.
+
+For stiff stretches: a volume that is small for the area that fills it follows its supply within microseconds, which
+holds an explicit step down to that time however slowly the machine turns. Method, coefficients and dense output are
+those of Hairer and Wanner, Solving Ordinary Differential Equations II, IV.7 and IV.10. The ledger is integrated by the
+same stages as the states, so that balances close as they do in explicit steps.
+"""
+
+import numpy as np
+
+from apesim.kernel import kernel
+from apesim.stepper import slopes
+
+GAMMA = 0.25
+STAGES = 6
+_AT = np.array([0.0, 0.386, 0.21, 0.63, 1.0, 1.0])
+_IN_TIME = np.array([0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0])
+_STATES = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0],
+        [1.544, 0.0, 0.0, 0.0, 0.0],
+        [0.9466785280815826, 0.2557011698983284, 0.0, 0.0, 0.0],
+        [3.314825187068521, 2.896124015972201, 0.9986419139977817, 0.0, 0.0],
+        [1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 0.0],
+        [1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 1.0],
+    ]
+)
+_SLOPES = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0],
+        [-5.6688, 0.0, 0.0, 0.0, 0.0],
+        [-2.430093356833875, -0.2063599157091915, 0.0, 0.0, 0.0],
+        [-0.1073529058151375, -9.594562251023355, -20.47028614809616, 0.0, 0.0],
+        [7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160, 0.0],
+        [8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054],
+    ]
+)
+_DENSE = np.array(
+    [
+        [10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662],
+        [-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872],
+    ]
+)
+NUDGE = 1.5e-8
+"""Relative change of a state for its column of the Jacobian: the root of the rounding error."""
+NUDGE_IN_TIME = 1e-5
+"""The same of the time, as a share of the step."""
+
+
+@kernel(inline=False)
+def _jacobian(p, t, h, y, mode, scale, k, trial, jacobian):
+    """Slopes of the rates of states and ledger over the states, and over time in the last column. False: no domain.
+
+    Parameters
+    ----------
+    k : (7, m) float array
+        k[0] holds the rates at (t, y); k[1] is overwritten.
+    trial : (m,) float array
+        Overwritten.
+    jacobian : (m, n + 1) float array
+        Filled.
+    """
+    m, n = y.shape[0], scale.shape[0]
+    for i in range(m):
+        trial[i] = y[i]
+    for j in range(n + 1):
+        nudge, at = NUDGE_IN_TIME * h, t
+        if j < n:
+            trial[j] = y[j] + NUDGE * (scale[j] + abs(y[j]))
+            nudge = trial[j] - y[j]
+        else:
+            at = t + nudge
+            nudge = at - t
+        if not slopes(p, at, trial, mode, k[1]):
+            return False
+        for i in range(m):
+            jacobian[i, j] = (k[1, i] - k[0, i]) / nudge
+        if j < n:
+            trial[j] = y[j]
+    return True
+
+
+@kernel(inline=False)
+def _factorise(matrix, pivots):
+    """Factorise a matrix in place into triangles, with partial pivoting. False where it is singular."""
+    n = matrix.shape[0]
+    for column in range(n):
+        pivot = column
+        for i in range(column + 1, n):
+            if abs(matrix[i, column]) > abs(matrix[pivot, column]):
+                pivot = i
+        pivots[column] = pivot
+        if not abs(matrix[pivot, column]) > 0.0:
+            return False
+        if pivot != column:
+            for j in range(n):
+                matrix[column, j], matrix[pivot, j] = matrix[pivot, j], matrix[column, j]
+        for i in range(column + 1, n):
+            matrix[i, column] /= matrix[column, column]
+            for j in range(column + 1, n):
+                matrix[i, j] -= matrix[i, column] * matrix[column, j]
+    return True
+
+
+@kernel(inline=False)
+def _substitute(matrix, pivots, x):
+    """Solve for the right-hand side x, in place, with the factors of `_factorise`."""
+    n = matrix.shape[0]
+    for i in range(n):
+        x[i], x[pivots[i]] = x[pivots[i]], x[i]
+        for j in range(i):
+            x[i] -= matrix[i, j] * x[j]
+    for i in range(n - 1, -1, -1):
+        for j in range(i + 1, n):
+            x[i] -= matrix[i, j] * x[j]
+        x[i] /= matrix[i, i]
+
+
+@kernel(inline=False)
+def implicit_stages(p, t, h, y, mode, scale, k, trial, u):
+    """A step from (t, y); trial ends as the new state, k[6] as its rates. False outside the domain.
+
+    Parameters
+    ----------
+    k : (7, m) float array
+        k[0] holds the rates at (t, y).
+    u : (6, m) float array
+        Filled with the stages; the last is the error of the step.
+    """
+    m, n = y.shape[0], scale.shape[0]
+    jacobian, matrix, pivots, x = np.empty((m, n + 1)), np.empty((n, n)), np.empty(n, np.int64), np.empty(n)
+    if not _jacobian(p, t, h, y, mode, scale, k, trial, jacobian):
+        return False
+    for i in range(n):
+        for j in range(n):
+            matrix[i, j] = -jacobian[i, j] * (scale[j] + abs(y[j])) / (scale[i] + abs(y[i]))
+        matrix[i, i] += 1.0 / (h * GAMMA)
+    if not _factorise(matrix, pivots):
+        return False
+    for s in range(STAGES):
+        if s > 0:
+            for i in range(m):
+                trial[i] = y[i]
+                for r in range(s):
+                    trial[i] += _STATES[s, r] * u[r, i]
+            if not slopes(p, t + _AT[s] * h, trial, mode, k[1]):
+                return False
+        for i in range(m):
+            u[s, i] = k[min(s, 1), i] + _IN_TIME[s] * h * jacobian[i, n]
+            for r in range(s):
+                u[s, i] += _SLOPES[s, r] / h * u[r, i]
+        for i in range(n):
+            x[i] = u[s, i] / (scale[i] + abs(y[i]))
+        _substitute(matrix, pivots, x)
+        for i in range(n):
+            u[s, i] = x[i] * (scale[i] + abs(y[i]))
+        for i in range(n, m):
+            for j in range(n):
+                u[s, i] += jacobian[i, j] * u[s, j]
+            u[s, i] *= h * GAMMA
+    for i in range(m):
+        trial[i] += u[5, i]
+    return slopes(p, t + h, trial, mode, k[6])
+
+
+@kernel(inline=False)
+def implicit_error(y, trial, u, tolerance, scale):
+    """Root mean square of the error estimate over its tolerance."""
+    total = 0.0
+    for i in range(scale.shape[0]):
+        ratio = u[5, i] / (tolerance * (scale[i] + max(abs(y[i]), abs(trial[i]))))
+        total += ratio * ratio
+    return np.sqrt(total / scale.shape[0])
+
+
+@kernel(inline=False)
+def implicit_interpolant(y, trial, u, c):
+    """Coefficients of the dense output of a step into c, (5, n), as `apesim.stepper.dense` reads them."""
+    for i in range(c.shape[1]):
+        c[0, i] = y[i]
+        c[1, i] = trial[i] - y[i]
+        c[2, i] = c[3, i] = c[4, i] = 0.0
+        for r in range(5):
+            c[2, i] += _DENSE[0, r] * u[r, i]
+            c[3, i] += _DENSE[1, r] * u[r, i]
