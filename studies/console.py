@@ -224,6 +224,12 @@ def _known(error):
         if isinstance(error, ArchiveError):
             print(error, file=sys.stderr)
             return INCOMPLETE if isinstance(error, DamagedError) else BAD_INPUT
+    if "studies.pool" in sys.modules:
+        from studies.pool import Died
+
+        if isinstance(error, Died):
+            print(error, file=sys.stderr)
+            return INCOMPLETE
     return None
 
 

@@ -41,7 +41,7 @@ def run_tasks(task, items, jobs=1):
 
 
 class Died(RuntimeError):
-    """A task killed its worker `TRIES` times."""
+    """A task killed its worker `TRIES` times; the text says what to do."""
 
 
 class Team:
@@ -82,15 +82,15 @@ class Team:
             for item in items:
                 yield item, aside(task, item).result()
             return
-        waiting = [(item, 1) for item in items]
+        waiting = [(item, 0) for item in items]
         while waiting:
             waiting, suspects = yield from self._until_broken(task, waiting)
-            for item, tried in suspects:
-                if tried >= TRIES:
+            for item, deaths in suspects:
+                if deaths >= TRIES:
                     yield item, None
                 else:
                     # Alone, so that the next death has one suspect only.
-                    again, dead = yield from self._until_broken(task, [(item, tried + 1)])
+                    again, dead = yield from self._until_broken(task, [(item, deaths)])
                     waiting += again
                     for item_dead, _ in dead:
                         yield item_dead, None
@@ -117,35 +117,46 @@ class Team:
         items, found = list(items), {}
         for (number, *_), result in self.run(_called, [(n, function, item) for n, item in enumerate(items)]):
             if result is None:
-                raise Died(f"a process ended {TRIES} times at the same task; is there too little memory?")
+                raise Died(f"a worker process died {TRIES} times at the same task; free memory, or try --jobs 1")
             (found[number],) = result
             if report:
                 report(len(found), len(items))
         return [found[number] for number in range(len(items))]
 
     def _until_broken(self, task, waiting):
-        """Run until all is done or a worker dies; return what was not started and what was running then."""
+        """Run items, each with its number of deaths, until all is done or a worker dies.
+
+        Returns
+        -------
+        list, list
+            What was not started, and what was running as the worker died.
+        """
         if self._gone:
             raise RuntimeError("the team has gone")
-        waiting = list(waiting)
-        running = {}
+        waiting, running, suspects, is_broken = list(waiting), {}, [], False
         self._pool = self._pool or _Pool(self.jobs)
-        while waiting or running:
-            while waiting and len(running) < self.jobs:
-                item, tried = waiting.pop(0)
-                with _deaf_to_interrupts():
-                    running[self._pool.executor.submit(task, item)] = (item, tried)
+        while running or (waiting and not is_broken):
+            while waiting and len(running) < self.jobs and not is_broken:
+                try:
+                    with _deaf_to_interrupts():
+                        running[self._pool.executor.submit(task, waiting[0][0])] = waiting[0]
+                except BrokenProcessPool:  # a worker died since the last result was fetched
+                    is_broken = True
+                else:
+                    del waiting[0]
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
-                item, tried = running[future]
                 try:
                     result = future.result()
                 except BrokenProcessPool:
-                    self._dismiss()
-                    return waiting, list(running.values())
-                del running[future]
-                yield item, result
-        return [], []
+                    is_broken = True
+                    item, deaths = running.pop(future)
+                    suspects.append((item, deaths + 1))
+                else:
+                    yield running.pop(future)[0], result
+        if is_broken:
+            self._dismiss()
+        return waiting, suspects
 
     def _dismiss(self, at_once=False):
         pool, self._pool = self._pool, None

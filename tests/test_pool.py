@@ -4,10 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+import typer
 
+from studies.console import INCOMPLETE, main_of
 from studies.pool import Died, Team, run_tasks, workers_for
 
 
@@ -46,6 +50,42 @@ def test_a_worker_that_dies_once_costs_nothing(tmp_path):
     assert dict(run_tasks(die_once, [path], 2)) == {path: "alive"}
 
 
+def worker_of(number):
+    return os.getpid()
+
+
+def until_broken(team):
+    """Wait until the pool of a team knows that a worker of it has died."""
+    deadline = time.monotonic() + 20.0
+    while not team._pool.executor._broken:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+@pytest.mark.parametrize("seed", range(2))
+def test_a_worker_that_is_killed_while_the_parent_is_busy_with_a_result_costs_nothing(seed):
+    random = np.random.default_rng(seed)
+    strikes, found = set(random.choice(12, 2, replace=False).tolist()), []
+    with Team(2) as team:
+        for number, worker in team.run(worker_of, range(12)):
+            found.append((number, worker))
+            if len(found) - 1 in strikes:
+                os.kill(random.choice(list(team._pool.executor._processes)), signal.SIGKILL)
+                until_broken(team)
+    assert sorted(number for number, _ in found) == list(range(12))
+    assert None not in dict(found).values()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+def test_a_worker_that_is_killed_between_two_stages_costs_nothing():
+    with Team(2) as team:
+        assert team.map(square, [(2,), (3,)]) == [4, 9]
+        os.kill(next(iter(team._pool.executor._processes)), signal.SIGKILL)
+        until_broken(team)
+        assert team.map(square, [(4,), (5,)], lambda *_: None) == [16, 25]
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_an_error_of_a_task_is_raised(jobs):
     with pytest.raises(ValueError, match="no 7"):
@@ -69,6 +109,19 @@ def test_a_team_says_that_a_task_kills_its_workers_and_goes_on_with_others():
         with pytest.raises(Died, match="memory"):
             team.map(die_of_three, [(n,) for n in range(6)])
         assert team.map(square, [(3,), (4,)]) == [9, 16]
+
+
+def test_a_command_whose_task_kills_its_workers_says_so_in_a_line(monkeypatch, capsys):
+    app = typer.Typer()
+
+    @app.command()
+    def command():
+        with Team(2) as team:
+            team.map(die_of_three, [(3,)])
+
+    monkeypatch.setattr(sys, "argv", ["apesim"])
+    assert main_of(app) == INCOMPLETE
+    assert capsys.readouterr().err == "a worker process died 2 times at the same task; free memory, or try --jobs 1\n"
 
 
 def test_a_short_job_is_not_worth_a_second_process():
