@@ -27,7 +27,8 @@ def read_columns(path, declared, due, ambient_pressure, right):
     ambient_pressure : float
         What gauge pressures stand above [Pa].
     right : str
-        What is told where the file is no CSV at all.
+        What is told where the file is no CSV at all, or its first line no header; that line is not shown then, as the
+        file may be any other.
 
     Returns
     -------
@@ -42,6 +43,8 @@ def read_columns(path, declared, due, ambient_pressure, right):
         texts = csv_columns(path)
     except Wrong as wrong:
         return {}, [], [Culprit(file, "", wrong.wrong, wrong.right or right)]
+    if not any(name in declared or _is_unit(own) for name, own in texts):
+        return {}, [], [Culprit(file, "", "line 1 is no header with names and units", right)]
     names = [name for name, _ in texts]
     for name, expected in declared.items():
         given = [item for item in texts.items() if item[0][0] == name]
@@ -60,6 +63,14 @@ def read_columns(path, declared, due, ambient_pressure, right):
     if len(stuck) and not culprits:
         culprits.append(Culprit(file, due[0], f"does not rise in row {stuck[0] + 2}", "sort the rows, one of equals"))
     return columns, names, culprits
+
+
+def _is_unit(text):
+    """Whether a text of a header, or None, is a unit."""
+    try:
+        return text is not None and bool(unit(re.sub(rf" ({'|'.join(KINDS)})$", "", text)))
+    except Wrong:
+        return False
 
 
 def _values(name, given, cells, expected, ambient_pressure, right):

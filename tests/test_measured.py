@@ -1,5 +1,7 @@
 """Measured data: what is good is read in SI, what is wrong is told all at once."""
 
+import os
+
 import numpy as np
 import pytest
 from machines import AMBIENT, machine, settled
@@ -269,3 +271,52 @@ def test_a_bench_that_a_command_does_not_take_is_told_in_one_line(folder, apesim
     code, out, err = apesim("valve", "fit", str(where), "--free", "valve.viscous_friction")
     assert (code, out, len(err.splitlines())) == (2, "", 1)
     assert told in err
+
+
+SECRET = "root:x:0:0:root:/root:/bin/bash"
+
+
+@pytest.mark.parametrize("name", ["../secret.csv", "link.csv", "links/secret.csv", "{outside}/secret.csv", "loop.csv"])
+def test_a_folder_reads_nothing_outside_of_itself(folder, tmp_path_factory, name):
+    outside = tmp_path_factory.mktemp("outside")
+    where = folder(f'bench = "valve"\n{RUN}'.replace("a.csv", name.format(outside=outside)))
+    for secret in (outside / "secret.csv", where.parent / "secret.csv"):
+        secret.write_text(f"time [ms],lift [mm]\n{ROWS}")
+    (where / "link.csv").symlink_to(outside / "secret.csv")
+    (where / "links").symlink_to(outside)
+    (where / "loop.csv").symlink_to("loop.csv")
+    [line] = faults(where)
+    assert line.startswith("measured.toml: run 1.data: ") and "leads out of the folder; put the file into" in line
+
+
+def test_a_folder_reached_by_a_link_is_read_with_all_below_it(folder, tmp_path_factory):
+    where = folder(f'bench = "valve"\n{RUN}'.replace("a.csv", "runs/../runs/b.csv"))
+    (where / "runs").mkdir()
+    (where / "runs" / "b.csv").symlink_to("../a.csv")
+    link = tmp_path_factory.mktemp("links") / "link"
+    link.symlink_to(where)
+    assert len(read_measured(link, AMBIENT).runs) == 1
+
+
+@pytest.mark.parametrize("text", [f"{SECRET}\n{SECRET[:-3]}\n", f"[{SECRET}]\n1\n", f"{SECRET},hunter2\n1,2\n"])
+def test_no_line_of_a_file_that_is_no_data_is_shown(folder, text):
+    [line] = faults(folder(f'bench = "valve"\n{RUN}', a=text))
+    assert "line 1 is no header with names and units" in line
+    assert "root" not in line and "hunter2" not in line
+
+
+def test_a_folders_file_that_is_a_link_out_of_it_is_not_read(tmp_path, tmp_path_factory):
+    secret = tmp_path_factory.mktemp("outside") / "secret.toml"
+    secret.write_text('password = "hunter2"\n')
+    (tmp_path / "measured.toml").symlink_to(secret)
+    [line] = faults(tmp_path)
+    assert "leads out of the folder" in line and "password" not in line
+
+
+@pytest.mark.parametrize("name", ["measured.toml", "a.csv"])
+def test_a_pipe_in_a_folder_is_refused_at_once(folder, name):
+    where = folder(f'bench = "valve"\n{RUN}')
+    (where / name).unlink()
+    os.mkfifo(where / name)
+    [line] = faults(where)
+    assert line.startswith(name)

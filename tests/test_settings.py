@@ -1,6 +1,7 @@
 """Settings: a tree of parameter classes is read and overridden, all faults told, printed without loss."""
 
 import math
+import os
 import tomllib
 from typing import Annotated, NamedTuple
 
@@ -267,6 +268,29 @@ def test_paths_of_curves(tmp_path, monkeypatch):
     machine = load(Machine, path, ["valve.solenoid.opening_curve=c.csv"])
     assert machine.valve.solenoid.opening_curve.tolist() == [[0, 0], [2e-3, 1]]
     assert load(Machine, path, ["valve.solenoid.opening_curve="]).valve.solenoid.opening_curve.shape == (0, 2)
+
+
+@pytest.mark.parametrize("name", ["../c.csv", "link.csv", "{folder}/c.csv"])
+def test_a_curve_that_a_file_names_lies_below_its_folder_and_that_of_a_user_anywhere(tmp_path, name):
+    name = name.format(folder=tmp_path)
+    (tmp_path / "c.csv").write_text("time [ms],opening [-]\n0,0\n1,1\n")
+    path = tmp_path / "machines" / "m.toml"
+    path.parent.mkdir()
+    (path.parent / "link.csv").symlink_to(tmp_path / "c.csv")
+    path.write_text(f'[valve.solenoid]\nopening_curve = "{name}"\n')
+    with pytest.raises(InputError) as caught:
+        load(Machine, path)
+    (culprit,) = caught.value.culprits
+    assert culprit.key == "valve.solenoid.opening_curve" and "leads out of the folder" in culprit.wrong
+    path.write_text("")
+    machine = load(Machine, path, [f"valve.solenoid.opening_curve={path.parent / name}"])
+    assert machine.valve.solenoid.opening_curve.tolist() == [[0, 0], [1e-3, 1]]
+
+
+def test_a_pipe_in_place_of_a_machine_file_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "m.toml")
+    with pytest.raises(InputError, match="it is a pipe or a device, no file"):
+        load(Machine, tmp_path / "m.toml")
 
 
 # ---- printing

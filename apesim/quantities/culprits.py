@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+from apesim.terminal import visible
+
 
 class Wrong(ValueError):
     """One wrong text: what is wrong, and what would be right (empty: an example says it best)."""
@@ -21,8 +23,8 @@ class Culprit(NamedTuple):
     right: str
 
     def __str__(self):
-        line = ": ".join(part for part in (self.file, self.key, self.wrong) if part) + f"; {self.right}"
-        return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+        line = ": ".join(part for part in (self.file, _shortened(self.key), self.wrong) if part) + f"; {self.right}"
+        return visible(line)
 
 
 class InputError(Exception):
@@ -42,6 +44,10 @@ def quoted(raw):
         text = repr(raw)
     except ValueError:  # Python refuses to print integers of thousands of digits
         return "a huge number"
+    return _shortened(text)
+
+
+def _shortened(text):
     return text if len(text) <= 60 else f"{text[:24]}…{text[-34:]}"
 
 

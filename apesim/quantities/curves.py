@@ -9,7 +9,7 @@ import numpy as np
 
 from apesim.quantities.culprits import Wrong, quoted
 from apesim.quantities.declarations import Declaration
-from apesim.quantities.files import csv_columns, split_header
+from apesim.quantities.files import csv_columns, path_below, split_header
 from apesim.quantities.units import NUMBER, unit
 
 NO_CURVE = np.empty((0, 2))
@@ -23,8 +23,8 @@ MOST_POINTS = 100_000
 class Curve(Declaration):
     """Two columns of numbers; inside an array in SI, shape (n, 2), n >= 2, the first column rising.
 
-    In a file it is the path of a CSV, from the folder of that file, or a table of two lists; both name the
-    columns with units. A CSV may hold more columns.
+    In a file it is the path of a CSV, which lies in the folder of that file or below, or a table of two lists; both
+    name the columns with units. A CSV may hold more columns. A path on the command line may lead anywhere.
 
     Parameters
     ----------
@@ -48,14 +48,26 @@ class Curve(Declaration):
         return '"curve.csv"'
 
     def read(self, raw, ambient_pressure=None, folder=None):
-        """The curve that a user wrote or named; raises `Wrong`."""
+        """The curve that a user wrote or named; raises `Wrong`.
+
+        Parameters
+        ----------
+        raw : str, dict or pathlib.Path
+            A text is a path from `folder`, and stays in it; a Path, which no file holds, may lead anywhere.
+        ambient_pressure : float, optional
+            Unused.
+        folder : path, optional
+            Of the file that names the curve; left out, the user does, and a text may lead anywhere, too.
+        """
         lists = ", ".join(f'"{header}" = [...]' for header in self.columns)
         right = f"give the path of {self.range_text}, or a table {{ {lists} }}"
         if raw == "":
             return NO_CURVE
         try:
-            if isinstance(raw, str):
-                return self._array(csv_columns(Path(folder or "", raw)), f"{quoted(raw)}: ")
+            if isinstance(raw, str | Path):
+                is_own = folder is None or isinstance(raw, Path)
+                path = Path(raw) if is_own else path_below(folder, raw)
+                return self._array(csv_columns(path), f"{quoted(str(raw))}: ")
             if not isinstance(raw, dict) or not all(isinstance(column, list) for column in raw.values()):
                 raise Wrong(f"{quoted(raw)} is no curve")
             columns = {split_header(header): column for header, column in raw.items()}

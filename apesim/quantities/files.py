@@ -1,7 +1,11 @@
 """Files: their text, and the columns of a CSV with units in its header."""
 
 import csv
+import errno
+import os
 import re
+import stat
+from pathlib import Path
 
 from apesim.quantities.culprits import Wrong, quoted
 
@@ -14,11 +18,40 @@ def split_header(text):
     return (found[1], found[2].strip()) if found else (text.strip(), None)
 
 
+def path_below(folder, name):
+    """The path of a file that another file names, from the folder of that file.
+
+    What a stranger's file names lies beside it: were any path read, a message could show a line of any file.
+
+    Parameters
+    ----------
+    folder : path
+    name : str
+
+    Returns
+    -------
+    pathlib.Path
+
+    Raises
+    ------
+    Wrong
+        Links followed, it lies outside of the folder.
+    """
+    path = Path(folder, name)
+    try:
+        is_below = path.resolve().is_relative_to(Path(folder).resolve())
+    except (OSError, RuntimeError, ValueError):  # links in a circle, a name that no file can have
+        is_below = False
+    if not is_below:
+        raise Wrong(f"{quoted(name)} leads out of the folder", "put the file into the folder, and give its path there")
+    return path
+
+
 def text_of(path):
-    """The text of a UTF-8 file; raises `Wrong` if it cannot be read or is too large."""
+    """The text of a UTF-8 file; raises `Wrong` if it cannot be read, is too large or no regular file."""
     name = quoted(str(path))
     try:
-        with open(path, "rb") as file:
+        with open(path, "rb", opener=_open_regular) as file:
             data = file.read(MOST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a name that no file can have
         raise Wrong(f"{name} cannot be read: {getattr(error, 'strerror', error)}") from None
@@ -29,6 +62,17 @@ def text_of(path):
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise Wrong(f"{name} is no text in line {line}", "save it as UTF-8") from None
+
+
+def _open_regular(path, flags):
+    """A descriptor of a regular file; a pipe is not waited for, nor a device read that never ends."""
+    descriptor = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    mode = os.fstat(descriptor).st_mode
+    if not stat.S_ISREG(mode):
+        os.close(descriptor)
+        is_folder = stat.S_ISDIR(mode)
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR) if is_folder else "it is a pipe or a device, no file")
+    return descriptor
 
 
 def csv_columns(path):

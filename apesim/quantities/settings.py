@@ -47,7 +47,7 @@ def load(cls, path=None, assignments=()):
             if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'":
                 text = text[1:-1]
             if isinstance(declarations[key], Curve) and text:
-                text = str(Path(text).absolute())
+                text = Path(text).absolute()  # no text: the user's own path may lead anywhere
             _put(data, key.split("."), text)
             assigned.add(key)
     file = str(path) if path is not None else COMMAND_LINE if assigned else "default"

@@ -69,4 +69,4 @@ def data_hash(measured):
     """Digest of a folder's measured.toml and of the data files that it names, in their order."""
     folder = Path(measured.folder)
     names = [FILE, *(run.data for run in measured.runs if run.data)]
-    return sha256("".join(sha256((folder / name).read_text()) for name in names))
+    return sha256("".join(sha256((folder / name).read_text(encoding="utf-8")) for name in names))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from apesim.quantities import Culprit, InputError, Wrong, culprit, quoted
-from apesim.quantities.files import text_of
+from apesim.quantities.files import path_below, text_of
 from studies.columns import TIME, read_columns
 from studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Measured, MeasuredRun
 from studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
@@ -70,7 +70,7 @@ def read_measured(folder, ambient_pressure, bench=None):
 def _toml(path):
     """What stands in the file of a folder."""
     try:
-        return tomllib.loads(text_of(path))
+        return tomllib.loads(text_of(path_below(path.parent, path.name)))
     except Wrong as wrong:
         right = wrong.right or f"give a folder with {FILE} and the CSV files that it names"
         raise InputError([Culprit(str(path), "", wrong.wrong, right)]) from None
@@ -135,7 +135,10 @@ def _run(path, section, given, bench, ambient_pressure, culprits):
         culprits += _engine_faults(file, section, given, values)
     columns = {}
     if isinstance(given.get("data"), str):
-        columns = _columns(path.parent / given["data"], sensors, ambient_pressure, culprits)
+        try:
+            columns = _columns(path_below(path.parent, given["data"]), sensors, ambient_pressure, culprits)
+        except Wrong as wrong:
+            culprits.append(Culprit(file, f"{section}.data", wrong.wrong, wrong.right))
     if len(culprits) > before:
         return None
     return _run_of(given, section, bench, values, columns)
