@@ -11,10 +11,13 @@ from concurrent.futures import wait
 
 import typer
 
+from apesim.terminal import visible
 from studies.aside import aside
 
 DONE, FAULT_OF_OURS, BAD_INPUT, INCOMPLETE, INTERRUPTED = 0, 1, 2, 3, 130
 COMMAND_LINE = "command line"
+LAYOUT = "\n\t"
+"""Characters of control that are ours; all others in what is shown come from files."""
 PATIENCE = 1.0
 """For which nothing is told of what is at work [s]."""
 
@@ -40,20 +43,20 @@ class Console:
     def result(self, data, *renderables):
         """Show a result: data as JSON, else renderables (texts, rich tables)."""
         if self.as_json:
-            print(json.dumps(plain(data), ensure_ascii=False, allow_nan=False))
+            print(json.dumps(plain(data), allow_nan=False))  # ASCII, so that any terminal and encoding can take it
             return
         from rich.console import Console as Terminal
 
         terminal = Terminal(width=None if sys.stdout.isatty() else 120, highlight=False)
         with terminal.capture() as captured:
             for renderable in renderables:
-                terminal.print(renderable, markup=False, soft_wrap=isinstance(renderable, str))
+                terminal.print(_Visible(renderable), markup=False, soft_wrap=isinstance(renderable, str))
         print(captured.get(), end="")  # rich itself would end the process where nobody listens any more
 
     def message(self, text):
         """A line on standard error."""
         if not self.quiet:
-            print(text, file=sys.stderr, flush=True)
+            _tell(text)
 
     @contextlib.contextmanager
     def progress(self, what):
@@ -139,6 +142,9 @@ def main_of(app):
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     if sys.stdout is None:
         return _bad_input("standard output: is closed; send it elsewhere, e.g. > /dev/null")
+    for stream in (sys.stdout, sys.stderr):
+        if getattr(stream, "errors", None) == "strict":  # where the encoding lacks a character
+            stream.reconfigure(errors="replace")
     try:
         with contextlib.redirect_stdout(_Output(sys.stdout)):
             code = _run(app)
@@ -147,14 +153,17 @@ def main_of(app):
     except ParserError as error:
         return _bad_input(_parser_line(error))
     except (KeyboardInterrupt, typer.Abort):
-        print("interrupted", file=sys.stderr)
+        _tell("interrupted")
         return INTERRUPTED
+    except MemoryError:
+        right = "compute fewer points at a time, with fewer --jobs, or on a larger machine"
+        return _bad_input(f"{COMMAND_LINE}: takes more memory than is available; {right}")
     except Exception as error:
         known = _known(error)
         if known is not None:
             return known
-        traceback.print_exc()
-        print("apesim: this is a fault of ours; please report it with the lines above", file=sys.stderr)
+        _tell(traceback.format_exc().rstrip())
+        _tell("apesim: this is a fault of ours; please report it with the lines above")
         return FAULT_OF_OURS
 
 
@@ -170,6 +179,19 @@ def _bar():
     name = TextColumn("{task.description}")
     columns = (name, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("left"))
     return Progress(*columns, console=Terminal(stderr=True))
+
+
+class _Visible:
+    """What rich can draw, less the control characters in its texts; see `apesim.terminal`."""
+
+    def __init__(self, renderable):
+        self.renderable = renderable
+
+    def __rich_console__(self, terminal, options):
+        from rich.segment import Segment
+
+        for text, style, control in terminal.render(self.renderable, options):
+            yield Segment(text if control else visible(text, keep=LAYOUT), style, control)
 
 
 class _Output:
@@ -222,7 +244,7 @@ def _known(error):
         from apesim.archive import ArchiveError, DamagedError
 
         if isinstance(error, ArchiveError):
-            print(error, file=sys.stderr)
+            _tell(error)
             return INCOMPLETE if isinstance(error, DamagedError) else BAD_INPUT
     if "studies.pool" in sys.modules:
         from studies.pool import Died
@@ -244,8 +266,13 @@ def _unheard(error):
 
 
 def _bad_input(lines):
-    print(lines, file=sys.stderr)
+    _tell(lines)
     return BAD_INPUT
+
+
+def _tell(text):
+    """Print on standard error."""
+    print(visible(str(text), keep=LAYOUT), file=sys.stderr, flush=True)
 
 
 def _parser_line(error):

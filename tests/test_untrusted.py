@@ -1,4 +1,6 @@
 import pickle
+import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -96,7 +98,7 @@ TAMPERED = {
         lambda f: f["warning"].write_direct(np.array([b"\xff"] * 3, f["warning"].dtype)),
         "warning: ",
     ),
-    "control characters": (lambda f: add(f, "a\x1b[2J\nb"), r"a\?\[2J b: "),
+    "control characters": (lambda f: add(f, "a\x1b[2J\nb"), r"a\\x1b\[2J b: "),
 }
 
 
@@ -179,6 +181,38 @@ def test_compressed_copies_are_readable(tmp_path, path):
             compression="gzip",
         )
     np.testing.assert_array_equal(read(path).variables["cylinder_pressure"].values, values)
+
+
+def test_a_compressed_file_that_would_fill_the_memory_is_refused(path):
+    count = 30_000_000
+    with h5py.File(path, "r+") as file:
+        replaced(file, "speed", shape=(count,), data=np.zeros(count), chunks=(count // 10,), compression="gzip")
+    assert path.stat().st_size < 2**20
+    with pytest.raises(ArchiveError, match="speed: the datasets are larger than 20 times the file"):
+        read(path)
+
+
+WITH_LITTLE_MEMORY = """
+import resource, sys
+from pathlib import Path
+from apesim.archive import ArchiveError, read
+taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (taken + 2**27, taken + 2**27))
+try:
+    read(sys.argv[1])
+except ArchiveError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit of a process is Linux's here")
+def test_a_file_larger_than_the_memory_is_refused_with_a_remedy(path):
+    count = 30_000_000
+    with h5py.File(path, "r+") as file:
+        replaced(file, "speed", shape=(count,), data=np.zeros(count), chunks=(count // 10,))
+    done = subprocess.run([sys.executable, "-c", WITH_LITTLE_MEMORY, path], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "available; free some memory" in done.stdout
 
 
 def test_errors_travel_between_processes():

@@ -19,6 +19,7 @@ import numpy as np
 from h5py import h5d, h5g, h5l, h5o, h5s, h5t, h5z
 
 from apesim.archive.digests import DIGESTS, ROOT_DIGEST, dataset_digest, root_digest
+from apesim.archive.memory import available_memory
 from apesim.archive.records import (
     ATTRIBUTE_BYTES,
     ATTRIBUTES,
@@ -28,9 +29,19 @@ from apesim.archive.records import (
     Variable,
     sha256,
 )
+from apesim.terminal import visible
 
 SIZE_LIMIT = 4 * 2**30
+MAX_EXPANSION = 20
+"""Size in memory over that of the file. What we write is not compressed: numbers take what they take in the file, texts
+five times that. A copy that is compressed takes a few times its size; one made to fill the memory a thousand times."""
+ALWAYS_READ = 64 * 2**20
+"""Bytes in memory that are read whatever the size of the file: they do no harm."""
 OBJECT_LIMIT = 10_000
+
+TEXT_OBJECT = 64
+"""Bytes of a text of Python besides its characters: texts are checked one by one."""
+FREE_MEMORY = "free some memory, or read it on a larger machine"
 
 _DAMAGE = (
     OSError,
@@ -73,9 +84,7 @@ class ArchiveError(Exception):
         self.path, self.what, self.remedy = path, what, remedy
 
     def __str__(self) -> str:
-        # Names come out of strangers' files: no line breaks, no terminal control.
-        text = " ".join(f"{os.fspath(self.path)}: {self.what}; {self.remedy}".split())
-        return "".join(c if c.isprintable() else "?" for c in text)
+        return visible(" ".join(f"{os.fspath(self.path)}: {self.what}; {self.remedy}".split()))
 
 
 class DamagedError(ArchiveError):
@@ -97,9 +106,12 @@ def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SI
     Raises
     ------
     ArchiveError
-        At the first object that is no plain group and no dataset of numbers or fixed-length text.
+        At the first object that is no plain group and no dataset of numbers or fixed-length text; the datasets are
+        larger than the limit, than the file can hold, or than the memory that is available.
     """
     remedy = "ask for a file written by apesim"
+    by_file = max(ALWAYS_READ, MAX_EXPANSION * os.path.getsize(path))
+    memory = available_memory()
     objects, total = 0, 0
     seen = {h5o.get_info(file["/"].id).addr}
     groups = [("", file["/"].id)]
@@ -131,6 +143,12 @@ def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SI
                         f"{name}: the datasets are larger than {limit} bytes together",
                         "raise the limit if you trust the file",
                     )
+                if total > by_file:
+                    what = f"{name}: the datasets are larger than {MAX_EXPANSION} times the file together"
+                    raise ArchiveError(path, what, remedy)
+                if total > memory:
+                    what = f"{name}: the datasets take {total} bytes together, more than the {memory:.0f} available"
+                    raise ArchiveError(path, what, FREE_MEMORY)
             else:
                 raise ArchiveError(path, f"{name} is neither group nor dataset", remedy)
 
@@ -160,7 +178,8 @@ def _inspect(dataset: h5d.DatasetID) -> tuple[str, int]:
     elements = math.prod(space.get_simple_extent_dims())
     if creation.get_layout() == h5d.CHUNKED:
         elements = max(elements, math.prod(creation.get_chunk()))
-    return "", elements * kind.get_size() * (5 if text else 1)  # decoded, a character takes four bytes more
+    size = kind.get_size()
+    return "", elements * (5 * size + TEXT_OBJECT if text else size)  # decoded, a character takes four bytes more
 
 
 @contextmanager
@@ -209,6 +228,8 @@ def damage_named(path: Path, item: str) -> Iterator[None]:
         yield
     except ArchiveError:
         raise
+    except MemoryError as error:
+        raise ArchiveError(path, f"{item or 'the file'} takes more memory than is available", FREE_MEMORY) from error
     except _DAMAGE as error:
         where = f"{item}: " if item and not str(error).startswith(f"{item}:") else ""
         remedy = "the file is damaged or foreign: restore a copy or compute it again"

@@ -8,6 +8,7 @@ from apesim.archive import read, read_about
 from apesim.archive.comparison import diff, machine_differences, provenance_differences
 from apesim.archive.inspection import export, info, verify
 from apesim.archive.shards import merge, missing_runs
+from apesim.terminal import visible
 from studies.commands.tables import table_of
 from studies.console import DONE, INCOMPLETE
 from studies.output import publish
@@ -63,7 +64,7 @@ def show_info(console, machine_file, settings, path):
         ("versions", ", ".join(f"{name} {version}" for name, version in data["versions"].items())),
         ("command", data["provenance"].get("command", "")),
     ]
-    lines = [f"{name:13} {value}" for name, value in facts]
+    lines = [f"{name:13} {visible(value)}" for name, value in facts]
     rows = [
         (variable["name"], " x ".join(variable["dims"]), variable["unit"], variable["description"])
         for variable in data["variables"]

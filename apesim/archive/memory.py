@@ -1,0 +1,48 @@
+"""The memory that this process may still take."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from pathlib import Path
+
+MEMINFO = Path("/proc/meminfo")
+GROUP = Path("/sys/fs/cgroup")
+
+
+def available_memory() -> float:
+    """Memory that can be taken before the system, a container or a limit of the process refuses it.
+
+    Returns
+    -------
+    float
+        Bytes; infinity where the system does not tell.
+    """
+    return min(_of_system(), _of_container(), _of_process())
+
+
+def _of_system() -> float:
+    with suppress(OSError, ValueError, IndexError):
+        for line in MEMINFO.read_text().splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024.0 * int(line.split()[1])
+    return math.inf
+
+
+def _of_container() -> float:
+    with suppress(OSError, ValueError, KeyError):  # ValueError: the limit is "max"
+        limit, used = (int((GROUP / name).read_text()) for name in ("memory.max", "memory.current"))
+        details = dict(line.split() for line in (GROUP / "memory.stat").read_text().splitlines())
+        return float(limit - used + int(details["file"]))  # the cache of files gives way
+    return math.inf
+
+
+def _of_process() -> float:
+    with suppress(ImportError, OSError, ValueError, IndexError):
+        import resource
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if limit != resource.RLIM_INFINITY:
+            pages = int(Path("/proc/self/statm").read_text().split()[0])
+            return float(limit - pages * resource.getpagesize())
+    return math.inf
