@@ -43,8 +43,7 @@ from engine.ideal_work import exergy, full_admission_work, isentropic_work
 from engine.kinematics import cylinder_volume, swept_volume
 from valve.chamber import chamber_state
 from valve.groove import area_table, lap_of
-from valve.measures import closing_stroke, opening_stroke
-from valve.motion import CORNER, MET_CLOSED
+from valve.measures import closing_stroke, lap_times, opening_stroke
 
 JOULE_PER_KWH = 3.6e6
 INDICATORS = {
@@ -144,13 +143,7 @@ def valve_motion(machine, run):
     release = (machine.command.release - machine.command.energise) / p.speed
     opening = opening_stroke(doubled, 0.0, 2.0 * period)
     closing = closing_stroke(doubled, release, 2.0 * period)
-    lift = np.minimum(machine.valve.stroke - doubled[:, LOG_HEAD], machine.valve.stroke)
-    code, speed, time = doubled[:, 1], doubled[:, LOG_HEAD + 1], doubled[:, 0]
-    at_lap = ((code == CORNER) | (code == MET_CLOSED)) & (np.abs(lift - lap_of(table)) < 1e-6 * machine.valve.stroke)
-    opened = time[at_lap & (speed < 0.0)]
-    opened = opened[0] if len(opened) else nan
-    shut = time[at_lap & (speed > 0.0) & (time > opened)]
-    return opening, closing, opened, shut[0] if len(shut) else nan
+    return opening, closing, *lap_times(doubled, machine.valve.stroke, lap_of(table))
 
 
 def _angles(opens, closes, full_open, closed, lift):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.march import LOG_HEAD, WATCH
-from valve.motion import MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
+from valve.motion import CORNER, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
 
 NEVER = float("nan")
 
@@ -80,3 +80,27 @@ def opening_stroke(log, command, until):
 def closing_stroke(log, command, until):
     """Measures of a closing; see `stroke_of`."""
     return stroke_of(log, command, until, (WATCH + NEAR_OPEN, -1.0), MET_CLOSED)
+
+
+def lap_times(log, stroke, lap):
+    """When the lift first rises through the lap, and when it then falls through it.
+
+    Parameters
+    ----------
+    log : (l, 3 + n) float array
+        See `stroke_of`; of two periods where the motion repeats, so that an opening late in one has its closing.
+    stroke, lap : float
+        [m]
+
+    Returns
+    -------
+    opened, shut : float
+        [s]; NaN: never.
+    """
+    time, code, speed = log[:, 0], log[:, 1], log[:, LOG_HEAD + 1]
+    lift = np.minimum(stroke - log[:, LOG_HEAD], stroke)
+    at_lap = ((code == CORNER) | (code == MET_CLOSED)) & (np.abs(lift - lap) < 1e-6 * stroke)
+    opened = time[at_lap & (speed < 0.0)]
+    opened = float(opened[0]) if len(opened) else NEVER
+    shut = time[at_lap & (speed > 0.0) & (time > opened)]
+    return opened, float(shut[0]) if len(shut) else NEVER
