@@ -11,24 +11,22 @@ from apesim.kernel import sources_hash
 from apesim.periodic import PERIODIC_TOLERANCE
 from apesim.quantities.settings import dumps
 from engine.breathing import DEGREE, TURN
+from studies.design_rule import RPM, WITHIN, rule_columns
+from studies.limit_points import Point, point_column, with_own
 from studies.pool import run_tasks, workers_for
 from studies.timing.solve import SKETCH, Reason, Timing, corrected, start_after
 from studies.valve_map import with_supply
 
-WITHIN = 0.5 * DEGREE
 CRITERION = (
     "command angles exist with which the valve opens and closes within 0.5 deg of its targets, the piston meets the "
     "open stop and the closed stop in every cycle, and every cycle repeats the one before"
 )
-RPM = TURN / 60.0
 LOWEST, HIGHEST, RESOLUTION, SKETCH_RESOLUTION = 300.0 * RPM, 12000.0 * RPM, 1.0 * RPM, 8.0 * RPM
 """Speeds between which the limit is looked for, and how closely [rad/s]."""
 STEP_UP = 1.25
 BEYOND = 2.0
 """How many times as fast as the first speed that fails the scan looks for speeds that do not."""
 SECONDS_A_LIMIT = 1.0
-PAPER_RPM = {"30 Hz, one event a revolution": 1800.0, "as printed": 2000.0}
-"""What the paper claims, doi 10.1631/jzus.A0820373 [r/min]."""
 
 
 class Failure(IntEnum):
@@ -222,7 +220,7 @@ def lasting(machine, duration):
 
 
 def map_engine_limit(machine, pressures, temperatures, durations, jobs=None, command="", report=None):
-    """Limits over pressure, temperature and duration of the target window.
+    """Limits over pressure, temperature and duration of the target window, and at the machine's own.
 
     Parameters
     ----------
@@ -243,9 +241,16 @@ def map_engine_limit(machine, pressures, temperatures, durations, jobs=None, com
     Returns
     -------
     Archive
+        The machine's own point comes last where the grid does not hold it.
     """
-    grid = [(p, t, d) for p in pressures for t in temperatures for d in durations]
-    machines = [lasting(with_supply(machine, p, t), d) for p, t, d in grid]
+    supply, command_angles = machine.supply, machine.command
+    grid = [(p, t, d, p) for p in pressures for t in temperatures for d in durations]
+    own = supply.pressure, supply.temperature, command_angles.close_target - command_angles.open_target
+    grid, kinds = with_own(grid, (*own, supply.control()[0]))
+    machines = [
+        machine if kind == Point.OWN else lasting(with_supply(machine, p, t), d)
+        for kind, (p, t, d, _) in zip(kinds, grid, strict=True)
+    ]
     limits = [EngineLimit(nan, Failure.TIMING, nan, None, 0)] * len(grid)
     jobs = workers_for(SECONDS_A_LIMIT * len(grid), jobs)
     for done, ((number, _), found) in enumerate(run_tasks(_limit_of, list(enumerate(machines)), jobs)):
@@ -260,14 +265,14 @@ def map_engine_limit(machine, pressures, temperatures, durations, jobs=None, com
         "lowest_rpm": f"{LOWEST / RPM:g}",
         "highest_rpm": f"{HIGHEST / RPM:g}",
     }
-    return Archive(dumps(machine), provenance, _variables(grid, limits))
+    return Archive(dumps(machine), provenance, _variables(grid, kinds, limits))
 
 
 def _limit_of(item):
     return engine_limit(item[1])
 
 
-def _variables(grid, limits):
+def _variables(grid, kinds, limits):
     def column(values, unit, description, meanings=""):
         values = np.array(values, dtype=np.int8 if meanings else None)
         return Variable(("run",), values, unit, description, meanings)
@@ -276,23 +281,29 @@ def _variables(grid, limits):
         values = [value(found.timing) if found.timing else nan for found in limits]
         return column(np.array(values, dtype=float), unit, description)
 
+    pressures, temperatures, durations, controls = np.array(grid).T
     speeds = np.array([found.limit for found in limits])
+    fails = np.array([found.fails for found in limits])
+    supplies = list(zip(pressures, temperatures, controls, strict=True))
+    opened = [
+        found.timing.machine.command.close_target - found.timing.machine.command.open_target if found.timing else nan
+        for found in limits
+    ]
     return {
         "run": column(np.arange(len(grid)), "1", "number of the run"),
-        "supply_pressure": column([p for p, _, _ in grid], "Pa abs", "pressure of the supply"),
-        "supply_temperature": column([t for _, t, _ in grid], "K", "temperature of the supply"),
-        "duration_deg": column(
-            [d / DEGREE for _, _, d in grid], "deg", "from the target opening to the target closing"
-        ),
+        "point": point_column(kinds),
+        "supply_pressure": column(pressures, "Pa abs", "pressure of the supply"),
+        "supply_temperature": column(temperatures, "K", "temperature of the supply"),
+        "control_pressure": column(controls, "Pa abs", "pressure of control air from the regulator"),
+        "duration_deg": column(durations / DEGREE, "deg", "window: from the target opening to the target closing"),
         "limit_rpm": column(speeds / RPM, "r/min", f"highest speed: {CRITERION}"),
         "limit_hz": column(speeds / TURN, "Hz", "the same as a working rate, one event a revolution"),
-        "fails": column([int(found.fails) for found in limits], "1", "what fails first above the limit", FAILURES),
+        "fails": column(fails, "1", "what fails first above the limit", FAILURES),
         "works_again_rpm": column(
             [found.works_again / RPM for found in limits], "r/min", "a speed above the limit that meets it again"
         ),
-        "open_time_s": column(
-            [d / speed for (_, _, d), speed in zip(grid, speeds, strict=True)], "s", "target duration at the limit"
-        ),
+        "lap_to_lap_s": column(opened / speeds, "s", "time for which the lift is above the lap at the limit"),
+        **rule_columns(supplies, durations, speeds, fails == Failure.FULL_LIFT),
         "energise_deg": at_limit(
             lambda timing: timing.machine.command.energise / DEGREE, "deg", "command angle at the limit"
         ),

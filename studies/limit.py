@@ -10,9 +10,14 @@ from apesim.archive import Archive, Variable
 from apesim.kernel import sources_hash
 from apesim.march import Status
 from apesim.quantities.settings import dumps
+from engine.breathing import DEGREE, TURN
+from studies.design_rule import WITHIN, rule_columns
+from studies.limit_points import point_column, with_own
 from studies.pool import run_tasks, workers_for
 from studies.valve_map import supply_columns, with_supply
 from valve.bench import run_bench
+from valve.groove import area_table, lap_of
+from valve.measures import lap_times
 
 CRITERION = (
     "in its periodic state the piston meets the open stop and the closed stop in every cycle, "
@@ -35,6 +40,14 @@ class Limit(NamedTuple):
     """A rate above the limit at which strokes are complete again [Hz]; NaN: none was met in the scan."""
     marches: int
     """Periodic states computed."""
+    open_time: float = nan
+    """Time for which the lift is above the lap at the limit [s]."""
+
+
+def repeated_run(machine, rate, duty):
+    """The bench run of a valve at a rate [Hz] and duty in its periodic state; see `is_complete`."""
+    period = 1.0 / rate
+    return run_bench(machine, duty * period, period=period)
 
 
 def is_complete(machine, rate, duty):
@@ -53,7 +66,7 @@ def is_complete(machine, rate, duty):
     bool
     """
     period = 1.0 / rate
-    run = run_bench(machine, duty * period, period=period)
+    run = repeated_run(machine, rate, duty)
     if run.status != Status.DONE or not run.orbit.converged or run.orbit.period != 1:
         return False
     # Contacts later than a period after their command belong to another cycle's stroke.
@@ -98,7 +111,9 @@ def working_limit(machine, duty=0.5, resolution=RESOLUTION):
             good = middle
         else:
             bad = middle
-    return Limit(good, again, marches)
+    lap = lap_of(area_table(machine.groove, machine.valve.stroke))
+    opened, shut = lap_times(repeated_run(machine, good, duty).log, machine.valve.stroke, lap)
+    return Limit(good, again, marches + 1, shut - opened)
 
 
 def _limit_at(point):
@@ -107,7 +122,9 @@ def _limit_at(point):
 
 
 def limit_map(machine, pressures, temperatures, duties, command="", report=None, jobs=None):
-    """Working limits over pressure, temperature and duty.
+    """Working limits over pressure, temperature and duty, and at the machine's own.
+
+    The machine's own duty is the share of a turn that lies between its command angles.
 
     Parameters
     ----------
@@ -127,9 +144,10 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None,
     Returns
     -------
     Archive
-        The same for any number of processes.
+        The same for any number of processes. The machine's own point comes last where the grid does not hold it.
     """
-    grid = list(product(pressures, temperatures, duties))
+    own = *machine.supply.control(), (machine.command.release - machine.command.energise) / TURN
+    grid, kinds = with_own(list(product(pressures, temperatures, duties)), own)
     points = [(run, with_supply(machine, p, t), duty) for run, (p, t, duty) in enumerate(grid)]
     limits = [Limit(nan, nan, 0)] * len(grid)
     outcomes = np.full(len(grid), DIED, dtype=np.int8)
@@ -139,19 +157,27 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None,
             limits[run], outcomes[run] = found, NONE if np.isnan(found.limit) else FOUND
         if report:
             report(done + 1, len(grid))
-    limit = np.array([found.limit for found in limits])
+    limit, opened = np.array([(found.limit, found.open_time) for found in limits]).T
+    windows = TURN * limit * opened - 2.0 * WITHIN
+    supplies = [(p, t) for p, t, _ in grid]
 
     def column(values, unit, description):
         return Variable(("run",), np.asarray(values), unit, description)
 
     variables = {
         **supply_columns(grid),
+        "point": point_column(kinds),
         "duty": column([d for _, _, d in grid], "1", "share of the period for which the solenoids are energised"),
         "limit_hz": column(limit, "Hz", f"highest working rate: {CRITERION}"),
         "limit_rpm": column(60.0 * limit, "r/min", "the same as engine speed, one event a revolution"),
         "complete_again_hz": column(
             [found.complete_again for found in limits], "Hz", "a rate above the limit that is complete again"
         ),
+        "lap_to_lap_s": column(opened, "s", "time for which the lift is above the lap at the limit"),
+        "window_deg": column(
+            windows / DEGREE, "deg", "shortest window of an engine, each end met within 0.5 deg, at the limit"
+        ),
+        **rule_columns(supplies, windows, TURN * limit, outcomes == FOUND),
         "outcome": Variable(("run",), outcomes, "1", "what the search came to", OUTCOMES),
     }
     provenance = {

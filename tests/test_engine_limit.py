@@ -8,9 +8,9 @@ import pytest
 from apesim.archive.inspection import verify
 from engine.breathing import DEGREE
 from engine.machine import Machine
+from studies.design_rule import MAX_WINDOW, PAPER_RPM, DesignRule, fit_rule, rule_columns
 from studies.engine_limit import (
     CRITERION,
-    PAPER_RPM,
     RESOLUTION,
     STEP_UP,
     Failure,
@@ -108,27 +108,84 @@ def test_a_map_is_its_limits_one_by_one_and_states_its_criterion(found, tmp_path
     v = {name: variable.values for name, variable in archive.variables.items()}
     assert v["limit_rpm"][1] == found.limit / RPM and v["limit_hz"][1] == pytest.approx(found.limit / RPM / 60.0)
     assert v["duration_deg"].tolist() == pytest.approx([60.0, 75.0]) and v["fails"][1] == Failure.FULL_LIFT
-    assert v["open_time_s"][1] == pytest.approx(75.0 / 6.0 / v["limit_rpm"][1])
+    assert v["lap_to_lap_s"][1] == pytest.approx(76.0 / 6.0 / v["limit_rpm"][1])
     assert np.isnan(v["works_again_rpm"]).all() and v["peak_lift_m"][1] == pytest.approx(9e-3)
     assert archive.provenance["criterion"] == CRITERION
     assert all(path.stat().st_size > 5000 for path in engine_limit_figures(archive, AMBIENT, tmp_path))
 
 
-def test_the_command_puts_limit_and_criterion_into_its_json(apesim):
-    grid = ["--pressure", "0.6 MPa gauge, 1 MPa gauge", "--temperature", "287 K", "--duration", "75 deg"]
-    code, out, _ = apesim("engine", "limit", *grid, "--json")
+def test_the_design_rule_is_fitted_where_full_lift_bounds_and_foretells_the_window_that_a_speed_needs(found):
+    windows = np.array([60.0, 75.0, 340.0]) * DEGREE
+    limits = np.array([engine_limit(lasting(machine(), window)).limit for window in windows])
+    v = rule_columns([287.0] * 3, windows, limits, np.array([True, True, False]))
+    assert v["rule_fitted"].values.tolist() == [1, 1, 0]
+    [time] = set(v["rule_lap_to_lap_s"].values)
+    assert time == pytest.approx(10.93e-3, rel=1e-3)
+    assert limits[2] < 0.4 * v["rule_limit_rpm"].values[2] * RPM  # there the time closed bounds it
+    [needed] = set(v["rule_window_deg"].values)
+    assert engine_limit(lasting(machine(), needed * DEGREE)).limit / RPM == pytest.approx(1800.0, rel=1e-3)
+
+
+def test_a_rule_gives_back_the_time_it_was_made_of_for_each_supply_alone():
+    windows = np.array([60.0, 90.0, 120.0, 60.0, 200.0, 90.0]) * DEGREE
+    cold, warm = DesignRule(12e-3), DesignRule(10e-3)
+    limits = np.array([*map(cold.limit, windows[:3]), *map(warm.limit, windows[3:])])
+    limits[4] *= 0.5  # beyond the longest window that is fitted
+    assert fit_rule(windows[:3], limits[:3]).lap_to_lap == pytest.approx(12e-3)
+    assert np.isnan(fit_rule([], []).lap_to_lap)
+    assert cold.window(cold.limit(1.0)) == pytest.approx(1.0)
+    v = rule_columns(["cold"] * 3 + ["warm"] * 3, windows, limits, np.ones(6, dtype=bool))
+    assert v["rule_lap_to_lap_s"].values == pytest.approx([12e-3] * 3 + [10e-3] * 3)
+    assert v["rule_fitted"].values.tolist() == [1, 1, 1, 1, 0, 1] and windows[4] > MAX_WINDOW
+
+
+def test_the_command_states_the_machine_s_own_limit_and_where_the_lowest_of_the_grid_is(apesim, found):
+    grid = ["--pressure", "0.6 MPa gauge, 1 MPa gauge", "--temperature", "287 K", "--duration", "60 deg, 75 deg"]
+    endless = ["--set", 'engine.receiver.volume="inf"']
+    code, out, _ = apesim("engine", "limit", *grid, *endless, "--json")
     data = json.loads(out)
     assert code == 0 and verify("engine_limit.h5") == []
-    assert data["criterion"] == CRITERION and data["paper_rpm"] == PAPER_RPM
-    assert data["limit_rpm"] == min(point["limit_rpm"] for point in data["points"])
-    assert 900.0 < data["limit_rpm"] < 1200.0 and data["points"][0]["fails"] == "full_lift"
+    assert data["criterion"] == CRITERION
+    assert data["limit_rpm"] == found.limit / RPM and data["limit_hz"] == pytest.approx(found.limit / RPM / 60.0)
+    assert data["limit_at"] == {
+        "supply_pressure_Pa": AMBIENT + 1e6,
+        "supply_temperature_K": 287.0,
+        "duration_deg": pytest.approx(75.0),
+    }
+    assert data["min_limit_rpm"] == min(point["limit_rpm"] for point in data["points"]) < data["limit_rpm"]
+    assert (data["min_limit_at"]["supply_pressure_Pa"], data["min_limit_at"]["duration_deg"]) == (
+        AMBIENT + 0.6e6,
+        pytest.approx(60.0),
+    )
+    assert len(data["points"]) == 4 and data["points"][0]["fails"] == "full_lift"
+    rule, paper = data["design_rule"], data["paper"]
+    assert rule["lap_to_lap_s"] == pytest.approx(76.0 / 6.0 / data["limit_rpm"], rel=1e-3)
+    assert rule["lap_to_lap_s_range"] == [rule["lap_to_lap_s"], data["points"][0]["rule_lap_to_lap_s"]]
+    assert rule["fitted_windows_deg"] == pytest.approx([60.0, 75.0]) and rule["largest_misfit"] < 2e-3
+    assert paper["speeds_rpm"] == PAPER_RPM and set(paper["reached_at_grid_points"].values()) == {0}
+    assert paper["window_for_30_hz_deg"] == pytest.approx(6.0 * 1800.0 * rule["lap_to_lap_s"] - 1.0)
+
+
+def test_the_machine_s_own_point_is_computed_where_the_grid_does_not_hold_it(apesim):
+    own = ["--set", 'supply.control_pressure="0.8 MPa gauge"', "--set", 'engine.receiver.volume="inf"']
+    grid = ["--pressure", "1 MPa gauge", "--temperature", "287 K", "--duration", "75 deg", "--jobs", "1"]
+    code, out, _ = apesim("engine", "limit", *grid, *own)
+    assert code == 0 and "own" in out and "lowest of the grid" in out
+    code, out, _ = apesim("engine", "limit", *grid, *own, "--json", "--overwrite", "--no-figures")
+    data = json.loads(out)
+    expected = engine_limit(machine(supply__control_pressure=AMBIENT + 0.8e6)).limit / RPM
+    assert code == 0 and data["limit_rpm"] == expected < data["min_limit_rpm"]
+    assert [point["control_pressure"] - AMBIENT for point in data["points"]] == pytest.approx([1e6, 0.8e6])
+    assert data["paper"]["grid_points"] == 1
 
 
 def test_a_limit_below_the_lowest_speed_is_told(apesim):
-    stiff = ["--set", "valve.spring_rate=100 N/mm"]
+    stiff = ["--set", "valve.spring_rate=100 N/mm", "--set", "supply.pressure=0.05 MPa gauge"]
     grid = ["--pressure", "0.05 MPa gauge", "--temperature", "287 K", "--duration", "75 deg"]
     code, out, err = apesim("engine", "limit", *grid, *stiff, "--json", "--no-figures")
-    assert code == 3 and json.loads(out)["limit_rpm"] is None
+    data = json.loads(out)
+    assert code == 3 and data["limit_rpm"] is None and data["min_limit_rpm"] is None
+    assert data["design_rule"]["lap_to_lap_s_range"] is None
     assert "not even met at 300 r/min" in err
 
 

@@ -6,10 +6,17 @@ from apesim.quantities import Quantity, parse_range
 from engine.breathing import DEGREE
 from studies.commands.archived import computed, summary
 from studies.commands.given import supplies_of
+from studies.commands.limit_summary import summary_json, summary_lines
 from studies.commands.tables import number, table_of
 from studies.commands.timing import machine_with_targets
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from studies.design_rule import RPM
+from studies.limit_points import lowest_run, own_run
 
+HEADER = (
+    *("MPa gauge", "K", "window [deg]", "limit [r/min]", "[Hz]", "lap to lap [ms]", "then fails"),
+    *("works again [r/min]", "30 Hz need [deg]", ""),
+)
 DURATION = Quantity("deg", 0.1, 359, "command line")
 
 
@@ -23,7 +30,7 @@ def engine_limit_command(
     int
         Exit code.
     """
-    from studies.engine_limit import CRITERION, LOWEST, PAPER_RPM, RPM, Failure, judged, map_engine_limit
+    from studies.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
     from studies.figures.engine_limit import engine_limit_figures
 
     machine = machine_with_targets(machine_file, settings, None)
@@ -43,26 +50,27 @@ def engine_limit_command(
         point = {name: values[run] for name, values in v.items() if name != "run"}
         failure = Failure(point["fails"])
         points.append(point | {"fails": failure.name.lower(), "remedy": failure.remedy})
-    found = v["limit_rpm"][~np.isnan(v["limit_rpm"])]
-    missing = len(points) - len(found)
-    data = {
-        "limit_rpm": None if missing else found.min(),
-        "limit_hz": None if missing else found.min() / 60.0,
+    missing = int(np.isnan(v["limit_rpm"]).sum())
+    stated = summary_json(v, "duration_deg")
+    data = stated | {
         "criterion": CRITERION,
         "open_target_deg": machine.command.open_target / DEGREE,
-        "paper_rpm": PAPER_RPM,
         "points": points,
     }
-    rows = [_row(point, machine.ambient.pressure) for point in points]
-    claims = list(PAPER_RPM.values())
-    header = ("MPa gauge", "K", "duration [deg]", "limit [r/min]", "[Hz]", "open for [ms]", "then fails", "works again")
-    reached = ", ".join(f"{claim:g} r/min at {np.sum(found >= claim)} of {len(points)} points" for claim in claims)
-    table = table_of("Highest speed at which the targets are met", header, rows, left=(6,))
-    where = f"the paper's limits are reached: {reached}", summary(told, f"{len(rows)} limits")
-    console.result(data | told, table, f"criterion: {CRITERION}", *where)
+    own, lowest = own_run(v), lowest_run(v)
+    marks = {lowest: "lowest"} | {own: "own" if own != lowest else "own, lowest"}
+    rows = [(*_row(point, machine.ambient.pressure), marks.get(run, "")) for run, point in enumerate(points)]
+    places = {
+        name: _place(points[run], machine.ambient.pressure)
+        for name, run in (("own", own), ("lowest", lowest))
+        if run is not None
+    }
+    table = table_of("Highest speed at which the targets are met", HEADER, rows, left=(6, 9))
+    lines = summary_lines(stated, CRITERION, places)
+    console.result(data | told, table, *lines, summary(told, f"{len(rows)} limits"))
     if missing:
-        lowest = f"{LOWEST / RPM:g} r/min"
-        console.message(f"warning: at {missing} points the criterion is not even met at {lowest}")
+        lowest_speed = f"{LOWEST / RPM:g} r/min"
+        console.message(f"warning: at {missing} points the criterion is not even met at {lowest_speed}")
     return INCOMPLETE if missing else DONE
 
 
@@ -71,9 +79,15 @@ def _row(point, ambient_pressure):
         f"{(point['supply_pressure'] - ambient_pressure) / 1e6:.3g}",
         f"{point['supply_temperature']:g}",
         f"{point['duration_deg']:g}",
-        f"{point['limit_rpm']:.0f}",
-        f"{point['limit_hz']:.1f}",
-        f"{1e3 * point['open_time_s']:.2f}",
+        number(point["limit_rpm"], ".0f"),
+        number(point["limit_hz"], ".1f"),
+        number(1e3 * point["lap_to_lap_s"], ".2f"),
         point["fails"].replace("_", " "),
         number(point["works_again_rpm"], ".0f"),
+        number(point["rule_window_deg"], ".0f"),
     )
+
+
+def _place(point, ambient_pressure):
+    pressure, temperature, duration, *_ = _row(point, ambient_pressure)
+    return f"{pressure} MPa gauge, {temperature} K and window of {duration} deg"

@@ -3,13 +3,16 @@
 from apesim.quantities import Quantity, parse, parse_range
 from studies.commands.archived import computed, summary
 from studies.commands.given import TIME, supplies_of
+from studies.commands.limit_summary import summary_json, summary_lines
 from studies.commands.machine import load_machine
 from studies.commands.tables import number, table_of
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from studies.limit_points import lowest_run, own_run
 from valve.bench import run_bench
 
 DUTY = Quantity("", 0.01, 0.99, "command line")
 TIMES = ("opening_delay_s", "opening_stroke_time_s", "closing_delay_s", "closing_stroke_time_s")
+LIMIT_HEADER = ("duty", "limit [Hz]", "[r/min]", "lap to lap [ms]", "window [deg]", "")
 SPEEDS = ("opening_seating_speed_m_s", "closing_seating_speed_m_s")
 
 
@@ -73,18 +76,41 @@ def limit_command(console, machine_file, settings, pressure, temperature, duty, 
     keys = {
         "supply_pressure_Pa": "supply_pressure",
         "supply_temperature_K": "supply_temperature",
-        **{name: name for name in ("duty", "limit_hz", "limit_rpm")},
+        **{name: name for name in ("duty", "limit_hz", "limit_rpm", "lap_to_lap_s", "window_deg", "rule_window_deg")},
     }
     points = [{key: v[name][run] for key, name in keys.items()} for run in range(len(v["run"]))]
     faults = faults_of_limits(archive)
-    lowest = v["limit_hz"].min()  # NaN where one is missing
-    data = {"limit_hz": lowest, "limit_rpm": 60.0 * lowest, "criterion": CRITERION, "points": points, "faults": faults}
-    rows = [(f"{p['duty']:g}", number(p["limit_hz"], ".2f"), number(p["limit_rpm"], ".0f")) for p in points]
-    table = _table("Highest working rate", machine, v, ("duty", "limit [Hz]", "[r/min]"), rows)
-    console.result(data | told, table, f"criterion: {CRITERION}", summary(told, f"{len(rows)} limits"))
+    stated = summary_json(v, "duty")
+    data = stated | {"criterion": CRITERION, "points": points, "faults": faults}
+    own, lowest = own_run(v), lowest_run(v)
+    marks = {lowest: "lowest"} | {own: "own" if own != lowest else "own, lowest"}
+    rows = [(*_limit_row(point), marks.get(run, "")) for run, point in enumerate(points)]
+    table = _table("Highest working rate", machine, v, LIMIT_HEADER, rows)
+    places = {
+        name: _place(points[run], machine.ambient.pressure)
+        for name, run in (("own", own), ("lowest", lowest))
+        if run is not None
+    }
+    lines = summary_lines(stated, CRITERION, places)
+    console.result(data | told, table, *lines, summary(told, f"{len(rows)} limits"))
     for fault in faults:
         console.message(f"warning: {fault}")
     return INCOMPLETE if faults else DONE
+
+
+def _limit_row(point):
+    return (
+        f"{point['duty']:.3g}",
+        number(point["limit_hz"], ".2f"),
+        number(point["limit_rpm"], ".0f"),
+        number(1e3 * point["lap_to_lap_s"], ".2f"),
+        number(point["window_deg"], ".0f"),
+    )
+
+
+def _place(point, ambient_pressure):
+    pressure = f"{(point['supply_pressure_Pa'] - ambient_pressure) / 1e6:.3g} MPa gauge"
+    return f"{pressure}, {point['supply_temperature_K']:g} K and duty of {point['duty']:.3g}"
 
 
 def _table(title, machine, v, header, rows):

@@ -4,8 +4,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from studies.figures.lines import over_pressure
+from studies.design_rule import PAPER_RPM
+from studies.figures.lines import draw_own_point, over_pressure
 from studies.figures.style import draw
+from studies.limit_points import Point, own_run
 
 MAPS = {
     "delay_time": ("delay_s", 1e3, "delay time [ms]"),
@@ -193,10 +195,18 @@ def limits(archive, ambient_pressure):
     """
     v = {name: variable.values for name, variable in archive.variables.items()}
     figure, axis = plt.subplots(figsize=(7.8, 4.2), layout="constrained")
-    over_pressure(axis, v, "limit_hz", "duty", "duty {:g}", ambient_pressure, 0.9)
-    axis.axhline(30.0, color="0.3", lw=0.9, label="30 Hz = 1800 r/min")
-    axis.axhline(2000.0 / 60.0, color="0.3", lw=0.9, ls="--", label="33.3 Hz = 2000 r/min")
-    axis.set(xlabel="control pressure [MPa gauge]", ylabel="highest working rate [Hz]", title="Every stroke complete")
+    of_grid = {name: values[v["point"] != Point.OWN] for name, values in v.items()}
+    over_pressure(axis, of_grid, "limit_hz", "duty", "duty {:g}", ambient_pressure, 0.9)
+    own = own_run(v)
+    draw_own_point(axis, v, "limit_hz", ambient_pressure, f", duty {v['duty'][own]:.3g}")
+    for speed, style in zip(PAPER_RPM.values(), ("-", "--"), strict=True):
+        axis.axhline(speed / 60.0, color="0.3", lw=0.9, ls=style, label=f"{speed / 60.0:.3g} Hz = {speed:g} r/min")
+    axis.set(xlabel="control pressure [MPa gauge]", ylabel="highest working rate [Hz]")
+    title = "Every stroke complete"
+    if not np.isnan(v["rule_window_deg"][own]):
+        time, needed = 1e3 * v["rule_lap_to_lap_s"][own], v["rule_window_deg"][own]
+        title += f"; at its own point above the lap\nfor {time:.2f} ms, so that 30 Hz need a window of {needed:.0f}°"
+    axis.set_title(title)
     axis.set_ylim(bottom=0.0)
     side = axis.secondary_yaxis("right", functions=(lambda hz: 60.0 * hz, lambda rpm: rpm / 60.0))
     side.set_ylabel("engine speed, one event a revolution [r/min]")

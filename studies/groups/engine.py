@@ -102,7 +102,10 @@ def engine_limit(
     overwrite: Overwrite = False,
     figures: Figures = True,
 ):
-    """The highest speed at which the valve opens and closes at its targets, with complete strokes."""
+    """The highest speed at which the valve opens and closes at its targets, with complete strokes.
+
+    For the machine's own supply and targets, and over a grid; with the time from lap to lap that decides it.
+    """
     from studies.commands.engine_limit import engine_limit_command
 
     return engine_limit_command(*common, pressure, temperature, duration, out, jobs, overwrite, figures)

@@ -68,7 +68,10 @@ def valve_limit(
     overwrite: Overwrite = False,
     figures: Figures = True,
 ):
-    """The highest rate at which every stroke is complete, in periodic operation."""
+    """The highest rate at which every stroke is complete, in periodic operation.
+
+    For the machine's own control air and commands, whose duty is their share of a turn, and over a grid.
+    """
     from studies.commands.valve_grid import limit_command
 
     return limit_command(*common, pressure, temperature, duty, out, jobs, overwrite, figures)
