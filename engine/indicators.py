@@ -5,6 +5,7 @@ from math import nan
 import numpy as np
 
 from apesim.air import ANR_DENSITY, enthalpy
+from apesim.error_bounds import closure_of
 from apesim.march import LOG_HEAD
 from engine.breathing import DEGREE, TURN, cam_angles
 from engine.cycle_state import (
@@ -41,9 +42,10 @@ from engine.cylinder import CAM, IDEAL_VALVE
 from engine.friction import friction_mean_effective_pressure, mean_piston_speed
 from engine.ideal_work import exergy, full_admission_work, isentropic_work
 from engine.kinematics import cylinder_volume, swept_volume
+from valve.actuator import PHASE
 from valve.chamber import chamber_state
 from valve.groove import area_table, lap_of
-from valve.measures import closing_stroke, lap_times, opening_stroke
+from valve.measures import closing_stroke, lap_times, opening_stroke, travel_of
 
 JOULE_PER_KWH = 3.6e6
 INDICATORS = {
@@ -146,6 +148,22 @@ def valve_motion(machine, run):
     return opening, closing, *lap_times(doubled, machine.valve.stroke, lap_of(table))
 
 
+def valve_travel(machine, run):
+    """Which of its stops the piston of the electro-pneumatic valve meets in a cycle.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    run : engine.steady.SteadyRun
+
+    Returns
+    -------
+    valve.measures.Travel
+    """
+    opening, closing, *_ = valve_motion(machine, run)
+    return travel_of(run.log, run.orbit.mode[PHASE], opening, closing)
+
+
 def _angles(opens, closes, full_open, closed, lift):
     return {
         "valve_open_deg": opens / DEGREE,
@@ -181,6 +199,8 @@ def friction_pressure(run, peak):
 def closure(run):
     """Mass and energy that the cycle's ledger does not account for, relative to what goes through the engine.
 
+    See `apesim.error_bounds.closure_of`.
+
     Returns
     -------
     mass, energy : float
@@ -199,7 +219,10 @@ def closure(run):
     through = end[GROOVE] + end[SUPPLIED] + end[GROOVE_BACK] + end[EXHAUST_BACK]
     back = end[EXHAUST_BACK] * enthalpy(p.actuator.gas, p.actuator.ambient.temperature)
     carried = abs(end[GROOVE_ENTHALPY]) + abs(end[SUPPLIED_ENTHALPY]) + back
-    return abs(ratio(mass, through)), abs(ratio(energy, carried))
+    y = run.start
+    held = y[2] + y[4] + y[CYLINDER_MASS] + y[RECEIVER_MASS] + y[LINE_MASS] + y[PIPE_MASS]
+    held_energy = y[3] + y[5] + y[CYLINDER_ENERGY] + y[RECEIVER_ENERGY] + y[LINE_ENERGY] + y[PIPE_ENERGY]
+    return closure_of(mass, through, held), closure_of(energy, carried, held_energy)
 
 
 def indicators(machine, run):

@@ -93,7 +93,7 @@ def test_a_pulse_too_short_to_open_is_told(apesim):
     code, out, err = apesim("valve", "run", "--pulse", "2 ms", "--json")
     assert code == 0
     assert json.loads(out)["opening"]["stroke_time_s"] is None
-    assert "opening stroke is not completed" in err
+    assert "the valve does not open" in err
 
 
 def test_tables_show_a_dash_where_there_is_no_number(apesim):

@@ -140,7 +140,7 @@ def test_an_engine_that_nothing_turns_is_named():
 
 
 def point(torque, work_over_air, place=(0.5, 0.5)):
-    return Point(place, 0.0, 1.0, 1e6, dict.fromkeys(RECORDED, nan), (torque, work_over_air))
+    return Point(place, 0.0, 1.0, 1e6, dict.fromkeys(RECORDED, nan), (torque, work_over_air), False)
 
 
 def test_a_state_that_was_not_seen_to_repeat_has_no_merit():

@@ -1,10 +1,13 @@
 """A sweep is what its operating points are one by one, however it was computed."""
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
+from rich.console import Console as Terminal
 
 from apesim.archive import ArchiveError, read
+from apesim.archive.grid import read_grid
 from apesim.archive.inspection import verify
 from apesim.quantities.settings import dumps, load
 from engine.breathing import DEGREE
@@ -12,10 +15,13 @@ from engine.cylinder import CAM, EPV, IDEAL_VALVE
 from engine.indicators import indicators
 from engine.machine import Machine
 from engine.steady import run_steady
-from studies.figures.sweep import sweep_figures
+from engine.warnings import judge_point
+from studies.commands.sweep import sweep_table
+from studies.figures.sweep import sweep_figures, torque_and_air
 from studies.sweep import CORRECTED, FIXED, STATUS_MEANINGS, TIMINGS, run_sweep
+from studies.sweep.compute import WARNING_FLAGS
 from studies.sweep.plan import actuation_of, in_one_unit, plan
-from studies.sweep.results import faults_of
+from studies.sweep.results import faults_of, warnings_of
 from studies.sweep.variation import Variation
 from studies.timing import Reason
 from valve.groove import area_table, lap_of
@@ -70,6 +76,43 @@ def test_a_run_of_a_sweep_is_the_operating_point_alone(swept):
     assert found["timing_reason"] == -1
 
 
+def test_a_run_of_a_sweep_has_the_warnings_of_the_operating_point_alone(tmp_path):
+    speeds = [1000.0 * RPM, 1800.0 * RPM, 6000.0 * RPM]
+    archive = read(run_sweep(Machine(), speeds, [EPV], tmp_path / "s.h5").path)
+    for run, speed in enumerate(speeds):
+        alone = run_steady(Machine(), speed)
+        expected = judge_point(Machine(), alone, indicators(Machine(), alone))
+        assert archive.variables["warnings"].values[run] == len(expected) == (0, 2, 2)[run]
+        assert {w for w, flag in WARNING_FLAGS.items() if archive.variables[flag].values[run] == 1} == set(expected)
+    assert [line.partition(":")[0] for line in warnings_of(archive)] == [
+        "brake work is not positive",
+        "the valve does not open",
+        "the valve does not open fully",
+    ]
+
+
+def test_an_incomplete_stroke_stands_in_the_archive_the_table_and_the_figure(swept):
+    where = {"actuation": "epv corrected", "speed_rpm": 1200.0}
+    data = read_grid(swept.path)
+    assert data["lift"].sel(where).max() < Machine().valve.stroke - 0.1e-3
+    [flag] = [flag for flag in WARNING_FLAGS.values() if (data[flag] == 1).any()]
+    assert flag == "warning_opens_partly"
+    assert data[flag].sum() == 1 and data[flag].sel(where) == 1 and data["warnings"].sum() == 1
+
+    terminal = Terminal(width=120)
+    with terminal.capture() as captured:
+        terminal.print(sweep_table(swept.archive))
+    *_, slow, fast = [line.split() for line in captured.get().splitlines() if line.strip()]
+    assert [cell.endswith("*") for cell in fast] == [False, *2 * [False, True, False, False]]
+    assert not any("*" in cell for cell in slow) and "incomplete stroke" in captured.get()
+
+    left, right = torque_and_air(swept.archive).axes
+    for axis in (left, right):
+        hollow = [x for line in axis.lines if line.get_markerfacecolor() == "white" for x in line.get_xdata()]
+        assert hollow == [1200.0]
+    plt.close("all")
+
+
 @pytest.mark.parametrize("speed_rpm", [600.0, 1200.0])
 def test_corrected_commands_meet_the_targets_and_are_told(swept, speed_rpm):
     archive = read(swept.path)
@@ -115,6 +158,7 @@ def test_a_point_out_of_reach_is_kept_with_its_reason(tmp_path):
     numbers = ("brake_torque_Nm", "engine_air_kg_per_cycle", "energise_deg", "release_deg", "peak_lift_m")
     assert all(np.isnan(found[name]) for name in numbers) and np.isnan(found["lift"]).all()
     assert found["speed_rpm"] == 2400.0
+    assert {found[name] for name in ("warnings", *WARNING_FLAGS.values())} == {-1}
     [line] = result.faults
     assert "epv corrected, 2400 r/min" in line and Reason(found["timing_reason"]).remedy in line
     assert np.isfinite(values_of(result.archive, EPV_FIXED, 2400.0)["brake_torque_Nm"])

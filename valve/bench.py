@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.error_bounds import closure_of
 from apesim.kernel import kernel
 from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
 from apesim.periodic import periodic_orbit
@@ -24,7 +25,7 @@ from valve.actuator import (
 )
 from valve.chamber import filled
 from valve.line import LINE_FLOW, before_solenoids, has_line, line_changes, line_enters, line_event, line_feed
-from valve.measures import closing_stroke, opening_stroke
+from valve.measures import Travel, closing_stroke, opening_stroke, travel_of
 from valve.motion import actuator_enters, actuator_events, actuator_responds, actuator_watches
 from valve.piston import HELD_CLOSED
 
@@ -84,6 +85,8 @@ class BenchRun(NamedTuple):
     status: int
     """`apesim.march.Status`"""
     steps: int
+    travel: Travel
+    p: Bench
 
 
 @kernel
@@ -269,6 +272,7 @@ def run_bench(
     log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
     times = np.append(np.arange(0.0, end, sample), end) if np.ndim(sample) == 0 else sample
     trace = np.empty((len(times), len(TRACE)))
+    phase = mode[PHASE]
     outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
     log = log[: outcome.logged].copy()
     if repeated:
@@ -279,7 +283,8 @@ def run_bench(
     opening = opening_stroke(log, 0.0, horizon)
     closing = closing_stroke(log, pulse, horizon)
     balance = closure(start, y, outcome.work)
-    return BenchRun(opening, closing, y[SUPPLIED], balance, times, trace, orbit, log, *outcome[:2])
+    travel = travel_of(log, phase, opening, closing)
+    return BenchRun(opening, closing, y[SUPPLIED], balance, times, trace, orbit, log, *outcome[:2], travel, p)
 
 
 def closure(start, y, quadrature):
@@ -295,14 +300,15 @@ def closure(start, y, quadrature):
     Returns
     -------
     dict
-        ``mass`` and ``energy`` relative to what was supplied, ``work`` relative to its own size.
+        ``mass`` and ``energy`` relative to what was supplied, see `apesim.error_bounds.closure_of`; ``work`` relative
+        to its own size.
     """
     d = y - start
     mass = d[2] + d[4] + d[LINE_MASS] - (d[LINE_FED] - d[VENTED] + d[OTHER_MASS])
     energy = d[3] + d[5] + d[LINE_ENERGY] + d[WORK] - (d[LINE_FED_ENTHALPY] - d[VENTED_ENTHALPY] + d[OTHER_ENERGY])
     work = quadrature - d[WORK]
     return {
-        "mass": abs(mass / d[SUPPLIED]) if d[SUPPLIED] else abs(mass),
-        "energy": abs(energy / d[SUPPLIED_ENTHALPY]) if d[SUPPLIED_ENTHALPY] else abs(energy),
+        "mass": closure_of(mass, d[SUPPLIED], start[2] + start[4] + start[LINE_MASS]),
+        "energy": closure_of(energy, d[SUPPLIED_ENTHALPY], start[3] + start[5] + start[LINE_ENERGY]),
         "work": abs(work / d[WORK]) if d[WORK] else abs(work),
     }

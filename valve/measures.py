@@ -1,13 +1,31 @@
-"""Delay time, full stroke time, seating speed and fluctuation of a stroke (Fig. 7)."""
+"""Delay time, full stroke time, seating speed and fluctuation of a stroke (Fig. 7); how far the piston travels."""
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from apesim.march import LOG_HEAD, WATCH
-from valve.motion import CORNER, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
+from valve.motion import CORNER, LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
+from valve.piston import HELD_CLOSED, HELD_OPEN
 
 NEVER = float("nan")
+
+
+class Travel(IntEnum):
+    """Which of its stops the piston meets in a run, or in a cycle that repeats."""
+
+    COMPLETE = 0
+    STAYS_CLOSED = 1
+    OPENS_PARTLY = 2
+    STAYS_OPEN = 3
+    CLOSES_PARTLY = 4
+    BETWEEN_STOPS = 5
+
+    @property
+    def opens_fully(self):
+        """Whether the piston is on its open stop at any time."""
+        return self in (Travel.COMPLETE, Travel.STAYS_OPEN, Travel.CLOSES_PARTLY)
 
 
 class Stroke(NamedTuple):
@@ -104,3 +122,29 @@ def lap_times(log, stroke, lap):
     opened = float(opened[0]) if len(opened) else NEVER
     shut = time[at_lap & (speed > 0.0) & (time > opened)]
     return opened, float(shut[0]) if len(shut) else NEVER
+
+
+def travel_of(log, phase, opening, closing):
+    """Which of its stops a piston meets.
+
+    Parameters
+    ----------
+    log : (l, 3 + n) float array
+        Of the run, or of one cycle of a periodic state, see `apesim.march.march`.
+    phase : int
+        Of the piston at its start, see `valve.piston`.
+    opening, closing : Stroke
+
+    Returns
+    -------
+    Travel
+    """
+    if not np.any(log[:, 1] == LEFT):
+        if phase == HELD_CLOSED:
+            return Travel.STAYS_CLOSED
+        if phase == HELD_OPEN:
+            return Travel.STAYS_OPEN
+    opens, closes = not np.isnan(opening.contact), not np.isnan(closing.contact)
+    if opens:
+        return Travel.COMPLETE if closes else Travel.CLOSES_PARTLY
+    return Travel.OPENS_PARTLY if closes else Travel.BETWEEN_STOPS

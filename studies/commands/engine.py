@@ -1,11 +1,9 @@
 """Commands of the engine."""
 
 import time
-from math import isnan
 
 import numpy as np
 
-from apesim.air import CP_UP_TO
 from apesim.march import Status
 from apesim.quantities import parse
 from engine.breathing import DEGREE
@@ -13,6 +11,7 @@ from engine.cycle import TRACE
 from engine.cylinder import INTAKES
 from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from engine.steady import run_steady
+from engine.warnings import judge_point
 from studies.commands.given import SPEED
 from studies.commands.machine import load_machine
 from studies.commands.tables import number, table_of, warm_up, write_traces
@@ -41,7 +40,6 @@ SHOWN = (
     ("fluctuation, opening", "fluctuation", 1.0, "-"),
     ("peak cylinder pressure", "peak_cylinder_pressure_Pa", 1e-6, "MPa abs"),
 )
-TEMPERATURE = TRACE.index("cylinder_temperature [K]")
 CLOSURES = {
     "mass": "mass_closure",
     "energy": "energy_closure",
@@ -66,7 +64,9 @@ def engine_point(console, machine_file, settings, speed, csv):
     run = console.run("to the periodic state", run_steady, machine, speed)
     values = indicators(machine, run) if run.status == Status.DONE else dict.fromkeys(INDICATORS, float("nan"))
     wall = time.perf_counter() - start
-    warnings = warnings_of(run, values)
+    warnings = [f"the march ended early: {Status(run.status).remedy}"]
+    if run.status == Status.DONE:
+        warnings = list(judge_point(machine, run, values).values())
     data = {name: value for name, value in values.items() if name not in CLOSURES.values()}
     data |= {name: bool(data[name] == 1) for name in FLAGS}
     data |= {name: int(np.nan_to_num(data[name])) for name in COUNTS}
@@ -88,41 +88,3 @@ def engine_point(console, machine_file, settings, speed, csv):
     for warning in warnings:
         console.message(f"warning: {warning}")
     return DONE if run.status == Status.DONE and run.orbit.converged else INCOMPLETE
-
-
-def warnings_of(run, values):
-    """What a user should know of an operating point.
-
-    Parameters
-    ----------
-    run : engine.steady.SteadyRun
-    values : dict
-        See `engine.indicators.indicators`.
-
-    Returns
-    -------
-    list of str
-    """
-    if run.status != Status.DONE:
-        return [f"the march ended early: {Status(run.status).remedy}"]
-    warnings = []
-    if not run.orbit.converged:
-        warnings.append(
-            f"not periodic after {run.orbit.cycles} cycles: the state still changes by {run.orbit.change:.1e}"
-        )
-    elif run.orbit.period == 2:
-        warnings.append(
-            "the state repeats only every second cycle: work and air are the mean of both, angles those of one"
-        )
-    if values["brake_torque_Nm"] <= 0.0:
-        warnings.append("brake work is not positive: what is related to it is null")
-    if isnan(values["full_open_deg"]):
-        warnings.append(f"the valve does not open fully: peak lift {values['peak_lift_m'] * 1e3:.3g} mm")
-    if isnan(values["closed_deg"]):
-        warnings.append("the valve does not reach its closed stop")
-    if values["isentropic_efficiency"] > 1.0:
-        warnings.append("more than isentropic work: heat from the walls, or air from outside, adds to it")
-    hottest = float(run.trace[:, TEMPERATURE].max())
-    if run.p.actuator.gas.perfect and hottest > CP_UP_TO:
-        warnings.append(f"the cylinder comes to {hottest:.0f} K, beyond the {CP_UP_TO:g} K up to which cp(T) holds")
-    return warnings

@@ -16,6 +16,7 @@ from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
 INTAKE = Choice(INTAKES, "command line")
 TIMING = Choice(("fixed", "corrected", "both"), "command line")
+INCOMPLETE_MARK = "*"
 COLUMNS = {"brake_torque_Nm": ("N m", ".2f"), "specific_air_kg_per_kWh": ("kg/kWh", ".1f")}
 
 
@@ -32,6 +33,7 @@ def sweep_command(
     from studies.cluster import connected
     from studies.figures.sweep import sweep_figures
     from studies.sweep import run_sweep, vary
+    from studies.sweep.results import warnings_of
 
     machine = load_machine(machine_file, settings)
     speeds = _once(parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE), "--speed", _in_rpm)
@@ -54,6 +56,7 @@ def sweep_command(
     except KeyboardInterrupt:
         console.message("interrupted; what is done is kept, go on with the same command and --resume")
         raise
+    warnings = warnings_of(result.archive)
     drawn = sweep_figures(result.archive, out.with_suffix(".figures")) if figures else []
     data = {
         "archive": str(out),
@@ -61,11 +64,12 @@ def sweep_command(
         "runs": len(result.archive.runs),
         "axes": axes_of(result.archive),
         "faults": result.faults,
+        "warnings": warnings,
         "wall_time_s": result.seconds,
     }
     console.result(data, sweep_table(result.archive), summary(data, f"{data['runs']} runs"))
-    for fault in result.faults:
-        console.message(f"warning: {fault}")
+    for line in result.faults + warnings:
+        console.message(f"warning: {line}")
     return INCOMPLETE if result.faults else DONE
 
 
@@ -105,7 +109,7 @@ def _shard(text):
 
 
 def sweep_table(archive):
-    """Brake torque and gross specific air of every actuation over speed and what is varied.
+    """Brake torque and gross specific air of every actuation over speed and what is varied; what is incomplete marked.
 
     Parameters
     ----------
@@ -115,13 +119,20 @@ def sweep_table(archive):
     -------
     rich.table.Table
     """
+    from studies.sweep.results import has_incomplete_stroke
+
     (_, actuations), *axes = axes_of(archive).items()
+    incomplete = has_incomplete_stroke(archive)
+    blank = " " * int(incomplete.any())
     points = list(zip(*(places.tolist() for places in places_of(archive)), strict=True))
     runs = {point: run for run, point in enumerate(points)}
     shown = sorted({at for at, *_ in points})
 
     def cell(column, point, form):
-        return number(archive.variables[column].values[runs[point]], form) if point in runs else "-"
+        if point not in runs:
+            return f"-{blank}"
+        mark = INCOMPLETE_MARK if incomplete[runs[point]] else blank
+        return number(archive.variables[column].values[runs[point]], form) + mark
 
     heads, columns = zip(*(head_and_cells(name, texts) for name, texts in axes), strict=True)
     rows = []
@@ -131,7 +142,10 @@ def sweep_table(archive):
         rows.append(row)
     header = list(heads)
     header += [f"{actuations[at]}\n[{unit}]" for unit, _ in COLUMNS.values() for at in shown]
-    return table_of("Brake torque, and all air over brake work", header, rows, left=range(len(axes) - 1))
+    title = "Brake torque, and all air over brake work"
+    if incomplete.any():
+        title += f" ({INCOMPLETE_MARK} incomplete stroke of the valve)"
+    return table_of(title, header, rows, left=range(len(axes) - 1))
 
 
 def head_and_cells(name, texts):

@@ -12,6 +12,7 @@ from studies.commands.machine import load_machine
 from studies.commands.tables import number, table_of, warm_up, write_traces
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from valve.bench import TRACE, run_bench
+from valve.warnings import judge_bench
 
 RATE = Quantity("Hz", 0.1, 1000, "command line")
 
@@ -32,7 +33,9 @@ def bench_run(console, machine_file, settings, supply, temperature, pulse, until
     start = time.perf_counter()
     run = console.run("bench run", run_bench, machine, pulse, until, period)
     wall = time.perf_counter() - start
-    warnings = _warnings(run)
+    warnings = [f"the march ended early: {Status(run.status).remedy}"]
+    if run.status == Status.DONE:
+        warnings = list(judge_bench(run).values())
     data = {
         "opening": _stroke(run.opening),
         "closing": _stroke(run.closing),
@@ -99,18 +102,3 @@ def _stroke(stroke):
         "fluctuation": stroke.fluctuation,
         "reverses": stroke.reverses,
     }
-
-
-def _warnings(run):
-    """What a user should know of a bench run."""
-    warnings = []
-    if run.status != Status.DONE:
-        warnings.append(f"the march ended early: {Status(run.status).remedy}")
-    if run.orbit and not run.orbit.converged:
-        warnings.append(f"not periodic after {run.orbit.cycles} cycles")
-    if run.orbit and run.orbit.period == 2:
-        warnings.append("the motion repeats only every second cycle")
-    for name, stroke in (("opening", run.opening), ("closing", run.closing)):
-        if np.isnan(stroke.contact):
-            warnings.append(f"the {name} stroke is not completed")
-    return warnings

@@ -6,9 +6,12 @@ import numpy as np
 from apesim.archive.grid import axes_of, places_of
 from studies.figures.style import draw
 from studies.sweep.plan import in_one_unit
+from studies.sweep.results import has_incomplete_stroke
 
 COLOURS = {"epv": "#c1440e", "epv corrected": "#1b9e77", "cam": "#2a6f97", "ideal": "#3a3a3a"}
 NAMES = {"epv": "EPV, uncorrected", "epv corrected": "EPV, corrected", "cam": "cam", "ideal": "ideal valve"}
+HOLLOW = {"ls": "", "marker": "o", "ms": 5, "mfc": "white"}
+"""Points at which the valve does not open fully and close fully in every cycle."""
 OUTER = ("actuation", "speed_rpm")
 """Axes of every sweep; those between them are what was varied."""
 
@@ -126,20 +129,25 @@ def over_key(archive, key):
 
 def _torque_and_air(archive, along, label, where):
     """Both of every actuation along an axis, given by a function of an actuation: its runs and where they stand."""
-    v = archive.variables
+    v, incomplete = archive.variables, has_incomplete_stroke(archive)
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.2, 3.9), layout="constrained")
     for name in actuations_in(archive):
         runs, x = along(name)
         colour = COLOURS[name]
-        left.plot(x, v["brake_torque_Nm"].values[runs], color=colour, marker="o", ms=3, label=NAMES[name])
+        torque, air = (v[column].values[runs] for column in ("brake_torque_Nm", "specific_air_kg_per_kWh"))
+        left.plot(x, torque, color=colour, marker="o", ms=3, label=NAMES[name])
         left.plot(x, v["indicated_torque_Nm"].values[runs], color=colour, lw=1, ls="--")
-        right.plot(x, v["specific_air_kg_per_kWh"].values[runs], color=colour, marker="o", ms=3)
+        right.plot(x, air, color=colour, marker="o", ms=3)
+        for axis, values in ((left, torque), (right, air)):
+            axis.plot(x[incomplete[runs]], values[incomplete[runs]], color=colour, **HOLLOW)
         right.plot(x, v["indicated_specific_air_kg_per_kWh"].values[runs], color=colour, lw=1, ls="--")
     left.axhline(0.0, color="0.6", lw=0.8)
     left.plot([], [], color="0.4", label="brake")
     left.plot([], [], color="0.4", lw=1, ls="--", label="indicated")
+    if incomplete.any():
+        left.plot([], [], color="0.4", label="incomplete stroke", **HOLLOW)
     left.set(xlabel=label, ylabel="torque [N m]", title="Torque")
-    figure.legend(loc="outside lower center", ncols=6, fontsize=8.5)
+    figure.legend(loc="outside lower center", ncols=7, fontsize=8.5)
     right.set(xlabel=label, ylabel="specific air [kg/kWh]", title="All air, control air counted, over work")
     right.set_ylim(0.0, 150.0)
     if where:

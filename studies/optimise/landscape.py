@@ -1,7 +1,7 @@
 """What an engine does with other command angles at one speed, in its periodic state."""
 
 from enum import IntEnum
-from math import inf, isnan, nan
+from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from apesim.march import Status
 from apesim.periodic import PERIODIC_TOLERANCE
 from engine.breathing import DEGREE, TURN
-from engine.indicators import indicators
+from engine.indicators import indicators, valve_travel
 from engine.steady import run_steady
 from studies.timing.solve import SKETCH, SKETCH_ANGLE_STEP
 
@@ -52,11 +52,8 @@ class Point(NamedTuple):
     """`RECORDED`; NaN where the state does not repeat."""
     merit: tuple
     """Brake torque [N m] and brake work over all air [J/kg]; -inf where the state does not repeat."""
-
-    @property
-    def full_lift(self):
-        """Whether the piston meets its open stop."""
-        return not isnan(self.values["full_open_deg"])
+    full_lift: bool
+    """Whether the piston is on its open stop at any time."""
 
 
 def point_of(machine, speed, place=(), steady=PERIODIC_TOLERANCE):
@@ -96,15 +93,16 @@ def judged(machine, run, place=()):
     -------
     Point
     """
-    values, merit = dict.fromkeys(RECORDED, nan), (-inf, -inf)
+    values, merit, full_lift = dict.fromkeys(RECORDED, nan), (-inf, -inf), False
     if run.status == Status.DONE and run.orbit.converged:
         found = indicators(machine, run)
         values = {name: float(found[name]) for name in RECORDED}
         air = values["engine_air_kg_per_cycle"] + values["control_air_kg_per_cycle"]
         work = TURN * values["brake_torque_Nm"]
         merit = values["brake_torque_Nm"], work / air if air > 0.0 else -inf
+        full_lift = valve_travel(machine, run).opens_fully
     command = machine.command
-    return Point(place, command.energise, command.release, machine.supply.pressure, values, merit)
+    return Point(place, command.energise, command.release, machine.supply.pressure, values, merit, full_lift)
 
 
 class Landscape:

@@ -128,7 +128,7 @@ def _columns(prefix, points):
         values = np.array([row[name] for row in rows])
         variables[f"{prefix}_{name}"] = Variable(("run",), values, unit, f"{told}: {description}")
     full = np.array([bool(point and point.full_lift) for point in points], dtype=np.int8)
-    description = f"{told}: whether the piston meets its open stop"
+    description = f"{told}: whether the piston is on its open stop at any time"
     return variables | {f"{prefix}_full_lift": Variable(("run",), full, "1", description, "0 no, 1 yes")}
 
 

@@ -10,6 +10,7 @@ from engine.cycle import TRACE
 from engine.cylinder import EPV
 from engine.indicators import INDICATORS, indicators
 from engine.steady import run_steady
+from engine.warnings import EngineWarning, judge_point
 from studies.sweep.plan import CORRECTED, rpm
 from studies.timing import corrected
 
@@ -18,6 +19,10 @@ ROWS = round(TURN / ANGLE_STEP)
 """Of a trace, without the last, which is a turn after the first."""
 NOT_MARCHED, NOT_ASKED = -1, -1
 """Status of a point that is out of reach; reason of one whose timing was not to be corrected."""
+WARNING_FLAGS = {warning: f"warning_{warning.name.lower()}" for warning in EngineWarning}
+"""Name of the flag of each warning, as in files."""
+NOT_JUDGED = -1
+"""Flag of a point that has no results."""
 
 
 def compute(points):
@@ -38,6 +43,7 @@ def compute(points):
 def _result(point):
     machine, speed, reason = point.machine, point.speed, NOT_ASKED
     scalars = dict.fromkeys((*INDICATORS, "energise_deg", "release_deg"), nan)
+    scalars |= dict.fromkeys(("warnings", *WARNING_FLAGS.values()), NOT_JUDGED)
     scalars |= {"speed_rpm": rpm(speed), "status": NOT_MARCHED}
     if point.timing == CORRECTED:
         timing = corrected(machine, speed)
@@ -48,7 +54,10 @@ def _result(point):
     place, first_angle = _rows_before(machine.command.energise - point.first_angle)
     run = run_steady(machine, speed, angle_step=ANGLE_STEP, first_angle=first_angle)
     if run.status == Status.DONE:
-        scalars |= indicators(machine, run)
+        values = indicators(machine, run)
+        told = judge_point(machine, run, values)
+        scalars |= values | {flag: int(warning in told) for warning, flag in WARNING_FLAGS.items()}
+        scalars["warnings"] = len(told)
         trace = _from_first_angle(run.trace, place)
     if machine.engine.intake == EPV:
         scalars |= {f"{name}_deg": getattr(machine.command, name) / DEGREE for name in ("energise", "release")}

@@ -10,7 +10,7 @@ from engine.breathing import DEGREE
 from engine.cycle import TRACE
 from engine.cylinder import INTAKES
 from engine.indicators import COUNTS, FLAGS, INDICATORS
-from studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_MARCHED
+from studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
 from studies.sweep.plan import ACTUATIONS, TIMING_NAMES, actuation_of
 from studies.sweep.variation import stored
 from studies.timing import Reason
@@ -72,7 +72,7 @@ def archive_of(points, results, variation, machine, provenance):
         "crank_angle": Variable(("crank_angle",), angles, "deg", "crank angle after TDC"),
     }
     variables |= _what_was_run(points) | _what_was_varied(points, variation)
-    variables |= _how_it_ended(scalars) | _indicators(scalars)
+    variables |= _how_it_ended(scalars) | _indicators(scalars) | _warnings(scalars)
     for number, header in enumerate(TRACE):
         name, unit = split_header(header)
         values = np.ascontiguousarray(traces[:, :, number])
@@ -137,6 +137,57 @@ def _indicators(scalars):
             values = np.nan_to_num(values).astype(np.int64)
         variables[name] = Variable(("run",), values, unit, description, meanings)
     return variables
+
+
+def _warnings(scalars):
+    """How many warnings a run has, and a flag for each kind: words that select in a table, where bits would not."""
+    description = f"number of warnings, each with a flag below; {NOT_JUDGED}: no results to judge"
+    variables = {"warnings": _column((values["warnings"] for values in scalars), np.int64, "1", description)}
+    for warning, flag in WARNING_FLAGS.items():
+        column = (values[flag] for values in scalars)
+        variables[flag] = _column(column, np.int8, "1", warning.summary, f"{NOT_JUDGED} not judged, 0 no, 1 yes")
+    return variables
+
+
+def flagged(archive, warning):
+    """Which runs of a sweep have a warning.
+
+    Parameters
+    ----------
+    archive : Archive
+    warning : engine.warnings.EngineWarning
+
+    Returns
+    -------
+    (n,) bool array
+    """
+    return archive.variables[WARNING_FLAGS[warning]].values == 1
+
+
+def has_incomplete_stroke(archive):
+    """Which runs of a sweep have a valve that does not open fully and close fully in every cycle; (n,) bool array."""
+    return np.any([flagged(archive, warning) for warning in WARNING_FLAGS if warning.is_incomplete_stroke], axis=0)
+
+
+def warnings_of(archive):
+    """One line for each kind of warning that runs of a sweep have.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of str
+    """
+    lines, names = [], names_of(archive)
+    for warning, flag in WARNING_FLAGS.items():
+        found = np.flatnonzero(flagged(archive, warning))
+        if len(found):
+            count = f"{len(found)} of {len(names)} runs"
+            first = f"run {archive.runs[found[0]]} ({names[found[0]]})"
+            lines.append(f"{warning.summary}: {count}, the first is {first}; in the archive: {flag}")
+    return lines
 
 
 def names_of(archive):

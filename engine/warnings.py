@@ -1,0 +1,138 @@
+"""What a user should know of an operating point."""
+
+from enum import IntEnum
+
+from apesim.air import CP_UP_TO
+from apesim.error_bounds import MAX_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
+from apesim.march import LOG_HEAD
+from engine.cycle import TRACE
+from engine.cylinder import EPV
+from engine.indicators import valve_travel
+from valve.measures import Travel
+from valve.warnings import closure_text, control_text, quadrature_text, travel_text
+
+TEMPERATURE = TRACE.index("cylinder_temperature [K]")
+
+
+class EngineWarning(IntEnum):
+    """What may be wrong with an operating point."""
+
+    NOT_PERIODIC = 0
+    EVERY_SECOND_CYCLE = 1
+    NO_BRAKE_WORK = 2
+    STAYS_CLOSED = 3
+    OPENS_PARTLY = 4
+    STAYS_OPEN = 5
+    CLOSES_PARTLY = 6
+    BETWEEN_STOPS = 7
+    CONTROL_BELOW_AMBIENT = 8
+    ABOVE_ISENTROPIC = 9
+    BEYOND_CP = 10
+    CLOSURE = 11
+    QUADRATURE = 12
+    WORK_TOLERANCE = 13
+    AIR_TOLERANCE = 14
+
+    @property
+    def summary(self):
+        """What is the matter, in short."""
+        return SUMMARIES[self]
+
+    @property
+    def is_incomplete_stroke(self):
+        """Whether the valve does not open fully and close fully in every cycle."""
+        return self.name in Travel.__members__
+
+
+SUMMARIES = {
+    EngineWarning.NOT_PERIODIC: "the state does not repeat",
+    EngineWarning.EVERY_SECOND_CYCLE: "the state repeats only every second cycle",
+    EngineWarning.NO_BRAKE_WORK: "brake work is not positive",
+    EngineWarning.STAYS_CLOSED: "the valve does not open",
+    EngineWarning.OPENS_PARTLY: "the valve does not open fully",
+    EngineWarning.STAYS_OPEN: "the valve does not close",
+    EngineWarning.CLOSES_PARTLY: "the valve does not close fully",
+    EngineWarning.BETWEEN_STOPS: "the valve neither opens nor closes fully",
+    EngineWarning.CONTROL_BELOW_AMBIENT: "the control pressure is below that of the vents",
+    EngineWarning.ABOVE_ISENTROPIC: "more than isentropic work",
+    EngineWarning.BEYOND_CP: "the cylinder is hotter than cp(T) holds",
+    EngineWarning.CLOSURE: "mass or energy does not close as promised",
+    EngineWarning.QUADRATURE: "indicated work by quadrature is off by more than promised",
+    EngineWarning.WORK_TOLERANCE: "indicated work hangs on the tolerance",
+    EngineWarning.AIR_TOLERANCE: "engine air hangs on the tolerance",
+}
+TOLERANCE_TEXT = (
+    "{what} changes by {change:.1e} at ten times the tolerance, more than {most:g}: it is near zero, or the valve "
+    "hardly opens; do not rely on its digits, or move the operating point a little"
+)
+
+
+def judge_point(machine, run, values):
+    """What a user should know of an operating point.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+    run : engine.steady.SteadyRun
+        One that did not end early.
+    values : dict
+        See `engine.indicators.indicators`.
+
+    Returns
+    -------
+    dict of EngineWarning to str
+        Each with what was found and what to change.
+    """
+    told = _of_the_orbit(run.orbit)
+    if values["brake_torque_Nm"] <= 0.0:
+        told[EngineWarning.NO_BRAKE_WORK] = "brake work is not positive: what is related to it is null"
+    if machine.engine.intake == EPV:
+        told |= _of_the_valve(machine, run)
+    if values["isentropic_efficiency"] > 1.0:
+        told[EngineWarning.ABOVE_ISENTROPIC] = (
+            "more than isentropic work: heat from the walls, or air from outside, adds to it"
+        )
+    hottest = float(run.trace[:, TEMPERATURE].max())
+    if run.p.actuator.gas.perfect and hottest > CP_UP_TO:
+        told[EngineWarning.BEYOND_CP] = (
+            f"the cylinder comes to {hottest:.0f} K, beyond the {CP_UP_TO:g} K up to which cp(T) holds"
+        )
+    return told | _of_the_accuracy(values)
+
+
+def _of_the_orbit(orbit):
+    if not orbit.converged:
+        text = f"not periodic after {orbit.cycles} cycles: the state still changes by {orbit.change:.1e}"
+        return {EngineWarning.NOT_PERIODIC: text}
+    if orbit.period == 2:
+        text = "the state repeats only every second cycle: work and air are the mean of both, angles those of one"
+        return {EngineWarning.EVERY_SECOND_CYCLE: text}
+    return {}
+
+
+def _of_the_valve(machine, run):
+    told, actuator, travel = {}, run.p.actuator, valve_travel(machine, run)
+    if travel != Travel.COMPLETE:
+        stroke = actuator.valve.stroke
+        lifts = stroke - run.log[:, LOG_HEAD]
+        told[EngineWarning[travel.name]] = travel_text(travel, stroke, lifts.min(), lifts.max())
+    control, _ = run.p.supply if run.p.control_from_receiver else run.p.control
+    if control < actuator.vent_pressure:
+        told[EngineWarning.CONTROL_BELOW_AMBIENT] = control_text(control, actuator.vent_pressure)
+    return told
+
+
+def _of_the_accuracy(values):
+    told = {}
+    mass, energy = values["mass_closure"], values["energy_closure"]
+    if max(mass, energy) > MAX_CLOSURE:
+        told[EngineWarning.CLOSURE] = closure_text(mass, energy)
+    if values["work_by_quadrature_change"] > MAX_QUADRATURE_CHANGE:
+        told[EngineWarning.QUADRATURE] = quadrature_text("indicated work", values["work_by_quadrature_change"])
+    for warning, name, what in (
+        (EngineWarning.WORK_TOLERANCE, "work_tolerance_change", "indicated work"),
+        (EngineWarning.AIR_TOLERANCE, "air_tolerance_change", "engine air"),
+    ):
+        if values[name] > MAX_TOLERANCE_CHANGE:
+            told[warning] = TOLERANCE_TEXT.format(what=what, change=values[name], most=MAX_TOLERANCE_CHANGE)
+    return told
