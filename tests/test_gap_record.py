@@ -136,6 +136,6 @@ def test_what_is_fitted_beyond_its_range_is_told_and_written_as_its_end():
 def findings(model):
     """What was found, as far as the end of the workflow looks at it."""
     base = model._replace(candidates=())
-    told = Verdict(NAMED, Choice(model, 0.0), (), 0.9, "")
+    told = Verdict(NAMED, Choice(model, 0.0), (), "")
     rest = dict.fromkeys(Findings._fields, None) | {"cells": [], "size": 1.0}
     return Findings(**rest | {"measured": Measured("", {}, ()), "base": base, "verdict": told, "warnings": []})

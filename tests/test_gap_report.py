@@ -18,7 +18,7 @@ from studies.figures.gap import draw_gap
 from studies.gap import report
 from studies.gap.comparison import Compared, by_run, label_of, shown_of, size_of, worst
 from studies.gap.problem import Block
-from studies.gap.report import Tried, in_words, number
+from studies.gap.report import Tried, number
 from studies.gap.residual_map import residual_map
 from studies.gap.select import Choice
 from studies.measured import Measured, MeasuredRun
@@ -100,15 +100,6 @@ def test_values_are_shown_in_the_unit_of_the_sensor():
     assert label_of(compared().block.run, AMBIENT) == "0.40 MPa gauge, 40 ms"
 
 
-@pytest.mark.parametrize(
-    ("probability", "words"),
-    [(0.99, "practically certain"), (0.98, "very likely"), (0.9, "likely"), (0.5, "an even chance or better")],
-)
-def test_probabilities_are_told_in_words(probability, words):
-    assert in_words(probability) == words
-    assert in_words(0.2) == "less than an even chance"
-
-
 def test_numbers_are_told_with_the_unit_they_have():
     assert (number(9.81234, "m/s^2"), number(0.0425, ""), number(None)) == ("9.81 m/s²", "0.0425", "-")
 
@@ -150,6 +141,10 @@ def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):
     assert all(digest in page for digest in told["lineage"].values())
     assert not re.findall(r"""(?:src|href)=["'](?!data:)|url\(|<script|@import""", page)
     assert page.count("data:image/svg+xml;base64,") == 4
+    assert told["probability"] is None
+    assert "No probability of this statement is given: none has been calibrated." in page
+    assert "in 100" not in page
+    assert "probability" not in (tmp_path / "found" / "machine.toml").read_text()
     child = tomllib.loads((tmp_path / "found" / "machine.toml").read_text())
     assert child["valve"]["stroke"] == "9 mm"
     assert sorted(path.suffix for path in (tmp_path / "found" / "figures").iterdir()) == [".pdf"] * 4 + [".png"] * 4
@@ -166,7 +161,7 @@ def test_names_in_a_page_are_escaped():
         "verdict": "REFUSED",
         "sentence": "<script>alert(1)</script>",
         "reason": "<b>",
-        "probability": 0.9,
+        "probability": None,
         "p_value": 0.001,
         "effects": [],
         "alternatives": [],

@@ -222,13 +222,6 @@ def test_without_anything_held_out_nothing_is_named():
     assert verdict_of(choice(100.0, "a", gap=SHAPE), judged=None) == "AMBIGUOUS"
 
 
-def test_a_name_for_a_faint_gap_is_less_sure():
-    def sure(cost):
-        return rules.with_alarm(BASE, [choice(cost, "a", gap=SHAPE)], 1.0, GOOD).probability
-
-    assert sure(300.0 - 15.0**2) > 0.9 > sure(300.0 - 9.0**2)
-
-
 def test_a_number_and_the_effect_that_says_the_same_are_one_choice():
     number = choice(100.0, released="engine.exhaust.effective_area", gap=SHAPE)
     effect = choice(101.0, "exhaust_restriction", gap=SHAPE)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from truth.challenge import make, nominal_rig
 from truth.crank import TURN
+from truth.diagrams import reliability
 from truth.effects import EFFECTS, Rig
 from truth.hiding import Hidden
 from truth.library import ENGINE, LIBRARY, VALVE
@@ -143,10 +144,46 @@ def test_figures_count_right_and_wrong_names():
     assert found["right class first, single, ≥ 10 deviations"] == (1, 3)
     assert found["exactly one name, and right, ≥ 10 deviations"] == (1, 3)
     assert found["outside the library: not named"] == (1, 2)
-    assert found["wrong with confidence (> 0.9), over everything"] == (3, 8)
+    assert found["wrong name or all-clear, of cases with something hidden"] == (2, 6)
+    assert found["wrong name or all-clear, of all cases"] == (3, 8)
+    assert found["refused, though the library has what is hidden"] == (1, 4)
+    assert found["wrong in any statement, of cases with something hidden"] == (3, 6)
+    assert found["wrong in any statement, of all cases"] == (4, 8)
+    assert found["wrong and stated at 0.9 or more, of statements with a probability, something hidden"] == (3, 6)
     assert found["largest part of the gap in the right signal and phase"] == (1, 1)
     assert found["95 % intervals that hold the truth"] == (1, 1)
     assert "| side_force |" in report(scored, {5: "exit code 1"})
+
+
+@pytest.mark.parametrize("said", ["NO_GAP", "REFUSED", "NAMED", "CALIBRATION"])
+@pytest.mark.parametrize(("probability", "confident"), [(0.9, (1, 1)), (0.89, (0, 1)), (None, (0, 0))])
+def test_a_wrong_statement_counts_whatever_its_word_and_with_confidence_if_it_states_one(said, probability, confident):
+    wrong = case(SINGLE, 30.0, said, first="bounce", probability=probability)
+    found = {one.what: (one.hits, one.cases) for one in figures([wrong, case(SINGLE, 30.0, "AMBIGUOUS")])}
+    assert found["wrong in any statement, of cases with something hidden"] == (1, 2)
+    assert found["wrong name or all-clear, of cases with something hidden"] == (int(said != "REFUSED"), 2)
+    key = "wrong and stated at 0.9 or more, of statements with a probability, something hidden"
+    assert found[key] == confident
+    assert (" | – |\n" in report([wrong], {})) is (probability is None)
+
+
+@pytest.mark.parametrize(
+    ("kind", "hidden", "right"),
+    [(NONE, False, False), (NONE, True, True), (SINGLE, True, False), ("double", True, False), ("foreign", True, True)],
+)
+def test_a_refusal_is_right_where_the_library_has_nothing_for_what_is_there(kind, hidden, right):
+    found = case(kind, 30.0, "REFUSED")
+    clutter = [{"name": "contact", "deviations": 2.0}]
+    found = found._replace(answer=found.answer | {"hidden": (found.answer["hidden"] or clutter) if hidden else []})
+    assert found.right is right
+
+
+def test_a_diagram_of_stated_probabilities_is_drawn_only_where_some_are_stated(tmp_path):
+    silent, stating = case(SINGLE, 30.0, "NO_GAP", probability=None), case(SINGLE, 30.0, "REFUSED")
+    reliability([silent], tmp_path)
+    assert not [*tmp_path.iterdir()]
+    reliability([silent, stating], tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["reliability.pdf", "reliability.png"]
 
 
 def test_a_pair_counts_as_listed_where_it_is_one_of_those_not_told_apart():

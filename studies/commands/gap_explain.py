@@ -169,7 +169,7 @@ def _write(out, name, text):
 
 def shown(data):
     """The verdict on a terminal."""
-    yield f"{data['verdict']}: {data['sentence']} ({data['reason']}; probability {data['probability']:.2f})"
+    yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
     rows = [
         [row["effect"], f"{row['deviations']:.1f}", limit_text(data["detection_limits"].get(row["effect"]))]
         for row in data["scores"][:8]

@@ -48,7 +48,7 @@ def child_of(findings, data):
     if data["held_out"]:
         lines.append(f"on runs opened once: {_change(data['held_out'], is_added)}")
     lines += [
-        f"chance of noise alone {data['p_value']:.2g}, probability of the statement {data['probability']:.2f}",
+        f"chance of noise alone {data['p_value']:.2g}",
         *(f"{name.replace('_', ' ')} {digest}" for name, digest in data["lineage"].items()),
     ]
     machine = findings.best.machine() if is_added else findings.base.problem.machine

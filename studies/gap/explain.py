@@ -198,7 +198,7 @@ def searched(findings, look, library_size, work):
         better = likelier(tables, verdict.best.model, library_size)
         if better:
             reason = f"an unknown {better.balance} without a name takes more of the gap"
-            verdict = verdict._replace(verdict=REFUSED, probability=0.9, reason=reason)
+            verdict = verdict._replace(verdict=REFUSED, reason=reason)
     tabulated = tabulate(tables, measured, findings.noise) if verdict.verdict == REFUSED else None
     if tabulated:
         cells = localise(base.problem, look.marks, explained(base, tabulated), False)

@@ -40,13 +40,12 @@ code { font-size: .85em; overflow-wrap: anywhere; }
 <span>{{ row.key | key }}, 95 % interval {{ row.interval_95[0] | number }} to
 {{ row.interval_95[1] | number }}</span></div>
 {% endfor %}
-<div class="fact"><b>{{ probability }}</b>
-<span>that this statement is right: {{ "%.0f" | format(100 * data.probability) }} in 100</span></div>
 {% if check %}
 <div class="fact"><b>{{ "%.2f" | format(check[0]) }}{% if added %} → {{ "%.2f" | format(check[1]) }}{% endif %}</b>
 <span>gap over noise on runs that were never used{{ ", " ~ added if added }}; noise alone: 1.00</span></div>
 {% endif %}
 </div>
+<p>No probability of this statement is given: none has been calibrated.</p>
 <p>Why: {{ data.reason }}. Looked at: {{ runs }} runs, {{ sensors | map("words") | join(", ") }}. The chance that noise
 alone leaves as much as the model does is {{ data.p_value | chance }}.
 {% if data.alarm and data.localised.shares %}

@@ -58,7 +58,7 @@ def record(findings):
         "nearest": [] if named else found,
         "class": [*verdict.best.names, *(name for c in verdict.rivals for name in c.names)] if named else [],
         "alternatives": rivals,
-        "probability": verdict.probability,
+        "probability": None,  # stated once it is calibrated
         "alarm": findings.detection.alarm,
         "p_value": findings.detection.p_value,
         "largest_score": findings.detection.largest,

@@ -12,8 +12,6 @@ from studies.gap.library import library
 from studies.gap.page import TEMPLATE
 from studies.measured import CHECK, GATE
 
-WORDS = ((0.99, "practically certain"), (0.95, "very likely"), (0.8, "likely"), (0.5, "an even chance or better"))
-"""For probabilities from each value on."""
 CANDIDATES = 12
 """Candidates that are shown."""
 EXPLANATIONS = 8
@@ -56,11 +54,6 @@ def added_to(findings):
     return f"with {' and '.join(map(words, model.names))}"
 
 
-def in_words(probability):
-    """A probability as a technician says it."""
-    return next((words for least, words in WORDS if probability >= least), "less than an even chance")
-
-
 def number(value, unit=""):
     """Three significant digits, with the unit if there is one; "-" where there is no number."""
     return "-" if value is None else f"{value:.3g} {raised(unit)}".rstrip()
@@ -96,7 +89,6 @@ def page(findings, data, compared, figures):
     return environment.from_string(TEMPLATE).render(
         data=data,
         figures={name: base64.b64encode(text.encode()).decode() for name, text in figures.items()},
-        probability=in_words(data["probability"]),
         unseen=any(one.role == CHECK for one in compared),
         check=unseen(compared),
         added=added_to(findings) if compared[0].left_after is not None else "",

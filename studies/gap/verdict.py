@@ -33,7 +33,7 @@ REMOVED_LEAST = 0.6
 LEFT_MOST = 0.05
 """Share of the gap's size that may be left, where that is more than the tolerance."""
 PAIR_LEAST = 0.8
-"""Probability from which both effects of a pair are named."""
+"""Standing from which both effects of a pair are named, see `standing`."""
 BEHIND = 100.0
 """Penalised cost by which the best single effect has to be behind a pair that does not contain it, for the pair to be
 named: nearer, something else that neither of them is may look like both."""
@@ -41,11 +41,9 @@ BEYOND = 3.0
 """Deviations by which a size has to be beyond its range to be implausible."""
 TOLD = "told from every other explanation, and held out"
 FAINT = "the best explanation hardly earns its place"
-OUTSIDE, OUTSIDE_FAINT = 0.02, 10.0
-"""Chance that an effect that passes everything is yet another that the library does not have: at least, and by how much
-more where the gap is faint, over the square of its deviations."""
-SURE = 0.99
-"""Probability of a statement that only the chance `studies.gap.detect.ALARM` contradicts."""
+OUTSIDE, OUTSIDE_FAINT, OUTSIDE_MOST = 0.02, 10.0, 0.5
+"""Taken off a pair's standing for what the library does not have: at least, by how much more where the second effect is
+faint, over the square of its deviations, and at most. A rule, not measured."""
 
 
 class Verdict(NamedTuple):
@@ -56,8 +54,6 @@ class Verdict(NamedTuple):
     """`studies.gap.select.Choice` that is named or comes nearest; None where there is no gap."""
     rivals: tuple
     """Choices that these data do not tell from it, the best first, without it."""
-    probability: float
-    """Of what is said."""
     reason: str
 
 
@@ -76,7 +72,7 @@ def without_alarm(base, p_value):
     """The verdict where noise alone explains what is left."""
     if pulled(base):
         return far_off(base)
-    return Verdict(NO_GAP, None, (), SURE, f"noise alone leaves as much with a chance of {p_value:.2g}")
+    return Verdict(NO_GAP, None, (), f"noise alone leaves as much with a chance of {p_value:.2g}")
 
 
 def far_off(base):
@@ -84,7 +80,7 @@ def far_off(base):
     number = pulled(base)[0]
     key, x = base.problem.parameters[number].key, base.fitted.x[number]
     reason = f"{key} is {x:+.1f} prior deviations from what the machine says"
-    return Verdict(CALIBRATION, Choice(release(base, number), 0.0), (), 1.0 - unlisted(x * x), reason)
+    return Verdict(CALIBRATION, Choice(release(base, number), 0.0), (), reason)
 
 
 def ambiguous(choices):
@@ -129,65 +125,63 @@ def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
     if size < tolerance:
         if pulled(base):
             return far_off(base)
-        return Verdict(
-            NO_GAP, None, (), 0.9, f"the gap is {size:.2g} of the noise where it is largest: too small to matter"
-        )
+        return Verdict(NO_GAP, None, (), f"the gap is {size:.2g} of the noise where it is largest: too small to matter")
     if not choices or choices[0].cost >= base.cost:
-        return Verdict(REFUSED, None, (), 0.9, "no effect of the library earns its place")
+        return Verdict(REFUSED, None, (), "no effect of the library earns its place")
     best, rivals = ambiguous(choices)
-    weights = [exp(-0.5 * (choice.cost - best.cost)) for choice in (best, *rivals)]
-    inside = 1.0 - outside(base, best, choices)
-    chance = inside / sum(weights)
     if judged is None:
-        return Verdict(
-            AMBIGUOUS_VERDICT, best, rivals, 0.5, "there is one operating point alone: nothing can be held out"
-        )
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, "there is one operating point alone: nothing can be held out")
     refused = refusal(judged, tolerance) or implausible(best.model)
     if not refused and left < ALARM:
         refused = "what the best explanation leaves is more than noise"
     if not refused and best.cost > base.cost - AMBIGUOUS:
         refused = FAINT
     if refused:
-        return Verdict(REFUSED, best, rivals, 0.9, refused)
+        return Verdict(REFUSED, best, rivals, refused)
     if best.model.released:
         verdict = CALIBRATION if not rivals else AMBIGUOUS_VERDICT
-        return Verdict(verdict, best, rivals, chance, "a number of the machine is wrong, and nothing is missing")
+        return Verdict(verdict, best, rivals, "a number of the machine is wrong, and nothing is missing")
     own = explained(base, best)
     alike = all(cosine(own, explained(base, choice)) > ALIKE for choice in rivals)
     if len(best.names) == 1:
         if not rivals:
-            return Verdict(NAMED, best, (), chance, TOLD)
+            return Verdict(NAMED, best, (), TOLD)
         if alike:
-            return Verdict(NAMED_CLASS, best, rivals, inside, "one of a class that these data do not tell apart")
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, inside, "several explanations are as good")
+            return Verdict(NAMED_CLASS, best, rivals, "one of a class that these data do not tell apart")
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, "several explanations are as good")
     singles = [choice for choice in choices if len(choice.names) == 1]
     if singles[0].cost < best.cost + BEHIND and not contains(base, best, singles):
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, "the best pair does not contain the best single effect")
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, "the best pair does not contain the best single effect")
     if rivals and not (alike and all(set(best.names) & set(choice.names) for choice in rivals)):
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, inside, "several pairs are as good")
-    if chance < PAIR_LEAST:
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, "several pairs are as good")
+    if standing(best, rivals, singles) < PAIR_LEAST:
         reason = "several pairs are as good" if rivals else "the second effect hardly earns its place"
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, 0.5, reason)
-    return Verdict(TWO_EFFECTS, best, rivals, chance, TOLD)
+        return Verdict(AMBIGUOUS_VERDICT, best, rivals, reason)
+    return Verdict(TWO_EFFECTS, best, rivals, TOLD)
 
 
-def outside(base, best, choices):
-    """Chance that something that is not in the library looks like the best choice.
+def standing(pair, rivals, singles):
+    """The weight of a pair among its rivals by penalised likelihood, less what is taken off for a faint second effect.
 
-    What another cause would leave besides grows with the gap; where a pair is the best, with what its second effect
-    takes.
+    A measure by which pairs are named or not; it is not calibrated, and no probability.
+
+    Parameters
+    ----------
+    pair : Choice
+    rivals : sequence of Choice
+    singles : sequence of Choice
+        The best first.
+
+    Returns
+    -------
+    float
+        Below 1.
     """
-    without = base.cost
-    if len(best.names) > 1:
-        without = min([choice.cost for choice in choices if len(choice.names) == 1], default=without)
-    return unlisted(without - best.cost)
-
-
-def unlisted(fall):
-    """Chance that something that is not in the library looks like what takes so much of the squares."""
-    return min(0.5, OUTSIDE + OUTSIDE_FAINT / max(fall, 1.0))
+    weights = [exp(-0.5 * (choice.cost - pair.cost)) for choice in (pair, *rivals)]
+    fall = max(singles[0].cost - pair.cost, 1.0)
+    return (1.0 - min(OUTSIDE_MOST, OUTSIDE + OUTSIDE_FAINT / fall)) / sum(weights)
 
 
 def contains(base, pair, singles):

@@ -39,12 +39,12 @@ def by_fit(machine, measured, effects, akaike):
         "unit": parameter.declaration.unit,
         "interval_95": [value - half, value + half],
     }
-    probability = weight(cost + 2.0, criteria) if akaike else 1.0
+    probability = weight(cost + 2.0, criteria) if akaike else None
     return {"verdict": "NAMED", "alarm": True, "effects": [named], "probability": probability}
 
 
 def weight(own, all_of_them):
-    """Akaike's weight."""
+    """Akaike's weight, which the method takes for the probability of a model."""
     return 1.0 / sum(exp(min(0.5 * (own - other), 700.0)) for other in all_of_them)
 
 
@@ -52,9 +52,9 @@ def by_sparse_regression(machine, measured):
     """Verdict of the largest missing force."""
     found = missing_force(machine, measured)
     if not found:
-        return {"verdict": "REFUSED", "alarm": False, "effects": [], "probability": 0.5}
+        return {"verdict": "REFUSED", "alarm": False, "effects": [], "probability": None}
     named = [{"name": found[0][0], "parameter": "", "value": found[0][1], "unit": "N", "interval_95": [0.0, 0.0]}]
-    return {"verdict": "NAMED", "alarm": True, "effects": named, "probability": 1.0}
+    return {"verdict": "NAMED", "alarm": True, "effects": named, "probability": None}
 
 
 def main():

@@ -16,9 +16,11 @@ INK, LINE, BAND = "#222222", "#1f5f99", "#9aa5b1"
 
 
 def reliability(scored, folder, name="reliability"):
-    """Share of right verdicts beside the probability that they state, by how probable they call themselves."""
-    claims = [(one.verdict.get("probability", 0.0), one.right) for one in scored if one.right is not None]
-    stated, right = np.array(claims, dtype=float).T if claims else (np.zeros(0), np.zeros(0))
+    """Share of right statements beside the probability that they state; nothing is drawn where none states one."""
+    claims = [(one.probability, one.right) for one in scored if None not in (one.probability, one.right)]
+    if not claims:
+        return
+    stated, right = np.array(claims, dtype=float).T
     which = np.clip(np.searchsorted(EDGES, stated, side="right") - 1, 0, len(EDGES) - 2)
     drawing, axes = pyplot.subplots(figsize=(6.4, 4.2), layout="constrained")
     labels = []

@@ -10,9 +10,12 @@ from .library import CALIBRATED
 from .schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 
 NAMES = ("NAMED", "NAMED_CLASS", "TWO_EFFECTS")
-STATEMENTS = (*NAMES, "NO_GAP", "CALIBRATION")
+BLAMING = (*NAMES, "CALIBRATION")
+"""Verdicts that say what it is."""
+STATEMENTS = (*BLAMING, "NO_GAP", "REFUSED")
 """Verdicts that claim something; the others leave it open."""
 CONFIDENT = 0.9
+"""Stated probability from which a wrong statement counts as confident."""
 SEEN, CLEAR, PLAIN = 5.0, 10.0, 20.0
 """Deviations of what is hidden."""
 TOLERANCE = 0.15
@@ -79,10 +82,25 @@ class Scored(NamedTuple):
         return self.said in NAMES
 
     @property
+    def probability(self):
+        """That the verdict states for itself; None: it states none."""
+        return self.verdict.get("probability")
+
+    @property
+    def wrong(self):
+        """Whether the verdict claims what is not so."""
+        return self.right is False
+
+    @property
     def right(self):
-        """Whether the verdict is right in what it claims; None where it claims nothing."""
+        """Whether the verdict is right in what it claims; None where it claims nothing.
+
+        `REFUSED` claims a gap that nothing of the library closes.
+        """
         if self.said not in STATEMENTS:
             return None
+        if self.said == "REFUSED":
+            return bool(self.hidden) and self.kind not in (SINGLE, DOUBLE)
         if self.said == "NO_GAP":
             return not self.hidden or self.kind == NONE or self.deviations < CLEAR or self.answer["rms"] < TOLERANCE
         if self.said == "CALIBRATION":
@@ -200,6 +218,20 @@ def figures(scored):
     intervals = [held for one in scored for held in one.intervals]
     named = [one for one in (*single, *double) if one.named and one.right and one.answer["deviations"] >= PLAIN]
     tabulated = [one.verdict["tabulated"] for one in outside if one.verdict.get("tabulated")]
+    hidden = [one for one in scored if one.kind != NONE]
+    stated = [one for one in scored if one.probability is not None and one.right is not None]
+
+    def wrong(one):
+        return one.wrong
+
+    def refused(one):
+        return one.wrong and one.said == "REFUSED"
+
+    def astray(one):
+        return one.wrong and one.said != "REFUSED"
+
+    def confident(one):
+        return one.wrong and one.probability >= CONFIDENT
 
     def detected(one):
         return one.verdict.get("alarm") or one.said == "CALIBRATION"
@@ -240,13 +272,19 @@ def figures(scored):
             "85 %",
         ),
         share("outside the library: not named", outside, lambda one: not one.named, "90 %", "98 %"),
+        share("wrong name or all-clear, of cases with something hidden", hidden, astray, "≤ 2.5 %", "≤ 0.8 %"),
+        share("wrong name or all-clear, of all cases", scored, astray, "", ""),
+        share("refused, though the library has what is hidden", [*single, *double], refused, "", ""),
+        share("wrong in any statement, of cases with something hidden", hidden, wrong, "", ""),
+        share("wrong in any statement, of all cases", scored, wrong, "", ""),
         share(
-            "wrong with confidence (> 0.9), over everything",
-            scored,
-            lambda one: one.right is False and one.verdict.get("probability", 0.0) > CONFIDENT,
-            "≤ 2 %",
-            "≤ 0.5 %",
+            "wrong and stated at 0.9 or more, of statements with a probability, something hidden",
+            [one for one in stated if one.kind != NONE],
+            confident,
+            "≤ 1 %",
+            "≤ 0.3 %",
         ),
+        share("wrong and stated at 0.9 or more, of all statements with a probability", stated, confident, "", ""),
         share(
             "largest part of the gap in the right signal and phase", placed, lambda one: one.localised, "90 %", "98 %"
         ),

@@ -2,7 +2,7 @@
 
 from .library import LIBRARY
 from .schedule import DOUBLE, SINGLE
-from .score import NAMES, clopper_pearson, figures
+from .score import BLAMING, NAMES, clopper_pearson, figures
 
 EDGES = (0.0, 2.5, 5.0, 10.0, 20.0, 50.0, float("inf"))
 
@@ -102,8 +102,8 @@ def strata(scored):
         values = sorted({key(one) for one in hidden}, key=str)
         for value in values:
             among = [one for one in hidden if key(one) == value]
-            named = sum(bool(one.right) and one.said != "NO_GAP" for one in among)
-            wrong = sum(one.right is False and one.said != "NO_GAP" for one in among)
+            blamed = [one for one in among if one.said in BLAMING]
+            named, wrong = sum(bool(one.right) for one in blamed), sum(one.wrong for one in blamed)
             yield [what, value, *rate(named, len(among)), wrong]
 
     rows = [
@@ -142,7 +142,7 @@ def report(scored, missing):
         "## What was hidden, what was said",
         confusion_table(scored),
     ]
-    wrong = [one for one in scored if one.right is False]
+    wrong = [one for one in scored if one.wrong]
     if wrong:
         rows = [
             [
@@ -152,7 +152,7 @@ def report(scored, missing):
                 f"{one.deviations:.1f}",
                 one.said,
                 ", ".join(one.first),
-                f"{one.verdict.get('probability', 0.0):.2f}",
+                "–" if one.probability is None else f"{one.probability:.2f}",
             ]
             for one in wrong
         ]
