@@ -96,7 +96,8 @@ def identify(machine, measured, free, method="least-squares", report=None):
         _refuse_idle(problem, jacobian)
         curvature = jacobian.T @ jacobian
         curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)
-        intervals, better = intervals_of(problem, best, cost, noise, curvature)
+        covariance = np.linalg.inv(curvature)
+        intervals, better = intervals_of(problem, best, cost, noise, covariance)
         if better is None:
             break
         best = better
@@ -111,7 +112,6 @@ def identify(machine, measured, free, method="least-squares", report=None):
             f"stopped after {problem.evaluations} simulations: intervals may be from the curvature at the optimum "
             "alone, which is not to be relied on; give narrower bounds or free fewer parameters"
         )
-    covariance = np.linalg.inv(curvature)
     deviations = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(deviations, deviations)
     together = np.sqrt(np.maximum(0.0, 1.0 - 1.0 / (np.diag(covariance) * np.diag(curvature))))
@@ -143,7 +143,7 @@ def _badly_known(keys, best, intervals, correlation, together):
     -------
     list of str
     """
-    widths = [high - low for (low, _, _), (high, _, _) in intervals]
+    widths = [high.at - low.at for low, high in intervals]
     shares = [0.5 * width / max(abs(x), 1e-12) for x, width in zip(best, widths, strict=True)]
     shown = [
         f"{key} (± {100.0 * share:.2g} %)" if share < 1.0 else f"{key} (± 100 % or more)"
@@ -160,7 +160,7 @@ def _badly_known(keys, best, intervals, correlation, together):
         )
         told = coupled
     for j, ends in enumerate(intervals):
-        if j not in told and shares[j] > WIDE and not any(at_bound for _, at_bound, _ in ends):
+        if j not in told and shares[j] > WIDE and not any(end.is_open for end in ends):
             warnings.append(f"{shown[j]} is badly known from these data; {HELP}")
     return warnings
 
@@ -195,12 +195,12 @@ def _identified(problem, x, intervals, correlation, noises, warnings, converged)
     """The outcome, with warnings of what the data cannot tell; noises: both of `noise_model`."""
     keys = [f.key for f in problem.free]
     for j, key in enumerate(keys if intervals else ()):
-        if any(at_bound for _, at_bound, _ in intervals[j]):
+        if any(end.is_open for end in intervals[j]):
             warnings.append(f"{key}: its 95 % interval runs into a bound; these data do not hold it")
     return Identified(
         dict(zip(keys, (x * problem.scale).tolist(), strict=True)),
         {
-            key: tuple(float(end * problem.scale[j]) for end, _, _ in intervals[j]) if intervals else None
+            key: tuple(float(end.at * problem.scale[j]) for end in intervals[j]) if intervals else None
             for j, key in enumerate(keys)
         },
         correlation,
