@@ -10,8 +10,9 @@ from truth.valve import Bench, noise, simulate
 from apesim.quantities.settings import load
 from engine.machine import Machine
 from studies.console import plain
+from studies.gap.effect_rows import effects_of
 from studies.gap.explain import explain
-from studies.gap.record import effects_of, record
+from studies.gap.record import record
 from studies.gap.work import Work
 from studies.measured import read_measured
 from studies.pool import Team

@@ -9,17 +9,19 @@ from test_prediction import AMBIENT, valve_run
 
 from studies.gap.candidates import candidates_of
 from studies.gap.descent import Fitted
+from studies.gap.effect_rows import SIDES, effects_of
 from studies.gap.explain import Findings, verified
 from studies.gap.nuisances import Prior, nuisance
 from studies.gap.parameters import put
 from studies.gap.problem import Problem
-from studies.gap.record import effects_of, sentence
+from studies.gap.record import sentence
 from studies.gap.refit import Model
 from studies.gap.select import Choice
 from studies.gap.verdict import CALIBRATION, FAINT, NAMED, NAMED_CLASS, REFUSED, TWO_EFFECTS, Verdict
 from studies.gap.work import Work
 from studies.measured import Measured
 from studies.measured.prediction import run_of
+from studies.profile_likelihood import End, EndKind
 from valve.effects import VALVE_EFFECTS
 
 GAUGE, THERMOMETER = Prior("supply.pressure", 0.01, True), Prior("supply.temperature", 2.0)
@@ -119,6 +121,21 @@ def test_parameters_of_one_effect_are_one_thing_in_a_sentence():
     assert told.startswith("The model lacks supply droop (feed_area ")
     assert told.count("supply droop") == 1
     assert ", volume " in told
+
+
+@pytest.mark.parametrize(
+    ("open_ends", "told"),
+    [((0, 0), "breakaway 20 N"), ((1, 0), "breakaway at most 25 N"), ((0, 1), "breakaway at least 5 N"), ((1, 1), "")],
+)
+def test_a_shape_is_told_as_far_as_the_data_hold_it(open_ends, told):
+    model = with_effects(("coulomb_friction", 0.75, 0.4))
+    kinds = [EndKind.OPEN if is_open else EndKind.CLOSED for is_open in open_ends]
+    sides = [End(x, kind, model.fitted.x) for x, kind in zip((0.1, 0.5), kinds, strict=True)]
+    model = model._replace(profiles=dict.fromkeys((p.key for p in model.problem.parameters), sides))
+    assert said(NAMED, model) == f"The model lacks coulomb friction (force 9 N{', ' if told else ''}{told})."
+    assert [row["open_ends"] for row in effects_of(model)] == [
+        [s for s, o in zip(SIDES, open_ends, strict=True) if o]
+    ] * 2
 
 
 def test_what_is_fitted_beyond_its_range_is_told_and_written_as_its_end():

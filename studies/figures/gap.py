@@ -8,8 +8,8 @@ from matplotlib.patches import Patch
 
 from studies.figures.style import STYLE, save, svg
 from studies.gap.comparison import by_run, label_of, shown_of, size_of, worst
+from studies.gap.effect_rows import NORMAL_95
 from studies.gap.phases import PHASES, phases
-from studies.gap.record import NORMAL_95
 from studies.gap.residual_map import residual_map
 from studies.measured import CHECK, ENGINE, FIT, GATE
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from apesim.archive import sha256
 from apesim.quantities.settings import dumps
+from studies.gap.effect_rows import interval_text
 from studies.measured.sensors import FILE
 
 
@@ -38,7 +39,7 @@ def child_of(findings, data):
     lines = [
         f"apesim {version('apesim')}, gap explain: {data['verdict']}",
         data["sentence"],
-        *(f"{row['key']} = {row['text']}, 95 % interval {_interval(row)}" for row in found),
+        *(f"{row['key']} = {row['text']}, {interval_text(row, 4)}" for row in found),
     ]
     if findings.tabulated:
         lines.append(f"{data['tabulated']['kind']} added, no name")
@@ -58,11 +59,6 @@ def child_of(findings, data):
 def _change(gap, is_added):
     """A gap in words, before and after something was added."""
     return f"{gap['before']:.3f} before, {gap['after']:.3f} after" if is_added else f"{gap['before']:.3f}"
-
-
-def _interval(row):
-    low, high = row["interval_95"]
-    return f"{low:.4g} to {high:.4g} {row['unit']}".strip()
 
 
 def data_hash(measured):

@@ -15,6 +15,7 @@ from studies.gap.descent import descend
 from studies.gap.detect import Detection, detect
 from studies.gap.gate import OWN_ERROR, gate, own_error
 from studies.gap.heldout import HeldOut, all_left_over, compared, held_out, leave_one_out, points_of
+from studies.gap.intervals import is_shaped, with_profiles
 from studies.gap.localise import localise
 from studies.gap.noise import noise_for
 from studies.gap.noise_draws import parts_of
@@ -166,7 +167,7 @@ def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
         warnings=warnings,
     )
     if look.detection.alarm:
-        findings = searched(findings, look, len(candidates), work)
+        findings = profiled(searched(findings, look, len(candidates), work), work)
     return verified(findings, work)
 
 
@@ -212,6 +213,20 @@ def searched(findings, look, library_size, work):
         balances=tables.ranked,
         tabulated=tabulated,
     )
+
+
+def profiled(findings, work):
+    """The findings with intervals by profile likelihood for what is blamed, where the curvature does not tell them."""
+    verdict = findings.verdict
+    if verdict.verdict not in BLAMING or not is_shaped(verdict.best.model):
+        return findings
+    before, warnings = verdict.best, findings.warnings
+    model, simulations = with_profiles(before.model, work)
+    findings.base.problem.simulations += simulations
+    if model.profiles is None:
+        warnings = [*warnings, f"no interval is given of {' and '.join(model.names)}: its fit has too many minima"]
+    best = Choice(model, before.cost + model.cost - before.model.cost)
+    return findings._replace(verdict=verdict._replace(best=best), warnings=warnings)
 
 
 def verified(findings, work):

@@ -36,9 +36,8 @@ code { font-size: .85em; overflow-wrap: anywhere; }
 <h1>{{ data.sentence | unit }}</h1>
 <div class="facts">
 {% for row in data.effects %}
-<div class="fact"><b>{{ row.value | number(row.unit) }}</b>
-<span>{{ row.key | key }}, 95 % interval {{ row.interval_95[0] | number }} to
-{{ row.interval_95[1] | number }}</span></div>
+<div class="fact"><b>{{ (row | value | unit) or "–" }}</b>
+<span>{{ row.key | key }}, {{ row | interval | unit }}</span></div>
 {% endfor %}
 {% if check %}
 <div class="fact"><b>{{ "%.2f" | format(check[0]) }}{% if added %} → {{ "%.2f" | format(check[1]) }}{% endif %}</b>

@@ -5,8 +5,9 @@ from math import sqrt
 import numpy as np
 
 from studies.gap.comparison import label_of
+from studies.gap.effect_rows import effects_of, value_text
 from studies.gap.limits import detection_limits
-from studies.gap.parameters import DECLARED, SENSED, corrections, shown, value_at
+from studies.gap.parameters import SENSED, value_at
 from studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
@@ -19,7 +20,6 @@ from studies.gap.verdict import (
     refusal,
 )
 
-NORMAL_95 = 1.959963984540054
 ARTICLES = {"force": "a force", "heat": "heat", "leak": "leaks", "area": "a flow area", "delay": "a delay"}
 """The balances in a sentence."""
 READINGS = "effects.sensor_offset.", "effects.sensor_gain."
@@ -83,32 +83,6 @@ def record(findings):
         "simulations": findings.simulations,
         "warnings": findings.warnings,
     }
-
-
-def effects_of(model):
-    """Parameters of the effects that a model adds, or of the nuisance that it frees, with their intervals."""
-    deviations = np.sqrt(np.diag(model.fitted.covariance))
-    rows = []
-    rows_of = zip(model.problem.parameters, model.fitted.x, deviations, model.told, strict=True)
-    for parameter, x, deviation, told in rows_of:
-        if parameter.prior or not told:
-            continue
-        ends = np.clip([x - NORMAL_95 * deviation, x + NORMAL_95 * deviation], parameter.low, parameter.high)
-        said = [corrections(model.problem.machine, parameter, at, model.problem.runs) for at in (x, *ends)]
-        key = next(iter(said[0]))
-        value, *ends = (one[key] for one in said)
-        rows.append(
-            {
-                "name": parameter.key.split(".")[1] if parameter.key.startswith("effects.") else parameter.key,
-                "parameter": key.split(".")[-1],
-                "key": key,
-                "value": shown(key, value),
-                "unit": DECLARED[key].unit,
-                "interval_95": [shown(key, end) for end in sorted(ends)],
-                "text": DECLARED[key].render(value),
-            }
-        )
-    return rows
 
 
 def nuisances_of(findings):
@@ -258,6 +232,6 @@ def _in_words(name, rows):
         value, unit = (row["value"], row["unit"]) if row["unit"] else (100.0 * row["value"], "%")
         way = "high" if value > 0.0 else "low"
         return f"{row['parameter'].replace('_', ' ')} reads {abs(value):.3g} {unit} too {way}"
-    parameters = ["" if one["key"] == name else f"{one['parameter']} " for one in rows]
-    values = [f"{p}{one['value']:.3g} {one['unit']}".rstrip() for p, one in zip(parameters, rows, strict=True)]
-    return f"{name.replace('_', ' ').replace('.', ', ')} ({', '.join(values)})"
+    values = [("" if one["key"] == name else f"{one['parameter']} ", value_text(one)) for one in rows]
+    said = ", ".join(parameter + value for parameter, value in values if value)
+    return f"{name.replace('_', ' ').replace('.', ', ')} ({said})"

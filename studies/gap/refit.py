@@ -31,6 +31,9 @@ class Model(NamedTuple):
     fitted: Fitted
     released: str = ""
     """Key of a nuisance whose prior was taken away."""
+    profiles: dict | None = None
+    """Both ends of the intervals of effects that have a shape, `studies.profile_likelihood.End` in x, by key; None: not
+    sought, see `studies.gap.intervals`."""
 
     @property
     def names(self):

@@ -8,6 +8,7 @@ import jinja2
 import numpy as np
 
 from studies.gap.comparison import label_of, shown_of, size_of
+from studies.gap.effect_rows import interval_text, value_text
 from studies.gap.library import library
 from studies.gap.page import TEMPLATE
 from studies.measured import CHECK, GATE
@@ -84,6 +85,7 @@ def page(findings, data, compared, figures):
     ambient = findings.base.problem.machine.ambient.pressure
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "chance": chance, "words": words, "unit": raised, "key": key_of}
+    environment.filters |= {"value": value_text, "interval": interval_text}
     ranges = {entry.name: entry.parameters[0].range for entry in library()}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
     return environment.from_string(TEMPLATE).render(

@@ -144,7 +144,7 @@ class Scored(NamedTuple):
         found = []
         for one in self.verdict["effects"]:
             true = truth.get((one["name"], one["parameter"]))
-            if true and true["unit"] == one["unit"]:
+            if true and true["unit"] == one["unit"] and one["interval_95"]:
                 low, high = one["interval_95"]
                 rounding = ROUNDING * max(abs(low), abs(high))
                 found.append(low - rounding <= true["value"] <= high + rounding)
