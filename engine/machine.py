@@ -13,6 +13,29 @@ from valve.piston import Valve
 from valve.supply import Supply
 
 
+def window_fault(early, late, angles):
+    """What is wrong with a window of the crank.
+
+    Parameters
+    ----------
+    early, late : str
+        Names of its ends.
+    angles : pair of float
+        [rad]
+
+    Returns
+    -------
+    pair of str or None
+        What is wrong, and what would be right.
+    """
+    duration = angles[1] - angles[0]
+    if 0.0 < duration < 2.0 * pi:
+        return None
+    first, last = (f"{angle / DEGREE:g} deg" for angle in angles)
+    side = f"{abs(duration) / DEGREE:g} deg {'after' if duration > 0.0 else 'before'}" if duration else "no later than"
+    return f"{late} at {last} is {side} {early} at {first}", "give more than 0 and less than 360 deg after it"
+
+
 class Command(NamedTuple):
     """When the solenoids are switched, and what is intended by it; crank angles."""
 
@@ -24,9 +47,8 @@ class Command(NamedTuple):
     def faults(self):
         """Faults that no single key shows."""
         for early, late in (("energise", "release"), ("open_target", "close_target")):
-            duration = getattr(self, late) - getattr(self, early)
-            if not 0.0 < duration < 2.0 * pi:
-                yield late, f"is {duration / DEGREE:g} deg after {early}", "more than 0 and less than 360 deg after it"
+            if fault := window_fault(early, late, (getattr(self, early), getattr(self, late))):
+                yield late, *fault
 
 
 class Machine(NamedTuple):

@@ -221,3 +221,9 @@ def test_a_key_that_is_not_looked_at_is_refused_on_the_command_line_and_told_of_
     (tmp_path / "m.toml").write_text("\n".join(lines) + "\n")
     code, out, _ = apesim("machine", "--check", "m.toml")
     assert code == 0 and f"m.toml: {key}: is not looked at" in out and out.count("not looked at") == 1
+
+
+def test_a_window_that_ends_before_it_begins_is_told_with_both_ends():
+    fault = "command.close_target: close_target at -80 deg is 75 deg before open_target at -5 deg; give more than 0 and"
+    with pytest.raises(InputError, match=fault):
+        load(Machine, assignments=["command.close_target=-80 deg"])

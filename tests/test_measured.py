@@ -248,7 +248,7 @@ energise = "-5 deg"
         "measured.toml: sensor.air_flow.noise: '1 kg': 'kg' cannot be converted to g/s",
         "measured.toml: run 1.pulse: unknown key",
         "measured.toml: run 1.speed: '600 K': 'K' cannot be converted to rpm",
-        "measured.toml: run 1.release: is 0 deg after energise",
+        "measured.toml: run 1.release: release at 70 deg is no later than energise at 70 deg",
         "a.csv: time: unknown key",
         "a.csv: crank_angle: does not rise in row 2",
         "measured.toml: run 2.release: is not given",

@@ -204,7 +204,19 @@ def test_hertz_is_no_angular_speed():
         ("0x9 mm", STROKE, "no known unit", '"50 mm"'),
         ("1_0 mm", STROKE, "no known unit", '"50 mm"'),
         ("٩ mm", STROKE, "no finite number", '"50 mm"'),
-        ("9,5 mm", STROKE, "no known unit", '"50 mm"'),
+        ("9,5 mm", STROKE, "no known unit", 'write "9.5 mm"'),
+        ("95,5 mm", STROKE, "out of range", "allowed: 1 to 50 mm"),
+        ("18,5", RATIO, "',5' is no known unit", "write 18.5"),
+        ("0,49 MPa", SUPPLY, "says neither", 'write "0.49 MPa gauge" or "0.49 MPa abs"'),
+        ("0,49 MPa gauge", SUPPLY, "no known unit", 'write "0.49 MPa gauge"'),
+        ("4.9 barg", SUPPLY, "'barg' is no known unit", 'write "4.9 bar gauge"'),
+        ("5,9bara", SUPPLY, "no known unit", 'write "5.9bar abs"'),
+        ("490 kPa(g)", SUPPLY, "cannot be converted to MPa", 'write "490 kPa gauge"'),
+        ("85 psi a", SUPPLY, "cannot be converted to MPa", 'write "85 psi abs"'),
+        ("20 C", TEMPERATURE, "'C' cannot be converted to K", 'write "20 degC"'),
+        ("68F", TEMPERATURE, "cannot be converted to K", 'write "68 degF"'),
+        ("20 C", STROKE, "'C' cannot be converted to mm", 'write e.g. "50 mm"'),
+        ("fast", Quantity("rpm", 1, 30000, "here", typical="1000 rpm"), "no finite number", 'write e.g. "1000 rpm"'),
         ("9" * 101 + " mm", STROKE, "no finite number", '"50 mm"'),
         ("9 kg", STROKE, "'kg' cannot be converted to mm", '"50 mm"'),
         ("9 mm abs", STROKE, "no known unit", '"50 mm"'),
@@ -392,7 +404,11 @@ def test_a_stop_is_met_exactly_despite_rounding():
 @pytest.mark.parametrize(
     ("text", "declaration", "wrong", "right"),
     [
-        ("300:600:0 rpm", SPEED, "steps of 0 do not lead to 600", "sign"),
+        ("300:600:0 rpm", SPEED, "the step is 0", "from start to stop"),
+        ("300:600:0.0 rpm", SPEED, "the step is 0", "from start to stop"),
+        ("300,5 rpm", SPEED, "a comma between digits", 'write "300.5 rpm", or give each value its unit'),
+        ("0,4 MPa gauge, 0,5 MPa gauge", SUPPLY, "a comma between digits", '"0.4 MPa gauge, 0.5 MPa gauge"'),
+        ("0,4:1:0,2 MPa gauge", SUPPLY, "a comma between digits", '"0.4:1:0.2 MPa gauge"'),
         ("600:300:100 rpm", SPEED, "steps of 100 do not lead to 300", "sign"),
         ("300:600:-100 rpm", SPEED, "do not lead", "sign"),
         ("300:3000:100", SPEED, "has no unit", '"300:3000:100 rpm"'),
@@ -490,7 +506,7 @@ def test_a_printed_curve_reads_back_as_itself(values):
         ("time [ms],opening [-]\n0,0\ninf,1\n", "'inf' in row 2", "numbers"),
         ("time [ms],opening [-]\n0,0\n1,1e400\n", "'1e400' in row 2", "numbers"),
         (b"time [ms],opening [-]\n0,0\n\xff,1\n", "no text in line 3", "UTF-8"),
-        (b"x" * (MOST_BYTES + 1), "larger than 10 MB", "time [ms],opening [-]"),
+        (b"x" * (MOST_BYTES + 1), "larger than 10 MB", "keep fewer rows"),
     ],
 )
 def test_no_curves(tmp_path, text, wrong, right):
@@ -535,3 +551,15 @@ def test_importing_settings_is_light():
     code = "import apesim.quantities.settings, sys; print({'pint', 'pydantic', 'scipy'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
+
+
+def test_every_typical_value_of_a_command_or_a_sensor_is_a_right_one():
+    import studies.commands.given as given
+    from studies.measured.sensors import LIFT, SENSORS
+
+    shown = [value for value in vars(given).values() if isinstance(value, Quantity)]
+    shown += [LIFT, *SENSORS["valve"].keys.values(), *SENSORS["engine"].means.values()]
+    shown = [declaration for declaration in shown if getattr(declaration, "typical", "")]
+    assert len(shown) > 5
+    for declaration in shown:
+        assert parse(declaration.typical, declaration, AMBIENT) > 0.0

@@ -8,6 +8,17 @@ from functools import cached_property
 from apesim.quantities.culprits import Wrong, quoted
 from apesim.quantities.units import NUMBER, si_value, unit
 
+DECIMAL_COMMA = r"(?<=[0-9]),(?=[0-9])"
+SLIPS = (
+    (DECIMAL_COMMA, "."),
+    (r"(?<=[0-9]|\s)((?:bar|psi|[kMh]?Pa))\s*(?:g|\(g\))$", r"\1 gauge"),
+    (r"(?<=[0-9]|\s)((?:bar|psi|[kMh]?Pa))\s*(?:a|\(a\))$", r"\1 abs"),
+    (r"(?<=[0-9])\s*[CF]$", lambda found: f" deg{found[0].strip()}"),
+)
+"""How a quantity is often written elsewhere, and how here: 0,9; barg; bar(a); 20 C."""
+MAX_SLIP = 60
+"""Characters of a text in which a slip is looked for: a longer one is no quantity."""
+
 
 class Declaration:
     """What the declarations share: pydantic reads their fields with `read`."""
@@ -33,6 +44,8 @@ class Quantity(Declaration):
         The range in that unit, ends included. Where `high` is `math.inf`, the text "inf" is allowed.
     source : str
         Where the default comes from.
+    typical : str
+        A usual value, shown as a right form where no default is at hand; "": an end of the range.
     text : str, optional
         What holds if an optional value is not given.
     optional : bool
@@ -48,6 +61,7 @@ class Quantity(Declaration):
     text: str | None = None
     optional: bool = False
     whole: bool = False
+    typical: str = ""
 
     suffix = ""
 
@@ -69,6 +83,34 @@ class Quantity(Declaration):
 
     def read(self, raw, ambient_pressure=None, folder=None):
         """The SI value of what a user wrote; raises `Wrong`."""
+        try:
+            return self._read(raw, ambient_pressure)
+        except Wrong as wrong:
+            raise self._meant(raw, ambient_pressure, wrong) or wrong from None
+
+    def _meant(self, raw, ambient_pressure, wrong):
+        """The `Wrong` of a text with a slip, its remedy the right spelling; None where there is none, or another fault.
+
+        Parameters
+        ----------
+        wrong : Wrong
+            What is wrong with the text.
+        """
+        if not isinstance(raw, str) or len(raw) > MAX_SLIP or wrong.right:
+            return None
+        meant = raw.strip()
+        for slip, spelling in SLIPS:
+            meant = re.sub(slip, spelling, meant)
+        if meant == raw.strip():
+            return None
+        try:
+            self._read(meant, ambient_pressure)
+        except Wrong as still:
+            return Wrong(still.wrong, still.right) if still.right else None
+        return Wrong(wrong.wrong, f"write {self._toml(meant)}")
+
+    def _read(self, raw, ambient_pressure):
+        """The SI value of a text that is spelt as it is due here; raises `Wrong`."""
         if isinstance(raw, bool) or not isinstance(raw, str | int | float):
             raise Wrong(f"{quoted(raw)} is no {'quantity' if self.unit else 'number'}")
         try:
@@ -108,6 +150,8 @@ class Quantity(Declaration):
 
     def example(self, value, ambient_pressure=None):
         """A right form: of `value`, if it is one to show, or of an end of the range."""
+        if not math.isfinite(value) and self.typical:
+            return f"write e.g. {self._toml(self.typical)}"
         if not math.isfinite(value):
             value = next((end for end in self.ends[::-1] if math.isfinite(end)), 1.0)
         return f"write e.g. {self._toml(self.render(value, ambient_pressure))}"
@@ -131,7 +175,7 @@ class Pressure(Quantity):
     ----------
     low, high : float
         The range in `unit`, absolute.
-    source, unit, text, optional
+    source, unit, text, optional, typical
         As in `Quantity`.
     show : {"abs", "gauge"}
         How it is printed.
@@ -141,8 +185,8 @@ class Pressure(Quantity):
 
     suffix = " abs"
 
-    def __init__(self, low, high, source, unit="MPa", show="abs", text=None, optional=False):
-        super().__init__(unit, low, high, source, text, optional)
+    def __init__(self, low, high, source, unit="MPa", show="abs", text=None, optional=False, typical=""):
+        super().__init__(unit, low, high, source, text, optional, typical=typical)
         object.__setattr__(self, "show", show)
 
     def _value(self, raw, text, ambient_pressure):

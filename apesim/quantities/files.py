@@ -47,8 +47,15 @@ def path_below(folder, name):
     return path
 
 
-def text_of(path):
-    """The text of a UTF-8 file; raises `Wrong` if it cannot be read, is too large or no regular file."""
+def text_of(path, smaller=""):
+    """The text of a UTF-8 file; raises `Wrong` if it cannot be read, is no regular file, or is too large.
+
+    Parameters
+    ----------
+    path : path
+    smaller : str
+        The remedy for one that is too large.
+    """
     name = quoted(str(path))
     try:
         with open(path, "rb", opener=_open_regular) as file:
@@ -56,7 +63,7 @@ def text_of(path):
     except (OSError, ValueError) as error:  # ValueError: a name that no file can have
         raise Wrong(f"{name} cannot be read: {getattr(error, 'strerror', error)}") from None
     if len(data) > MOST_BYTES:
-        raise Wrong(f"{name} is larger than {MOST_BYTES // 10**6} MB")
+        raise Wrong(f"{name} is larger than {MOST_BYTES // 10**6} MB, the most that is read", smaller)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -79,7 +86,7 @@ def csv_columns(path):
     """The columns of a CSV, by (name, unit)."""
     if not path.is_file():  # a pipe or a device might never end
         raise Wrong(f"there is no file {quoted(str(path))}")
-    lines = text_of(path).splitlines()
+    lines = text_of(path, "keep fewer rows, of measured data one every 0.1 ms or 0.5 deg").splitlines()
     try:
         headers, *rows = [row for row in csv.reader(lines, strict=True) if row]
         columns = dict(zip(map(split_header, headers), zip(*rows, strict=True), strict=True))

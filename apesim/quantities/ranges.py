@@ -5,7 +5,7 @@ from decimal import Decimal, localcontext
 
 from apesim.quantities.culprits import InputError, Wrong, culprit, quoted
 from apesim.quantities.curves import MOST_POINTS
-from apesim.quantities.declarations import Quantity
+from apesim.quantities.declarations import DECIMAL_COMMA, Quantity
 from apesim.quantities.units import NUMBER
 
 
@@ -35,7 +35,7 @@ def parse(text, declaration, ambient_pressure=None, where="", file=""):
     try:
         return declaration.read(text, ambient_pressure)
     except Wrong as wrong:
-        wrong = _several(text, declaration, ambient_pressure) or wrong
+        wrong = wrong if wrong.right else _several(text, declaration, ambient_pressure) or wrong
         raise InputError([culprit(file, where, wrong, declaration)]) from None
 
 
@@ -72,6 +72,27 @@ def parse_range(text, declaration, ambient_pressure=None, where="", file=""):
     InputError
         With a culprit for each wrong item of a list, or the one of a start:stop:step.
     """
+    try:
+        return _values(text, declaration, ambient_pressure, where, file)
+    except InputError as error:
+        raise _with_points(text, declaration, ambient_pressure, where, file) or error from None
+
+
+def _with_points(text, declaration, ambient_pressure, where, file):
+    """The `InputError` of a range or list that is right with decimal points for commas; else None."""
+    meant = re.sub(DECIMAL_COMMA, ".", text) if isinstance(text, str) else text
+    if meant == text:
+        return None
+    try:
+        _values(meant, declaration, ambient_pressure, where, file)
+    except InputError:
+        return None
+    wrong = Wrong(f"{quoted(text)} has a comma between digits", f'write "{meant}", or give each value its unit')
+    return InputError([culprit(file, where, wrong, declaration)])
+
+
+def _values(text, declaration, ambient_pressure, where, file):
+    """The values of a range or list, see `parse_range`."""
     values, culprits, items = [], [], text.split(",") if isinstance(text, str) else text
     try:
         if isinstance(text, str) and ":" in text and isinstance(declaration, Quantity):
@@ -104,7 +125,9 @@ def _steps(text, quantity):
         raise Wrong(f"{quoted(text)} has no unit", f'write e.g. "{form}"')
     with localcontext(prec=60):
         start, stop, step = map(Decimal, numbers)
-        if not step or (stop - start) / step < 0:
+        if not step:
+            raise Wrong(f"{quoted(text)}: the step is 0", "give a step that leads from start to stop")
+        if (stop - start) / step < 0:
             raise Wrong(f"{quoted(text)}: steps of {step} do not lead to {stop}", "turn the sign of the step")
         count = (stop - start) / step + Decimal("1e-9")
         if count >= MOST_POINTS:

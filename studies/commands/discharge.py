@@ -14,7 +14,7 @@ from studies.commands.tables import table_of, write_traces
 from studies.console import COMMAND_LINE, DONE
 from studies.output import refuse_to_replace
 
-VOLUME = Quantity("cm^3", 1, 1e6, "command line")
+VOLUME = Quantity("cm^3", 1, 1e6, "command line", typical="500 cm^3")
 
 
 def discharge_command(console, machine_file, settings, files, volume, temperature, out, overwrite=False, figures=False):

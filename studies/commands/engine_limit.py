@@ -17,7 +17,7 @@ HEADER = (
     *("MPa gauge", "K", "window [deg]", "limit [r/min]", "[Hz]", "lap to lap [ms]", "then fails"),
     *("works again [r/min]", "30 Hz need [deg]", ""),
 )
-DURATION = Quantity("deg", 0.1, 359, "command line")
+DURATION = Quantity("deg", 0.1, 359, "command line", typical="75 deg")
 
 
 def engine_limit_command(

@@ -3,10 +3,10 @@
 from apesim.quantities import Pressure, Quantity, parse_range
 from studies.console import COMMAND_LINE
 
-TIME = Quantity("ms", 0.01, 60000, "command line")
-SPEED = Quantity("rpm", 1, 30000, "command line")
-PRESSURE = Pressure(0.02, 30, "command line")
-TEMPERATURE = Quantity("K", 150, 600, "command line")
+TIME = Quantity("ms", 0.01, 60000, "command line", typical="50 ms")
+SPEED = Quantity("rpm", 1, 30000, "command line", typical="1000 rpm")
+PRESSURE = Pressure(0.02, 30, "command line", typical="1 MPa gauge")
+TEMPERATURE = Quantity("K", 150, 600, "command line", typical="287 K")
 
 
 def supplies_of(machine, pressure, temperature):

@@ -17,7 +17,7 @@ from valve.bench import run_bench
 ANY = "any"
 TOLD = {BOTH: "A and B", ONLY_A: "A", ONLY_B: "B"}
 GIVEN = Choice((*SOLENOIDS, ANY), "command line")
-SHORT_TIME = Quantity("ms", 0.01, 100, "command line")
+SHORT_TIME = Quantity("ms", 0.01, 100, "command line", typical="1 ms")
 
 
 def soft_landing_command(

@@ -16,7 +16,7 @@ from studies.output import refuse_to_replace
 
 FAR_OFF = 1.0 * DEGREE
 """A law over all speeds that is off by more is not worth telling [rad]."""
-ANGLE = Quantity("deg", -360, 720, "command line")
+ANGLE = Quantity("deg", -360, 720, "command line", typical="70 deg")
 SHOWN = (
     ("speed_rpm", 1.0, 0, "r/min"),
     ("supply_pressure", 1e-6, 2, "MPa gauge"),

@@ -14,7 +14,7 @@ from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from valve.bench import TRACE, run_bench
 from valve.warnings import judge_bench
 
-RATE = Quantity("Hz", 0.1, 1000, "command line")
+RATE = Quantity("Hz", 0.1, 1000, "command line", typical="10 Hz")
 
 
 def bench_run(console, machine_file, settings, supply, temperature, pulse, until, repeat, csv):

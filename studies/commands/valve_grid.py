@@ -10,7 +10,7 @@ from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from studies.limit_points import lowest_run, own_run
 from valve.bench import run_bench
 
-DUTY = Quantity("", 0.01, 0.99, "command line")
+DUTY = Quantity("", 0.01, 0.99, "command line", typical="0.5")
 TIMES = ("opening_delay_s", "opening_stroke_time_s", "closing_delay_s", "closing_stroke_time_s")
 LIMIT_HEADER = ("duty", "limit [Hz]", "[r/min]", "lap to lap [ms]", "window [deg]", "")
 SPEEDS = ("opening_seating_speed_m_s", "closing_seating_speed_m_s")

@@ -12,6 +12,7 @@ import numpy as np
 
 from apesim.quantities import Culprit, InputError, Wrong, culprit, quoted
 from apesim.quantities.files import path_below, text_of
+from engine.machine import window_fault
 from studies.columns import TIME, read_columns
 from studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Measured, MeasuredRun
 from studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
@@ -19,7 +20,6 @@ from studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
 TOP_KEYS = ("bench", "sensor", "run")
 TEXT_KEYS = ("data", "name")
 FEWEST_ROWS = 8
-TURN = 2.0 * np.pi
 
 
 def read_measured(folder, ambient_pressure, bench=None):
@@ -155,10 +155,9 @@ def _engine_faults(file, section, given, values):
     if not {"data", *means} & given.keys():
         examples = [f'{key} = "{_example(key, ENGINE)}"' for key in ("data", *means)]
         yield Culprit(file, section, "nothing is measured", f"write {', '.join(examples[:-1])} or {examples[-1]}")
-    duration = values["release"] - values["energise"]
-    if not np.isnan(duration) and not 0.0 < duration < TURN:
-        wrong = f"is {np.degrees(duration):g} deg after energise"
-        yield Culprit(file, f"{section}.release", wrong, "give more than 0 and less than 360 deg after it")
+    angles = values["energise"], values["release"]
+    if not np.isnan(angles).any() and (fault := window_fault("energise", "release", angles)):
+        yield Culprit(file, f"{section}.release", *fault)
 
 
 def _run_of(given, section, bench, values, columns):

@@ -9,10 +9,10 @@ from studies.measured.runs import ENGINE, ROLES, VALVE
 
 FILE = "measured.toml"
 ANGLE = "crank_angle"
-LIFT = Quantity("mm", 1e-9, 100, FILE)
-SPEED = Quantity("m/s", 1e-9, 1000, FILE)
-PRESSURE = Quantity("kPa", 1e-9, 30000, FILE)
-TEMPERATURE = Quantity("K", 1e-9, 100, FILE)
+LIFT = Quantity("mm", 1e-9, 100, FILE, typical="0.03 mm")
+SPEED = Quantity("m/s", 1e-9, 1000, FILE, typical="0.02 m/s")
+PRESSURE = Quantity("kPa", 1e-9, 30000, FILE, typical="2 kPa")
+TEMPERATURE = Quantity("K", 1e-9, 100, FILE, typical="1 K")
 SUPPLY_KEYS = {"supply": Pressure(0.02, 30, FILE, show="gauge"), "temperature": Quantity("K", 150, 600, FILE)}
 ROLE_KEY = {"role": Choice(ROLES, FILE)}
 EXAMPLES = {
@@ -84,7 +84,10 @@ SENSORS = {
             "pressure_b": PRESSURE,
             "receiver_pressure": PRESSURE,
         },
-        {"torque": Quantity("N m", 1e-9, 10000, FILE), "air_flow": Quantity("g/s", 1e-9, 10000, FILE)},
+        {
+            "torque": Quantity("N m", 1e-9, 10000, FILE, typical="0.3 N m"),
+            "air_flow": Quantity("g/s", 1e-9, 10000, FILE, typical="0.1 g/s"),
+        },
         ("groove_flow", "torque", "exhaust_flow", "cylinder_volume"),
         SUPPLY_KEYS
         | {
