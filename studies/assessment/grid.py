@@ -1,4 +1,4 @@
-"""The chain over speed, as an archive."""
+"""The comparison of valves over speed, as an archive."""
 
 from math import nan
 
@@ -9,18 +9,20 @@ from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from engine.breathing import DEGREE, TURN
 from engine.indicators import COUNTS, INDICATORS
-from studies.assessment.chain import (
+from studies.assessment.valves import (
     CAUSES,
     CYCLES,
-    LINKS,
+    LATENESS,
     LOSSES,
     MEASURES,
+    ORDERS,
     OUTCOMES,
     REAL,
+    VALVES,
     Outcome,
     assess,
     losses,
-    without_links,
+    without_valves,
 )
 from studies.timing.solve import corrected, start_after
 
@@ -47,7 +49,7 @@ def commanded(machine, speeds, timing):
 
 
 def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
-    """The chain over speed.
+    """The valves that are compared, and what each cause costs, over speed.
 
     Parameters
     ----------
@@ -68,18 +70,19 @@ def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
     """
     found = []
     for speed, one in zip(speeds, commanded(machine, speeds, timing), strict=True):
-        found.append(assess(one, speed) if one else without_links(speed, nan, nan, Outcome.OUT_OF_REACH))
+        found.append(assess(one, speed) if one else without_valves(speed, nan, nan, Outcome.OUT_OF_REACH))
         if report:
             report(len(found), len(speeds))
-    links = np.stack([point.links for point in found])
-    lost = losses(links)
+    valves = np.stack([point.valves for point in found])
+    lost = losses(valves)
 
     def column(values, unit, description, meanings=""):
         return Variable(("run",), np.asarray(values), unit, description, meanings)
 
     variables = {
         "run": column(np.arange(len(found)), "1", "number of the run"),
-        "link": Variable(("link",), np.array(list(LINKS)), "1", _listed(LINKS)),
+        "valve": Variable(("valve",), np.array(list(VALVES)), "1", _listed(VALVES)),
+        "order": Variable(("order",), np.array(list(ORDERS)), "1", _listed(ORDERS)),
         "cause": Variable(("cause",), np.array(list(CAUSES)), "1", _listed(CAUSES)),
         "speed_rpm": column([float(f"{s / TURN * 60.0:.12g}") for s in speeds], *INDICATORS["speed_rpm"]),
         "energise_deg": column(
@@ -87,19 +90,26 @@ def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
         ),
         "release_deg": column([point.release / DEGREE for point in found], "deg", "crank angle of the release"),
         "outcome": column(
-            np.array([point.outcome for point in found], dtype=np.int8), "1", "whether the chain is complete", OUTCOMES
+            np.array([point.outcome for point in found], dtype=np.int8),
+            "1",
+            "whether all valves could be compared",
+            OUTCOMES,
         ),
     }
     for number, (name, (unit, description)) in enumerate(MEASURES.items()):
-        variables[name] = Variable(("run", "link"), links[..., number].copy(), unit, f"{description} with each link")
+        variables[name] = Variable(("run", "valve"), valves[..., number].copy(), unit, f"{description} with each valve")
         lost_name, sign = list(LOSSES.items())[number]
-        what = f"{description} {'lost' if sign < 0.0 else 'added'} by each cause"
-        variables[lost_name] = Variable(("run", "cause"), lost[..., number].copy(), unit, what)
+        what = f"{description} {'lost' if sign < 0.0 else 'added'} by each cause in each order"
+        variables[lost_name] = Variable(("run", "order", "cause"), lost[..., number].copy(), unit, what)
     for name in REAL:
         unit, description = INDICATORS[name]
         kind = np.int64 if name in COUNTS else float
         values = np.array([point.real[name] for point in found], dtype=kind)
         variables[name] = column(values, unit, f"{description}; of the real valve")
+    for stroke in ("opening", "closing"):
+        for name, (unit, description) in LATENESS.items():
+            values = [point.lateness[f"{stroke}_{name}"] for point in found]
+            variables[f"{stroke}_{name}"] = column(values, unit, f"{stroke} of the real valve: {description}")
     variables["cycle_to_cycle_torque_Nm"] = column(
         [point.cycle_to_cycle for point in found],
         "N m",
@@ -113,7 +123,7 @@ def _listed(meanings):
 
 
 def faults_of_assessment(archive):
-    """One line for each point whose chain is not complete.
+    """One line for each point at which not all valves could be compared.
 
     Parameters
     ----------
@@ -134,7 +144,7 @@ def faults_of_assessment(archive):
 
 
 def undefined_ratios(archive):
-    """Lines that say where links do no work, so that their air over work is undefined.
+    """Lines that say where valves do no work, so that their air over work is undefined.
 
     Parameters
     ----------
@@ -148,7 +158,7 @@ def undefined_ratios(archive):
     speeds = {}
     for work in ("indicated", "brake"):
         for torques, speed in zip(v[f"{work}_torque_Nm"], v["speed_rpm"], strict=True):
-            idle = ", ".join(name for name, torque in zip(LINKS, torques, strict=True) if torque <= 0.0)
+            idle = ", ".join(name for name, torque in zip(VALVES, torques, strict=True) if torque <= 0.0)
             if idle:
                 speeds.setdefault((work, idle), []).append(f"{speed:g}")
     return [

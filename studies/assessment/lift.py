@@ -1,4 +1,4 @@
-"""Lifts over crank angle that stand for a real one: at constant speed, and as it is."""
+"""Lifts over crank angle that stand for a real one: at constant speed, as it is, and on time."""
 
 import numpy as np
 
@@ -67,5 +67,64 @@ def lift_curve_of(machine, run):
     lowest = int(np.argmin(lifts))
     angles = np.concatenate((angles[lowest:], angles[: lowest + 1] + TURN)) + run.p.start
     lifts = np.concatenate((lifts[lowest:], lifts[: lowest + 1]))
+    lifts[[0, -1]] = 0.0
+    return np.column_stack((angles, lifts))
+
+
+def single_opening(curve, opens, closes):
+    """A periodic lift over the turn that holds one opening, cut where it is lowest after the closing.
+
+    Parameters
+    ----------
+    curve : (n, 2) float array
+        Lift over a turn, see `lift_curve_of`.
+    opens, closes : float
+        Angles at which it crosses the lap [rad], to a turn.
+
+    Returns
+    -------
+    (m, 2) float array
+        Its angles are such that the opening stands at its own.
+    """
+    turns = np.floor((opens - curve[0, 0]) / TURN) + np.arange(-1.0, 3.0)
+    angle = np.concatenate([curve[:-1, 0] + TURN * turn for turn in turns])
+    lift = np.tile(curve[:-1, 1], len(turns))
+    shut = np.flatnonzero((angle > closes) & (angle < opens + TURN))
+    end = angle[shut[np.argmin(lift[shut])]]
+    kept = (angle > end - TURN - 1e-9) & (angle < end + 1e-9)
+    return np.column_stack((angle[kept], lift[kept]))
+
+
+def shift_flanks(curve, true, intended):
+    """Move each flank of a lift so that it crosses the lap where intended.
+
+    The opening flank reaches until the lift leaves its peak for the last time, the closing flank from there on. Between
+    them the lift stays at its peak; where they meet before, the lower of the two counts, and the peak is not reached.
+
+    Parameters
+    ----------
+    curve : (n, 2) float array
+        Crank angle [rad] and lift [m], of one opening.
+    true, intended : pair of float
+        Angles at which the lift crosses the lap, opening and closing [rad].
+
+    Returns
+    -------
+    (m, 2) float array
+        Within a turn, zero at both ends.
+    """
+    angle, lift = curve.T
+    opened = (angle > true[0]) & (angle < true[1])
+    last = np.flatnonzero(opened & (lift >= lift[opened].max() * (1.0 - PEAK)))[-1]
+    opening = angle[: last + 1] + (intended[0] - true[0]), lift[: last + 1]
+    closing = angle[last:] + (intended[1] - true[1]), lift[last:]
+    angles = np.union1d(opening[0], closing[0])
+    above = np.interp(angles, *opening) - np.interp(angles, *closing)
+    meets = np.flatnonzero(above[:-1] * above[1:] < 0.0)
+    share = above[meets] / (above[meets] - above[meets + 1])
+    angles = np.union1d(angles, angles[meets] + share * (angles[meets + 1] - angles[meets]))
+    gap = 0.5 * (TURN - (intended[1] - intended[0]))
+    angles = angles[(angles >= intended[0] - gap) & (angles <= intended[1] + gap)]
+    lifts = np.minimum(np.interp(angles, *opening), np.interp(angles, *closing))
     lifts[[0, -1]] = 0.0
     return np.column_stack((angles, lifts))

@@ -10,7 +10,24 @@ from studies.commands.tables import number, table_of
 from studies.commands.timing import machine_with_targets
 from studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
-HEADINGS = ("ideal", "delay", "speed", "fluct.", "control", "real")
+HEADINGS = (
+    *("ideal", "lateness first", "then speed", "speed first", "then lateness", "lateness mean", "speed mean"),
+    *("of it fluct.", "control", "real"),
+)
+SHOWN = (
+    *(("lateness_first", "lateness"), ("lateness_first", "finite_speed"), ("finite_speed_first", "finite_speed")),
+    *(("finite_speed_first", "lateness"), ("mean", "lateness"), ("mean", "finite_speed"), ("mean", "fluctuation")),
+    ("mean", "control_air"),
+)
+"""Order and cause of the columns between ideal and real."""
+LATE = ("lateness_deg", "delay_deg", "travel_deg", "advance_deg")
+LATE_HEADINGS = tuple(
+    f"{name} [deg]" for stroke in ("opens late", "closes late") for name in (stroke, "t_d", "travel", "advance")
+)
+LATE_TITLE = (
+    "Lateness of the real valve: delay time t_d (command to 1 % of the stroke, from full lift at closing) and travel "
+    "from there to the lap, less the advance of the command"
+)
 BESIDE = (
     ("energise_deg", 1.0, ".1f", "on"),
     ("release_deg", 1.0, ".1f", "off"),
@@ -28,8 +45,10 @@ BESIDE_TITLE = (
     "torque from cycle to cycle"
 )
 EXPLAINED = (
-    "ideal: full groove area at once, from one intended angle to the other; real: the EPV with its control air; "
-    "between them what delay, finite speed, fluctuation and control air cost: torque lost, air added, a gain negative"
+    "ideal: full groove area at once, from one intended angle to the other; real: the EPV with its control air. "
+    "Between them what lateness, finite speed (the real lift, fluctuation included) and control air cost: torque lost, "
+    "air added, a gain negative. What lateness and finite speed cost depends on which of them comes first: hence both "
+    "orders, and their Shapley mean"
 )
 
 
@@ -76,32 +95,29 @@ def points_of(archive):
     Returns
     -------
     list of dict
-        For each point its scalars, ``links`` with the measures of each valve of the chain, and ``losses`` with what
-        each cause costs and the ``whole``.
+        For each point its scalars, ``valves`` with the measures of each, ``losses`` with what each cause costs in each
+        order, and ``whole``.
     """
-    from studies.assessment.chain import LOSSES, MEASURES, Outcome
+    from studies.assessment.valves import LOSSES, MEASURES, Outcome
 
     v = {name: variable.values for name, variable in archive.variables.items()}
     points = []
     for run, outcome in enumerate(v["outcome"]):
         scalars = {name: v[name][run] for name in v if archive.variables[name].dims == ("run",) and name != "run"}
-        links = [{name: v[name][run, i] for name in MEASURES} for i in range(len(v["link"]))]
-        losses = [{name: v[name][run, i] for name in LOSSES} for i in range(len(v["cause"]))]
+        valves = {valve: {name: v[name][run, i] for name in MEASURES} for i, valve in enumerate(v["valve"].tolist())}
+        losses = {
+            order: {cause: {name: v[name][run, i, j] for name in LOSSES} for j, cause in enumerate(v["cause"].tolist())}
+            for i, order in enumerate(v["order"].tolist())
+        }
         changes = zip(LOSSES.items(), MEASURES, strict=True)
         whole = {lost: sign * (v[name][run, -1] - v[name][run, 0]) for (lost, sign), name in changes}
-        points.append(
-            scalars
-            | {
-                "outcome": Outcome(outcome).name.lower(),
-                "links": dict(zip(v["link"].tolist(), links, strict=True)),
-                "losses": dict(zip(v["cause"].tolist(), losses, strict=True)) | {"whole": whole},
-            }
-        )
+        told = {"outcome": Outcome(outcome).name.lower(), "valves": valves, "losses": losses, "whole": whole}
+        points.append(scalars | told)
     return points
 
 
 def tables_of(archive):
-    """Torque and specific air along the chain, and what stands beside it.
+    """Torque and specific air from the ideal to the real valve, what lateness is made of, and what stands beside.
 
     Parameters
     ----------
@@ -114,20 +130,28 @@ def tables_of(archive):
     v = {name: variable.values for name, variable in archive.variables.items()}
     speeds = [f"{speed:g}" for speed in v["speed_rpm"]]
 
-    def along(name, lost, digits):
+    columns = [(v["order"].tolist().index(order), v["cause"].tolist().index(cause)) for order, cause in SHOWN]
+
+    def between(name, lost, digits):
         for run, speed in enumerate(speeds):
-            values = np.array([v[name][run, 0], *v[lost][run], v[name][run, -1]]).round(digits) + 0.0  # no -0.00
+            steps = [v[lost][run, order, cause] for order, cause in columns]
+            values = np.array([v[name][run, 0], *steps, v[name][run, -1]]).round(digits) + 0.0  # no -0.00
             yield [speed, *(number(value, f".{digits}f") for value in values)]
 
     beside = [
         [speed, *(number(v[name][run] * factor, form) for name, factor, form, _ in BESIDE)]
         for run, speed in enumerate(speeds)
     ]
+    late = [
+        [speed, *(number(v[f"{stroke}_{name}"][run], ".2f") for stroke in ("opening", "closing") for name in LATE)]
+        for run, speed in enumerate(speeds)
+    ]
     header = ("r/min", *HEADINGS)
-    torque = along("brake_torque_Nm", "brake_torque_lost_Nm", 2)
-    air = along("specific_air_kg_per_kWh", "specific_air_added_kg_per_kWh", 1)
+    torque = between("brake_torque_Nm", "brake_torque_lost_Nm", 2)
+    air = between("specific_air_kg_per_kWh", "specific_air_added_kg_per_kWh", 1)
     return [
         table_of("Brake torque, and what of it is lost [N m]", header, torque, left=()),
         table_of("All air over brake work, and what is added [kg/kWh]", header, air, left=()),
+        table_of(LATE_TITLE, ("r/min", *LATE_HEADINGS), late, left=()),
         table_of(BESIDE_TITLE, ("r/min", *(heading for *_, heading in BESIDE)), beside, left=()),
     ]

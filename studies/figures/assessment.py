@@ -3,18 +3,18 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.assessment.chain import CAUSES
+from studies.assessment.valves import CAUSES, ORDERS
 from studies.figures.style import draw
 
-COLOURS = {"delay": "#2a6f97", "finite_speed": "#e0a030", "fluctuation": "#7a4e9c", "control_air": "#c1440e"}
+COLOURS = {"lateness": "#2a6f97", "finite_speed": "#e0a030", "fluctuation": "#7a4e9c", "control_air": "#c1440e"}
 NAMES = {
-    "delay": "delay",
+    "lateness": "lateness",
     "finite_speed": "finite speed",
-    "fluctuation": "fluctuation",
+    "fluctuation": "of it fluctuation",
     "control_air": "control air",
 }
 CUT = 4.0
-"""Bars longer than this many medians are cut."""
+"""Values beyond this many times the median of the sums are cut off."""
 
 
 def assessment_figures(archive, folder):
@@ -35,7 +35,7 @@ def assessment_figures(archive, folder):
 
 
 def losses(archive):
-    """Torque lost and air added by each cause, stacked over speed.
+    """Torque lost and air added by each cause over speed: mean of both orders, and the span between them.
 
     Parameters
     ----------
@@ -45,48 +45,52 @@ def losses(archive):
     -------
     matplotlib.figure.Figure
     """
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10.4, 4.2), layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10.4, 4.6), layout="constrained", sharex=True)
     left.set(ylabel="brake torque lost [N m]", title="Torque lost against the ideal valve; below zero: gained")
     right.set(ylabel="air over brake work added [kg/kWh]", title="Air added to that of the ideal valve")
-    stack(left, archive, "brake_torque_lost_Nm")
-    stack(right, archive, "specific_air_added_kg_per_kWh")
-    handles = dict(zip(*reversed(right.get_legend_handles_labels()), strict=True))
-    order = [name for name in (*NAMES.values(), "sum", "undefined") if name in handles]
-    figure.legend([handles[name] for name in order], order, loc="outside lower center", ncols=len(order))
+    spans(left, archive, "brake_torque_lost_Nm")
+    spans(right, archive, "specific_air_added_kg_per_kWh")
+    handles, labels = left.get_legend_handles_labels()
+    title = "dots: mean of both orders; bars: from lateness first (end with a tick) to finite speed first"
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), title=title, title_fontsize=9)
     return figure
 
 
-def stack(axis, archive, name):
-    """Bars of a loss over speed, gains below the zero line; a mark for the sum, a cross where it is undefined."""
+def spans(axis, archive, name):
+    """A loss by each cause over speed: the mean as a line, both orders as the ends of a bar, and the sum of all."""
     v = archive.variables
     speed, parts = v["speed_rpm"].values, v[name].values
-    width = 0.7 * np.diff(np.sort(speed)).min() if len(speed) > 1 else 0.05 * speed[0]
-    defined = ~np.isnan(parts).any(axis=1)
-    up, down = np.zeros(len(speed)), np.zeros(len(speed))
-    for number, cause in enumerate(CAUSES):
-        part = np.where(defined, parts[:, number], 0.0)
-        axis.bar(speed, part, width, bottom=np.where(part >= 0.0, up, down), color=COLOURS[cause], label=NAMES[cause])
-        up, down = up + np.maximum(part, 0.0), down + np.minimum(part, 0.0)
-    total = up + down
+    first, other, mean = (parts[:, number] for number in range(len(ORDERS)))
+    apart = 0.12 * np.diff(np.sort(speed)).min() if len(speed) > 1 else 0.01 * speed[0]
     axis.axhline(0.0, color="0.2", lw=0.9)
-    axis.plot(speed[defined], total[defined], "D", color="white", mec="black", ms=4.5, label="sum")
-    if not defined.all():
-        axis.plot(speed[~defined], 0.0 * speed[~defined], "x", color="0.4", ms=5, label="undefined")
-    axis.use_sticky_edges = False  # so that marks on top are whole
+    for number, cause in enumerate(CAUSES):
+        x = speed + apart * (number - 1.5)
+        look = {"color": COLOURS[cause], "lw": 1.2, "ls": "--" if cause == "fluctuation" else "-"}
+        axis.plot(x, mean[:, number], marker="o", ms=3, label=NAMES[cause], **look)
+        axis.vlines(x, first[:, number], other[:, number], color=COLOURS[cause], lw=1.6, alpha=0.6)
+        axis.plot(x, first[:, number], "_", color=COLOURS[cause], ms=6)
+    total = total_of(mean)
+    axis.plot(speed, total, "D", color="white", mec="black", ms=4.5, label="sum")
     axis.set_xlabel("speed [r/min]")
-    axis.grid(False, axis="x")
-    if defined.any():
-        cut(axis, *(values[defined] for values in (speed, up, down, total)))
+    if len(speed) == 1:
+        axis.set_xticks(speed)
+    cut(axis, total, parts)
 
 
-def cut(axis, speed, up, down, total):
-    """Cut bars that are far longer than most, and write the sum into each."""
-    most = CUT * np.median(up - down)
-    long = np.maximum(up, -down) > most
-    if not long.any():
-        return
-    top, bottom = up[~long].max(), down[~long].min()
-    axis.set_title(f"{axis.get_title()}; bars that are cut bear their sum")
-    axis.set_ylim(min(1.4 * bottom, -0.15 * top), 1.4 * top)
-    for x, sum_of in zip(speed[long], total[long], strict=True):
-        axis.text(x, 1.38 * top, f"sum {sum_of:.0f}", rotation=90, ha="center", va="top", fontsize=8, color="0.1")
+def total_of(mean):
+    """Sum over the causes but fluctuation, which is a part of finite speed."""
+    return sum(mean[:, number] for number, cause in enumerate(CAUSES) if cause != "fluctuation")
+
+
+def cut(axis, total, parts):
+    """Cut off what is far beyond most, and say so; say, too, where sums are undefined."""
+    notes = []
+    if np.isnan(total).any():
+        notes.append("no sum where air over work is undefined")
+    known = total[~np.isnan(total)]
+    most = CUT * np.median(np.abs(known)) if len(known) else np.inf
+    if np.nanmax(np.abs(parts), initial=0.0) > most:
+        axis.set_ylim(1.1 * max(np.nanmin(parts), -0.25 * most), most)
+        notes.append("cut off")
+    if notes:
+        axis.set_title(f"{axis.get_title()}\n({'; '.join(notes)})")

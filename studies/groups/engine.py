@@ -123,7 +123,10 @@ def engine_assess(
     overwrite: Overwrite = False,
     figures: Figures = True,
 ):
-    """What the valve's delay, finite speed, fluctuation and control air cost in torque and air."""
+    """What the valve's lateness, finite speed, fluctuation and control air cost in torque and air.
+
+    What lateness and finite speed cost depends on which of them comes first: both orders, and their mean.
+    """
     from studies.commands.assessment import assess_command
 
     return assess_command(*common, speed, timing, out, overwrite, figures)

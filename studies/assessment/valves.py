@@ -1,0 +1,296 @@
+"""Valves between the ideal and the real one at an operating point, each in its own periodic state."""
+
+from enum import IntEnum
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.march import Status
+from apesim.periodic import Drive
+from engine.breathing import DEGREE, TURN
+from engine.cycle_state import WORK
+from engine.cylinder import CAM, EPV, IDEAL_VALVE
+from engine.indicators import JOULE_PER_KWH, indicators, ratio, valve_motion
+from engine.operating_point import accuracy_at, cycle_of
+from engine.steady import run_steady
+from studies.assessment.lift import LIFT, constant_speed_lift, lift_curve_of, shift_flanks, single_opening
+from valve.groove import area_table, lap_of
+
+VALVES = {
+    "ideal": "on time, at once: full groove area from one intended angle to the other",
+    "on_time_constant_speed": "crosses the lap at the intended angles, at the constant speeds of the real lift",
+    "on_time_real_lift": "crosses the lap at the intended angles, with the flanks of the real lift",
+    "late_at_once": "full groove area at once, while the real lift is above the lap",
+    "late_constant_speed": "crosses the lap, reaches and leaves its peak where the real lift does, at constant speeds",
+    "late_real_lift": "the real lift, its control air not counted",
+    "real": "the real lift with its control air",
+}
+"""Each valve that is compared, and what it does."""
+CAUSES = {
+    "lateness": "the lift crosses the lap later than intended, at both ends",
+    "finite_speed": "the real lift takes its time and may not be full, fluctuation included",
+    "fluctuation": "part of finite_speed: the real lift against one at constant speeds",
+    "control_air": "the valve has to be driven: from late_real_lift to real",
+}
+"""What makes a real valve worse than an ideal one. All but fluctuation sum up to the whole, in any order."""
+ORDERS = {
+    "lateness_first": "from ideal to late_at_once, then to late_real_lift",
+    "finite_speed_first": "from ideal to on_time_real_lift, then to late_real_lift",
+    "mean": "Shapley mean of the two orders",
+}
+"""Ways from the ideal to the real valve: what a cause costs depends on whether the other is there already."""
+STEPS = {
+    "lateness": (("ideal", "late_at_once"), ("on_time_real_lift", "late_real_lift")),
+    "finite_speed": (("late_at_once", "late_real_lift"), ("ideal", "on_time_real_lift")),
+    "fluctuation": (("late_constant_speed", "late_real_lift"), ("on_time_constant_speed", "on_time_real_lift")),
+    "control_air": 2 * (("late_real_lift", "real"),),
+}
+"""Between which valves each cause stands: lateness first, and finite speed first."""
+MEASURES = {
+    "indicated_torque_Nm": ("N m", "indicated torque"),
+    "brake_torque_Nm": ("N m", "brake torque"),
+    "air_kg_per_cycle": ("kg", "all air in a cycle"),
+    "specific_air_kg_per_kWh": ("kg/kWh", "all air over brake work"),
+    "indicated_specific_air_kg_per_kWh": ("kg/kWh", "all air over indicated work"),
+}
+"""Name of each measure of a valve: its unit and what it is."""
+LOSSES = {
+    "indicated_torque_lost_Nm": -1.0,
+    "brake_torque_lost_Nm": -1.0,
+    "air_added_kg_per_cycle": 1.0,
+    "specific_air_added_kg_per_kWh": 1.0,
+    "indicated_specific_air_added_kg_per_kWh": 1.0,
+}
+"""Name of each measure's loss, in the order of `MEASURES`, and its sign: a loss is positive, a gain negative."""
+REAL = (
+    *("valve_open_deg", "valve_close_deg", "full_open_deg", "closed_deg", "peak_lift_m"),
+    *("fluctuation", "closing_fluctuation", "intake_pressure_fluctuation_Pa", "period_cycles", "periodic_change"),
+)
+"""Indicators of the real valve that stand beside."""
+LATENESS = {
+    "lateness_deg": ("deg", "true angle less the intended one"),
+    "delay_deg": ("deg", "part of the lateness: delay time t_d, command edge to 1 % of the stroke"),
+    "travel_deg": ("deg", "part of the lateness: from 1 % of the stroke to the lap"),
+    "advance_deg": ("deg", "intended angle less that of the command: lateness is delay and travel less this"),
+    "delay_s": ("s", "delay time t_d, command edge to 1 % of the stroke"),
+}
+"""What the lateness of an opening or a closing is made of: its unit and what it is."""
+CYCLES = 8
+"""Over which the change from cycle to cycle is looked for."""
+LIFT_STEP = 0.25 * DEGREE
+
+
+class Outcome(IntEnum):
+    """Whether all valves could be compared, and if not, why."""
+
+    COMPLETE = 0
+    NEVER_OPENS = 1
+    NEVER_CLOSES = 2
+    NOT_PERIODIC = 3
+    VALVE_NOT_PERIODIC = 4
+    FAILED = 5
+    OUT_OF_REACH = 6
+
+    @property
+    def remedy(self):
+        """What is the matter, and what to change."""
+        return REMEDIES[self]
+
+
+REMEDIES = {
+    Outcome.COMPLETE: "complete",
+    Outcome.NEVER_OPENS: "the real lift never rises through the lap, so it has no true angles; lower the speed or "
+    "raise the pressure",
+    Outcome.NEVER_CLOSES: "the real lift never falls through the lap, so it has no true angles; lower the speed or "
+    "raise the pressure",
+    Outcome.NOT_PERIODIC: "the real valve's cycles do not repeat one by one, so its true angles change from cycle to "
+    "cycle; lower the speed",
+    Outcome.VALVE_NOT_PERIODIC: "a valve was not brought to its periodic state; see `apesim engine run` at this point",
+    Outcome.FAILED: "a march ended early; see `apesim engine run` at this point",
+    Outcome.OUT_OF_REACH: "no commands make the real valve meet its targets; see `apesim engine timing`",
+}
+OUTCOMES = ", ".join(f"{int(outcome)} {outcome.name.lower().replace('_', ' ')}" for outcome in Outcome)
+
+
+class Assessment(NamedTuple):
+    """The valves at an operating point."""
+
+    speed: float
+    """[rad/s]"""
+    energise: float
+    """Crank angle [rad]; NaN where there are no corrected ones."""
+    release: float
+    outcome: Outcome
+    valves: np.ndarray
+    """`MEASURES` of `VALVES`, (7, 5); NaN: undefined."""
+    real: dict
+    """Those of `REAL`."""
+    lateness: dict
+    """`LATENESS` of the opening and of the closing, by names that begin with ``opening_`` and ``closing_``."""
+    cycle_to_cycle: float
+    """See `cycle_to_cycle`."""
+
+
+def with_ideal(machine, opens, closes):
+    """A machine with an ideal valve that opens and closes at two angles [rad]."""
+    command = machine.command._replace(open_target=opens, close_target=closes)
+    return machine._replace(command=command, engine=machine.engine._replace(intake=IDEAL_VALVE))
+
+
+def with_lift(machine, curve):
+    """A machine with a cam that lifts by a curve, (n, 2) [rad, m]."""
+    engine = machine.engine
+    return machine._replace(engine=engine._replace(intake=CAM, cam=engine.cam._replace(lift_curve=curve)))
+
+
+def assess(machine, speed):
+    """Run the valves that are compared, each to its own periodic state.
+
+    Where the real lift crosses the lap several times in a cycle, its true angles are those of the first rise and of the
+    fall after it; what comes later is fluctuation.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+        Its intake is the electro-pneumatic valve, whatever it says.
+    speed : float
+        [rad/s]
+
+    Returns
+    -------
+    Assessment
+    """
+    machine = machine._replace(engine=machine.engine._replace(intake=EPV))
+    run = run_steady(machine, speed, angle_step=LIFT_STEP)
+    energise, release, *_ = machine.command
+    if run.status != Status.DONE:
+        return without_valves(speed, energise, release, Outcome.FAILED)
+    values = indicators(machine, run)
+    outcome = outcome_of(machine, run, values)
+    valves = dict.fromkeys(VALVES, np.full(len(MEASURES), nan))
+    if run.orbit.converged:
+        valves["real"] = measures(values)
+        if not acts_on_intake(run):
+            valves["late_real_lift"] = measures(values | {"control_air_kg_per_cycle": 0.0})
+    for name, other in others_of(machine, run, values, outcome).items():
+        other_run = run_steady(other, speed)
+        if other_run.status == Status.DONE and other_run.orbit.converged:
+            valves[name] = measures(indicators(other, other_run))
+        else:
+            outcome = outcome or Outcome.VALVE_NOT_PERIODIC
+    return Assessment(
+        speed,
+        energise,
+        release,
+        outcome,
+        np.stack(list(valves.values())),
+        {name: values[name] for name in REAL},
+        lateness_of(machine, run, values),
+        cycle_to_cycle(machine, run),
+    )
+
+
+def without_valves(speed, energise, release, outcome):
+    """An assessment that came to nothing."""
+    valves = np.full((len(VALVES), len(MEASURES)), nan)
+    real = dict.fromkeys(REAL, nan) | {"period_cycles": 0}
+    lateness = {f"{stroke}_{name}": nan for stroke in ("opening", "closing") for name in LATENESS}
+    return Assessment(speed, energise, release, outcome, valves, real, lateness, nan)
+
+
+def lateness_of(machine, run, values):
+    """What the lateness of both strokes is made of, see `LATENESS`; NaN where a stroke has no delay time."""
+    command = machine.command
+    opening, closing, *_ = valve_motion(machine, run)
+    found = {}
+    for stroke, measured, true_angle, target, edge in (
+        ("opening", opening, values["valve_open_deg"], command.open_target, command.energise),
+        ("closing", closing, values["valve_close_deg"], command.close_target, command.release),
+    ):
+        delay, advance = measured.delay * run.p.speed / DEGREE, (target - edge) / DEGREE
+        lateness = true_angle - target / DEGREE
+        parts = (lateness, delay, lateness + advance - delay, advance, measured.delay)
+        found |= {f"{stroke}_{name}": part for name, part in zip(LATENESS, parts, strict=True)}
+    return found
+
+
+def acts_on_intake(run):
+    """Whether the control air is drawn from a receiver, and so lowers the pressure before the groove."""
+    return run.p.control_from_receiver and run.p.receiver_volume > 0.0
+
+
+def outcome_of(machine, run, values):
+    """Whether a real valve has one pair of true angles, and if not, why."""
+    if run.orbit.period != 1:
+        return Outcome.NOT_PERIODIC
+    if np.isnan(values["valve_open_deg"] + values["valve_close_deg"]):
+        always = run.trace[:, LIFT].min() > lap_of(area_table(machine.groove, machine.valve.stroke))
+        return Outcome.NEVER_CLOSES if always else Outcome.NEVER_OPENS
+    return Outcome.COMPLETE
+
+
+def others_of(machine, run, values, outcome):
+    """The machines of the valves that have to be run, beside the real one, by name.
+
+    The real lift is among them only where its control air acts on the intake, so that not counting it is not enough.
+    """
+    targets = machine.command.open_target, machine.command.close_target
+    others = {"ideal": with_ideal(machine, *targets)}
+    if outcome == Outcome.COMPLETE:
+        true = values["valve_open_deg"] * DEGREE, values["valve_close_deg"] * DEGREE
+        constant_speed = constant_speed_lift(machine, run, *true)
+        opening = single_opening(lift_curve_of(machine, run), *true)
+        others["on_time_constant_speed"] = with_lift(machine, shift_flanks(constant_speed, true, targets))
+        others["on_time_real_lift"] = with_lift(machine, shift_flanks(opening, true, targets))
+        others["late_at_once"] = with_ideal(machine, *true)
+        others["late_constant_speed"] = with_lift(machine, constant_speed)
+    if outcome != Outcome.NOT_PERIODIC and acts_on_intake(run):
+        others["late_real_lift"] = with_lift(machine, lift_curve_of(machine, run))
+    return others
+
+
+def measures(values):
+    """`MEASURES` of an operating point from its indicators, (5,)."""
+    air = values["engine_air_kg_per_cycle"] + values["control_air_kg_per_cycle"]
+    torques = values["indicated_torque_Nm"], values["brake_torque_Nm"]
+    indicated, brake = (ratio(air * JOULE_PER_KWH, TURN * torque) for torque in torques)
+    return np.array([*torques, air, brake, indicated])
+
+
+def cycle_to_cycle(machine, run):
+    """Largest change of the indicated torque from a cycle to the next, over `CYCLES` that follow a run [N m].
+
+    In a periodic state it is the solver's error.
+    """
+    drive = Drive(*cycle_of(machine, run.p.speed), accuracy_at(run.p, run.tolerance))
+    y, mode = run.orbit.y, run.orbit.mode
+    torques = []
+    for _ in range(CYCLES):
+        y, mode, status = drive.march(y, mode)
+        torques.append(y[WORK] / TURN if status == Status.DONE else nan)
+    return float(np.abs(np.diff(torques)).max())
+
+
+def losses(valves):
+    """What each of `CAUSES` costs, in each of `ORDERS`.
+
+    Parameters
+    ----------
+    valves : (..., 7, 5) float array
+        `MEASURES` of `VALVES`.
+
+    Returns
+    -------
+    (..., 3, 4, 5) float array
+        `LOSSES` of `CAUSES`; in each order lateness, finite speed and control air sum up to the difference between the
+        first and the last valve.
+    """
+    number = {name: at for at, name in enumerate(VALVES)}
+    orders = [
+        [valves[..., number[late], :] - valves[..., number[early], :] for early, late in steps]
+        for steps in zip(*STEPS.values(), strict=True)
+    ]
+    both = np.stack([np.stack(causes, axis=-2) for causes in orders], axis=-3)
+    changes = np.concatenate((both, both.mean(axis=-3, keepdims=True)), axis=-3)
+    return changes * np.array(list(LOSSES.values())) + 0.0  # no -0.0
