@@ -156,7 +156,8 @@ def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):
     assert (code, err) == (2, "found: is not empty; choose another --out, or give --overwrite\n")
 
 
-def test_names_in_a_page_are_escaped():
+def page_of(**more):
+    """A page of a refusal."""
     data = {
         "verdict": "REFUSED",
         "sentence": "<script>alert(1)</script>",
@@ -174,10 +175,24 @@ def test_names_in_a_page_are_escaped():
         "held_out": None,
         "own_error": 1e-6,
     }
+    data |= more
     machine = SimpleNamespace(ambient=SimpleNamespace(pressure=AMBIENT))
     base = SimpleNamespace(problem=SimpleNamespace(machine=machine), cost=1.0)
     findings = SimpleNamespace(base=base, measured=Measured("", {}, ()), choices=[], tried=[])
-    page = report.page(findings, data, [compared(after=False)], {"gap": "<svg/>"})
+    return report.page(findings, data, [compared(after=False)], {"gap": "<svg/>"})
+
+
+@pytest.mark.parametrize(
+    ("open_ends", "told"), [([], "20 N."), (["low"], "at most 25 N."), (["low", "high"], "not held by these data.")]
+)
+def test_what_comes_nearest_is_told_as_far_as_the_data_hold_it(open_ends, told):
+    row = {"name": "coulomb_friction", "parameter": "breakaway", "key": "effects.coulomb_friction.breakaway"}
+    row |= {"value": 20.0, "unit": "N", "interval_95": [0.0, 25.0], "open_ends": open_ends}
+    assert f"coulomb friction, breakaway {told}" in page_of(nearest=[row])
+
+
+def test_names_in_a_page_are_escaped():
+    page = page_of()
     assert not any(text in page for text in ("<script>", "<b>.", "<i>"))
     assert "&lt;script&gt;" in page
 

@@ -55,7 +55,7 @@ alone leaves as much as the model does is {{ data.p_value | chance }}.
 {% if data.nearest %}
 <p>What comes nearest:
 {% for row in data.nearest %}
-{{ row.key | key }} {{ row.value | number(row.unit) }}{{ ", " if not loop.last }}
+{{ row.key | key }} {{ (row | value | unit) or "not held by these data" }}{{ ", " if not loop.last }}
 {%- endfor %}.</p>
 {% endif %}
 {% if data.tabulated %}
