@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from functools import partial
 
 from apesim.archive import command_line
 from apesim.quantities import parse_range
@@ -27,6 +28,8 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     """
     from studies.discharge import discharge
     from studies.figures.paper import captions_of, paper_figures
+    from studies.paper.area import claims_by_area
+    from studies.paper.claim import range_in_words
     from studies.paper.claims import all_claims
     from studies.paper.discharge import discharge_tests
     from studies.paper.page import write_page
@@ -36,17 +39,18 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     make_folder(folder, overwrite)
     warm_up(console, run_bench, machine, PULSE)
     start = time.perf_counter()
-    pressures = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure)
+    grid = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure), parse_range(TEMPERATURES, TEMPERATURE)
 
     def compute(report):
         command = command_line(["apesim", *sys.argv[1:]])
-        archive = map_valve(machine, pressures, parse_range(TEMPERATURES, TEMPERATURE), PULSE, command, report)
+        archive = map_valve(machine, *grid, PULSE, command, partial(report, "pressure and temperature"))
         vessel, records = discharge_tests(machine)
         found = discharge(vessel, records)
-        claims = all_claims(machine, archive, found)
+        by_area = claims_by_area(machine, *grid, report=partial(report, "areas of the solenoids"))
+        claims = all_claims(machine, archive, found, by_area)
         return vessel, archive, claims, paper_figures(machine, archive, found, folder)
 
-    with console.progress("paper") as report:
+    with console.stages("paper") as report:
         vessel, archive, claims, drawn = aside(compute, report).result()
     publish(archive, folder / "valve_map.h5", overwrite=True)
     told = [plain(claim._asdict()) for claim in claims]
@@ -64,10 +68,14 @@ def paper_command(console, machine_file, settings, folder, overwrite):
         "faults": faults,
         "wall_time_s": wall,
     }
-    rows = [(claim.claim, claim.paper, claim.ours, claim.verdict) for claim in claims]
-    table = table_of("The paper's claims", ("claim", "paper", "model", "verdict"), rows, left=(0, 1, 2, 3))
+    rows = [(claim.claim, claim.paper, claim.ours, claim.verdict, range_in_words(claim)) for claim in claims]
+    header = ("claim", "paper", "model", "verdict", "holds for")
+    table = table_of("The paper's claims", header, rows, left=range(len(header)))
     whose = f"judged on {claims[0].judged_on}"
-    console.result(data, table, whose, f"{page}: {len(claims)} claims, {len(captions)} figures in {wall:.1f} s")
+    areas = (
+        "holds for: effective areas of the solenoids, which the paper does not print, from a quarter of their bore on"
+    )
+    console.result(data, table, whose, areas, f"{page}: {len(claims)} claims, {len(captions)} figures in {wall:.1f} s")
     for line in faults:
         console.message(line)
     return INCOMPLETE if faults else DONE

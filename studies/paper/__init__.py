@@ -1,5 +1,6 @@
 """The paper, doi 10.1631/jzus.A0820373, repeated and judged.
 
-Claims by the part of the paper that makes them: delay, stroke, equations, design, of which claim says what they are and
-claims lists them all; discharge, the tests of Fig. 3 made by the model; subject, whose valve it is; page, with figures.
+Claims by the part of the paper that makes them: delay, stroke, equations, design, numerics, engine, of which claim says
+what they are and claims lists them all; motion, those on the valve's motion, and area, over which solenoid areas they
+hold; discharge, the tests of Fig. 3 made by the model; subject, whose valve it is; page, with figures.
 """

@@ -1,10 +1,14 @@
 """What a claim of the paper is, how it is judged, and the map of the valve that many claims are about."""
 
+from itertools import groupby
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
 
-REPRODUCED, CONTRADICTED, CALIBRATED, NOT_COMPUTABLE = "reproduced", "contradicted", "calibrated", "not computable"
+AREA = "valve.solenoid.effective_area"
+"""What the paper does not print and many of its claims hang on."""
+REPRODUCED, CONTRADICTED, NOT_COMPUTABLE = "reproduced", "contradicted", "not computable"
 
 
 class Claim(NamedTuple):
@@ -25,6 +29,10 @@ class Claim(NamedTuple):
     remark: str
     judged_on: str = ""
     """Whose valve, see `studies.paper.subject`."""
+    depends_on: tuple = ()
+    """Names of what the paper does not print and what turns the verdict within `range`."""
+    range: dict | None = None
+    """Verdicts over what the paper does not print, see `range_of`; None: they do not hang on it, or were not tried."""
 
 
 class Grid(NamedTuple):
@@ -64,3 +72,42 @@ def grid_of(archive, ambient_pressure):
 def verdict_of(holds):
     """Reproduced or contradicted."""
     return REPRODUCED if holds else CONTRADICTED
+
+
+def range_of(name, unit, tried, claims):
+    """Verdicts and answers of a claim, judged over something that the paper does not print.
+
+    Parameters
+    ----------
+    name : str
+        What is varied, as a machine file names it.
+    unit : str
+    tried : sequence of float
+        In that unit, ascending.
+    claims : sequence of Claim
+        One for each of them.
+
+    Returns
+    -------
+    dict
+    """
+    verdicts, answers = ([getattr(claim, field) for claim in claims] for field in ("verdict", "ours"))
+    return {"name": name, "unit": unit, "tried": list(tried), "verdicts": verdicts, "answers": answers}
+
+
+def with_range(claim, found):
+    """A claim with its verdicts over what the paper does not print; see `range_of`."""
+    turns = len(set(found["verdicts"])) > 1
+    return claim._replace(range=found, depends_on=(*claim.depends_on, found["name"]) if turns else claim.depends_on)
+
+
+def range_in_words(claim):
+    """Which verdict holds where: ``3-12.5 mm²``, or ``contradicted: 3-7, 8.5-12.5 mm²; reproduced: 7.5-8 mm²``."""
+    if claim.range is None:
+        return "-"
+    unit, spans = {"mm^2": " mm²", "deg": "° window"}[claim.range["unit"]], {}
+    for verdict, group in groupby(zip(claim.range["verdicts"], claim.range["tried"], strict=True), itemgetter(0)):
+        values = [value for _, value in group]
+        spans.setdefault(verdict, []).append("-".join(f"{value:g}" for value in dict.fromkeys((values[0], values[-1]))))
+    lists = {verdict: f"{', '.join(found)}{unit}" for verdict, found in spans.items()}
+    return lists.popitem()[1] if len(lists) == 1 else "; ".join(f"{verdict}: {text}" for verdict, text in lists.items())

@@ -1,13 +1,12 @@
 """What the paper says, and what its equations give."""
 
-import numpy as np
+from studies.paper import design, engine, equations, numerics
+from studies.paper.claim import AREA, grid_of, range_of, with_range
+from studies.paper.motion import computed, valve_claims
+from studies.paper.subject import PAPERS, engine_subject_of, subject_of
 
-from studies.paper import delay, design, equations, stroke
-from studies.paper.claim import NOT_COMPUTABLE, grid_of
-from studies.paper.subject import PAPERS, subject_of
 
-
-def all_claims(machine, archive, found):
+def all_claims(machine, archive, found, by_area):
     """Every claim, judged.
 
     Parameters
@@ -17,45 +16,42 @@ def all_claims(machine, archive, found):
         The map over the paper's grid, see `studies.valve_map.map_valve`.
     found : studies.discharge.Discharge
         Of the model's own discharge tests.
+    by_area : dict
+        See `studies.paper.area.claims_by_area`.
 
     Returns
     -------
     list of Claim
     """
     subject, grid = subject_of(machine), grid_of(archive, machine.ambient.pressure)
+    own = valve_claims(machine, grid, subject == PAPERS)
     claims = [
-        delay.delay_rises_with_pressure(grid),
-        delay.delay_levels_off(grid),
-        delay.delay_and_temperature(grid),
-        delay.temperature_scaling(machine),
-        delay.size_of_temperature(grid, subject == PAPERS),
-        delay.delay_is_linear(grid),
-        stroke.fluctuation_rises(grid),
-        stroke.fluctuation_from_limited_area(machine),
-        stroke.pressures_cross(machine),
-        stroke.piston_rebounds(grid),
-        stroke.not_monotonic(grid, "stroke_time_over_pressure", "stroke_time_s", "full stroke time", "ms", 1e3),
-        stroke.not_monotonic(grid, "seating_speed_over_pressure", "seating_speed_m_s", "seating speed", "m/s", 1.0),
-        stroke.stroke_time_falls_with_temperature(grid),
-        stroke.response_over_pressure(grid),
-        stroke.strokes_alike(machine, grid),
-        *design.working_frequency(machine),
+        *own[:-3],
+        design.working_frequency(machine),
         design.engine_speed(),
         equations.curves_collapse(found),
         equations.exponents_of_eq_10(machine),
         equations.gauge_pressures(machine),
         equations.sign_of_outflow(machine),
-        design.friction_is_small(machine),
-        design.heat_is_small(machine),
-        design.springs_soften(machine),
-        *design.not_computable(),
+        numerics.fixed_step(machine),
+        numerics.evaluation_function(machine),
+        *own[-3:],
+        design.viscous_friction(),
+        design.time_error(),
     ]
-    return [_judged(claim, subject) for claim in claims]
+    in_engine = engine_subject_of(engine.supplied(machine))
+    return [
+        *(_over_areas(computed(claim)._replace(judged_on=subject), by_area) for claim in claims),
+        computed(engine.correction(machine))._replace(judged_on=in_engine),
+        computed(engine.speed_demand(machine))._replace(judged_on=in_engine),
+    ]
 
 
-def _judged(claim, subject):
-    """A claim with whom it was judged on; not computable where a stroke that it needs is not completed."""
-    if np.all(np.isfinite(list(claim.values.values()))):
-        return claim._replace(judged_on=subject)
-    missing = "a stroke that it needs is not completed"
-    return claim._replace(judged_on=subject, ours=missing, verdict=NOT_COMPUTABLE)
+def _over_areas(claim, by_area):
+    """A claim with its verdicts over the solenoids' area, where it was judged over that."""
+    areas = list(by_area)
+    if not areas or claim.key not in by_area[areas[0]]:
+        return claim
+    tried = [round(area * 1e6, 6) for area in areas]
+    found = [by_area[area][claim.key] for area in areas]
+    return with_range(claim, range_of(AREA, "mm^2", tried, found))

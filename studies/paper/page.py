@@ -6,6 +6,7 @@ from pathlib import Path
 import jinja2
 
 from apesim.archive import ArchiveError
+from studies.paper.claim import range_in_words
 
 TEMPLATE = """<!doctype html>
 <html lang="en">
@@ -19,9 +20,9 @@ figure { margin: 0; } img { width: 100%; } figcaption { font-size: .9rem; color:
 table { border-collapse: collapse; font-size: .92rem; width: 100%; }
 th, td { text-align: left; vertical-align: top; padding: .4rem .6rem; border-bottom: 1px solid #ddd; }
 .verdict { white-space: nowrap; font-weight: 600; }
-.reproduced { color: #1b7837; } .contradicted { color: #b2182b; } .calibrated { color: #8a6d00; }
+.reproduced { color: #1b7837; } .contradicted { color: #b2182b; }
 .other { border-left: 4px solid #b2182b; padding-left: .8rem; }
-.not { color: #666; } small { color: #555; }
+.not { color: #666; } small { color: #555; } .depends { background: #fff4d6; }
 </style>
 <h1>The paper, repeated and judged</h1>
 <p><i>Simulation and experimental study of electro-pneumatic valve used in air-powered engine</i>,
@@ -38,11 +39,15 @@ this valve does what the paper says of its own, "contradicted" that it does not:
 <p>
 {% for verdict, count in counts.items() %}{{ count }} {{ verdict }}{{ ", " if not loop.last else "." }}{% endfor %}
 </p>
+<p>The paper does not print the effective area of the solenoids; 9 mm² are chosen. The last column says for which areas,
+from a quarter of their 4 mm bore to all of it, a verdict holds; a dash: it has nothing to do with the area.</p>
 <table>
-<tr><th>where</th><th>the paper</th><th>its number or trend</th><th>the model</th><th>verdict</th></tr>
-{% for claim in claims %}
+<tr><th>where</th><th>the paper</th><th>its number or trend</th><th>the model</th><th>verdict</th>
+<th>holds for</th></tr>
+{% for claim, held in rows %}
 <tr><td>{{ claim.where }}</td><td>{{ claim.claim }}<br><small>{{ claim.remark }}</small></td><td>{{ claim.paper }}</td>
-<td>{{ claim.ours }}</td><td class="verdict {{ claim.verdict.split()[0] }}">{{ claim.verdict }}</td></tr>
+<td>{{ claim.ours }}</td><td class="verdict {{ claim.verdict.split()[0] }}">{{ claim.verdict }}</td>
+<td{% if claim.depends_on %} class="depends"{% endif %}>{{ held }}</td></tr>
 {% endfor %}
 </table>
 <h2>Figures</h2>
@@ -82,7 +87,7 @@ def write_page(claims, captions, different, folder):
         jinja2.Environment(autoescape=True)
         .from_string(TEMPLATE)
         .render(
-            claims=claims,
+            rows=[(claim, range_in_words(claim)) for claim in claims],
             captions=captions,
             different=different,
             counts={verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)},

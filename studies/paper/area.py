@@ -1,0 +1,48 @@
+"""Over which effective areas of the solenoids, which the paper does not print, a judgement of its valve holds."""
+
+import numpy as np
+
+from studies.paper.claim import grid_of
+from studies.paper.design import works_at_30_hz
+from studies.paper.motion import computed, valve_claims
+from studies.valve_map import map_valve
+
+AREAS = tuple(np.arange(3.0, 12.51, 0.5) * 1e-6)
+"""From a quarter of the solenoids' 4 mm bore to all of it, beyond which no effective area lies [m2]."""
+
+
+def with_area(machine, area):
+    """A machine whose solenoids have another effective area [m2]."""
+    solenoid = machine.valve.solenoid._replace(effective_area=float(area))
+    return machine._replace(valve=machine.valve._replace(solenoid=solenoid))
+
+
+def claims_by_area(machine, pressures, temperatures, areas=AREAS, report=None):
+    """The claims on the valve's motion, judged over effective areas of its solenoids.
+
+    Parameters
+    ----------
+    machine : engine.machine.Machine
+        Its own area is judged beside the others.
+    pressures : sequence of float
+        [Pa abs]
+    temperatures : sequence of float
+        [K]
+    areas : sequence of float
+        [m2]
+    report : function, optional
+        Called with the numbers of areas done and in all.
+
+    Returns
+    -------
+    dict of dict of studies.paper.claim.Claim
+        By area [m2], ascending, and key.
+    """
+    tried, found = sorted({*areas, machine.valve.solenoid.effective_area}), {}
+    for done, area in enumerate(tried):
+        other = with_area(machine, area)
+        grid = grid_of(map_valve(other, pressures, temperatures), machine.ambient.pressure)
+        found[area] = {claim.key: claim for claim in (*valve_claims(other, grid), computed(works_at_30_hz(other)))}
+        if report:
+            report(done + 1, len(tried))
+    return found
