@@ -16,8 +16,10 @@ from studies.paper.area import claims_by_area, with_area
 from studies.paper.claim import AREA, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED, grid_of, range_in_words
 from studies.paper.claims import all_claims
 from studies.paper.discharge import area_at, discharge_tests, emptied, vessel_of
-from studies.paper.motion import valve_claims
+from studies.paper.friction import FrictionMap, friction_table, map_friction, viscous_friction
+from studies.paper.motion import computed, valve_claims
 from studies.paper.page import write_page
+from studies.paper.statements import STATEMENTS
 from studies.paper.subject import differences
 from studies.valve_map import map_valve
 
@@ -36,13 +38,18 @@ def by_area():
 
 
 @pytest.fixture(scope="module")
+def frictions():
+    return map_friction(Machine(), (10.0, 111.08), (3e-6, 8e-6, 12.5e-6), (0.1e-3, 8e-3), (250.0, 322.0))
+
+
+@pytest.fixture(scope="module")
 def found():
     return discharge(*discharge_tests(Machine()))
 
 
 @pytest.fixture(scope="module")
-def judged(archive, found, by_area):
-    return {claim.key: claim for claim in all_claims(Machine(), archive, found, by_area)}
+def judged(archive, found, by_area, frictions):
+    return {claim.key: claim for claim in all_claims(Machine(), archive, found, by_area, frictions)}
 
 
 @pytest.mark.parametrize(
@@ -76,7 +83,7 @@ def judged(archive, found, by_area):
         ("evaluation_function", CONTRADICTED),
         ("correction_for_temperature", REPRODUCED),
         ("speed_demand", CONTRADICTED),
-        ("viscous_friction", NOT_COMPUTABLE),
+        ("viscous_friction", CONTRADICTED),
         ("time_error", NOT_COMPUTABLE),
     ],
 )
@@ -155,6 +162,36 @@ def test_what_depends_on_the_unprinted_area_says_so_with_its_range(judged):
     assert judged["stroke_time_over_pressure"].depends_on == ()
     assert range_in_words(judged["stroke_time_over_pressure"]) == "4-9 mm²"
     assert range_in_words(judged["engine_speed"]) == "-"
+
+
+def test_the_published_friction_does_not_give_what_the_text_says_of_the_motion(judged, frictions):
+    row = frictions.row_of(111.08)
+    for key in ("stroke_time", "pressure_inversion", "rebound", "response"):
+        assert not frictions.holds[key][row].any()
+    for key in ("stroke_time", "pressure_inversion", "seating_speed", "response"):
+        assert frictions.holds[key][0].all()
+        assert frictions.everywhere(key) == 10.0
+    values = judged["viscous_friction"].values
+    assert values["most_at_once"] == 2
+    assert values["most_at_once_at_any_friction"] == 5
+    assert values["rebound_in_any_condition_up_to_N_s_per_m"] is None
+    header, rows = friction_table(frictions)
+    assert rows.shape == (2 * 3 * 2, len(header))
+
+
+@pytest.mark.parametrize(("held", "verdict"), [(1.0, REPRODUCED), (0.0, CONTRADICTED), (np.nan, NOT_COMPUTABLE)])
+def test_a_friction_that_gives_all_is_reproduced_and_one_without_strokes_not_computable(held, verdict):
+    axes = [np.array([111.08]), np.array([9e-6]), np.array([1.5e-3]), np.array([287.0]), np.array([1e5, 1.9e6])]
+    claim = viscous_friction(
+        FrictionMap(*axes, {statement.key: np.full((1, 1, 1, 1), held) for statement in STATEMENTS})
+    )
+    assert computed(claim).verdict == verdict
+
+
+def test_strokes_that_are_not_completed_are_no_statement():
+    weak = changed(Machine(), {"valve.moving_mass": 1e3})
+    found = map_friction(weak, (111.08,), (9e-6,), (1.5e-3,), (287.0,), (0.1e6, 0.3e6))
+    assert all(np.isnan(held).all() for held in found.holds.values())
 
 
 def test_the_papers_step_is_enough_and_a_coarse_one_is_not(monkeypatch):
@@ -326,33 +363,34 @@ def test_much_heat_is_not_called_negligible(monkeypatch):
     assert design.heat_is_small(Machine()).verdict == CONTRADICTED
 
 
-def test_the_page_shows_every_claim_and_figure(archive, found, judged, tmp_path):
-    drawn = paper_figures(Machine(), archive, found, tmp_path)
-    captions = captions_of(vessel_of(Machine()))
-    assert [path.stem[:5] for path in drawn[::2]] == [f"fig{n:02}" for n in (3, 4, 6, 7, 8, 9, 10, 11)]
+def test_the_page_shows_every_claim_and_figure(archive, found, frictions, judged, tmp_path):
+    drawn = paper_figures(Machine(), archive, found, frictions, tmp_path)
+    captions = captions_of(vessel_of(Machine()), frictions)
+    assert [path.stem[:5] for path in drawn[::2]] == [*(f"fig{n:02}" for n in (3, 4, 6, 7, 8, 9, 10, 11)), "frict"]
     assert {path.stem for path in drawn} == set(captions)
     assert "model's own discharge tests (50 cm³, 0.5 kPa noise, 50 kHz), not measured" in captions["fig03_discharge"]
-    text = write_page(list(judged.values()), captions, [], tmp_path).read_text()
+    text = write_page(list(judged.values()), captions, [], frictions, tmp_path).read_text()
     assert all(f"{name}.png" in text and f"{name}.pdf" in text for name in captions)
     assert text.count('class="verdict') == len(judged)
     assert "Judged on the paper's valve" in text
     assert "contradicted: 4, 9 mm²; reproduced: 7.5 mm²" in text
+    assert all(statement.criterion in text for statement in STATEMENTS)
     assert all(b"/Subtype /Image" not in path.read_bytes() for path in drawn if path.suffix == ".pdf")
 
 
-def test_another_valve_is_named_and_its_area_was_not_chosen(archive, found, judged, tmp_path):
+def test_another_valve_is_named_and_its_area_was_not_chosen(archive, found, frictions, judged, tmp_path):
     other = changed(Machine(), {"valve.moving_mass": 0.2, "engine.bore": 0.09})
     leaky = differences(changed(other, {"effects.ring_leakage.area": 1e-7}))
     assert len(leaky) == 2 and leaky[1].startswith("effects.ring_leakage.area = ")
     different = differences(other)
     assert different == ["valve.moving_mass = 0.2 kg instead of 0.1145 kg"]
-    claims = {claim.key: claim for claim in all_claims(other, archive, found, {})}
+    claims = {claim.key: claim for claim in all_claims(other, archive, found, {}, frictions)}
     assert claims["size_of_temperature"].verdict == REPRODUCED
     in_engine = {key: claims.pop(key) for key in ("correction_for_temperature", "speed_demand")}
     assert all(claim.judged_on == f"another valve: {', '.join(different)}" for claim in claims.values())
     assert all("engine.bore = 90 mm instead of 85 mm" in claim.judged_on for claim in in_engine.values())
     assert all(judged[key].judged_on == "the paper's valve" for key in claims)
-    text = write_page(list(claims.values()), {}, different, tmp_path).read_text()
+    text = write_page(list(claims.values()), {}, different, frictions, tmp_path).read_text()
     assert "Judged on another valve" in text and different[0] in text
 
 
@@ -378,6 +416,7 @@ def test_the_command_leaves_page_and_claims(tmp_path, monkeypatch, capsys):
     assert main_of(app) == 0
     assert json.loads(capsys.readouterr().out)["claims"] == json.loads((out / "claims.json").read_text())
     assert (out / "index.html").exists()
+    assert len((out / "friction_map.csv").read_text().splitlines()) == 1 + 13 * 10 * 3
     assert (out / "machine.toml").exists()
     assert main_of(app) == 2
     assert "--overwrite" in capsys.readouterr().err

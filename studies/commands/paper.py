@@ -11,7 +11,7 @@ from apesim.quantities.settings import dumps
 from studies.aside import aside
 from studies.commands.given import PRESSURE, TEMPERATURE
 from studies.commands.machine import load_machine
-from studies.commands.tables import table_of, warm_up
+from studies.commands.tables import table_of, warm_up, write_traces
 from studies.console import DONE, INCOMPLETE, plain
 from studies.output import make_folder, publish
 from studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve
@@ -32,6 +32,7 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     from studies.paper.claim import range_in_words
     from studies.paper.claims import all_claims
     from studies.paper.discharge import discharge_tests
+    from studies.paper.friction import friction_table, map_friction
     from studies.paper.page import write_page
     from studies.paper.subject import differences
 
@@ -47,17 +48,20 @@ def paper_command(console, machine_file, settings, folder, overwrite):
         vessel, records = discharge_tests(machine)
         found = discharge(vessel, records)
         by_area = claims_by_area(machine, *grid, report=partial(report, "areas of the solenoids"))
-        claims = all_claims(machine, archive, found, by_area)
-        return vessel, archive, claims, paper_figures(machine, archive, found, folder)
+        frictions = map_friction(machine, report=partial(report, "frictions"))
+        claims = all_claims(machine, archive, found, by_area, frictions)
+        return vessel, archive, frictions, claims, paper_figures(machine, archive, found, frictions, folder)
 
     with console.stages("paper") as report:
-        vessel, archive, claims, drawn = aside(compute, report).result()
+        vessel, archive, frictions, claims, drawn = aside(compute, report).result()
     publish(archive, folder / "valve_map.h5", overwrite=True)
     told = [plain(claim._asdict()) for claim in claims]
     (folder / "claims.json").write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     (folder / "machine.toml").write_text(dumps(machine), encoding="utf-8")
-    captions, different = captions_of(vessel), differences(machine)
-    page = write_page(claims, captions, different, folder)
+    friction_map = folder / "friction_map.csv"
+    write_traces(friction_map, *friction_table(frictions))
+    captions, different = captions_of(vessel, frictions), differences(machine)
+    page = write_page(claims, captions, different, frictions, folder)
     faults = faults_of_map(archive)
     wall = time.perf_counter() - start
     data = {
@@ -65,6 +69,7 @@ def paper_command(console, machine_file, settings, folder, overwrite):
         "different_from_the_papers_valve": different,
         "page": str(page),
         "figures": [str(path) for path in drawn],
+        "friction_map": str(friction_map),
         "faults": faults,
         "wall_time_s": wall,
     }

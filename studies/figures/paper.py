@@ -7,6 +7,8 @@ from studies.figures.discharge import areas, pressures
 from studies.figures.style import draw
 from studies.figures.valve import contours, velocities
 from studies.paper.discharge import NOISE, RATE, area_at
+from studies.paper.friction import PAPERS, SEARCHED, conditions_in_words
+from studies.paper.statements import STATEMENTS
 from studies.valve_map import with_supply
 from valve.bench import run_bench
 
@@ -23,16 +25,20 @@ CAPTIONS = {
     "fig09_velocity": "Fig. 9. Velocity of the piston at several pressures.",
     "fig10_stroke_time": "Fig. 10. Full stroke time over pressure and temperature.",
     "fig11_seating_speed": "Fig. 11. Seating speed over pressure and temperature.",
+    "friction_map": "What the text says of Figs. 9 to 11, over friction and the solenoids' area: the share of ramps "
+    "and temperatures at which each statement holds. The line is the published 111.08 N s/m, hatched what the paper's "
+    "algorithm searched. {conditions}",
 }
 
 
-def captions_of(vessel):
-    """The captions, with what was chosen for the discharge tests."""
+def captions_of(vessel, frictions):
+    """The captions, with what was chosen for the discharge tests and for the map of frictions."""
     chosen = {"volume": vessel.volume * 1e6, "noise": NOISE / 1e3, "rate": RATE / 1e3}
+    chosen["conditions"] = conditions_in_words(frictions)
     return {name: caption.format(**chosen) for name, caption in CAPTIONS.items()}
 
 
-def paper_figures(machine, archive, found, folder):
+def paper_figures(machine, archive, found, frictions, folder):
     """All figures of the paper that the valve's model gives.
 
     Parameters
@@ -42,6 +48,7 @@ def paper_figures(machine, archive, found, folder):
         The map over the paper's grid.
     found : studies.discharge.Discharge
         Of the model's own discharge tests.
+    frictions : studies.paper.friction.FrictionMap
     folder : path
         Made if it does not exist.
 
@@ -59,6 +66,7 @@ def paper_figures(machine, archive, found, folder):
         "fig09_velocity": lambda: velocities(archive, ambient),
         "fig10_stroke_time": lambda: contours(archive, ambient, "stroke_time_s", 1e3, "full stroke time [ms]"),
         "fig11_seating_speed": lambda: contours(archive, ambient, "seating_speed_m_s", 1.0, "seating speed [m/s]"),
+        "friction_map": lambda: friction_map(frictions),
     }
     return draw(figures, folder)
 
@@ -101,4 +109,44 @@ def measures(machine):
     above.set(ylabel="lift [mm]")
     below.set(ylabel="speed [m/s]", xlabel="time after the command [ms]")
     below.set_xlim(0.0, contact + 2.0)
+    return figure
+
+
+def friction_map(found):
+    """Where the statements on Figs. 9 to 11 hold, over friction and the solenoids' area.
+
+    Parameters
+    ----------
+    found : studies.paper.friction.FrictionMap
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axes = plt.subplots(2, 3, figsize=(9.2, 6.4), layout="constrained", sharex=True, sharey=True)
+    colours = plt.get_cmap("Blues", 10)  # with more than 50 a colour bar is no longer drawn as vectors
+    columns, rows = np.arange(len(found.areas)), np.arange(len(found.frictions))
+    at = np.interp((PAPERS, *SEARCHED), found.frictions, rows)
+    for axis, statement in zip(axes.flat, STATEMENTS, strict=True):
+        share = found.holds[statement.key].mean(axis=(2, 3))
+        shown = axis.pcolormesh(columns, rows, share, vmin=0.0, vmax=1.0, cmap=colours, shading="nearest")
+        axis.axhline(at[0], color="#c1440e", lw=1.4)
+        axis.axhspan(*at[1:], facecolor="none", edgecolor="#c1440e", hatch="///", alpha=0.35, lw=0.0)
+        axis.set_title(statement.name)
+        axis.grid(False)
+        axis.set_xticks(columns, [f"{area:g}" for area in found.areas * 1e6], fontsize=8)
+        axis.set_yticks(rows, [f"{friction:g}" for friction in found.frictions])
+    for axis in axes[:, 0]:
+        axis.set_ylabel("viscous friction [N s/m]")
+    for axis in axes[-1]:
+        axis.set_xlabel("effective area [mm²]")
+    ramps, temperatures = (
+        ", ".join(f"{value:g}" for value in axis) for axis in (found.ramps * 1e3, found.temperatures)
+    )
+    figure.suptitle(
+        f"What the text says of Figs. 9-11, over {len(found.pressures)} pressures, {found.pressures[0] / 1e6:.1f} to "
+        f"{found.pressures[-1] / 1e6:.1f} MPa gauge. Red: the published {PAPERS:g} N s/m; hatched: its search",
+        fontsize=10,
+    )
+    figure.colorbar(shown, ax=axes, label=f"share of ramps ({ramps} ms) and temperatures ({temperatures} K)", aspect=35)
     return figure

@@ -1,12 +1,12 @@
 """What the paper says, and what its equations give."""
 
-from studies.paper import design, engine, equations, numerics
+from studies.paper import design, engine, equations, friction, numerics
 from studies.paper.claim import AREA, grid_of, range_of, with_range
 from studies.paper.motion import computed, valve_claims
 from studies.paper.subject import PAPERS, engine_subject_of, subject_of
 
 
-def all_claims(machine, archive, found, by_area):
+def all_claims(machine, archive, found, by_area, frictions):
     """Every claim, judged.
 
     Parameters
@@ -18,6 +18,7 @@ def all_claims(machine, archive, found, by_area):
         Of the model's own discharge tests.
     by_area : dict
         See `studies.paper.area.claims_by_area`.
+    frictions : studies.paper.friction.FrictionMap
 
     Returns
     -------
@@ -36,7 +37,7 @@ def all_claims(machine, archive, found, by_area):
         numerics.fixed_step(machine),
         numerics.evaluation_function(machine),
         *own[-3:],
-        design.viscous_friction(),
+        friction.viscous_friction(frictions),
         design.time_error(),
     ]
     in_engine = engine_subject_of(engine.supplied(machine))

@@ -133,20 +133,6 @@ def springs_soften(machine):
     )
 
 
-def viscous_friction():
-    """111.08 N s/m: the paper does not give the measurements, which it was fitted to, as numbers."""
-    return Claim(
-        "viscous_friction",
-        "experimental validation",
-        "The viscous friction coefficient is 111.08 N s/m.",
-        "111.08 N s/m",
-        "the measured curves survive as figures only",
-        {"paper": 111.08},
-        NOT_COMPUTABLE,
-        "apesim valve fit finds it from data of the same kind.",
-    )
-
-
 def time_error():
     """Simulated and measured lift differ by less than 1.2 ms: the paper does not give the measurements as numbers."""
     return Claim(

@@ -7,6 +7,8 @@ import jinja2
 
 from apesim.archive import ArchiveError
 from studies.paper.claim import range_in_words
+from studies.paper.friction import PAPERS, conditions_in_words
+from studies.paper.statements import STATEMENTS
 
 TEMPLATE = """<!doctype html>
 <html lang="en">
@@ -50,6 +52,15 @@ from a quarter of their 4 mm bore to all of it, a verdict holds; a dash: it has 
 <td{% if claim.depends_on %} class="depends"{% endif %}>{{ held }}</td></tr>
 {% endfor %}
 </table>
+<h2>What the published friction does not give</h2>
+<p>{{ friction.words }}</p>
+<table>
+<tr><th>the text</th><th>what counts as that</th><th>share of conditions at {{ friction.papers }} N s/m</th>
+<th>in all conditions up to [N s/m]</th><th>in any condition up to [N s/m]</th></tr>
+{% for row in friction.rows %}
+<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>
+{% endfor %}
+</table>
 <h2>Figures</h2>
 <div class="figures">
 {% for name, caption in captions.items() %}
@@ -61,7 +72,7 @@ from a quarter of their 4 mm bore to all of it, a verdict holds; a dash: it has 
 """
 
 
-def write_page(claims, captions, different, folder):
+def write_page(claims, captions, different, frictions, folder):
     """Write the page beside its figures.
 
     Parameters
@@ -71,6 +82,7 @@ def write_page(claims, captions, different, folder):
         By name of the figure.
     different : list of str
         By what the valve is another one than the paper's, see `studies.paper.subject.differences`.
+    frictions : studies.paper.friction.FrictionMap
     folder : path
 
     Returns
@@ -88,6 +100,7 @@ def write_page(claims, captions, different, folder):
         .from_string(TEMPLATE)
         .render(
             rows=[(claim, range_in_words(claim)) for claim in claims],
+            friction=_friction(frictions),
             captions=captions,
             different=different,
             counts={verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)},
@@ -100,3 +113,24 @@ def write_page(claims, captions, different, folder):
     except OSError as error:
         raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another folder") from None
     return path
+
+
+def _friction(frictions):
+    """What the page says of the map of frictions."""
+    row = frictions.row_of(PAPERS)
+
+    def cells(statement):
+        share = frictions.holds[statement.key][row].mean()
+        ends = frictions.everywhere(statement.key), frictions.anywhere(statement.key)
+        return (
+            statement.text,
+            statement.criterion,
+            f"{share:.0%}",
+            *("-" if end is None else f"{end:g}" for end in ends),
+        )
+
+    return {
+        "papers": f"{PAPERS:g}",
+        "words": conditions_in_words(frictions),
+        "rows": [cells(statement) for statement in STATEMENTS],
+    }
