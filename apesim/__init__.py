@@ -14,13 +14,15 @@ import importlib
 _PUBLIC = {
     "Machine": "engine.machine",
     "load_machine": "studies.commands.machine",
-    "run_bench": "valve.bench",
-    "run_steady": "engine.steady",
-    "indicators": "engine.indicators",
-    "run_sweep": "studies.sweep",
+    "run_bench": "studies.public",
+    "run_steady": "studies.public",
+    "indicators": "studies.public",
+    "run_sweep": "studies.public",
     "vary": "studies.sweep",
     "read_archive": "apesim.archive",
     "read_grid": "apesim.archive.grid",
+    "InputError": "apesim.quantities",
+    "ArchiveError": "apesim.archive",
 }
 __all__ = list(_PUBLIC)
 

@@ -152,6 +152,37 @@ def volume_of(library, effects):
     return 0.0, 0.0
 
 
+def unserved(library, effects, marched, served):
+    """Effects of a library that would be ignored: nothing that is computed knows them.
+
+    Parameters
+    ----------
+    library : sequence of Effect
+    effects : NamedTuple
+        Parameters by name of effect.
+    marched : dict
+        Parameter class by name of effect, of those that the marches are compiled for, see `acting`.
+    served : set of str
+        Slots that are looked at for this library.
+
+    Yields
+    ------
+    str
+        The name of an effect that the machine has no place for; or that is on, without a slot, in one that is not
+        served, or not among those marched; or that adds a second gas volume.
+    """
+    volumes = 0
+    for effect in library:
+        values = getattr(effects, effect.name, None)
+        if values is not None and not effect.is_on(values):
+            continue
+        slots = set(effect.slots)
+        volumes += effect.volume is not None
+        is_left_out = effect.is_marched and marched.get(effect.name) is not effect.parameters
+        if values is None or not slots or slots - served or is_left_out or (effect.volume and volumes > 1):
+            yield effect.name
+
+
 def adjusted(library, effects, machine, tables):
     """A machine after every `adjust` of a library that is on.
 

@@ -7,7 +7,7 @@ from apesim.air import Air, Ambient
 from apesim.quantities import Quantity
 from engine.breathing import DEGREE
 from engine.cylinder import Engine
-from engine.effects import Effects
+from engine.effects import Effects, unserved_effects
 from valve.groove import Groove
 from valve.piston import Valve
 from valve.supply import Supply
@@ -72,3 +72,5 @@ class Machine(NamedTuple):
         if self.groove.has_ports and ports.number * ports.diameter > round_piston:
             room = f"number times diameter at most {round_piston * 1e3:.4g} mm, the way round the valve's piston"
             yield "groove.ports.number", f"{ports.number:g} ports of {ports.diameter * 1e3:g} mm overlap", room
+        for name in unserved_effects(self.effects):
+            yield f"effects.{name}", "nothing that is computed knows it", "a file in valve/effects or engine/effects"

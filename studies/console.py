@@ -250,7 +250,7 @@ def _known(error):
         from studies.pool import Died
 
         if isinstance(error, Died):
-            print(error, file=sys.stderr)
+            _tell(error)
             return INCOMPLETE
     return None
 

@@ -105,6 +105,14 @@ class Curve(Declaration):
             values.append(value)
         return values
 
+    def check(self, value):
+        """Refuse an array, made in Python, that no file could have given; raises `Wrong`."""
+        array = np.asarray(value)
+        if array.shape[1:] != (2,) or len(array) == 1 or len(array) > MOST_POINTS or array.dtype.kind not in "if":
+            raise Wrong(f"an array of shape {array.shape} is no curve", f"give 2 to {MOST_POINTS} rows of two floats")
+        if not np.all(np.isfinite(array)) or np.any(np.diff(array[:, 0]) <= 0.0):
+            raise Wrong("is not finite, or its first column does not rise", "give finite floats in SI, sorted")
+
     def render(self, value, ambient_pressure=None):
         """The table that reads back as `value`, in SI units; "" for no curve."""
         if not len(value):

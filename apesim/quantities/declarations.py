@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral, Real
 
 from apesim.quantities.culprits import Wrong, quoted
 from apesim.quantities.units import NUMBER, si_value, unit
@@ -18,6 +19,8 @@ SLIPS = (
 """How a quantity is often written elsewhere, and how here: 0,9; barg; bar(a); 20 C."""
 MAX_SLIP = 60
 """Characters of a text in which a slip is looked for: a longer one is no quantity."""
+ROUNDING = 1e-12
+"""By which a value computed in SI may miss an end of its range, relative."""
 
 
 class Declaration:
@@ -142,6 +145,19 @@ class Quantity(Declaration):
             return ""
         return f'write "{form} gauge" or "{form} abs"' if self.suffix else f'write e.g. "{form}"'
 
+    def check(self, value):
+        """Refuse a value in SI, made in Python, whose text `read` would refuse; raises `Wrong`."""
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise Wrong(f"{quoted(value)} is no number", f"give a float in SI, {self.range_text}")
+        low, high = (end + sign * ROUNDING * abs(end) for end, sign in zip(self.ends, (-1.0, 1.0), strict=True))
+        if not low <= value <= high and not (self.optional and math.isnan(value)):
+            raise Wrong(f"{self._shown(value)} is out of range", f"allowed: {self.range_text}")
+        if self.whole and not float(value).is_integer():
+            raise Wrong(f"{self._shown(value)} is no whole number", f"give {math.floor(value)} or {math.ceil(value)}")
+
+    def _shown(self, value):
+        return self.render(float(value)) if math.isfinite(value) else repr(float(value))
+
     def render(self, value, ambient_pressure=None):
         """The shortest text that reads back as `value`; "" if not given."""
         if math.isnan(value):
@@ -228,6 +244,12 @@ class Choice(Declaration):
         if text not in self.options:
             raise Wrong(f"{quoted(raw)} is no option", f"write {self.range_text}")
         return self.options.index(text)
+
+    def check(self, value):
+        """Refuse what is no index of a word; raises `Wrong`."""
+        if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= value < len(self.options):
+            indices = ", ".join(f'{index} ("{option}")' for index, option in enumerate(self.options))
+            raise Wrong(f"{quoted(value)} is no option", f"give one of {indices}")
 
     @property
     def strong(self):

@@ -5,7 +5,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from apesim.quantities.culprits import Culprit, InputError, Wrong, culprit, quoted
-from apesim.quantities.trees import due, fields, is_section, joined, schema
+from apesim.quantities.trees import due, faults, fields, is_section, joined, schema
 
 COMMAND_LINE = "--set"
 
@@ -61,7 +61,7 @@ def read(cls, data, file, assigned=frozenset()):
         context = {"ambient_pressure": reference, "folder": Path(file).parent}
         tree = _adapter(cls).validate_python(data, context=context)
         if not culprits:
-            culprits += [Culprit(place(key), key, *fault) for key, *fault in _faults(tree)]
+            culprits += [Culprit(place(key), key, *fault) for key, *fault in faults(tree)]
     except ValidationError as errors:
         for error in errors.errors(include_url=False):
             if error["type"] == "extra_forbidden":
@@ -131,12 +131,3 @@ def unknown(cls, path, file):
     right = [joined(section, near[0])] if near else [x.key for x in schema(cls) if x.key.endswith(f".{key}")]
     right = f"did you mean {' or '.join(right)}?" if right else f"valid here: {', '.join(fields(valid))}"
     return Culprit(file, joined(section, key), "unknown key", right)
-
-
-def _faults(tree, section=""):
-    """What the ``faults`` methods of a tree find, with the full keys."""
-    for key, field in fields(type(tree)).items():
-        if is_section(field):
-            yield from _faults(getattr(tree, key), joined(section, key))
-    for key, wrong, right in getattr(tree, "faults", tuple)():
-        yield joined(section, key), wrong, right

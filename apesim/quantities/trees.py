@@ -63,6 +63,15 @@ def joined(*keys):
     return ".".join(filter(None, keys))
 
 
+def faults(tree, section=""):
+    """What the ``faults`` methods of a tree find: full key, what is wrong, what would be right."""
+    for key, field in fields(type(tree)).items():
+        if is_section(field):
+            yield from faults(getattr(tree, key), joined(section, key))
+    for key, wrong, right in getattr(tree, "faults", tuple)():
+        yield joined(section, key), wrong, right
+
+
 def overruled(tree, section=""):
     """Keys that are not looked at because of others, with the reason; see the method of that name."""
     for key, field in fields(type(tree)).items():

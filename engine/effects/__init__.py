@@ -6,7 +6,7 @@ nothing else.
 
 from typing import NamedTuple
 
-from apesim.effect import acting
+from apesim.effect import acting, unserved
 from engine.effects import (
     blow_by,
     clearance_error,
@@ -23,7 +23,8 @@ from engine.effects import (
     tabulated_groove,
     tdc_error,
 )
-from valve.effects import VALVE_EFFECTS
+from valve import effects as valve_library
+from valve.effects import VALVE_EFFECTS, ValveTables
 
 ENGINE_EFFECTS = (
     intake_pipe_loss.EFFECT,
@@ -49,3 +50,27 @@ Effects = NamedTuple("Effects", [(effect.name, effect.parameters) for effect in 
 Effects.__doc__ = "Effects: physics that the base model leaves out. A table that is present switches its effect on."
 Effects.__new__.__defaults__ = tuple(effect.parameters() for effect in ALL_EFFECTS)
 Effects.due = {effect.name: effect.strengths or effect.parameters._fields[:1] for effect in ALL_EFFECTS}
+
+VALVE_SLOTS = frozenset({"adjust", "law", "contact", "volume", "sensor"})
+ENGINE_SLOTS = VALVE_SLOTS - {"contact"}
+"""Slots that are looked at for the effects of each list: the engine has no stops."""
+
+
+def unserved_effects(effects):
+    """Effects that would be ignored, see `apesim.effect.unserved`: what was added to a list after it was compiled for.
+
+    Parameters
+    ----------
+    effects : Effects
+
+    Returns
+    -------
+    list of str
+        Their names.
+    """
+    of_valve = valve_library.VALVE_EFFECTS
+    others = [effect for effect in dict.fromkeys((*ALL_EFFECTS, *ENGINE_EFFECTS)) if effect not in of_valve]
+    return [
+        *unserved(of_valve, effects, ValveTables.__annotations__, VALVE_SLOTS),
+        *unserved(others, effects, EngineTables.__annotations__, ENGINE_SLOTS),
+    ]
