@@ -2,8 +2,9 @@
 
 The ground that all layers share, in the order in which they build on one another: kernel (the compile decorator),
 quantities (units, ranges, strict files), air (gas, its states), flow_function, restriction (flow through
-it), effect (what an effect is), slots (what a machine registers to be marched), stepper (a step), march (the one
-adaptive march), periodic (periodic states), error_bounds (how well a run promises to close), archive (HDF5).
+it), exergy (of streams and volumes), effect (what an effect is), slots (what a machine registers to be marched),
+stepper (a step), march (the one adaptive march), periodic (periodic states), error_bounds (how well a run promises to
+close), archive (HDF5).
 
 The names below are the public face. They are fetched from the layers ``valve``, ``engine`` and ``studies`` on first
 use, so that importing this package loads none of them.

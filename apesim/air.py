@@ -4,6 +4,7 @@ Pressures are absolute, everything is SI. The gas of a volume is known by its ma
 """
 
 import functools
+from math import log
 from typing import Annotated, NamedTuple
 
 from apesim.flow_function import NEARLY_EQUAL, choked_flow_function, critical_ratio, subsonic_flow_function
@@ -96,6 +97,24 @@ def temperature_of(gas, energy):
     if gas.perfect:
         for _ in range(4):
             t -= (internal_energy(gas, t) - energy) / (heat_capacity(gas, t) - gas.gas_constant)
+    return t
+
+
+@kernel
+def thermal_entropy(gas, temperature):
+    """Specific entropy but for the part of the pressure, the integral of cp/T [J/(kg K)]."""
+    t = temperature
+    if gas.perfect:
+        powers = t * (gas.a1 + t * (gas.a2 / 2.0 + t * (gas.a3 / 3.0 + t * gas.a4 / 4.0)))
+        return gas.gas_constant * (gas.a0 * log(t) + powers)
+    return gas.a0 * gas.gas_constant * log(t)
+
+
+def temperature_at_enthalpy(gas, specific_enthalpy):
+    """Temperature of a specific enthalpy [J/kg], by Newton's method where cp depends on it [K]."""
+    t = specific_enthalpy / (gas.gas_constant * (1.0 + 1.0 / (gas.heat_capacity_ratio - 1.0)))
+    for _ in range(20 if gas.perfect else 0):
+        t -= (enthalpy(gas, t) - specific_enthalpy) / heat_capacity(gas, t)
     return t
 
 

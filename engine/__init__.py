@@ -2,5 +2,5 @@
 
 In the order in which air flows: breathing (receiver, intake cam, exhaust valve), gas_exchange, cylinder, kinematics,
 friction; machine (all that a machine file can say), cycle_state, cycle (the coupled march), operating_point, steady
-(periodic state), ideal_work, indicators; effects.
+(periodic state), exergy (its ledger), ideal_work, indicators; effects.
 """

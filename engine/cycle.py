@@ -3,9 +3,7 @@
 import numpy as np
 
 from apesim.air import heat_capacity
-from apesim.effect import add_laws
 from apesim.kernel import kernel
-from apesim.scratch import zeros
 from apesim.slots import enter, events, observe, power, rates, respond, watch
 from engine.breathing import TURN, lift_line
 from engine.cycle_state import (
@@ -35,6 +33,7 @@ from engine.cycle_state import (
     PIPE_MASS,
     RECEIVER_ENERGY,
     RECEIVER_MASS,
+    SIZE,
     SUPPLIED,
     SUPPLIED_ENTHALPY,
     VALVE_WORK,
@@ -49,10 +48,12 @@ from engine.cycle_state import (
     receiver_state,
     supply_of,
 )
-from engine.cylinder import BRANCH, CAM, ENERGY, EPV, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, indicated_power
+from engine.cylinder import CAM, EPV, indicated_power
+from engine.exergy import add_exergy_rates
 from engine.gas_exchange import (
     FLOWS,
     breathing,
+    effects_of,
     exchange_changes,
     exchange_enters,
     exchange_events,
@@ -71,8 +72,8 @@ FLOW = LINE_FLOW + 1
 """First event of the flows through groove, exhaust valve, feed and pipe: into another regime."""
 BRANCHED = FLOW + FLOWS
 """Event: an effect of the cylinder on another branch of its law."""
-PRESSURE_EXTREMUM = 3
-"""Watch: extremum of the cylinder pressure."""
+PRESSURE_EXTREMUM, RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM = range(3, 6)
+"""Watches: extremum of the pressure in the cylinder and in the receiver, and of the cylinder temperature."""
 TRACE = (
     "cylinder_pressure [Pa abs]",
     "cylinder_temperature [K]",
@@ -87,16 +88,6 @@ TRACE = (
     "cylinder_volume [m3]",
 )
 """Columns of a trace, after ``crank_angle [deg]``; velocity is that of the lift, torque is indicated."""
-
-
-@kernel
-def effects_of(p, cylinder):
-    """What effects let into the cylinder: mass [kg/s] and energy [W] from outside, and past the groove; branches."""
-    if len(p.effects) > 0:
-        balance = zeros(TERMS)
-        add_laws(p.effects, cylinder, balance)
-        return balance[MASS], balance[ENERGY], balance[GROOVE_MASS], balance[GROOVE_ENERGY], balance[BRANCH]
-    return 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 @kernel
@@ -115,14 +106,14 @@ def in_domain(p, y):
 def branches_of(p, t, y):
     """On which branches of their laws the cylinder's effects are."""
     if len(p.effects) > 0:
-        return effects_of(p, cylinder_state(p, t, y)[0])[4]
+        return effects_of(p, cylinder_state(p, t, y)[0])[6]
     return 0.0
 
 
 @rates.for_type(Cycle)
 @kernel
 def cycle_rates(p, t, y, mode, dy):
-    """Rates of the engine; see `apesim.march.rates`."""
+    """Rates of the engine, and where there is room for it, of its exergy ledger; see `apesim.slots.rates`."""
     if not in_domain(p, y):
         return False
     cylinder, slope = cylinder_state(p, t, y)
@@ -136,7 +127,7 @@ def cycle_rates(p, t, y, mode, dy):
             return False
         valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
     line, line_enthalpy = line_feed(p.actuator, mode, *control_air(p, y), valve)
-    mass, energy, past_groove, past_groove_enthalpy, _ = effects_of(p, cylinder)
+    mass, energy, past_groove, past_groove_enthalpy, _, _, _ = effects_of(p, cylinder)
     groove += past_groove
     groove_enthalpy += past_groove_enthalpy
     pipe, pipe_enthalpy = piped(p, mode, receiver, intake, groove, groove_enthalpy)
@@ -164,6 +155,8 @@ def cycle_rates(p, t, y, mode, dy):
     dy[EXHAUSTED], dy[EXHAUSTED_ENTHALPY], dy[EXHAUST_BACK] = exhaust, exhaust_enthalpy, max(0.0, -exhaust)
     dy[FED], dy[FED_ENTHALPY] = fed, fed_enthalpy
     dy[WORK] = work
+    if dy.shape[0] > SIZE:
+        add_exergy_rates(p, t, y, mode, cylinder, dy)
     return True
 
 
@@ -195,18 +188,30 @@ def cycle_responds(p, tables, event, t, y, mode):
             groove_enters(p, t, y, mode)
 
 
+@kernel
+def warming_of(p, y, dy, first, temperature):
+    """Slope of the temperature of a gas volume, whose mass and energy stand in y from element ``first`` on [K/s]."""
+    gas, mass_rate = p.actuator.gas, dy[first]
+    cv = heat_capacity(gas, temperature) - gas.gas_constant
+    return (dy[first + 1] - y[first + 1] / y[first] * mass_rate) / (y[first] * cv)
+
+
 @watch.for_type(Cycle)
 @kernel
 def cycle_watches(p, t, y, dy, mode, w):
-    """Watches of the engine: those of its valve, and the slope of the cylinder pressure's logarithm."""
+    """Watches of the engine: those of its valve; slopes of the logarithms of both pressures, in cylinder and receiver,
+    and of the cylinder temperature."""
     if p.engine.intake == EPV:
         actuator_watches(p.actuator, y, dy[1], mode, w)
     cylinder, slope = cylinder_state(p, t, y)
-    gas = p.actuator.gas
     mass_rate, t_c = dy[CYLINDER_MASS], cylinder.temperature
-    cv = heat_capacity(gas, t_c) - gas.gas_constant
-    warming = (dy[CYLINDER_ENERGY] - y[CYLINDER_ENERGY] / y[CYLINDER_MASS] * mass_rate) / (y[CYLINDER_MASS] * cv)
+    warming = warming_of(p, y, dy, CYLINDER_MASS, t_c)
     w[PRESSURE_EXTREMUM] = mass_rate / y[CYLINDER_MASS] + warming / t_c - slope * p.speed / cylinder.volume
+    w[TEMPERATURE_EXTREMUM] = warming
+    if p.receiver_volume > 0.0:
+        temperature = receiver_state(p, y)[1]
+        warming = warming_of(p, y, dy, RECEIVER_MASS, temperature)
+        w[RECEIVER_EXTREMUM] = dy[RECEIVER_MASS] / y[RECEIVER_MASS] + warming / temperature
 
 
 @enter.for_type(Cycle)

@@ -35,9 +35,10 @@ class Engine(NamedTuple):
             yield "rod_length", "the crank cannot turn", f"more than half the stroke plus the pin offset, {least:g} mm"
 
 
-MASS, ENERGY, GROOVE_MASS, GROOVE_ENERGY, BRANCH, TERMS = range(6)
-"""Terms that effects add to: mass [kg/s] and energy [W] into the cylinder, from outside and past the groove;
-branches of the laws, see `apesim.effect.note_branch`; how many there are."""
+MASS, ENERGY, GROOVE_MASS, GROOVE_ENERGY, HEAT, WALL_EXERGY, BRANCH, TERMS = range(8)
+"""Terms that effects add to: mass [kg/s] and energy [W] into the cylinder, from outside and past the groove; what of
+the energy from outside is heat, and its exergy at the temperature of the wall that it comes from [W]; branches of the
+laws, see `apesim.effect.note_branch`; how many there are."""
 
 
 class CylinderState(NamedTuple):

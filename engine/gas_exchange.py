@@ -1,7 +1,10 @@
-"""Gas exchange: the flows through groove, exhaust valve, the receiver's feed and intake pipe, and their regimes."""
+"""Gas exchange: the flows through groove, exhaust valve, the receiver's feed and intake pipe, and their regimes; what
+effects let into the cylinder."""
 
+from apesim.effect import add_laws
 from apesim.kernel import kernel
 from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
+from apesim.scratch import zeros
 from engine.breathing import raised_cosine
 from engine.cycle_state import (
     EXHAUST_FLOW,
@@ -16,7 +19,18 @@ from engine.cycle_state import (
     intake_state,
     receiver_state,
 )
-from engine.cylinder import EPV, IDEAL_VALVE
+from engine.cylinder import (
+    BRANCH,
+    ENERGY,
+    EPV,
+    GROOVE_ENERGY,
+    GROOVE_MASS,
+    HEAT,
+    IDEAL_VALVE,
+    MASS,
+    TERMS,
+    WALL_EXERGY,
+)
 from valve.actuator import AREA, AREA_SLOPE
 from valve.ports import ports_area
 
@@ -67,6 +81,25 @@ def breathing(p, y, mode, cylinder, receiver, intake):
     exhaust, exhaust_enthalpy = flow_in(gas, mode[EXHAUST_FLOW], area, sides[1])
     fed, fed_enthalpy = flow_in(gas, mode[FEED_FLOW], p.engine.receiver.feed_area, sides[2])
     return groove, groove_enthalpy, exhaust, exhaust_enthalpy, fed, fed_enthalpy
+
+
+@kernel
+def effects_of(p, cylinder):
+    """What effects let into the cylinder: mass [kg/s] and energy [W] from outside, and past the groove; heat and its
+    exergy at the wall [W]; branches."""
+    if len(p.effects) > 0:
+        balance = zeros(TERMS)
+        add_laws(p.effects, cylinder, balance)
+        return (
+            balance[MASS],
+            balance[ENERGY],
+            balance[GROOVE_MASS],
+            balance[GROOVE_ENERGY],
+            balance[HEAT],
+            balance[WALL_EXERGY],
+            balance[BRANCH],
+        )
+    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 @kernel

@@ -5,8 +5,8 @@ from math import log
 from apesim.air import enthalpy, heat_capacity
 
 
-def exergy(gas, temperature, ratio):
-    """Work of isothermal expansion to ambient pressure, R T ln r [J/kg]; no machine takes more."""
+def isothermal_work(gas, temperature, ratio):
+    """Work of isothermal expansion to ambient pressure, R T ln r [J/kg]; exergy for a supply at ambient temperature."""
     return gas.gas_constant * temperature * log(ratio)
 
 

@@ -1,11 +1,13 @@
 """What comes out of an operating point: work, air, efficiencies, true valve angles, and how well it closes."""
 
+from functools import partial
 from math import nan
 
 import numpy as np
 
-from apesim.air import ANR_DENSITY, enthalpy
+from apesim.air import ANR_DENSITY, enthalpy, temperature_at_enthalpy, temperature_of
 from apesim.error_bounds import closure_of
+from apesim.exergy import flow_exergy
 from apesim.march import LOG_HEAD
 from engine.breathing import DEGREE, TURN, cam_angles
 from engine.cycle_state import (
@@ -37,10 +39,12 @@ from engine.cycle_state import (
     VENTED,
     VENTED_ENTHALPY,
     WORK,
+    receiver_state,
 )
 from engine.cylinder import CAM, IDEAL_VALVE
+from engine.exergy import TERMS, exergy_closure, exergy_ledger
 from engine.friction import friction_mean_effective_pressure, mean_piston_speed
-from engine.ideal_work import exergy, full_admission_work, isentropic_work
+from engine.ideal_work import full_admission_work, isentropic_work, isothermal_work
 from engine.kinematics import cylinder_volume, swept_volume
 from valve.actuator import PHASE
 from valve.chamber import chamber_state
@@ -65,7 +69,8 @@ INDICATORS = {
     "specific_engine_air_kg_per_kWh": ("kg/kWh", "engine air over brake work"),
     "indicated_specific_air_kg_per_kWh": ("kg/kWh", "all air over indicated work"),
     "air_L_per_min_ANR": ("L/min", "all air at the standard reference atmosphere ANR (ISO 8778)"),
-    "exergy_efficiency": ("1", "brake work over isothermal work R T ln r of all air"),
+    "exergy_efficiency": ("1", "brake work over the flow exergy of all air at its supply state"),
+    "isothermal_efficiency": ("1", "brake work over isothermal work R T ln r of all air"),
     "isentropic_efficiency": ("1", "brake work over isentropic work of all air"),
     "full_admission_efficiency": ("1", "brake work over full-admission work R T (1 - 1/r) of all air"),
     "valve_open_deg": ("deg", "crank angle at which the lift rises through the lap"),
@@ -79,12 +84,16 @@ INDICATORS = {
     "closing_fluctuation": ("1", "(peak speed - lowest later speed before contact)/peak, closing stroke"),
     "peak_cylinder_pressure_Pa": ("Pa abs", "highest cylinder pressure"),
     "intake_pressure_fluctuation_Pa": ("Pa", "highest less lowest pressure in the receiver"),
+    "lowest_cylinder_temperature_K": ("K", "lowest cylinder temperature"),
+    "exhaust_temperature_K": ("K", "temperature of the exhaust air of a cycle, mixed: by its mean enthalpy"),
+    **{f"exergy_{name}_J": ("J", f"{text}, in a cycle") for name, text in TERMS.items()},
     "converged": ("1", "whether the state repeats: 1 yes, 0 no"),
     "period_cycles": ("1", "cycles after which the state repeats: 1 or 2; 0: not seen to repeat"),
     "cycles": ("1", "cycles marched to the periodic state"),
     "periodic_change": ("1", "largest change of a state over the last cycle, relative"),
     "mass_closure": ("1", "mass not accounted for over a cycle, relative to the air through the engine"),
     "energy_closure": ("1", "energy not accounted for over a cycle, relative to the enthalpy through the engine"),
+    "exergy_closure": ("1", "exergy not accounted for over a cycle, relative to what enters"),
     "work_by_quadrature_change": ("1", "indicated work by quadrature of the dense output against the ledger, relative"),
     "work_tolerance_change": ("1", "change of the cycle's work at ten times the tolerance, relative"),
     "air_tolerance_change": ("1", "change of the engine air at ten times the tolerance, relative"),
@@ -190,6 +199,31 @@ def peak_pressure(run):
     return max(pressures)
 
 
+def receiver_range(run):
+    """Highest less lowest pressure in the receiver, over its extrema and the ends of all smooth stretches [Pa]."""
+    p = run.p
+    if p.receiver_volume == 0.0:
+        return 0.0
+    pressures = [receiver_state(p, row[LOG_HEAD:])[0] for row in (*run.log, *run.extrema)]
+    return max(pressures) - min(pressures)
+
+
+def lowest_temperature(run):
+    """Lowest cylinder temperature, over its extrema and the ends of all smooth stretches [K]."""
+    gas = run.p.actuator.gas
+    energies = [row[LOG_HEAD + CYLINDER_ENERGY] / row[LOG_HEAD + CYLINDER_MASS] for row in (*run.log, *run.extrema)]
+    return temperature_of(gas, min(energies))
+
+
+def exhaust_temperature(run):
+    """Temperature of the mean enthalpy of what flows out through the exhaust valve [K]; NaN where nothing does."""
+    gas, end = run.p.actuator.gas, run.end
+    back = end[EXHAUST_BACK]
+    mass = end[EXHAUSTED] + back
+    energy = end[EXHAUSTED_ENTHALPY] + back * enthalpy(gas, run.p.actuator.ambient.temperature)
+    return temperature_at_enthalpy(gas, energy / mass) if mass > 0.0 else nan
+
+
 def friction_pressure(run, peak):
     """Friction mean effective pressure of a run with a highest cylinder pressure [Pa]."""
     engine = run.p.engine
@@ -251,16 +285,15 @@ def indicators(machine, run):
 
     drawn = p.supply if p.control_from_receiver else p.control
 
-    def ideal(law):
-        return engine_air * law(gas, supply.temperature, supply.pressure / ambient.pressure) + control_air * law(
-            gas, drawn[1], drawn[0] / ambient.pressure
-        )
-
     def efficiency(law):
-        return ratio(brake, ideal(law)) if brake > 0.0 else nan
+        ideal = engine_air * law(supply.pressure, supply.temperature) + control_air * law(*drawn)
+        return ratio(brake, ideal) if brake > 0.0 else nan
+
+    def expanded(law):
+        return efficiency(lambda pressure, temperature: law(gas, temperature, pressure / ambient.pressure))
 
     mass_closure, energy_closure = closure(run)
-    receiver = run.trace[:, 8]
+    ledger = exergy_ledger(run, fmep * swept)
     return {
         "speed_rpm": float(f"{turns * 60.0:.12g}"),  # so that 1000 rpm is 1000 again
         "indicated_torque_Nm": work / TURN,
@@ -278,18 +311,23 @@ def indicators(machine, run):
         "specific_engine_air_kg_per_kWh": ratio(engine_air * JOULE_PER_KWH, brake),
         "indicated_specific_air_kg_per_kWh": ratio(air * JOULE_PER_KWH, work),
         "air_L_per_min_ANR": air * turns / ANR_DENSITY * 60e3,
-        "exergy_efficiency": efficiency(exergy),
-        "isentropic_efficiency": efficiency(isentropic_work),
-        "full_admission_efficiency": efficiency(full_admission_work),
+        "exergy_efficiency": efficiency(partial(flow_exergy, gas, ambient)),
+        "isothermal_efficiency": expanded(isothermal_work),
+        "isentropic_efficiency": expanded(isentropic_work),
+        "full_admission_efficiency": expanded(full_admission_work),
         **valve_angles(machine, run),
         "peak_cylinder_pressure_Pa": peak,
-        "intake_pressure_fluctuation_Pa": float(receiver.max() - receiver.min()),
+        "intake_pressure_fluctuation_Pa": receiver_range(run),
+        "lowest_cylinder_temperature_K": lowest_temperature(run),
+        "exhaust_temperature_K": exhaust_temperature(run),
+        **{f"exergy_{name}_J": value for name, value in ledger.items()},
         "converged": int(orbit.converged),
         "period_cycles": orbit.period,
         "cycles": orbit.cycles,
         "periodic_change": orbit.change,
         "mass_closure": mass_closure,
         "energy_closure": energy_closure,
+        "exergy_closure": exergy_closure(ledger),
         "work_by_quadrature_change": abs(run.work_by_quadrature / work - 1.0) if work else nan,
         "work_tolerance_change": run.work_change,
         "air_tolerance_change": run.air_change,

@@ -5,13 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Status, march
+from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, WATCH, Status, march
 from apesim.periodic import CYCLES_MOST, PERIODIC_TOLERANCE, Orbit, known_orbit, periodic_orbit
 from engine.breathing import DEGREE
-from engine.cycle import TRACE
-from engine.cycle_state import GROOVE, STATES, WORK, Cycle
+from engine.cycle import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
+from engine.cycle_state import GROOVE, SIZE, STATES, WORK, Cycle
+from engine.exergy import RATES
 from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
 from valve.actuator import PHASE
+from valve.exergy import VALVE_IMPACTS, impact_loss
 from valve.piston import HELD_CLOSED
 
 
@@ -25,13 +27,18 @@ class SteadyRun(NamedTuple):
     end: np.ndarray
     """State at its end, and the cycle's ledger; with a period of 2 cycles, their mean change added to the start."""
     log: np.ndarray
-    """See `apesim.march.march`."""
+    """See `apesim.march.march`; without the extrema below."""
+    extrema: np.ndarray
+    """Rows of the log at extrema of the receiver's pressure and of the cylinder's temperature."""
     angles: np.ndarray
     """Crank angles of the trace [rad], (n,)."""
     trace: np.ndarray
     """Columns `engine.cycle.TRACE`, (n, 11)."""
     work_by_quadrature: float
     """[J]"""
+    exergy: np.ndarray
+    """Rates of the exergy ledger, integrated over the cycle, see `engine.exergy`; with a period of 2 cycles, their mean
+    [J]."""
     work_change: float
     """Of the cycle's work at tenfold tolerance, see `apesim.march.Accuracy.tenfold`; relative."""
     air_change: float
@@ -88,31 +95,37 @@ def run_steady(
         angles = p.start + np.arange(first_angle, 2.0 * np.pi + 0.5 * angle_step, angle_step)
     times = np.minimum((angles - p.start) / speed, kinks[-1])
 
-    def cycle(y, mode, accuracy, times=times[:0]):
-        log, trace = np.empty((LOG_ROWS, LOG_HEAD + STATES)), np.full((len(times), len(TRACE)), np.nan)
+    def cycle(y, mode, accuracy, times=times[:0], log_rows=LOG_ROWS):
+        log, trace = np.empty((log_rows, LOG_HEAD + STATES)), np.full((len(times), len(TRACE)), np.nan)
         outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
         return log[: outcome.logged], trace, outcome
 
-    end, mode = orbit.y.copy(), orbit.mode.copy()
+    start = np.append(orbit.y, np.zeros(RATES))
+    end, mode = start.copy(), orbit.mode.copy()
     log, trace, outcome = cycle(end, mode, accuracy, times)
-    work = outcome.work
+    work, impacts = outcome.work, impact_loss(p.actuator, log)
     coarse, coarse_mode = orbit.y.copy(), orbit.mode.copy()
     if doubted:
-        cycle(coarse, coarse_mode, accuracy.tenfold())
+        cycle(coarse, coarse_mode, accuracy.tenfold(), log_rows=0)
     if orbit.period == 2:
-        work = 0.5 * (work + cycle(end, mode, accuracy)[2].work)
+        second, _, other = cycle(end, mode, accuracy)
+        work, impacts = 0.5 * (work + other.work), 0.5 * (impacts + impact_loss(p.actuator, second))
         if doubted:
-            cycle(coarse, coarse_mode, accuracy.tenfold())
-        end, coarse = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse)
+            cycle(coarse, coarse_mode, accuracy.tenfold(), log_rows=0)
+        end, coarse = 0.5 * (start + end), 0.5 * (orbit.y + coarse)
+    end[SIZE + VALVE_IMPACTS] = impacts
+    is_extremum = np.isin(log[:, 1], (WATCH + RECEIVER_EXTREMUM, WATCH + TEMPERATURE_EXTREMUM))
     return SteadyRun(
         p,
         orbit,
         orbit.y,
-        end,
-        log,
+        end[:SIZE],
+        log[~is_extremum],
+        log[is_extremum],
         angles,
         trace,
         work,
+        end[SIZE:],
         _change(coarse[WORK], end[WORK]) if doubted else nan,
         _change(coarse[GROOVE], end[GROOVE]) if doubted else nan,
         tolerance,

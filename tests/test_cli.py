@@ -23,9 +23,10 @@ FAST = ["--speed", "800 rpm, 1000 rpm", "--intake", "cam,ideal"]
 PROMISED = """
 speed_rpm indicated_torque_Nm brake_torque_Nm indicated_power_W brake_power_W imep_Pa engine_air_kg_per_cycle
 control_air_kg_per_cycle specific_air_kg_per_kWh specific_engine_air_kg_per_kWh indicated_specific_air_kg_per_kWh
-air_L_per_min_ANR exergy_efficiency isentropic_efficiency full_admission_efficiency valve_open_deg valve_close_deg
-full_open_deg closed_deg peak_lift_m opening_seating_speed_m_s closing_seating_speed_m_s peak_cylinder_pressure_Pa
-fluctuation converged period_cycles cycles closure wall_time_s warnings
+air_L_per_min_ANR exergy_efficiency isothermal_efficiency isentropic_efficiency full_admission_efficiency valve_open_deg
+valve_close_deg full_open_deg closed_deg peak_lift_m opening_seating_speed_m_s closing_seating_speed_m_s
+peak_cylinder_pressure_Pa lowest_cylinder_temperature_K exhaust_temperature_K
+fluctuation exergy_J_per_cycle converged period_cycles cycles closure wall_time_s warnings
 """.split()
 
 

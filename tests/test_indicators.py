@@ -98,14 +98,36 @@ def test_efficiencies_are_brake_work_over_ideal_work_of_engine_and_control_air_a
     ratios = a_machine.supply.pressure / AMBIENT, 0.9e6 / AMBIENT
     air = found["engine_air_kg_per_cycle"], found["control_air_kg_per_cycle"]
     laws = {
-        "exergy_efficiency": lambda r: R * temperature * log(r),
+        "isothermal_efficiency": lambda r: R * temperature * log(r),
         "isentropic_efficiency": lambda r: K * R / (K - 1.0) * temperature * (1.0 - r ** ((1.0 - K) / K)),
         "full_admission_efficiency": lambda r: R * temperature * (1.0 - 1.0 / r),
     }
     for name, law in laws.items():
         ideal = sum(mass * law(ratio) for mass, ratio in zip(air, ratios, strict=True))
         assert found[name] == pytest.approx(brake / ideal, rel=1e-12), name
-    assert found["exergy_efficiency"] < found["isentropic_efficiency"] < found["full_admission_efficiency"]
+    assert found["isothermal_efficiency"] < found["isentropic_efficiency"] < found["full_admission_efficiency"]
+
+
+def test_exergy_efficiency_is_brake_work_over_flow_exergy_against_the_ambient(point):
+    """h - h_0 - T_0 (s - s_0) of ideal air at 287 K, the ambient at 293.15 K."""
+    a_machine, _, found = point
+    cp, ambient, temperature = K * R / (K - 1.0), 293.15, 287.0
+    exergy = sum(
+        found[f"{name}_air_kg_per_cycle"]
+        * (cp * (temperature - ambient) - ambient * (cp * log(temperature / ambient) - R * log(pressure / AMBIENT)))
+        for name, pressure in (("engine", a_machine.supply.pressure), ("control", 0.9e6))
+    )
+    assert found["exergy_efficiency"] == pytest.approx(found["brake_torque_Nm"] * 2.0 * pi / exergy, rel=1e-12)
+
+
+def test_lowest_temperature_and_that_of_the_mixed_exhaust_are_those_of_the_trace(point):
+    _, run, found = point
+    time, column = (run.angles - run.p.start) / run.p.speed, columns(run)
+    temperature, out = column["cylinder_temperature"], np.maximum(0.0, column["exhaust_flow"])
+    mixed = np.trapezoid(out * temperature, time) / np.trapezoid(out, time)
+    assert found["exhaust_temperature_K"] == pytest.approx(mixed, rel=QUADRATURE)
+    assert found["lowest_cylinder_temperature_K"] == pytest.approx(temperature.min(), rel=1e-6)
+    assert found["lowest_cylinder_temperature_K"] <= temperature.min()
 
 
 def test_pressure_before_the_groove_fluctuates_only_with_a_finite_receiver(point):
@@ -114,7 +136,17 @@ def test_pressure_before_the_groove_fluctuates_only_with_a_finite_receiver(point
         assert found["intake_pressure_fluctuation_Pa"] == 0.0
     else:
         receiver = columns(run)["receiver_pressure"]
-        assert found["intake_pressure_fluctuation_Pa"] == receiver.max() - receiver.min() > 1e4
+        assert found["intake_pressure_fluctuation_Pa"] >= receiver.max() - receiver.min() > 1e4
+        assert found["intake_pressure_fluctuation_Pa"] == pytest.approx(receiver.max() - receiver.min(), rel=1e-4)
+
+
+def test_the_highest_and_lowest_intake_pressure_are_found_between_the_rows_of_the_trace():
+    """A dip that rows every 0.5 degrees are 1.9 % short of, and rows every 0.01 degrees at a small tolerance meet."""
+    a_machine = machine(intake="ideal", targets=(7.2, 70.0), receiver=1.0, engine__receiver__feed_area=5e-4)
+    found = indicators(a_machine, settled(a_machine, 434.0))["intake_pressure_fluctuation_Pa"]
+    fine = settled(a_machine, 434.0, tolerance=1e-10, angle_step=0.01 * DEGREE)
+    receiver = columns(fine)["receiver_pressure"]
+    assert found == pytest.approx(receiver.max() - receiver.min(), rel=1e-5)
 
 
 def crossings(angles, lift, level):
@@ -245,7 +277,7 @@ def test_ratios_over_work_that_is_not_positive_are_undefined():
     found = indicators(braking, settled(braking, 400.0))
     assert found["indicated_torque_Nm"] < 0.0
     ratios = [name for name in found if "efficiency" in name or "specific" in name]
-    assert len(ratios) == 6
+    assert len(ratios) == 7
     assert all(isnan(found[name]) for name in ratios)
     rubbing = machine(engine__friction__constant=10e5)
     found = indicators(rubbing, settled(rubbing, 800.0))

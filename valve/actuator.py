@@ -210,6 +210,36 @@ def in_domain(actuator, y):
 
 
 @kernel
+def solenoid_flows(actuator, t, mode, state):
+    """Flows SUPPLY_A...VENT_B through the solenoids, each with its enthalpy; without the effects' shares [kg/s, W]."""
+    gas, area, sides = actuator.gas, actuator.valve.solenoid.effective_area, solenoid_sides(state)
+    x_a = mode[X_A] + mode[X_A_SLOPE] * (t - mode[START])
+    x_b = mode[X_B] + mode[X_B_SLOPE] * (t - mode[START])
+    return (
+        flow_in(gas, mode[REGIME + SUPPLY_A], area * (1.0 - x_a), sides[SUPPLY_A]),
+        flow_in(gas, mode[REGIME + VENT_A], area * x_a, sides[VENT_A]),
+        flow_in(gas, mode[REGIME + SUPPLY_B], area * x_b, sides[SUPPLY_B]),
+        flow_in(gas, mode[REGIME + VENT_B], area * (1.0 - x_b), sides[VENT_B]),
+    )
+
+
+@kernel
+def _larger(flow, share):
+    return (1.0 + share) * flow[0], (1.0 + share) * flow[1]
+
+
+@kernel
+def with_shares(flows, balance):
+    """Flows through the solenoids with the shares by which effects make them larger."""
+    return (
+        _larger(flows[SUPPLY_A], balance[FLOW_SHARE + SUPPLY_A]),
+        _larger(flows[VENT_A], balance[FLOW_SHARE + VENT_A]),
+        _larger(flows[SUPPLY_B], balance[FLOW_SHARE + SUPPLY_B]),
+        _larger(flows[VENT_B], balance[FLOW_SHARE + VENT_B]),
+    )
+
+
+@kernel
 def actuator_rates(actuator, t, y, mode, supply):
     """Rates of the valve (Eqs. 1-8).
 
@@ -230,33 +260,20 @@ def actuator_rates(actuator, t, y, mode, supply):
     valve = actuator.valve
     phase = mode[PHASE]
     state = state_of(actuator, y, supply)
-    area = valve.solenoid.effective_area
-    x_a = mode[X_A] + mode[X_A_SLOPE] * (t - mode[START])
-    x_b = mode[X_B] + mode[X_B_SLOPE] * (t - mode[START])
-    gas, sides = actuator.gas, solenoid_sides(state)
-    in_a, in_energy_a = flow_in(gas, mode[REGIME + SUPPLY_A], area * (1.0 - x_a), sides[SUPPLY_A])
-    out_a, out_energy_a = flow_in(gas, mode[REGIME + VENT_A], area * x_a, sides[VENT_A])
-    in_b, in_energy_b = flow_in(gas, mode[REGIME + SUPPLY_B], area * x_b, sides[SUPPLY_B])
-    out_b, out_energy_b = flow_in(gas, mode[REGIME + VENT_B], area * (1.0 - x_b), sides[VENT_B])
+    flows = solenoid_flows(actuator, t, mode, state)
     force = smooth_force(valve, state.position, state.speed, state.pressure_a, state.pressure_b)
     speed = acceleration = mass_a = mass_b = energy_a = energy_b = 0.0
     if len(actuator.effects) > 0:
         balance = zeros(TERMS)
         add_laws(actuator.effects, state, balance)
-        share = 1.0 + balance[FLOW_SHARE + SUPPLY_A]
-        in_a, in_energy_a = share * in_a, share * in_energy_a
-        share = 1.0 + balance[FLOW_SHARE + VENT_A]
-        out_a, out_energy_a = share * out_a, share * out_energy_a
-        share = 1.0 + balance[FLOW_SHARE + SUPPLY_B]
-        in_b, in_energy_b = share * in_b, share * in_energy_b
-        share = 1.0 + balance[FLOW_SHARE + VENT_B]
-        out_b, out_energy_b = share * out_b, share * out_energy_b
+        flows = with_shares(flows, balance)
         force += balance[FORCE] + dry_friction_force(phase, balance[DRY])
         mass_a, mass_b = balance[MASS_A], balance[MASS_B]
         energy_a, energy_b = balance[ENERGY_A], balance[ENERGY_B]
     if is_moving(phase):
         speed = state.speed
         acceleration = force / valve.moving_mass
+    (in_a, in_energy_a), (out_a, out_energy_a), (in_b, in_energy_b), (out_b, out_energy_b) = flows
     work_a = state.pressure_a * valve.piston_area * speed
     work_b = -state.pressure_b * valve.piston_area * speed
     return ActuatorRates(

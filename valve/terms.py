@@ -6,9 +6,10 @@ from apesim.air import Ambient, Gas
 from valve.piston import Valve
 from valve.solenoid_flow import FLOWS
 
-FORCE, DRY, BREAKAWAY, MASS_A, ENERGY_A, MASS_B, ENERGY_B, BRANCH, FLOW_SHARE = range(9)
+FORCE, DRY, BREAKAWAY, MASS_A, ENERGY_A, MASS_B, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY, BRANCH, FLOW_SHARE = range(12)
 """Force on the piston [N], to closed; dry friction while moving and what holds at rest [N], both without sign; mass
-[kg/s] and energy [W] into chamber A and chamber B; branches of the laws, see `apesim.effect.note_branch`; from
+[kg/s] and energy [W] into chamber A and chamber B; what of the energies is heat [W], and the exergy of both heats at
+the temperature of the walls that they come from [W]; branches of the laws, see `apesim.effect.note_branch`; from
 FLOW_SHARE on, the share by which each flow of `valve.solenoid_flow` is larger."""
 TERMS = FLOW_SHARE + FLOWS
 

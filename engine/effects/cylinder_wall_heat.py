@@ -5,9 +5,10 @@ from typing import Annotated, NamedTuple
 
 from apesim.air import heat_capacity
 from apesim.effect import Effect, law
+from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.quantities import Choice, Quantity
-from engine.cylinder import ENERGY
+from engine.cylinder import ENERGY, HEAT, WALL_EXERGY
 from engine.kinematics import piston_face
 
 WOSCHNI, HOHENBERG, ANNAND, COMPRESSOR = range(4)
@@ -72,7 +73,10 @@ def cylinder_wall_heat(effect, state, balance):
     if effect.factor > 0.0:
         h += effect.factor * correlated(effect, state)
     area = 2.0 * piston_face(state.engine) + 4.0 * state.volume / state.engine.bore
-    balance[ENERGY] += h * area * (effect.wall_temperature - state.temperature)
+    heat = h * area * (effect.wall_temperature - state.temperature)
+    balance[ENERGY] += heat
+    balance[HEAT] += heat
+    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat, effect.wall_temperature)
 
 
 EFFECT = Effect(

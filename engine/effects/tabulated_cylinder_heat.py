@@ -3,10 +3,11 @@
 from math import pi
 
 from apesim.effect import Effect, law
+from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.nodes import round_the_nodes, table
 from apesim.quantities import Quantity
-from engine.cylinder import ENERGY
+from engine.cylinder import ENERGY, HEAT, WALL_EXERGY
 
 PLACES = range(0, 360, 30)
 """Crank angle [deg]."""
@@ -20,9 +21,12 @@ TabulatedCylinderHeat.__doc__ = "Heat into the cylinder over the crank angle, as
 @law.for_type(TabulatedCylinderHeat)
 @kernel
 def tabulated_cylinder_heat(effect, state, balance):
-    """Q = q(angle) p V omega."""
+    """Q = q(angle) p V omega; its wall, which nobody knows, counts as one of the air's temperature."""
     share = round_the_nodes(effect, state.angle * 6.0 / pi)
-    balance[ENERGY] += share * state.pressure * state.volume * state.speed
+    heat = share * state.pressure * state.volume * state.speed
+    balance[ENERGY] += heat
+    balance[HEAT] += heat
+    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat, state.temperature)
 
 
 EFFECT = Effect(

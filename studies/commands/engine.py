@@ -9,6 +9,7 @@ from apesim.quantities import parse
 from engine.breathing import DEGREE
 from engine.cycle import TRACE
 from engine.cylinder import INTAKES
+from engine.exergy import ENTERS, TERMS
 from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from engine.steady import run_steady
 from engine.warnings import judge_point
@@ -28,6 +29,7 @@ SHOWN = (
     ("specific air, gross", "specific_air_kg_per_kWh", 1.0, "kg/kWh"),
     ("specific air, engine air only", "specific_engine_air_kg_per_kWh", 1.0, "kg/kWh"),
     ("exergy efficiency", "exergy_efficiency", 100.0, "%"),
+    ("isothermal efficiency", "isothermal_efficiency", 100.0, "%"),
     ("isentropic efficiency", "isentropic_efficiency", 100.0, "%"),
     ("full-admission efficiency", "full_admission_efficiency", 100.0, "%"),
     ("lift crosses the lap, opening", "valve_open_deg", 1.0, "deg"),
@@ -39,10 +41,14 @@ SHOWN = (
     ("seating speed, closing", "closing_seating_speed_m_s", 1.0, "m/s"),
     ("fluctuation, opening", "fluctuation", 1.0, "-"),
     ("peak cylinder pressure", "peak_cylinder_pressure_Pa", 1e-6, "MPa abs"),
+    ("intake pressure fluctuation", "intake_pressure_fluctuation_Pa", 1e-3, "kPa"),
+    ("lowest cylinder temperature", "lowest_cylinder_temperature_K", 1.0, "K"),
+    ("exhaust temperature, mixed", "exhaust_temperature_K", 1.0, "K"),
 )
 CLOSURES = {
     "mass": "mass_closure",
     "energy": "energy_closure",
+    "exergy": "exergy_closure",
     "work_by_quadrature": "work_by_quadrature_change",
     "work_at_tenfold_tolerance": "work_tolerance_change",
     "air_at_tenfold_tolerance": "air_tolerance_change",
@@ -68,6 +74,8 @@ def engine_point(console, machine_file, settings, speed, csv):
     if run.status == Status.DONE:
         warnings = list(judge_point(machine, run, values).values())
     data = {name: value for name, value in values.items() if name not in CLOSURES.values()}
+    ledger = {name: data.pop(f"exergy_{name}_J") for name in TERMS}
+    data["exergy_J_per_cycle"] = ledger
     data |= {name: bool(data[name] == 1) for name in FLAGS}
     data |= {name: int(np.nan_to_num(data[name])) for name in COUNTS}
     data["closure"] = {name: values[key] for name, key in CLOSURES.items()}
@@ -79,12 +87,33 @@ def engine_point(console, machine_file, settings, speed, csv):
     title = f"{INTAKES[machine.engine.intake]} at {values['speed_rpm']:g} r/min"
     closes = (
         f"{run.orbit.cycles} cycles to a period of {run.orbit.period}, last change {run.orbit.change:.1e}; closure of "
-        f"mass {values['mass_closure']:.1e}, of energy {values['energy_closure']:.1e}; work by quadrature "
-        f"{values['work_by_quadrature_change']:.1e}, at tenfold tolerance {values['work_tolerance_change']:.1e}, "
-        f"air {values['air_tolerance_change']:.1e}; "
+        f"mass {values['mass_closure']:.1e}, of energy {values['energy_closure']:.1e}, of exergy "
+        f"{values['exergy_closure']:.1e}; work by quadrature {values['work_by_quadrature_change']:.1e}, at tenfold "
+        f"tolerance {values['work_tolerance_change']:.1e}, air {values['air_tolerance_change']:.1e}; "
         f"tolerance {run.tolerance:g}; {wall * 1e3:.0f} ms"
     )
-    console.result(data, table_of(title, ("", "value", "unit"), rows), closes)
+    console.result(data, table_of(title, ("", "value", "unit"), rows), exergy_table(ledger), closes)
     for warning in warnings:
         console.message(f"warning: {warning}")
     return DONE if run.status == Status.DONE and run.orbit.converged else INCOMPLETE
+
+
+def exergy_table(ledger):
+    """Table of an exergy ledger; a term of less than a millionth of what enters is left out.
+
+    Parameters
+    ----------
+    ledger : dict
+        See `engine.exergy.exergy_ledger`.
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    enters = sum(ledger[name] for name in ENTERS)
+    rows = [
+        (("in: " if name in ENTERS else "") + name.replace("_", " "), f"{term:.2f}", f"{term / enters:.1%}")
+        for name, term in ledger.items()
+        if abs(term) > 1e-6 * enters
+    ]
+    return table_of("exergy in a cycle, against the ambient", ("", "J", "of what enters"), rows)

@@ -4,9 +4,10 @@ from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect, law
+from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from valve.terms import ENERGY_A, ENERGY_B
+from valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY
 
 
 class ChamberWallHeat(NamedTuple):
@@ -25,8 +26,13 @@ def chamber_wall_heat(effect, state, balance):
         diameter = sqrt(4.0 * valve.piston_area / pi)
         area_a = 2.0 * valve.piston_area + 4.0 * state.volume_a / diameter
         area_b = 2.0 * valve.piston_area + 4.0 * state.volume_b / diameter
-        balance[ENERGY_A] += effect.h * area_a * (effect.wall_temperature - state.temperature_a)
-        balance[ENERGY_B] += effect.h * area_b * (effect.wall_temperature - state.temperature_b)
+        heat_a = effect.h * area_a * (effect.wall_temperature - state.temperature_a)
+        heat_b = effect.h * area_b * (effect.wall_temperature - state.temperature_b)
+        balance[ENERGY_A] += heat_a
+        balance[ENERGY_B] += heat_b
+        balance[HEAT_A] += heat_a
+        balance[HEAT_B] += heat_b
+        balance[WALL_EXERGY] += heat_exergy(state.ambient, heat_a + heat_b, effect.wall_temperature)
 
 
 EFFECT = Effect(

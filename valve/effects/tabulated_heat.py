@@ -1,10 +1,11 @@
 """Heat into the chambers that has no name."""
 
 from apesim.effect import Effect, law
+from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
-from valve.terms import ENERGY_A, ENERGY_B
+from valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY
 
 PLACES = "minus_80", "minus_40", 0, 40, 80
 """Temperature of the air above ambient [K]."""
@@ -17,10 +18,16 @@ TabulatedHeat.__doc__ = "Heat into chamber A and chamber B over the temperature 
 @law.for_type(TabulatedHeat)
 @kernel
 def tabulated_heat(effect, state, balance):
-    """Q_A(T_A - T_0) and Q_B(T_B - T_0) into the chambers [W]."""
+    """Q_A(T_A - T_0) and Q_B(T_B - T_0) into the chambers [W]; walls, unknown, count as of the air's temperature."""
     ambient = state.ambient.temperature
-    balance[ENERGY_A] += at_node(effect[:5], 2.0 + (state.temperature_a - ambient) / 40.0)
-    balance[ENERGY_B] += at_node(effect[5:], 2.0 + (state.temperature_b - ambient) / 40.0)
+    heat_a = at_node(effect[:5], 2.0 + (state.temperature_a - ambient) / 40.0)
+    heat_b = at_node(effect[5:], 2.0 + (state.temperature_b - ambient) / 40.0)
+    balance[ENERGY_A] += heat_a
+    balance[ENERGY_B] += heat_b
+    balance[HEAT_A] += heat_a
+    balance[HEAT_B] += heat_b
+    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat_a, state.temperature_a)
+    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat_b, state.temperature_b)
 
 
 EFFECT = Effect(

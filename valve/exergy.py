@@ -1,0 +1,141 @@
+"""Exergy of the control air: what it brings, and what becomes of it in solenoids, chambers and piston."""
+
+from apesim.effect import add_laws, restitution
+from apesim.exergy import (
+    exergy_brought,
+    exergy_stored,
+    heat_exergy,
+    mixing_loss,
+    stream_exergy,
+    stream_through,
+    throttling_loss,
+)
+from apesim.kernel import kernel
+from apesim.march import LOG_HEAD
+from apesim.restriction import flow_in
+from apesim.scratch import zeros
+from valve.actuator import LINE_REGIME, PHASE, REGIME, solenoid_flows, state_of, with_shares
+from valve.line import has_line
+from valve.motion import MET_CLOSED, MET_OPEN
+from valve.piston import HELD_CLOSED, HELD_OPEN, dry_friction_force, is_moving, land
+from valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
+from valve.terms import (
+    DRY,
+    ENERGY_A,
+    ENERGY_B,
+    FORCE,
+    HEAT_A,
+    HEAT_B,
+    MASS_A,
+    MASS_B,
+    TERMS,
+    WALL_EXERGY,
+)
+
+(
+    CONTROL_AIR,
+    WALL_HEAT,
+    SOLENOIDS,
+    VENTS,
+    VENTED_AIR,
+    CHAMBER_MIXING,
+    VALVE_FRICTION,
+    VALVE_IMPACTS,
+    LEAKS,
+    HEAT_TRANSFER,
+    VALVE_RATES,
+) = range(11)
+"""Rates of the exergy ledger that the valve adds to, see `engine.exergy.TERMS`; how many there are."""
+
+
+@kernel
+def add_valve_rates(actuator, t, y, mode, source, supply, r):
+    """Add the valve's part of the exergy ledger [W].
+
+    Parameters
+    ----------
+    actuator : valve.actuator.Actuator
+    t : float
+        [s]
+    y, mode : float array
+    source : tuple of float
+        Pressure and temperature of the control air before its line [Pa abs, K].
+    supply : tuple of float
+        See `valve.actuator.state_of`.
+    r : (>= VALVE_RATES,) float array
+        What is added to.
+
+    Returns
+    -------
+    control_air : float
+        From the source [kg/s].
+    mixing : float
+        Destroyed in the source where control air flows back and mixes with what is there [W].
+    """
+    gas, ambient, valve = actuator.gas, actuator.ambient, actuator.valve
+    state = state_of(actuator, y, supply)
+    flows, sides = solenoid_flows(actuator, t, mode, state), solenoid_sides(state)
+    balance = zeros(TERMS)
+    if len(actuator.effects) > 0:
+        add_laws(actuator.effects, state, balance)
+        flows = with_shares(flows, balance)
+    in_a = stream_through(mode[REGIME + SUPPLY_A], sides[SUPPLY_A], flows[SUPPLY_A][0])
+    out_a = stream_through(mode[REGIME + VENT_A], sides[VENT_A], flows[VENT_A][0])
+    in_b = stream_through(mode[REGIME + SUPPLY_B], sides[SUPPLY_B], flows[SUPPLY_B][0])
+    out_b = stream_through(mode[REGIME + VENT_B], sides[VENT_B], flows[VENT_B][0])
+    p_a, t_a, p_b, t_b = state.pressure_a, state.temperature_a, state.pressure_b, state.temperature_b
+    before, vent = state.supply_pressure, actuator.vent_pressure
+    r[SOLENOIDS] += throttling_loss(gas, ambient, in_a, before, p_a) + throttling_loss(gas, ambient, in_b, before, p_b)
+    r[VENTS] += throttling_loss(gas, ambient, out_a, p_a, vent) + throttling_loss(gas, ambient, out_b, p_b, vent)
+    r[VENTED_AIR] += stream_exergy(gas, ambient, out_a, vent) + stream_exergy(gas, ambient, out_b, vent)
+    r[CHAMBER_MIXING] += mixing_loss(gas, ambient, in_a, t_a) - mixing_loss(gas, ambient, out_a, t_a)
+    r[CHAMBER_MIXING] += mixing_loss(gas, ambient, in_b, t_b) - mixing_loss(gas, ambient, out_b, t_b)
+    if is_moving(mode[PHASE]):
+        force = balance[FORCE] + dry_friction_force(mode[PHASE], balance[DRY])
+        r[VALVE_FRICTION] += state.speed * (valve.viscous_friction * state.speed - force)
+    heat_a, heat_b = balance[HEAT_A], balance[HEAT_B]
+    r[LEAKS] -= exergy_brought(gas, ambient, balance[MASS_A], balance[ENERGY_A] - heat_a, p_a, t_a)
+    r[LEAKS] -= exergy_brought(gas, ambient, balance[MASS_B], balance[ENERGY_B] - heat_b, p_b, t_b)
+    r[WALL_HEAT] += balance[WALL_EXERGY]
+    r[HEAT_TRANSFER] += balance[WALL_EXERGY] - heat_exergy(ambient, heat_a, t_a) - heat_exergy(ambient, heat_b, t_b)
+    if has_line(actuator):
+        line = before, state.supply_temperature
+        mass, _ = flow_in(gas, mode[LINE_REGIME], actuator.line[1], (*source, *line))
+        drawn = stream_through(mode[LINE_REGIME], (*source, *line), mass)
+        r[SOLENOIDS] += throttling_loss(gas, ambient, drawn, source[0], before)
+        r[CHAMBER_MIXING] += mixing_loss(gas, ambient, drawn, line[1])
+        r[CHAMBER_MIXING] -= mixing_loss(gas, ambient, in_a, line[1]) + mixing_loss(gas, ambient, in_b, line[1])
+        r[CONTROL_AIR] += stream_exergy(gas, ambient, drawn, source[0])
+        return mass, -mixing_loss(gas, ambient, drawn, source[1])
+    r[CONTROL_AIR] += stream_exergy(gas, ambient, in_a, source[0]) + stream_exergy(gas, ambient, in_b, source[0])
+    mixing = -mixing_loss(gas, ambient, in_a, source[1]) - mixing_loss(gas, ambient, in_b, source[1])
+    return in_a[0] + in_b[0], mixing
+
+
+def valve_stored(actuator, y, supply):
+    """Exergy of the air in both chambers, of springs and of motion; supply: see `valve.actuator.state_of` [J]."""
+    gas, ambient, valve = actuator.gas, actuator.ambient, actuator.valve
+    state = state_of(actuator, y, supply)
+    springs = valve.spring_rate * state.position * (state.position - valve.stroke)
+    motion = 0.5 * valve.moving_mass * state.speed**2
+    a = exergy_stored(gas, ambient, y[2], y[3], state.pressure_a, state.temperature_a, state.volume_a)
+    b = exergy_stored(gas, ambient, y[4], y[5], state.pressure_b, state.temperature_b, state.volume_b)
+    return a + b + springs + motion
+
+
+def impact_loss(actuator, log):
+    """Kinetic energy that the piston loses at its stops [J].
+
+    Parameters
+    ----------
+    actuator : valve.actuator.Actuator
+    log : (l, 3 + i) float array
+        See `apesim.march.march`.
+    """
+    lost = 0.0
+    for row in log[(log[:, 1] == MET_CLOSED) | (log[:, 1] == MET_OPEN)]:
+        speed = row[LOG_HEAD + 1]
+        stop = HELD_CLOSED if row[1] == MET_CLOSED else HELD_OPEN
+        after, _ = land(stop, speed, restitution(actuator.effects, abs(speed)))
+        lost += 0.5 * actuator.valve.moving_mass * (speed**2 - after**2)
+    return lost
