@@ -209,9 +209,13 @@ def exergy_ledger(run, friction_work):
     return terms | dict(zip(WORKS, map(float, works), strict=True))
 
 
+def exergy_entering(terms):
+    """Exergy that enters by a ledger [J]; the work that drives an engine which compresses is part of it."""
+    return sum(max(0.0, term) for term in (*(terms[name] for name in ENTERS), -terms["indicated_work"]))
+
+
 def exergy_closure(terms):
-    """Exergy that a ledger does not account for, relative to what enters; an engine that compresses is brought work."""
-    brought, work = [terms[name] for name in ENTERS], terms["indicated_work"]
-    left = sum(brought) - sum(terms[name] for name in LEAVES) - terms["stored"] - work
-    enters = sum(max(0.0, term) for term in (*brought, -work))
-    return abs(left) / enters if enters else nan
+    """Exergy that a ledger does not account for, relative to what enters; NaN where nothing does."""
+    enters, leaves = (sum(terms[name] for name in names) for names in (ENTERS, LEAVES))
+    left, entering = enters - leaves - terms["stored"] - terms["indicated_work"], exergy_entering(terms)
+    return abs(left) / entering if entering else nan

@@ -9,7 +9,7 @@ from apesim.quantities import parse
 from engine.breathing import DEGREE
 from engine.cycle import TRACE
 from engine.cylinder import INTAKES
-from engine.exergy import ENTERS, TERMS
+from engine.exergy import ENTERS, LEAVES, TERMS, exergy_entering
 from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from engine.steady import run_steady
 from engine.warnings import judge_point
@@ -110,10 +110,11 @@ def exergy_table(ledger):
     -------
     rich.table.Table
     """
-    enters = sum(ledger[name] for name in ENTERS)
+    entering = exergy_entering(ledger)
+    prefix = dict.fromkeys(ENTERS, "in: ") | dict.fromkeys(LEAVES, "lost: ")
     rows = [
-        (("in: " if name in ENTERS else "") + name.replace("_", " "), f"{term:.2f}", f"{term / enters:.1%}")
+        (prefix.get(name, "") + name.replace("_", " "), f"{term:.2f}", f"{term / entering:.1%}" if entering else "-")
         for name, term in ledger.items()
-        if abs(term) > 1e-6 * enters
+        if abs(term) > 1e-6 * entering
     ]
     return table_of("exergy in a cycle, against the ambient", ("", "J", "of what enters"), rows)
