@@ -5,8 +5,7 @@ mdot T_0 (s_down - s_up); mixing, heat through a wall and friction destroy their
 states of a cycle, or an impact of its log; none is what is left over.
 """
 
-from math import nan
-
+from apesim.error_bounds import closure_of
 from apesim.exergy import (
     exergy_brought,
     exergy_stored,
@@ -214,8 +213,8 @@ def exergy_entering(terms):
     return sum(max(0.0, term) for term in (*(terms[name] for name in ENTERS), -terms["indicated_work"]))
 
 
-def exergy_closure(terms):
-    """Exergy that a ledger does not account for, relative to what enters; NaN where nothing does."""
+def exergy_closure(run, terms):
+    """Exergy that the ledger of a run does not account for, see `apesim.error_bounds.closure_of`."""
     enters, leaves = (sum(terms[name] for name in names) for names in (ENTERS, LEAVES))
-    left, entering = enters - leaves - terms["stored"] - terms["indicated_work"], exergy_entering(terms)
-    return abs(left) / entering if entering else nan
+    left = enters - leaves - terms["stored"] - terms["indicated_work"]
+    return closure_of(left, exergy_entering(terms), stored(run.p, 0.0, run.start))

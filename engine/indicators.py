@@ -327,7 +327,7 @@ def indicators(machine, run):
         "periodic_change": orbit.change,
         "mass_closure": mass_closure,
         "energy_closure": energy_closure,
-        "exergy_closure": exergy_closure(ledger),
+        "exergy_closure": exergy_closure(run, ledger),
         "work_by_quadrature_change": abs(run.work_by_quadrature / work - 1.0) if work else nan,
         "work_tolerance_change": run.work_change,
         "air_tolerance_change": run.air_change,

@@ -134,7 +134,7 @@ def test_the_ledger_closes_over_a_cycle_that_is_not_periodic_and_better_at_a_sma
         run = run_steady(machine(receiver=1.0), 1000.0 * RPM, most=1, tolerance=tolerance)
         terms = exergy_ledger(run, 0.0)
         assert abs(terms["stored"]) > 1.0
-        closures.append(exergy_closure(terms))
+        closures.append(exergy_closure(run, terms))
     assert closures[0] > 5.0 * closures[1] > 25.0 * closures[2]
 
 

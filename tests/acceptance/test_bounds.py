@@ -96,7 +96,7 @@ def test_no_machine_beats_exergy_and_every_one_closes(drawn):
     assert energy < CLOSURE
     terms = exergy_ledger(run, 0.0)
     enters = sum(terms[name] for name in ENTERS)
-    assert exergy_closure(terms) < EXERGY_CLOSURE
+    assert exergy_closure(run, terms) < EXERGY_CLOSURE
     assert {name for name in LEAVES if terms[name] < -EXERGY_CLOSURE * abs(enters)} == set()
     work, heat = run.end[WORK], a_machine.effects.cylinder_wall_heat
     heated, leaky = heat.h or heat.factor, a_machine.effects.blow_by.area > 0.0
