@@ -1,8 +1,12 @@
 """The folders of what is worked out once for all later runs."""
 
+import atexit
 import contextlib
 import os
 from pathlib import Path
+
+_temporary = []
+"""Roots that were made for a process alone, each with the process that made it."""
 
 
 def cache_root():
@@ -34,3 +38,34 @@ def private_folder(name):
         if private and os.access(folder, os.W_OK):
             return folder
     return None
+
+
+def temporary_folder(name):
+    """A folder for this process and those that it starts from now on, where the cache has none; removed at exit.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    pathlib.Path
+    """
+    import tempfile
+
+    root = Path(tempfile.mkdtemp(prefix="apesim-kernels-"))
+    _temporary.append((root, os.getpid()))
+    atexit.register(remove_temporary_folders)
+    os.environ["APESIM_CACHE_DIR"] = str(root)
+    folder = root / name
+    folder.mkdir(mode=0o700)
+    return folder
+
+
+def remove_temporary_folders():
+    """Remove what `temporary_folder` has made in this process."""
+    import shutil
+
+    for root, process in _temporary:
+        if process == os.getpid():
+            shutil.rmtree(root, ignore_errors=True)

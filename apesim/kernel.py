@@ -13,7 +13,6 @@ import hashlib
 import platform
 import shutil
 import sys
-import tempfile
 from pathlib import Path
 
 import llvmlite.binding
@@ -23,7 +22,7 @@ from numba.core import event, types
 from numba.core.caching import FunctionCache
 from numba.core.typing.templates import AbstractTemplate, infer_global
 
-from apesim.cache import cache_root, private_folder
+from apesim.cache import cache_root, private_folder, temporary_folder
 
 ROOT = Path(__file__).resolve().parent.parent
 LAYERS = ("apesim", "valve", "engine")
@@ -70,13 +69,13 @@ def cache_folder():
     Returns
     -------
     pathlib.Path
-        For this process alone where none can be kept, see `apesim.cache.private_folder`.
+        A temporary one where none can be kept, see `apesim.cache.private_folder`.
     """
     name = f"kernels-{sources_hash()}"
     is_new = not (cache_root() / name).exists()
     folder = private_folder(name)
     if folder is None:
-        return Path(tempfile.mkdtemp(prefix="apesim-kernels-"))
+        return temporary_folder(name)
     if is_new:
         _prune(folder.parent, folder)
     return folder

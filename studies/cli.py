@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from apesim.cache import remove_temporary_folders
 from studies.console import INTERRUPTED, main_of
 from studies.groups.archive import archive
 from studies.groups.engine import engine
@@ -85,5 +86,6 @@ def main():
     code = main_of(app)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is over
     if code == INTERRUPTED:
+        remove_temporary_folders()
         os._exit(code)  # what is at work in another thread need not come to its end
     sys.exit(code)

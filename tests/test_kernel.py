@@ -100,7 +100,8 @@ def folder_of(root):
 
 
 def is_alone(folder):
-    return folder.parent.name == "alone" and stat.S_IMODE(folder.stat().st_mode) == 0o700
+    modes = {stat.S_IMODE(path.stat().st_mode) for path in (folder, folder.parent)}
+    return folder.parent.parent.name == "alone" and modes == {0o700}
 
 
 def test_the_cache_folder_is_private_whatever_the_umask(root):
@@ -138,6 +139,32 @@ def test_a_link_in_place_of_the_cache_folder_is_not_followed(root, tmp_path):
 def test_where_no_cache_folder_can_be_made_one_is_made_for_this_process(root):
     root.write_text("a file, not a folder")
     assert is_alone(cache_folder.__wrapped__())
+
+
+ALONE = """
+from apesim.kernel import cache_folder
+from studies import cli
+from studies.pool import Team
+
+if __name__ == "__main__":
+    own = cache_folder()
+    with Team(2) as team:
+        assert team.map(cache_folder, [(), ()]) == [own, own]
+    cli.main_of = lambda app: {code}
+    cli.main()
+"""
+
+
+@pytest.mark.parametrize("code", [0, 130])
+def test_a_temporary_cache_folder_is_shared_with_the_workers_and_removed_at_the_end(tmp_path, code):
+    (tmp_path / "alone").mkdir()
+    (tmp_path / "file").touch()
+    (tmp_path / "alone.py").write_text(ALONE.format(code=code))
+    told = {"TMPDIR": str(tmp_path / "alone"), "APESIM_CACHE_DIR": str(tmp_path / "file")}
+    told["PYTHONPATH"] = str(Path(__file__).parents[1])
+    done = subprocess.run([sys.executable, "alone.py"], cwd=tmp_path, env=os.environ | told)
+    assert done.returncode == code
+    assert not list((tmp_path / "alone").iterdir())
 
 
 def test_only_the_newest_cache_folders_are_kept(root):
