@@ -241,11 +241,11 @@ def _known(error):
     if isinstance(error, InputError):
         return _bad_input(str(error))
     if "apesim.archive" in sys.modules:  # imported only where it can have been raised
-        from apesim.archive import ArchiveError, DamagedError
+        from apesim.archive import ArchiveError, DamagedError, IncompleteError
 
         if isinstance(error, ArchiveError):
             _tell(error)
-            return INCOMPLETE if isinstance(error, DamagedError) else BAD_INPUT
+            return INCOMPLETE if isinstance(error, DamagedError | IncompleteError) else BAD_INPUT
     if "studies.pool" in sys.modules:
         from studies.pool import Died
 

@@ -305,9 +305,10 @@ def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
 
 
 def test_an_interrupted_sweep_keeps_what_is_done_and_says_how_to_go_on(apesim, monkeypatch):
+    from studies.sweep import completion
     from studies.sweep import run as sweep
 
-    monkeypatch.setattr(sweep, "SHARD_SECONDS", 0.0)
+    monkeypatch.setattr(completion, "SHARD_SECONDS", 0.0)
     compute, calls = sweep.compute, []
 
     def interrupted(points):

@@ -30,7 +30,7 @@ def inverse(number):
 
 
 def test_a_cluster_gives_the_same_bits(scheduler, tmp_path, monkeypatch):
-    monkeypatch.setattr("studies.sweep.run.SHARD_SECONDS", 0.05)
+    monkeypatch.setattr("studies.sweep.completion.SHARD_SECONDS", 0.05)
     here = run_sweep(Machine(), SPEEDS, [EPV, CAM], tmp_path / "here.h5", timings=TIMINGS)
     with connected(scheduler) as client:
         there = run_sweep(Machine(), SPEEDS, [EPV, CAM], tmp_path / "there.h5", timings=TIMINGS, cluster=client)

@@ -14,13 +14,15 @@ from apesim.archive.inspection import export, info, verify
 
 @pytest.fixture
 def path(tmp_path):
-    return write(sample([0, 2, 3, 7], runs_planned="10"), tmp_path / "a.h5")
+    return write(sample([0, 2, 3, 7]), tmp_path / "a.h5")
 
 
 def test_info_is_plain_json(path):
+    write(sample([0, 2, 3, 7], runs_planned="10"), path)
     about = json.loads(json.dumps(info(path)))
     assert about["format"] == "apesim archive" and about["bytes"] == path.stat().st_size
     assert (about["runs"], about["first_run"], about["last_run"]) == (4, 0, 7)
+    assert about["runs_planned"] == 10
     assert about["missing_runs"] == [[1, 1], [4, 6], [8, 9]]
     assert about["axes"][1] == {
         "name": "crank_angle",
@@ -45,6 +47,33 @@ def test_info_is_plain_json(path):
 
 def test_sound_archives_have_no_fault(path):
     assert verify(path) == []
+
+
+@pytest.mark.parametrize(
+    ("runs", "told", "missing"),
+    [
+        ([0, 2, 3, 7], {}, "1, 4-6, 8-9"),
+        ([0, 2, 4, 6], {"shard": "1/1"}, "1, 3, 5, 7-9"),
+        ([0, 2, 4, 6], {"shard": "1/2"}, "8"),
+        ([0, 2, 4, 6, 8], {"shard": "1/2"}, ""),
+        ([1, 3, 7, 9], {"shard": "2/2"}, "5"),
+        ([0, 1, 3, 4, 6, 7, 9], {"shard": "1/3; 2/3"}, ""),
+        ([0, 1, 3, 6, 7, 9], {"shard": "1/3; 2/3"}, "4"),
+        ([0, 2, 4, 6, 8], {"command": "apesim engine sweep --shard 1/2 --out a.h5"}, ""),
+        ([0, 3, 6], {"command": "apesim engine sweep --shard=1/3; apesim engine sweep --shard=2/3"}, "1, 4, 7-9"),
+        ([0, 2], {"shard": "0/0"}, "1, 3-9"),
+        ([], {"shard": "1/2"}, "0-8"),
+    ],
+)
+def test_an_archive_that_planned_more_than_it_holds_is_at_fault(path, runs, told, missing):
+    write(sample(runs, runs_planned="10", **told), path)
+    remedy = "go on with --resume, or compute it again"
+    assert verify(path) == ([f"{path}: runs {missing} of 10 planned are missing; {remedy}"] if missing else [])
+
+
+def test_a_huge_plan_is_no_burden(path):
+    write(sample([0, 2], runs_planned="9" * 18, shard="1/2"), path)
+    assert len(verify(path)) == 1
 
 
 def test_all_faults_are_listed(path):

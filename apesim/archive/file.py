@@ -16,6 +16,7 @@ Archives of format version 1 have no digests.
 
 from __future__ import annotations
 
+import glob
 import importlib.metadata
 import io
 import json
@@ -39,6 +40,7 @@ from apesim.archive.untrusted import (
     SIZE_LIMIT,
     ArchiveError,
     DamagedError,
+    IncompleteError,
     check_digest,
     damage_named,
     load_about,
@@ -52,11 +54,13 @@ __all__ = [
     "Archive",
     "ArchiveError",
     "DamagedError",
+    "IncompleteError",
     "Variable",
     "command_line",
     "read",
     "read_about",
     "read_digest",
+    "remove_temporaries",
     "replace_file",
     "sha256",
     "validate",
@@ -162,6 +166,13 @@ def replace_file(path: Path, content: bytes | memoryview) -> None:
             os.fsync(folder)
         finally:
             os.close(folder)
+
+
+def remove_temporaries(path: Path) -> None:
+    """Remove what killed writers of a file have left beside it; for the holder of its `shards.lock`."""
+    for left in path.parent.glob(f".{glob.escape(path.name)}.{'[0-9a-f]' * 8}.tmp"):
+        with suppress(OSError):
+            left.unlink()
 
 
 def _image(archive: Archive) -> memoryview:

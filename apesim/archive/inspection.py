@@ -15,7 +15,7 @@ import numpy as np
 
 from apesim.archive.file import PACKAGES, Archive, ArchiveError, read, read_about, read_digest
 from apesim.archive.records import Variable, check_variable, validate
-from apesim.archive.shards import missing_runs
+from apesim.archive.shards import gaps_in_words, missing_runs, runs_planned
 from apesim.archive.untrusted import check_digest, damage_named, load_digests, load_stored, opened, variable_of
 
 __all__ = ["export", "info", "verify"]
@@ -33,9 +33,9 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     -------
     dict
         `path`, `bytes`, `format`, `format_version`, `content_sha256` (see `read_digest`), `created`, `versions`,
-        `runs`, `first_run`, `last_run`, `missing_runs` (first and last of each gap), `axes` (name, length, unit,
-        first and last value), `variables` (name, dims, shape, dtype, unit, description, meanings), `machine`,
-        `provenance`.
+        `runs`, `runs_planned` (of the whole sweep, None where it is not known), `first_run`, `last_run`,
+        `missing_runs` (first and last of each gap in its share of the sweep), `axes` (name, length, unit, first and
+        last value), `variables` (name, dims, shape, dtype, unit, description, meanings), `machine`, `provenance`.
 
     Raises
     ------
@@ -77,6 +77,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         "created": provenance.get("created", ""),
         "versions": {k: provenance[k] for k in ("python", *PACKAGES, "hdf5") if k in provenance},
         "runs": len(runs),
+        "runs_planned": runs_planned(archive),
         "first_run": runs[0] if runs else None,
         "last_run": runs[-1] if runs else None,
         "missing_runs": [list(gap) for gap in missing_runs(archive)],
@@ -88,7 +89,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def verify(path: str | os.PathLike[str]) -> list[str]:
-    """Read every chunk and check every promise of the format.
+    """Read every chunk and check every promise of the format, and that no planned run is missing.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
     path = Path(path)
     faults: list[str] = []
     try:
-        machine, _ = read_about(path)
+        machine, provenance = read_about(path)
         tomllib.loads(machine)
     except ArchiveError as error:
         return [str(error)]
@@ -129,7 +130,11 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
                 except ArchiveError as error:
                     faults.append(str(error))
             if not faults:
-                validate(Archive(machine, {}, variables))
+                archive = Archive(machine, provenance, variables)
+                validate(archive)
+                if (planned := runs_planned(archive)) is not None and (gaps := missing_runs(archive)):
+                    what = f"runs {gaps_in_words(gaps)} of {planned} planned are missing"
+                    faults.append(str(ArchiveError(path, what, "go on with --resume, or compute it again")))
     except ArchiveError as error:
         faults.append(str(error))
     return faults

@@ -2,6 +2,9 @@
 
 A sweep into F.h5 holds F.h5.lock, puts finished runs into F.h5.shards/ about once a second, each shard by
 temporary file and rename, and merges them at the end. Killed at any time, it loses at most the shard in work.
+
+The provenance of an archive says how many runs were planned ("runs_planned"), and which share of them it was to hold
+("shard": "1/4" is every fourth from the first; a merge lists several), so that what it lacks can be told from it alone.
 """
 
 from __future__ import annotations
@@ -10,6 +13,7 @@ import hashlib
 import itertools
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -21,20 +25,26 @@ import filelock
 import numpy as np
 
 from apesim.archive.comparison import machine_differences
-from apesim.archive.file import Archive, ArchiveError, read, write
+from apesim.archive.file import Archive, ArchiveError, read, remove_temporaries, write
 from apesim.archive.records import validate
 
 __all__ = [
     "Shards",
+    "gaps_in_words",
     "lock",
     "merge",
     "missing_runs",
     "plan_hash",
     "read_shards",
     "remove_shards",
+    "runs_planned",
     "shards_folder",
     "write_shard",
 ]
+
+
+MAX_GAPS_NAMED = 10
+"""A line of ten is still read."""
 
 
 class Shards(NamedTuple):
@@ -74,7 +84,7 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     """Hold F.h5.lock while an archive is being made, so that no second sweep writes the same target.
 
     The lock ends with the process, however it ends. Its file is removed while it is still held; filelock takes no lock
-    on a file that was removed in the meantime.
+    on a file that was removed in the meantime. What killed writers have left of the archive is removed first.
 
     Raises
     ------
@@ -102,6 +112,7 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
         with suppress(OSError):
             since = datetime.now(UTC).isoformat(timespec="seconds")
             lock_file.write_text(f"process {os.getpid()} since {since}", encoding="utf-8")
+        remove_temporaries(Path(path))
         yield
     finally:
         with suppress(OSError):  # Windows lets go of no open file; there filelock removes it
@@ -246,6 +257,12 @@ def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | No
     return Archive(parts[0].machine, _joined_provenance(parts), variables)
 
 
+def runs_planned(archive: Archive) -> int | None:
+    """Number of runs of the whole sweep that an archive is of or from; None where it does not say."""
+    planned = archive.provenance.get("runs_planned", "")
+    return int(planned) if planned.isdecimal() and len(planned) < 19 else None
+
+
 def missing_runs(archive: Archive, total: int | None = None) -> list[tuple[int, int]]:
     """Runs that an archive lacks.
 
@@ -254,21 +271,44 @@ def missing_runs(archive: Archive, total: int | None = None) -> list[tuple[int, 
     archive : Archive
         Whole or partial.
     total : int, optional
-        Runs of the whole sweep, numbered from 0. By default the provenance entry "runs_planned", else what
-        the highest run number implies.
+        Runs of the whole sweep, numbered from 0, all of which count. By default `runs_planned`, of which only those
+        count that are in the archive's share; else what the highest run number implies.
 
     Returns
     -------
     list of (int, int)
-        First and last number of each gap, in order.
+        First and last missing number of each gap, in order.
     """
-    planned = archive.provenance.get("runs_planned", "")
-    if total is None and planned.isdecimal() and len(planned) < 19:
-        total = int(planned)
+    shares = [(1, 1)] if total is not None else _shares(archive)
+    total = runs_planned(archive) if total is None else total
     runs = archive.runs.tolist()
     end = (runs[-1] + 1 if runs else 0) if total is None else total
     edges = [-1, *(run for run in runs if run < end), end]
-    return [(a + 1, b - 1) for a, b in itertools.pairwise(edges) if b - a > 1]
+    gaps = [(a + 1, b - 1) for a, b in itertools.pairwise(edges) if b - a > 1]
+    return [trimmed for gap in gaps if (trimmed := _trimmed(*gap, shares))]
+
+
+def gaps_in_words(gaps: Sequence[Sequence[int]]) -> str:
+    """Gaps between runs in words: "3, 5-7"; of many only the first `MAX_GAPS_NAMED`."""
+    words = [f"{first}-{last}" if last > first else f"{first}" for first, last in gaps[:MAX_GAPS_NAMED]]
+    if len(gaps) > MAX_GAPS_NAMED:
+        words.append(f"{len(gaps) - MAX_GAPS_NAMED} more gaps")
+    return ", ".join(words)
+
+
+def _shares(archive: Archive) -> list[tuple[int, int]]:
+    """Shares of a sweep that an archive was to hold, (i, N) for every N-th run from the i-th."""
+    told = re.findall(r"(\d{1,18})/(\d{1,18})", archive.provenance.get("shard", ""))
+    if not told:  # the provenance of format version 1 has the command only
+        told = re.findall(r"--shard[ =](\d{1,18})/(\d{1,18})", archive.provenance.get("command", ""))
+    return [(int(i), int(n)) for i, n in told if int(n)] or [(1, 1)]
+
+
+def _trimmed(first: int, last: int, shares: Sequence[tuple[int, int]]) -> tuple[int, int] | None:
+    """A gap without the runs at its ends that are in none of some shares; None where it has no others."""
+    ends = [(first + (i - 1 - first) % n, last - (last - i + 1) % n) for i, n in shares]
+    ends = [(a, b) for a, b in ends if a <= b]
+    return (min(a for a, _ in ends), max(b for _, b in ends)) if ends else None
 
 
 def _conflict(a: Archive, b: Archive) -> str:

@@ -91,6 +91,10 @@ class DamagedError(ArchiveError):
     """A file whose content cannot be trusted."""
 
 
+class IncompleteError(ArchiveError):
+    """A file that is not made, as none of its runs could be computed."""
+
+
 def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> None:
     """Walk through all objects of an open file without reading data.
 

@@ -4,7 +4,7 @@ import contextlib
 import functools
 import sys
 
-from apesim.archive import command_line
+from apesim.archive import command_line, read_digest
 from apesim.archive.grid import axes_of, places_of
 from apesim.quantities import Choice, Culprit, InputError, parse, parse_range
 from engine.cylinder import EPV, INTAKES
@@ -60,17 +60,21 @@ def sweep_command(
     drawn = sweep_figures(result.archive, out.with_suffix(".figures")) if figures else []
     data = {
         "archive": str(out),
+        "content_sha256": read_digest(out),
         "figures": [str(path) for path in drawn],
         "runs": len(result.archive.runs),
         "axes": axes_of(result.archive),
         "faults": result.faults,
         "warnings": warnings,
+        "was_finished": result.was_finished,
         "wall_time_s": result.seconds,
     }
-    console.result(data, sweep_table(result.archive), summary(data, f"{data['runs']} runs"))
+    runs = f"{data['runs']} runs"
+    told = f"finished already, its {runs} checked" if result.was_finished else runs
+    console.result(data, sweep_table(result.archive), summary(data, told))
     for line in result.faults + warnings:
         console.message(f"warning: {line}")
-    return INCOMPLETE if result.faults else DONE
+    return INCOMPLETE if result.faults and not result.was_finished else DONE
 
 
 def _in_rpm(speed):

@@ -1,7 +1,8 @@
 """Sweeps of operating points: speeds, intakes and any keys of a machine, into one archive.
 
 In the order in which they build on one another: variation (machines that differ in some keys), plan (the operating
-points), compute (run them), results (as an archive), run (all of it, safe against being killed).
+points), compute (run them), results (as an archive), completion (until none is missing), run (all of it, safe against
+being killed).
 """
 
 from studies.sweep.plan import CORRECTED, FIXED, TIMINGS

@@ -1,28 +1,28 @@
 """A sweep into one archive: what is finished survives a kill, and is the same however the work is shared out."""
 
+import functools
 import hashlib
+import itertools
 import json
 import operator
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from apesim.archive import Archive, ArchiveError, write
-from apesim.archive.shards import lock, merge, plan_hash, read_shards, remove_shards, shards_folder, write_shard
+from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, read, write
+from apesim.archive.shards import lock, merge, missing_runs, plan_hash, read_shards, remove_shards, shards_folder
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from engine.operating_point import cycle_of
 from studies.cluster import run_on_cluster
 from studies.output import refuse_folder, refuse_to_replace
 from studies.pool import run_tasks, workers_for
+from studies.sweep.completion import complete, keep, seconds_of
 from studies.sweep.compute import compute
-from studies.sweep.plan import CORRECTED, FIXED, plan
+from studies.sweep.plan import FIXED, plan
 from studies.sweep.results import archive_of, faults_of
 from studies.sweep.variation import Variation
-
-SECONDS_A_POINT = {FIXED: 0.03, CORRECTED: 0.12}
-SHARD_SECONDS = 1.0
-"""Work of a shard."""
 
 
 class SweepResult(NamedTuple):
@@ -31,9 +31,11 @@ class SweepResult(NamedTuple):
     path: Path
     archive: Archive
     faults: list
-    """One line for each point that is out of reach, failed or did not converge."""
+    """One line for each point that is out of reach, failed or did not converge, and for those that are missing."""
     seconds: float
-    """Computing time, warm."""
+    """Computing time, warm; that of checking, where it was finished already."""
+    was_finished: bool
+    """The archive was there and whole already, and nothing was computed."""
 
 
 def run_sweep(
@@ -75,7 +77,7 @@ def run_sweep(
     shard : tuple of int, optional
         (i, N): only every N-th point from the i-th, i = 1...N; `apesim archive merge` joins the archives.
     resume : bool
-        Go on with the shards of a sweep that was interrupted.
+        Go on with the shards of a sweep that was interrupted; one that is finished stays as it is.
     overwrite : bool
         Replace an archive or shards that are there.
     command : str
@@ -92,7 +94,9 @@ def run_sweep(
     Raises
     ------
     ArchiveError
-        The target exists, or another process writes it.
+        The target exists, or another process writes it, or it cannot be written.
+    IncompleteError
+        Not one of the runs could be computed.
     """
     out = Path(out)
     text = dumps(machine)
@@ -109,6 +113,7 @@ def run_sweep(
         "plan_hash": plan_hash(text, settings | {"kernels": sources_hash()}),
         "kernels": sources_hash(),
         "runs_planned": str(len(points)),
+        "shard": "{}/{}".format(*shard or (1, 1)),
         "axes": json.dumps(planned.axes),
     }
     refuse_folder(out)
@@ -118,54 +123,37 @@ def run_sweep(
         if not points:
             raise ArchiveError(out, "its share of the work is empty", f"give --shard i/N with N at most {total}")
     with lock(out):
-        _clear(out, resume, overwrite)
+        start = time.perf_counter()
+        there = _own_archive(out, provenance, overwrite) if resume else None
+        if there and not missing_runs(there):
+            read_shards(shards_folder(out), provenance["plan_hash"])  # those of another sweep are not ours to remove
+            remove_shards(shards_folder(out))
+            return SweepResult(out, there, faults_of(there), time.perf_counter() - start, was_finished=True)
+        _clear(out, resume, overwrite or there)
         warm_up(compute, _first_of_each_kind(points))  # one process compiles; the others' time is that of computing
         start = time.perf_counter()
-        faults = _complete(out, points, planned.variation, text, provenance, jobs, cluster, report)
-        parts = read_shards(shards_folder(out), provenance["plan_hash"]).parts
-        if not parts:
-            raise ArchiveError(out, "no point could be computed, every worker process died", "try --jobs 1")
-        archive = merge(parts)
-        write(archive, out)
-        remove_shards(shards_folder(out))
-    return SweepResult(out, archive, faults + faults_of(archive), time.perf_counter() - start)
+        found = complete(
+            shards_folder(out),
+            points,
+            provenance["plan_hash"],
+            run=functools.partial(run_on_cluster, cluster, compute) if cluster else functools.partial(_run_here, jobs),
+            to_archive=lambda *done: archive_of(*done, planned.variation, text, provenance),
+            report=report or (lambda done, total: None),
+        )
+        if not found.parts:
+            raise IncompleteError(out, *found.faults[0])
+        archive = merge(found.parts)
+        archive = replace(archive, provenance=archive.provenance | {"shard": provenance["shard"]})
+        keep(archive, functools.partial(write, path=out))
+        if not found.faults:
+            remove_shards(shards_folder(out))
+    faults = [f"{what}; {remedy}" for what, remedy in found.faults] + faults_of(archive)
+    return SweepResult(out, archive, faults, time.perf_counter() - start, was_finished=False)
 
 
-def _complete(out, points, variation, machine, provenance, jobs, cluster, report):
-    """Compute the points that no shard holds, and write them as shards; one line for each that could not be."""
-    done = set(read_shards(shards_folder(out), provenance["plan_hash"]).done)
-    chunks = _chunks([point for point in points if point.run not in done])
-    report = report or (lambda done, total: None)
-    finished, faults = len(done), []
-    report(finished, len(points))
-    for chunk, results in run_on_cluster(cluster, compute, chunks) if cluster else _run_here(compute, chunks, jobs):
-        if results is None:
-            faults += [f"run {point.run}: its worker died" for point in chunk]
-            continue
-        write_shard(shards_folder(out), archive_of(chunk, results, variation, machine, provenance))
-        finished += len(chunk)
-        report(finished, len(points))
-    return faults
-
-
-def _run_here(task, chunks, jobs):
+def _run_here(jobs, chunks):
     """As `studies.pool.run_tasks`, in as many processes as the work is worth."""
-    return run_tasks(task, chunks, workers_for(sum(map(_seconds, chunks)), jobs))
-
-
-def _seconds(points):
-    """Estimated computing time of some points."""
-    return sum(SECONDS_A_POINT[point.timing] for point in points)
-
-
-def _chunks(points):
-    """Points in shares of about `SHARD_SECONDS`."""
-    chunks = []
-    for point in points:
-        if not chunks or _seconds(chunks[-1]) >= SHARD_SECONDS:
-            chunks.append([])
-        chunks[-1].append(point)
-    return chunks
+    return run_tasks(compute, chunks, workers_for(seconds_of(itertools.chain(*chunks)), jobs))
 
 
 def _first_of_each_kind(points):
@@ -185,6 +173,22 @@ def _hash_of(machines):
     for machine in machines:
         digest.update(json.dumps(machine, default=lambda curve: curve.tolist()).encode())
     return digest.hexdigest()
+
+
+def _own_archive(out, provenance, overwrite):
+    """The archive that is there, if it is of this sweep and of this share of it."""
+    if not out.exists():
+        return None
+    try:
+        archive = read(out)
+    except DamagedError as error:
+        if overwrite:
+            return None
+        raise DamagedError(out, f"is there, but damaged ({error.what})", "give --overwrite to replace it") from None
+    except ArchiveError:
+        return None
+    own = all(archive.provenance.get(key) == provenance[key] for key in ("plan_hash", "shard"))
+    return archive if own else None
 
 
 def _clear(out, resume, overwrite):
