@@ -27,6 +27,7 @@ import numpy as np
 from apesim.archive.comparison import machine_differences
 from apesim.archive.file import Archive, ArchiveError, read, remove_temporaries, write
 from apesim.archive.records import validate
+from apesim.archive.untrusted import TooLargeError
 
 __all__ = [
     "Shards",
@@ -175,12 +176,14 @@ def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
     Raises
     ------
     ArchiveError
-        A shard belongs to another sweep.
+        A shard belongs to another sweep, or takes more memory than is available.
     """
     shards = Shards([], [], [])
     for path in sorted(Path(folder).glob("runs_*.h5")):
         try:
             part = read(path)
+        except TooLargeError:
+            raise
         except ArchiveError as error:
             shards.damaged.append(str(error))
             continue

@@ -91,6 +91,10 @@ class DamagedError(ArchiveError):
     """A file whose content cannot be trusted."""
 
 
+class TooLargeError(ArchiveError):
+    """A file that may be sound, but takes more memory than is available."""
+
+
 class IncompleteError(ArchiveError):
     """A file that is not made, as none of its runs could be computed."""
 
@@ -152,7 +156,7 @@ def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SI
                     raise ArchiveError(path, what, remedy)
                 if total > memory:
                     what = f"{name}: the datasets take {total} bytes together, more than the {memory:.0f} available"
-                    raise ArchiveError(path, what, FREE_MEMORY)
+                    raise TooLargeError(path, what, FREE_MEMORY)
             else:
                 raise ArchiveError(path, f"{name} is neither group nor dataset", remedy)
 
@@ -233,7 +237,7 @@ def damage_named(path: Path, item: str) -> Iterator[None]:
     except ArchiveError:
         raise
     except MemoryError as error:
-        raise ArchiveError(path, f"{item or 'the file'} takes more memory than is available", FREE_MEMORY) from error
+        raise TooLargeError(path, f"{item or 'the file'} takes more memory than is available", FREE_MEMORY) from error
     except _DAMAGE as error:
         where = f"{item}: " if item and not str(error).startswith(f"{item}:") else ""
         remedy = "the file is damaged or foreign: restore a copy or compute it again"

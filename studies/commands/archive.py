@@ -4,11 +4,12 @@ Each takes a machine, like every command: it then says in which keys the archive
 with 3 if there are any; nothing is written then.
 """
 
-from apesim.archive import read, read_about
+from apesim.archive import read, read_about, read_digest
 from apesim.archive.comparison import diff, machine_differences, provenance_differences
 from apesim.archive.inspection import export, info, verify
-from apesim.archive.shards import merge, missing_runs
+from apesim.archive.shards import gaps_in_words, merge, missing_runs, runs_planned
 from apesim.terminal import visible
+from studies.commands.archived import digest_line
 from studies.commands.tables import table_of
 from studies.console import DONE, INCOMPLETE
 from studies.output import publish
@@ -55,12 +56,16 @@ def show_info(console, machine_file, settings, path):
     """Axes, variables and provenance of an archive; returns the exit code."""
     others = other_machine(machine_file, settings, [path])
     data = info(path) | {"machine_differences": others}
+    planned = "" if data["runs_planned"] is None else f" of {data['runs_planned']} planned"
+    if "shard" in data["provenance"] and data["provenance"]["shard"] != "1/1":
+        planned += f", share {data['provenance']['shard']}"
     facts = [
         ("format", f"{data['format']} {data['format_version']}"),
+        ("content", digest_line(data["content_sha256"])),
         ("created", data["created"]),
         ("size", f"{data['bytes']:,} bytes"),
-        ("runs", f"{data['runs']}"),
-        ("missing runs", ", ".join(f"{first}-{last}" for first, last in data["missing_runs"]) or "none"),
+        ("runs", f"{data['runs']}{planned}"),
+        ("missing runs", gaps_in_words(data["missing_runs"]) or "none"),
         ("versions", ", ".join(f"{name} {version}" for name, version in data["versions"].items())),
         ("command", data["provenance"].get("command", "")),
     ]
@@ -71,15 +76,17 @@ def show_info(console, machine_file, settings, path):
     ]
     table = table_of("", ("variable", "axes", "unit", "what it is"), rows, left=(0, 1, 2, 3))
     console.result(data, "\n".join(lines), table, *_lines(others))
-    return INCOMPLETE if others else DONE
+    is_whole = data["runs_planned"] is None or not data["missing_runs"]
+    return DONE if is_whole and not others else INCOMPLETE
 
 
 def show_faults(console, machine_file, settings, path):
     """Whether an archive is whole; returns the exit code."""
     faults = verify(path)
     others = [] if faults else other_machine(machine_file, settings, [path])
-    data = {"file": str(path), "faults": faults, "machine_differences": others}
-    console.result(data, *(faults or _lines(others) or [f"{path}: whole"]))
+    digest = None if faults else read_digest(path)
+    data = {"file": str(path), "content_sha256": digest, "faults": faults, "machine_differences": others}
+    console.result(data, *(faults or _lines(others) or [f"{path}: whole; {digest_line(digest)}"]))
     return INCOMPLETE if faults or others else DONE
 
 
@@ -120,10 +127,11 @@ def merge_archives(console, machine_file, settings, paths, out, overwrite):
         return _refused(console, others)
     archive = merge([read(path) for path in paths], paths)
     publish(archive, out, overwrite)
-    gaps = missing_runs(archive)
+    gaps, digest = missing_runs(archive, runs_planned(archive)), read_digest(out)
     console.result(
-        {"archive": str(out), "runs": len(archive.runs), "missing_runs": gaps},
+        {"archive": str(out), "content_sha256": digest, "runs": len(archive.runs), "missing_runs": gaps},
         f"{out}: {len(archive.runs)} runs",
+        digest_line(digest),
     )
     for first, last in gaps:
         console.message(f"warning: runs {first} to {last} are missing")

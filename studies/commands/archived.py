@@ -4,10 +4,10 @@ import sys
 import time
 from pathlib import Path
 
-from apesim.archive import command_line
+from apesim.archive import command_line, read_digest
 from studies.aside import aside
 from studies.commands.tables import warm_up
-from studies.output import publish, refuse_to_replace
+from studies.output import publish, refuse_folder, refuse_to_replace
 
 
 def computed(console, what, first, compute, out, overwrite, draw):
@@ -32,8 +32,7 @@ def computed(console, what, first, compute, out, overwrite, draw):
     Archive, dict
         And what every such command tells as JSON.
     """
-    if not overwrite:
-        refuse_to_replace(out)
+    (refuse_folder if overwrite else refuse_to_replace)(out)
     warm_up(console, *first)
     start = time.perf_counter()
     with console.progress(what) as report:
@@ -41,10 +40,18 @@ def computed(console, what, first, compute, out, overwrite, draw):
     wall = time.perf_counter() - start
     publish(archive, out, overwrite)
     drawn = draw(archive, out.with_suffix(".figures"))
-    return archive, {"archive": str(out), "figures": [str(path) for path in drawn], "wall_time_s": wall}
+    told = {"archive": str(out), "content_sha256": read_digest(out), "figures": [str(path) for path in drawn]}
+    return archive, told | {"wall_time_s": wall}
 
 
 def summary(told, count):
-    """A line of what was computed, in which time, and where it lies."""
+    """Lines of what was computed, in which time, where it lies, and by which digest it is known."""
     line = f"{told['archive']}: {count} in {told['wall_time_s']:.2f} s"
-    return f"{line}; figures in {Path(told['figures'][0]).parent}/" if told["figures"] else line
+    if told["figures"]:
+        line += f"; figures in {Path(told['figures'][0]).parent}/"
+    return f"{line}\n{digest_line(told['content_sha256'])}"
+
+
+def digest_line(digest):
+    """A line of the root digest of an archive."""
+    return f"SHA-256 of its content: {digest or 'none, format version 1 has no digests'}"

@@ -5,10 +5,11 @@ import sys
 import time
 from functools import partial
 
-from apesim.archive import command_line
+from apesim.archive import command_line, read_digest
 from apesim.quantities import parse_range
 from apesim.quantities.settings import dumps
 from studies.aside import aside
+from studies.commands.archived import digest_line
 from studies.commands.given import PRESSURE, TEMPERATURE
 from studies.commands.machine import load_machine
 from studies.commands.tables import table_of, warm_up, write_traces
@@ -55,6 +56,7 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     with console.stages("paper") as report:
         vessel, archive, frictions, claims, drawn = aside(compute, report).result()
     publish(archive, folder / "valve_map.h5", overwrite=True)
+    digest = read_digest(folder / "valve_map.h5")
     told = [plain(claim._asdict()) for claim in claims]
     (folder / "claims.json").write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     (folder / "machine.toml").write_text(dumps(machine), encoding="utf-8")
@@ -68,6 +70,7 @@ def paper_command(console, machine_file, settings, folder, overwrite):
         "claims": told,
         "different_from_the_papers_valve": different,
         "page": str(page),
+        "content_sha256": digest,
         "figures": [str(path) for path in drawn],
         "friction_map": str(friction_map),
         "faults": faults,
@@ -80,7 +83,8 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     areas = (
         "holds for: effective areas of the solenoids, which the paper does not print, from a quarter of their bore on"
     )
-    console.result(data, table, whose, areas, f"{page}: {len(claims)} claims, {len(captions)} figures in {wall:.1f} s")
+    written = f"{page}: {len(claims)} claims, {len(captions)} figures in {wall:.1f} s"
+    console.result(data, table, whose, areas, written, digest_line(digest))
     for line in faults:
         console.message(line)
     return INCOMPLETE if faults else DONE
