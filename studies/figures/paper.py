@@ -20,9 +20,9 @@ CAPTIONS = {
     "fig04_effective_area": f"Fig. 4. Effective area by Eq. 10 from {TESTS}, each with its 95 % band, beside the area "
     "that emptied the vessel.",
     "fig06_lift": "Fig. 6. Lift at the paper's three pressures, 50 ms pulse, 287 K; without the measured curves.",
-    "fig07_measures": "Fig. 7. What delay time, full stroke time and seating speed are.",
+    "fig07_measures": "Fig. 7. What delay time, full stroke time and seating speed are, at 1.0 MPa gauge and 287 K.",
     "fig08_delay_time": "Fig. 8. Delay time over pressure and temperature.",
-    "fig09_velocity": "Fig. 9. Velocity of the piston at several pressures.",
+    "fig09_velocity": "Fig. 9. Velocity of the piston at several pressures, 290 K.",
     "fig10_stroke_time": "Fig. 10. Full stroke time over pressure and temperature.",
     "fig11_seating_speed": "Fig. 11. Seating speed over pressure and temperature.",
     "friction_map": "What the text says of Figs. 9 to 11, over friction and the solenoids' area: the share of ramps "
