@@ -14,21 +14,10 @@ from engine.breathing import DEGREE, lift_crossings
 from engine.cycle import TRACE
 from engine.indicators import indicators
 from engine.steady import run_steady
+from studies.assessment.causes import CAUSES, LOSSES, MEASURES, ORDERS, VALVES, losses
 from studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
 from studies.assessment.lift import constant_speed_lift, lift_curve_of, shift_flanks, single_opening
-from studies.assessment.valves import (
-    CAUSES,
-    LOSSES,
-    MEASURES,
-    ORDERS,
-    VALVES,
-    Outcome,
-    assess,
-    cycle_to_cycle,
-    losses,
-    outcome_of,
-    with_lift,
-)
+from studies.assessment.valves import Outcome, assess, cycle_to_cycle, outcome_of, with_lift
 from studies.figures import assessment as figures
 from studies.timing.solve import corrected
 

@@ -9,21 +9,8 @@ from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from engine.breathing import DEGREE, TURN
 from engine.indicators import COUNTS, INDICATORS
-from studies.assessment.valves import (
-    CAUSES,
-    CYCLES,
-    LATENESS,
-    LOSSES,
-    MEASURES,
-    ORDERS,
-    OUTCOMES,
-    REAL,
-    VALVES,
-    Outcome,
-    assess,
-    losses,
-    without_valves,
-)
+from studies.assessment.causes import CAUSES, LATENESS, LOSSES, MEASURES, ORDERS, REAL, VALVES, losses
+from studies.assessment.valves import CYCLES, OUTCOMES, Outcome, assess, without_valves
 from studies.timing.solve import corrected, start_after
 
 TIMINGS = (FIXED, CORRECTED) = ("fixed", "corrected")

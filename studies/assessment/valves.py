@@ -14,68 +14,10 @@ from engine.cylinder import CAM, EPV, IDEAL_VALVE
 from engine.indicators import JOULE_PER_KWH, indicators, ratio, valve_motion
 from engine.operating_point import accuracy_at, cycle_of
 from engine.steady import run_steady
+from studies.assessment.causes import LATENESS, MEASURES, REAL, VALVES
 from studies.assessment.lift import LIFT, constant_speed_lift, lift_curve_of, shift_flanks, single_opening
 from valve.groove import area_table, lap_of
 
-VALVES = {
-    "ideal": "on time, at once: full groove area from one intended angle to the other",
-    "on_time_constant_speed": "crosses the lap at the intended angles, at the constant speeds of the real lift",
-    "on_time_real_lift": "crosses the lap at the intended angles, with the flanks of the real lift",
-    "late_at_once": "full groove area at once, while the real lift is above the lap",
-    "late_constant_speed": "crosses the lap, reaches and leaves its peak where the real lift does, at constant speeds",
-    "late_real_lift": "the real lift, its control air not counted",
-    "real": "the real lift with its control air",
-}
-"""Each valve that is compared, and what it does."""
-CAUSES = {
-    "lateness": "the lift crosses the lap later than intended, at both ends",
-    "finite_speed": "the real lift takes its time and may not be full, fluctuation included",
-    "fluctuation": "part of finite_speed: the real lift against one at constant speeds",
-    "control_air": "the valve has to be driven: from late_real_lift to real",
-}
-"""What makes a real valve worse than an ideal one. All but fluctuation sum up to the whole, in any order."""
-ORDERS = {
-    "lateness_first": "from ideal to late_at_once, then to late_real_lift",
-    "finite_speed_first": "from ideal to on_time_real_lift, then to late_real_lift",
-    "mean": "Shapley mean of the two orders",
-}
-"""Ways from the ideal to the real valve: what a cause costs depends on whether the other is there already."""
-STEPS = {
-    "lateness": (("ideal", "late_at_once"), ("on_time_real_lift", "late_real_lift")),
-    "finite_speed": (("late_at_once", "late_real_lift"), ("ideal", "on_time_real_lift")),
-    "fluctuation": (("late_constant_speed", "late_real_lift"), ("on_time_constant_speed", "on_time_real_lift")),
-    "control_air": 2 * (("late_real_lift", "real"),),
-}
-"""Between which valves each cause stands: lateness first, and finite speed first."""
-MEASURES = {
-    "indicated_torque_Nm": ("N m", "indicated torque"),
-    "brake_torque_Nm": ("N m", "brake torque"),
-    "air_kg_per_cycle": ("kg", "all air in a cycle"),
-    "specific_air_kg_per_kWh": ("kg/kWh", "all air over brake work"),
-    "indicated_specific_air_kg_per_kWh": ("kg/kWh", "all air over indicated work"),
-}
-"""Name of each measure of a valve: its unit and what it is."""
-LOSSES = {
-    "indicated_torque_lost_Nm": -1.0,
-    "brake_torque_lost_Nm": -1.0,
-    "air_added_kg_per_cycle": 1.0,
-    "specific_air_added_kg_per_kWh": 1.0,
-    "indicated_specific_air_added_kg_per_kWh": 1.0,
-}
-"""Name of each measure's loss, in the order of `MEASURES`, and its sign: a loss is positive, a gain negative."""
-REAL = (
-    *("valve_open_deg", "valve_close_deg", "full_open_deg", "closed_deg", "peak_lift_m"),
-    *("fluctuation", "closing_fluctuation", "intake_pressure_fluctuation_Pa", "period_cycles", "periodic_change"),
-)
-"""Indicators of the real valve that stand beside."""
-LATENESS = {
-    "lateness_deg": ("deg", "true angle less the intended one"),
-    "delay_deg": ("deg", "part of the lateness: delay time t_d, command edge to 1 % of the stroke"),
-    "travel_deg": ("deg", "part of the lateness: from 1 % of the stroke to the lap"),
-    "advance_deg": ("deg", "intended angle less that of the command: lateness is delay and travel less this"),
-    "delay_s": ("s", "delay time t_d, command edge to 1 % of the stroke"),
-}
-"""What the lateness of an opening or a closing is made of: its unit and what it is."""
 CYCLES = 8
 """Over which the change from cycle to cycle is looked for."""
 LIFT_STEP = 0.25 * DEGREE
@@ -270,27 +212,3 @@ def cycle_to_cycle(machine, run):
         y, mode, status = drive.march(y, mode)
         torques.append(y[WORK] / TURN if status == Status.DONE else nan)
     return float(np.abs(np.diff(torques)).max())
-
-
-def losses(valves):
-    """What each of `CAUSES` costs, in each of `ORDERS`.
-
-    Parameters
-    ----------
-    valves : (..., 7, 5) float array
-        `MEASURES` of `VALVES`.
-
-    Returns
-    -------
-    (..., 3, 4, 5) float array
-        `LOSSES` of `CAUSES`; in each order lateness, finite speed and control air sum up to the difference between the
-        first and the last valve.
-    """
-    number = {name: at for at, name in enumerate(VALVES)}
-    orders = [
-        [valves[..., number[late], :] - valves[..., number[early], :] for early, late in steps]
-        for steps in zip(*STEPS.values(), strict=True)
-    ]
-    both = np.stack([np.stack(causes, axis=-2) for causes in orders], axis=-3)
-    changes = np.concatenate((both, both.mean(axis=-3, keepdims=True)), axis=-3)
-    return changes * np.array(list(LOSSES.values())) + 0.0  # no -0.0

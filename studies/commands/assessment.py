@@ -98,7 +98,8 @@ def points_of(archive):
         For each point its scalars, ``valves`` with the measures of each, ``losses`` with what each cause costs in each
         order, and ``whole``.
     """
-    from studies.assessment.valves import LOSSES, MEASURES, Outcome
+    from studies.assessment.causes import LOSSES, MEASURES
+    from studies.assessment.valves import Outcome
 
     v = {name: variable.values for name, variable in archive.variables.items()}
     points = []

@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.assessment.valves import CAUSES, ORDERS
+from studies.assessment.causes import CAUSES, ORDERS
 from studies.figures.style import draw
 
 COLOURS = {"lateness": "#2a6f97", "finite_speed": "#e0a030", "fluctuation": "#7a4e9c", "control_air": "#c1440e"}
