@@ -12,9 +12,10 @@ from apesim.archive import write
 from apesim.archive.inspection import verify
 from engine.breathing import DEGREE, lift_crossings
 from engine.cycle import TRACE
+from engine.exergy import TERMS
 from engine.indicators import indicators
 from engine.steady import run_steady
-from studies.assessment.causes import CAUSES, LOSSES, MEASURES, ORDERS, VALVES, losses
+from studies.assessment.causes import CAUSES, ENTERS, EXERGY, LOSSES, MEASURES, ORDERS, VALVES, losses
 from studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
 from studies.assessment.lift import constant_speed_lift, lift_curve_of, shift_flanks, single_opening
 from studies.assessment.valves import Outcome, assess, cycle_to_cycle, outcome_of, with_lift
@@ -289,6 +290,30 @@ def test_what_stands_beside_is_that_of_the_operating_point(archive):
         assert archive.variables[name].values[1, AT["real"]] == pytest.approx(alone[name], rel=1e-12)
 
 
+def test_the_ledger_beside_closes_for_each_valve_and_tells_what_independent_numbers_tell(archive):
+    """J in a cycle at 1000 r/min, as an independent program has them: the ideal valve and the real one."""
+    exergy = {name: archive.variables[f"exergy_{name}_J"].values for name in EXERGY}
+    brought = sum(exergy[name] for name in ENTERS)
+    gone = sum(exergy[name] for name in EXERGY if name not in ENTERS)
+    run = np.ones(len(VALVES), dtype=bool)
+    run[AT["late_real_lift"]] = False  # is the real one, less the control air
+    assert gone[:, run] == pytest.approx(brought[:, run], rel=1e-5)
+    names = ("engine_air", "control_air", "indicated_work", "feed", "groove", "exhaust")
+    for valve, told in (
+        ("ideal", (467.8, 0.0, 279.6, 5.4, 26.6, 155.4)),
+        ("real", (756.1, 86.9, 218.7, 18.6, 184.4, 321.7)),
+    ):
+        assert [exergy[name][1, AT[valve]] for name in names] == pytest.approx(told, rel=5e-3, abs=0.2)
+
+
+def test_the_ledger_beside_leaves_out_no_term_and_closes_with_warm_walls_and_air_from_the_receiver():
+    assert {term for _, terms in EXERGY.values() for term in terms} == set(TERMS) - {"engine_friction", "brake_work"}
+    warmed = {"effects__cylinder_wall_heat__h": 300.0}
+    exergy = assess(machine(receiver=1.0, control_air="receiver", **warmed), 1000.0 * RPM).exergy
+    entering = np.array([name in ENTERS for name in EXERGY])
+    assert exergy[:, ~entering].sum(axis=1) == pytest.approx(exergy[:, entering].sum(axis=1), rel=1e-5)
+
+
 def test_the_archive_is_whole_and_opens_elsewhere_by_valve_order_and_cause(archive, tmp_path):
     path = write(archive, tmp_path / "assessment.h5")
     assert verify(path) == []
@@ -319,7 +344,7 @@ def test_the_figure_shows_the_mean_between_both_orders_and_the_whole_as_sum(arch
 def test_figures_are_drawn_for_one_point_too_and_are_the_same_each_time(options, tmp_path):
     archive = assess_speeds(machine(**options), [1000.0 * RPM])
     first, second = (figures.assessment_figures(archive, tmp_path / name) for name in "ab")
-    assert [path.name for path in first] == ["losses.png", "losses.pdf"]
+    assert [path.name for path in first] == ["losses.png", "losses.pdf", "exergy.png", "exergy.pdf"]
     for one, other in zip(first, second, strict=True):
         assert one.read_bytes() == other.read_bytes()
 

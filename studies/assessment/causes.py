@@ -53,6 +53,25 @@ REAL = (
     *("fluctuation", "closing_fluctuation", "intake_pressure_fluctuation_Pa", "period_cycles", "periodic_change"),
 )
 """Indicators of the real valve that stand beside."""
+EXERGY = {
+    "engine_air": ("exergy that engine air brings", ("engine_air",)),
+    "control_air": ("exergy that control air brings", ("control_air",)),
+    "indicated_work": ("indicated work", ("indicated_work",)),
+    "feed": ("exergy destroyed by throttling in the feed", ("feed",)),
+    "groove": ("exergy destroyed by throttling in the groove", ("groove",)),
+    "exhaust": ("exergy destroyed in the exhaust valve or carried off through it", ("exhaust_valve", "exhaust_air")),
+    "valve_drive": (
+        "exergy destroyed or carried off in driving the valve",
+        ("solenoids", "chamber_mixing", "vents", "vented_air", "valve_friction", "valve_impacts"),
+    ),
+    "other": (
+        "exergy destroyed by mixing, leaks and heat transfer, less what heat from the walls brings, and stored",
+        ("receiver_mixing", "cylinder_mixing", "leaks", "heat_transfer", "wall_heat", "stored"),
+    ),
+}
+"""Where the exergy of a cycle comes from and where it goes: what it is, and its terms of `engine.exergy`."""
+ENTERS = ("engine_air", "control_air")
+"""Those of `EXERGY` that come in; they are the sum of the others."""
 LATENESS = {
     "lateness_deg": ("deg", "true angle less the intended one"),
     "delay_deg": ("deg", "part of the lateness: delay time t_d, command edge to 1 % of the stroke"),

@@ -9,7 +9,7 @@ from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from engine.breathing import DEGREE, TURN
 from engine.indicators import COUNTS, INDICATORS
-from studies.assessment.causes import CAUSES, LATENESS, LOSSES, MEASURES, ORDERS, REAL, VALVES, losses
+from studies.assessment.causes import CAUSES, EXERGY, LATENESS, LOSSES, MEASURES, ORDERS, REAL, VALVES, losses
 from studies.assessment.valves import CYCLES, OUTCOMES, Outcome, assess, without_valves
 from studies.timing.solve import corrected, start_after
 
@@ -88,6 +88,10 @@ def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
         lost_name, sign = list(LOSSES.items())[number]
         what = f"{description} {'lost' if sign < 0.0 else 'added'} by each cause in each order"
         variables[lost_name] = Variable(("run", "order", "cause"), lost[..., number].copy(), unit, what)
+    exergy = np.stack([point.exergy for point in found])
+    for number, (name, (description, _)) in enumerate(EXERGY.items()):
+        values = exergy[..., number].copy()
+        variables[f"exergy_{name}_J"] = Variable(("run", "valve"), values, "J", f"{description}, in a cycle")
     for name in REAL:
         unit, description = INDICATORS[name]
         kind = np.int64 if name in COUNTS else float

@@ -14,7 +14,7 @@ from engine.cylinder import CAM, EPV, IDEAL_VALVE
 from engine.indicators import JOULE_PER_KWH, indicators, ratio, valve_motion
 from engine.operating_point import accuracy_at, cycle_of
 from engine.steady import run_steady
-from studies.assessment.causes import LATENESS, MEASURES, REAL, VALVES
+from studies.assessment.causes import EXERGY, LATENESS, MEASURES, REAL, VALVES
 from studies.assessment.lift import LIFT, constant_speed_lift, lift_curve_of, shift_flanks, single_opening
 from valve.groove import area_table, lap_of
 
@@ -66,6 +66,8 @@ class Assessment(NamedTuple):
     outcome: Outcome
     valves: np.ndarray
     """`MEASURES` of `VALVES`, (7, 5); NaN: undefined."""
+    exergy: np.ndarray
+    """`EXERGY` of `VALVES`, (7, 8) [J]; NaN: undefined, and for late_real_lift where it is the real valve's run."""
     real: dict
     """Those of `REAL`."""
     lateness: dict
@@ -111,14 +113,16 @@ def assess(machine, speed):
     values = indicators(machine, run)
     outcome = outcome_of(machine, run, values)
     valves = dict.fromkeys(VALVES, np.full(len(MEASURES), nan))
+    ledgers = dict.fromkeys(VALVES, np.full(len(EXERGY), nan))
     if run.orbit.converged:
-        valves["real"] = measures(values)
+        valves["real"], ledgers["real"] = measures(values), exergy_of(values)
         if not acts_on_intake(run):
             valves["late_real_lift"] = measures(values | {"control_air_kg_per_cycle": 0.0})
     for name, other in others_of(machine, run, values, outcome).items():
         other_run = run_steady(other, speed)
         if other_run.status == Status.DONE and other_run.orbit.converged:
-            valves[name] = measures(indicators(other, other_run))
+            other_values = indicators(other, other_run)
+            valves[name], ledgers[name] = measures(other_values), exergy_of(other_values)
         else:
             outcome = outcome or Outcome.VALVE_NOT_PERIODIC
     return Assessment(
@@ -127,6 +131,7 @@ def assess(machine, speed):
         release,
         outcome,
         np.stack(list(valves.values())),
+        np.stack(list(ledgers.values())),
         {name: values[name] for name in REAL},
         lateness_of(machine, run, values),
         cycle_to_cycle(machine, run),
@@ -135,10 +140,10 @@ def assess(machine, speed):
 
 def without_valves(speed, energise, release, outcome):
     """An assessment that came to nothing."""
-    valves = np.full((len(VALVES), len(MEASURES)), nan)
+    valves, exergy = np.full((len(VALVES), len(MEASURES)), nan), np.full((len(VALVES), len(EXERGY)), nan)
     real = dict.fromkeys(REAL, nan) | {"period_cycles": 0}
     lateness = {f"{stroke}_{name}": nan for stroke in ("opening", "closing") for name in LATENESS}
-    return Assessment(speed, energise, release, outcome, valves, real, lateness, nan)
+    return Assessment(speed, energise, release, outcome, valves, exergy, real, lateness, nan)
 
 
 def lateness_of(machine, run, values):
@@ -198,6 +203,17 @@ def measures(values):
     torques = values["indicated_torque_Nm"], values["brake_torque_Nm"]
     indicated, brake = (ratio(air * JOULE_PER_KWH, TURN * torque) for torque in torques)
     return np.array([*torques, air, brake, indicated])
+
+
+def exergy_of(values):
+    """`EXERGY` of an operating point from its indicators [J], (8,)."""
+    # Heat from the walls is the only one of the terms under `other` that brings exergy.
+    return np.array(
+        [
+            sum(-values[f"exergy_{term}_J"] if term == "wall_heat" else values[f"exergy_{term}_J"] for term in terms)
+            for _, terms in EXERGY.values()
+        ]
+    )
 
 
 def cycle_to_cycle(machine, run):

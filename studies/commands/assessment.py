@@ -4,6 +4,7 @@ import numpy as np
 
 from apesim.quantities import Culprit, InputError, parse_range
 from engine.steady import run_steady
+from studies.assessment.causes import ENTERS, EXERGY, LOSSES, MEASURES
 from studies.commands.archived import computed, summary
 from studies.commands.given import SPEED
 from studies.commands.tables import number, table_of
@@ -44,6 +45,11 @@ BESIDE_TITLE = (
     "The real valve: commands and true angles [deg]; fluctuation of both strokes, of the intake's pressure, and of the "
     "torque from cycle to cycle"
 )
+EXERGY_SHOWN = {
+    "ideal": ("engine_air", "indicated_work", "feed", "groove", "exhaust", "other"),
+    "real": ("engine_air", "control_air", "indicated_work", "feed", "groove", "exhaust", "valve_drive", "other"),
+}
+"""Valves whose exergy ledger is shown, and what of it."""
 EXPLAINED = (
     "ideal: full groove area at once, from one intended angle to the other; real: the EPV with its control air. "
     "Between them what lateness, finite speed (the real lift, fluctuation included) and control air cost: torque lost, "
@@ -95,17 +101,17 @@ def points_of(archive):
     Returns
     -------
     list of dict
-        For each point its scalars, ``valves`` with the measures of each, ``losses`` with what each cause costs in each
-        order, and ``whole``.
+        For each point its scalars, ``valves`` with measures and exergy of each, ``losses`` with what each cause costs
+        in each order, and ``whole``.
     """
-    from studies.assessment.causes import LOSSES, MEASURES
     from studies.assessment.valves import Outcome
 
     v = {name: variable.values for name, variable in archive.variables.items()}
     points = []
     for run, outcome in enumerate(v["outcome"]):
         scalars = {name: v[name][run] for name in v if archive.variables[name].dims == ("run",) and name != "run"}
-        valves = {valve: {name: v[name][run, i] for name in MEASURES} for i, valve in enumerate(v["valve"].tolist())}
+        names = (*MEASURES, *(f"exergy_{name}_J" for name in EXERGY))
+        valves = {valve: {name: v[name][run, i] for name in names} for i, valve in enumerate(v["valve"].tolist())}
         losses = {
             order: {cause: {name: v[name][run, i, j] for name in LOSSES} for j, cause in enumerate(v["cause"].tolist())}
             for i, order in enumerate(v["order"].tolist())
@@ -153,6 +159,33 @@ def tables_of(archive):
     return [
         table_of("Brake torque, and what of it is lost [N m]", header, torque, left=()),
         table_of("All air over brake work, and what is added [kg/kWh]", header, air, left=()),
+        *exergy_tables(v),
         table_of(LATE_TITLE, ("r/min", *LATE_HEADINGS), late, left=()),
         table_of(BESIDE_TITLE, ("r/min", *(heading for *_, heading in BESIDE)), beside, left=()),
     ]
+
+
+def exergy_tables(v):
+    """Where the exergy of a cycle goes with the ideal and with the real valve.
+
+    Parameters
+    ----------
+    v : dict of array
+        Columns of the archive.
+
+    Returns
+    -------
+    list of rich.table.Table
+    """
+    tables = []
+    for valve, names in EXERGY_SHOWN.items():
+        at = v["valve"].tolist().index(valve)
+        terms = np.column_stack([v[f"exergy_{name}_J"][:, at] for name in names]).round(1) + 0.0  # no -0.0
+        rows = [
+            [f"{speed:g}", *(number(term, ".1f") for term in of_run)]
+            for speed, of_run in zip(v["speed_rpm"], terms, strict=True)
+        ]
+        title = f"Exergy in a cycle with the {valve} valve [J]: what air brings, and where it goes"
+        header = ("r/min", *(f"in: {name}" if name in ENTERS else name for name in names))
+        tables.append(table_of(title, [name.replace("_", " ") for name in header], rows, left=()))
+    return tables

@@ -1,9 +1,9 @@
-"""Figures of an assessment: what each cause costs over speed."""
+"""Figures of an assessment: what each cause costs over speed, and where the exergy goes."""
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.assessment.causes import CAUSES, ORDERS
+from studies.assessment.causes import CAUSES, ENTERS, EXERGY, ORDERS
 from studies.figures.style import draw
 
 COLOURS = {"lateness": "#2a6f97", "finite_speed": "#e0a030", "fluctuation": "#7a4e9c", "control_air": "#c1440e"}
@@ -12,6 +12,21 @@ NAMES = {
     "finite_speed": "finite speed",
     "fluctuation": "of it fluctuation",
     "control_air": "control air",
+}
+CORNERS = {
+    "ideal": "ideal: on time, at once",
+    "late_at_once": "late, at once",
+    "on_time_real_lift": "on time, real lift",
+    "real": "real: late, real lift, control air",
+}
+"""Valves whose exergy is drawn."""
+EXERGY_COLOURS = {
+    "indicated_work": ("indicated work", "#3a7d44"),
+    "exhaust": ("exhaust", "#9aa5b1"),
+    "groove": ("groove", "#e0a030"),
+    "feed": ("feed", "#2a6f97"),
+    "valve_drive": ("valve drive", "#c1440e"),
+    "other": ("mixing and other", "#7a4e9c"),
 }
 CUT = 4.0
 """Values beyond this many times the median of the sums are cut off."""
@@ -31,7 +46,7 @@ def assessment_figures(archive, folder):
     -------
     list of Path
     """
-    return draw({"losses": lambda: losses(archive)}, folder)
+    return draw({"losses": lambda: losses(archive), "exergy": lambda: ledgers(archive)}, folder)
 
 
 def losses(archive):
@@ -94,3 +109,42 @@ def cut(axis, total, parts):
         notes.append("cut off")
     if notes:
         axis.set_title(f"{axis.get_title()}\n({'; '.join(notes)})")
+
+
+def ledgers(archive):
+    """Where the exergy of a cycle goes, over speed, with each valve between the ideal and the real one.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axes = plt.subplots(1, len(CORNERS), figsize=(12.4, 4.2), layout="constrained", sharex=True, sharey=True)
+    for axis, (valve, title) in zip(axes, CORNERS.items(), strict=True):
+        axis.set(title=title, xlabel="speed [r/min]")
+        stack(axis, archive, valve)
+    axes[0].set_ylabel("exergy in a cycle [J]")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure
+
+
+def stack(axis, archive, valve):
+    """Bars of where exergy goes with a valve over speed, what is negative below the zero line; dots: what comes in."""
+    v = archive.variables
+    at = v["valve"].values.tolist().index(valve)
+    speed = v["speed_rpm"].values
+    terms = {name: np.nan_to_num(v[f"exergy_{name}_J"].values[:, at]) for name in EXERGY}
+    width = 0.8 * np.diff(np.sort(speed)).min() if len(speed) > 1 else 0.05 * speed[0]
+    up, down = np.zeros(len(speed)), np.zeros(len(speed))
+    for name, (label, colour) in EXERGY_COLOURS.items():
+        axis.bar(speed, terms[name], width, bottom=np.where(terms[name] >= 0.0, up, down), color=colour, label=label)
+        up, down = up + np.maximum(terms[name], 0.0), down + np.minimum(terms[name], 0.0)
+    axis.plot(speed, sum(terms[name] for name in ENTERS), "D", color="white", mec="black", ms=3.5, label="brought in")
+    axis.axhline(0.0, color="0.2", lw=0.9)
+    axis.grid(False, axis="x")
+    if len(speed) == 1:
+        axis.set_xticks(speed)
