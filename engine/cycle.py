@@ -87,7 +87,7 @@ TRACE = (
     "exhaust_flow [kg/s]",
     "cylinder_volume [m3]",
 )
-"""Columns of a trace, after ``crank_angle [deg]``; velocity is that of the lift, torque is indicated."""
+"""Columns of a trace, after ``crank_angle [deg]``; the velocity is that of the lift, torque is indicated."""
 
 
 @kernel

@@ -26,7 +26,7 @@ MEASURES = {
 """Field of `valve.measures.Stroke`: its name in files, unit and what it is."""
 TRACES = {
     "lift": (0, "m", "lift"),
-    "velocity": (1, "m/s", "dL/dt, positive as the valve closes"),
+    "velocity": (1, "m/s", "velocity of the lift, positive as it opens"),
     "pressure_a": (2, "Pa abs", "pressure of chamber A, which pushes to closed"),
     "pressure_b": (3, "Pa abs", "pressure of chamber B, which pushes to open"),
 }

@@ -47,7 +47,7 @@ def test_the_first_rebound_has_its_share_of_the_seating_speed():
     run = run_bench(machine_with(bounce=Bounce(0.4)), PULSE, until=15e-3, sample=sample)
     after = np.searchsorted(run.times, run.opening.contact)
     # Within a sample the speed changes by at most 1.1e6 Pa * 1134 mm2 / 0.1145 kg times 1e-6 s.
-    assert run.trace[after, VELOCITY] == pytest.approx(0.4 * run.opening.seating_speed, abs=0.011)
+    assert run.trace[after, VELOCITY] == pytest.approx(-0.4 * run.opening.seating_speed, abs=0.011)
     assert run.opening.seating_speed == pytest.approx(run_with().opening.seating_speed, rel=1e-6)
     assert run.trace[:, LIFT].max() <= 9e-3 + 1e-12
 

@@ -284,6 +284,8 @@ def test_the_archive_is_whole_and_its_fronts_are_those_found(results, tmp_path):
         assert float(data["opening_seating_speed"][0]) == results[0].unbraked.speed
         braked, plain = data["braked_lift"].isel(run=0), data["unbraked_lift"].isel(run=0)
         assert float(np.abs(braked - plain).max()) > 0.2e-3
+        rising = np.gradient(plain, data["time"]) > 0.5
+        assert (data["unbraked_velocity"].isel(run=0).values[rising] > 0.0).all() and rising.any()
         assert data["closing_within_spacing_softest_release"].attrs["units"] == "s"
 
 

@@ -27,7 +27,7 @@ from valve.chamber import filled
 from valve.line import LINE_FLOW, before_solenoids, has_line, line_changes, line_enters, line_event, line_feed
 from valve.measures import Travel, closing_stroke, opening_stroke, travel_of
 from valve.motion import actuator_enters, actuator_events, actuator_responds, actuator_watches
-from valve.piston import HELD_CLOSED
+from valve.piston import HELD_CLOSED, is_moving
 
 LINE_MASS, LINE_ENERGY = range(STATES, STATES + 2)
 """States of the supply line; they belong to the ledger, of no size, where there is none."""
@@ -53,7 +53,7 @@ TRACE = (
     "temperature_a [K]",
     "temperature_b [K]",
 )
-"""Columns of a trace, after ``time [s]``; the velocity is positive as the valve closes."""
+"""Columns of a trace, after ``time [s]``; the velocity is that of the lift, positive as the valve opens."""
 
 
 class Bench(NamedTuple):
@@ -169,7 +169,7 @@ def bench_observes(p, t, y, mode, row):
     """A row of the trace."""
     state = state_of(p.actuator, y, p.supply)
     row[0] = p.actuator.valve.stroke - state.position
-    row[1] = state.speed
+    row[1] = -state.speed if is_moving(mode[PHASE]) else 0.0
     row[2], row[3] = state.pressure_a, state.pressure_b
     row[4], row[5] = state.temperature_a, state.temperature_b
 

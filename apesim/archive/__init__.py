@@ -1,7 +1,8 @@
 """Archives: results in HDF5 files that outlive the program.
 
 In the order in which they build on one another: records (what an archive holds in memory), digests, untrusted (guards
-against damaged and strangers' files), file (write and read), comparison, shards (of a running sweep), inspection.
+against damaged and strangers' files), migration (older format versions), file (write and read), comparison, shards (of
+a running sweep), inspection.
 """
 
 from apesim.archive.file import (

@@ -11,7 +11,7 @@ Runs are the leading axis of every result. The layout needs no apesim to be unde
 
 Every dataset is chunked and carries Fletcher-32 checksums, texts included; nothing is pickled. A file
 is built in memory and published by rename: a finished archive is complete or absent, and never changed.
-Archives of format version 1 have no digests.
+Archives of format version 1 have no digests, and velocities of the valve alone that are positive as it closes.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ import h5py
 import numpy as np
 
 from apesim.archive.digests import DIGESTS, ROOT_DIGEST, dataset_digest, digest_list, root_digest
+from apesim.archive.migration import migrate
 from apesim.archive.records import FORMAT, FORMAT_VERSION, Archive, Variable, sha256, validate
 from apesim.archive.untrusted import (
     SIZE_LIMIT,
@@ -256,6 +257,8 @@ def _set_attribute(item: h5py.Group | h5py.Dataset, name: str, value: str | int)
 def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
     """Read an archive, from whomever: checksums and digests are verified, links and foreign types are refused.
 
+    What an older format version means otherwise is brought to today's meaning, see `apesim.archive.migration`.
+
     Parameters
     ----------
     path : path
@@ -281,7 +284,7 @@ def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
                     check_digest(stored, digests)
         archive = Archive(machine, provenance, variables)
         validate(archive)
-    return archive
+    return migrate(archive)
 
 
 def read_about(path: str | os.PathLike[str]) -> tuple[str, dict[str, str]]:

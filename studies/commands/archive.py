@@ -7,6 +7,7 @@ with 3 if there are any; nothing is written then.
 from apesim.archive import read, read_about, read_digest
 from apesim.archive.comparison import diff, machine_differences, provenance_differences
 from apesim.archive.inspection import export, info, verify
+from apesim.archive.migration import MIGRATED
 from apesim.archive.shards import gaps_in_words, merge, missing_runs, runs_planned
 from apesim.terminal import visible
 from studies.commands.archived import digest_line
@@ -68,6 +69,7 @@ def show_info(console, machine_file, settings, path):
         ("missing runs", gaps_in_words(data["missing_runs"]) or "none"),
         ("versions", ", ".join(f"{name} {version}" for name, version in data["versions"].items())),
         ("command", data["provenance"].get("command", "")),
+        *[(MIGRATED, data["provenance"][MIGRATED])] * (MIGRATED in data["provenance"]),
     ]
     lines = [f"{name:13} {visible(value)}" for name, value in facts]
     rows = [

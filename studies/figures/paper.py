@@ -92,7 +92,7 @@ def measures(machine):
     run = run_bench(with_supply(machine, machine.ambient.pressure + 1.0e6, TEMPERATURE), PULSE, sample=2e-5)
     stroke = run.opening
     delay, contact = stroke.delay * 1e3, stroke.contact * 1e3
-    time, lift, speed = run.times * 1e3, run.trace[:, 0] * 1e3, -run.trace[:, 1]
+    time, lift, speed = run.times * 1e3, run.trace[:, 0] * 1e3, run.trace[:, 1]
     speed = np.where(time < contact, speed, np.nan)
     figure, (above, below) = plt.subplots(2, 1, figsize=(6.4, 4.6), layout="constrained", sharex=True)
     above.plot(time, lift, color="#c1440e")

@@ -135,7 +135,7 @@ def traces(v, titles, stroke, dwell):
     matplotlib.figure.Figure
     """
     figure, axes = panels(titles, 4, 7.0, sharex=True, sharey="row", height_ratios=(0.8, 0.8, 1.6, 1.6))
-    command, sign = (0.0, -1.0) if stroke == "opening" else (dwell, 1.0)
+    command, sign = (0.0, 1.0) if stroke == "opening" else (dwell, -1.0)
     time = 1e3 * v["time"] - command
     last = 0.0
     for column, (run, _) in enumerate(titles):

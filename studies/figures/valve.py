@@ -146,7 +146,7 @@ def velocities(archive, ambient_pressure, most=5):
         velocity = v["velocity"].values[run]
         moving = np.flatnonzero((np.abs(velocity) > 0.0) & (time < release))
         last = max(last, time[moving[-1]] if len(moving) else 0.0)
-        for axis, stroke, start, sign in zip(axes, ("opening", "closing"), (0.0, release), (-1.0, 1.0), strict=True):
+        for axis, stroke, start, sign in zip(axes, ("opening", "closing"), (0.0, release), (1.0, -1.0), strict=True):
             contact = sum(v[f"{stroke}_{name}"].values[run] for name in ("delay_s", "stroke_time_s")) * 1e3
             # The speed ends at contact, between two rows of the trace.
             at = np.searchsorted(time - start, contact)

@@ -176,8 +176,8 @@ def _states(machine, run, name):
     bench = run_bench(machine, run.pulse, float(run.times[-1]), sample=np.linspace(0.0, run.times[-1], POINTS))
     actuator, _ = actuator_of(machine, [0.0, run.pulse], np.inf)
     ambient, effect = machine.ambient, getattr(machine.effects, name)
-    for lift, speed, p_a, p_b, t_a, t_b in bench.trace:
-        position = actuator.valve.stroke - lift
+    for lift, velocity, p_a, p_b, t_a, t_b in bench.trace:
+        position, speed = actuator.valve.stroke - lift, -velocity
         state = ValveState(
             actuator.gas,
             ambient,

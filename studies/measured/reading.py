@@ -20,6 +20,9 @@ from studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
 TOP_KEYS = ("bench", "sensor", "run")
 TEXT_KEYS = ("data", "name")
 FEWEST_ROWS = 8
+TURNED_MOST = -0.5
+"""Correlation of the lift with the integral of the velocity, below which the sign is the wrong one: of an ideal pair it
+is 1, or -1 if turned; noise and drifts only bring it nearer to 0."""
 
 
 def read_measured(folder, ambient_pressure, bench=None):
@@ -189,7 +192,7 @@ def _columns(path, sensors, ambient_pressure, culprits):
     if names and not wrong and not sensors.traces.keys() & columns.keys():
         found.append(Culprit(file, "", "no column of a sensor", 'name one in the header, e.g. "lift [mm]"'))
     if not found:
-        found += _too_short(file, axis, columns[axis])
+        found += [*_too_short(file, axis, columns[axis]), *_turned_velocity(file, columns[axis], columns)]
     culprits += found
     return columns
 
@@ -202,3 +205,15 @@ def _too_short(file, axis, values):
         short = f"{len(values)} rows up to {values[-1] * 1e3:g} ms"
         right = f"give at least {FEWEST_ROWS} rows, some after t = 0, when the solenoids are energised"
         yield Culprit(file, axis, short, right)
+
+
+def _turned_velocity(file, axis, columns):
+    """The culprit of a velocity that falls where the lift beside it rises."""
+    if not {"lift", "velocity"} <= columns.keys() or len(axis) < FEWEST_ROWS:
+        return
+    velocity = columns["velocity"]
+    travelled = np.append(0.0, np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(axis)))
+    away, lifted = travelled - travelled.mean(), columns["lift"] - columns["lift"].mean()
+    if away @ lifted < TURNED_MOST * np.linalg.norm(away) * np.linalg.norm(lifted):
+        right = "turn its sign: it is positive as the valve opens (earlier files of apesim valve run have it otherwise)"
+        yield Culprit(file, "velocity", "falls where the lift rises", right)

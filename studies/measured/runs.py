@@ -29,8 +29,8 @@ class MeasuredRun(NamedTuple):
     """Since the solenoids were energised [s], shape (n,), ascending; on an engine its angles, less energise, over its
     speed, as a turn repeats for ever."""
     channels: dict
-    """SI values, each of shape (n,), by the name of the sensor; the velocity of a valve's bench is positive as the
-    valve closes, that of an engine's as it opens."""
+    """SI values, each of shape (n,), by the name of the sensor; the velocity is that of the lift, positive as the
+    valve opens."""
     bench: str = VALVE
     """valve or engine"""
     speed: float = nan

@@ -172,7 +172,9 @@ def _traces(results):
     for name, runs in (("unbraked", [(result.task, ()) for result in openings]), ("braked", braked)):
         traces = np.array([task.run(brake, sample=SAMPLE).trace for task, brake in runs])
         variables[f"{name}_lift"] = Variable(("run", "time"), traces[..., 0], "m", "lift")
-        variables[f"{name}_velocity"] = Variable(("run", "time"), traces[..., 1], "m/s", "dL/dt, positive as it closes")
+        variables[f"{name}_velocity"] = Variable(
+            ("run", "time"), traces[..., 1], "m/s", "velocity of the lift, positive as it opens"
+        )
         for number, solenoid in enumerate("ab"):
             commands = [np.array(sorted((0.0, task.dwell, *task.edges(brake)[number]))) for task, brake in runs]
             energised = [[energised_fraction(edges, np.inf, curve, t) for t in times] for edges in commands]

@@ -39,7 +39,7 @@ def open_loop_delays(machine):
     """
     run = run_bench(machine, PULSE)
     above = run.trace[:, 0] - lap_of_machine(machine)
-    speed = -run.trace[:, 1]
+    speed = run.trace[:, 1]
     rises = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0) & (run.times[1:] <= PULSE))
     falls = np.flatnonzero((above[:-1] >= 0.0) & (above[1:] < 0.0) & (run.times[:-1] >= PULSE))
 
