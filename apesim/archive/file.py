@@ -16,6 +16,7 @@ Archives of format version 1 have no digests, and velocities of the valve alone 
 
 from __future__ import annotations
 
+import functools
 import glob
 import importlib.metadata
 import io
@@ -98,11 +99,15 @@ def _surroundings() -> dict[str, str]:
         "platform": platform.platform(),
         "hdf5": h5py.version.hdf5_version,
     }
-    for package in PACKAGES:
-        if package in sys.modules:
-            with suppress(importlib.metadata.PackageNotFoundError):
-                known[package] = importlib.metadata.version(package)
-    return known
+    versions = {package: _version_of(package) for package in PACKAGES if package in sys.modules}
+    return known | {package: version for package, version in versions.items() if version}
+
+
+@functools.cache
+def _version_of(package: str) -> str:
+    with suppress(importlib.metadata.PackageNotFoundError):
+        return importlib.metadata.version(package)
+    return ""
 
 
 def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
@@ -179,29 +184,29 @@ def remove_temporaries(path: Path) -> None:
 def _image(archive: Archive) -> memoryview:
     # In memory, because HDF5 writing to a full disk ends in a segmentation fault.
     content = io.BytesIO()
-    digests = {}
+    datasets, digests = {}, {}
     with h5py.File(content, "w", libver=("v110", "v110"), track_order=True) as file:
         about: dict[str, str | int] = {"format": FORMAT, "format_version": FORMAT_VERSION}
         # A group of its own, so that readers of netCDF-4 see only variables with named axes.
         file.create_group("about", track_order=True)
         provenance = json.dumps(archive.provenance, ensure_ascii=False, indent=1, sort_keys=True)
         for name, text in (("about/machine", archive.machine), ("about/provenance", provenance)):
-            digests[f"/{name}"] = _add(file, name, np.array([text]), {})
+            _, digests[f"/{name}"] = _add(file, name, np.array([text]), {})
         for name, variable in archive.variables.items():
-            digests[f"/{name}"] = _add(file, name, variable.values, _attributes(variable))
+            datasets[name], digests[f"/{name}"] = _add(file, name, variable.values, _attributes(variable))
             if variable.kind == "text":
-                _set_attribute(file[name], "_Encoding", "utf-8")  # xarray then shows text instead of bytes
+                _set_attribute(datasets[name], "_Encoding", "utf-8")  # xarray then shows text instead of bytes
         listed = digest_list(digests)
         _add(file, DIGESTS, np.array([listed]), {})
         for key, value in (about | {ROOT_DIGEST: root_digest(about, listed)}).items():
             _set_attribute(file, key, value)
         for name, variable in archive.variables.items():
             if variable.dims == (name,):
-                file[name].make_scale(name)
+                datasets[name].make_scale(name)
         for name, variable in archive.variables.items():
             if variable.dims != (name,):
-                for dimension, axis in zip(file[name].dims, variable.dims, strict=True):
-                    dimension.attach_scale(file[axis])
+                for dimension, axis in zip(datasets[name].dims, variable.dims, strict=True):
+                    dimension.attach_scale(datasets[axis])
     return content.getbuffer()
 
 
@@ -218,8 +223,8 @@ def _attributes(variable: Variable) -> dict[str, str | int]:
     return attributes
 
 
-def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, str | int]) -> str:
-    """Add a dataset, and return its digest."""
+def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, str | int]) -> tuple[h5py.Dataset, str]:
+    """Add a dataset; return it and its digest."""
     if values.dtype.kind == "U":
         values = np.char.encode(values, "utf-8")
         dtype = h5py.string_dtype("utf-8", max(1, values.dtype.itemsize))
@@ -241,7 +246,7 @@ def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, s
     )
     for key, value in attributes.items():
         _set_attribute(dataset, key, value)
-    return dataset_digest(f"/{name}", stored, attributes)
+    return dataset, dataset_digest(f"/{name}", stored, attributes)
 
 
 def _set_attribute(item: h5py.Group | h5py.Dataset, name: str, value: str | int) -> None:
