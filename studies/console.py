@@ -21,9 +21,6 @@ LAYOUT = "\n\t"
 PATIENCE = 1.0
 """For which nothing is told of what is at work [s]."""
 
-# The ancestor of all errors of the command-line parser; typer exports none of its classes but this one.
-ParserError = typer.BadParameter.__mro__[2]
-
 
 class Console:
     """Standard output for results, standard error for messages.
@@ -150,7 +147,7 @@ def main_of(app):
             code = _run(app)
             sys.stdout.flush()
         return code
-    except ParserError as error:
+    except typer.TyperException as error:
         return _bad_input(_parser_line(error))
     except (KeyboardInterrupt, typer.Abort):
         _tell("interrupted")
@@ -224,7 +221,7 @@ def _run(app):
             return command.invoke(context) or DONE
     except typer.Exit as end:
         return end.exit_code
-    except ParserError as error:
+    except typer.TyperException as error:
         context = getattr(error, "ctx", None)
         if not context or error.message != context.get_help():
             raise

@@ -1,10 +1,14 @@
 """The installed program finds its own packages, whatever lies in the user's folder."""
 
 import os
+import re
 import subprocess
 import sys
 import tomllib
+from itertools import chain
 from pathlib import Path
+
+from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parent.parent
 DECOYS = ("engine.py", "valve.py", "studies.py", "march.py", "steady.py")
@@ -43,3 +47,25 @@ def test_every_package_is_listed():
     layers = ("apesim", "valve", "engine", "studies")
     there = [path.parent.relative_to(ROOT) for layer in layers for path in (ROOT / layer).rglob("__init__.py")]
     assert sorted(listed) == sorted(".".join(path.parts) for path in there)
+
+
+def declared():
+    """All packages that are asked for, with their lowest versions."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    wanted = chain(project["dependencies"], *project["optional-dependencies"].values())
+    return [each.split(">=") for each in wanted if not each.startswith("apesim")]
+
+
+def test_the_lock_file_holds_a_version_of_every_package_and_nothing_else():
+    lines = (ROOT / "docs" / "lock-python3.11.txt").read_text(encoding="utf-8").splitlines()
+    locked = {}
+    for line in [line for line in lines if not line.startswith("#")]:
+        name, version = re.fullmatch(r"([\w.-]+)==([\w.+]+)", line).groups()
+        locked[re.sub(r"[._]", "-", name.lower())] = version
+    for name, lowest in declared():
+        assert Version(locked[name]) >= Version(lowest), name
+
+
+def test_the_lowest_versions_of_all_packages_are_tried():
+    done = subprocess.run([sys.executable, ROOT / ".ci" / "lowest"], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["==".join(each) for each in declared()]
