@@ -1,3 +1,4 @@
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -5,7 +6,7 @@ import pytest
 from archive_samples import MACHINE, sample
 
 from apesim.archive import ArchiveError, write
-from apesim.archive.comparison import Difference, diff, machine_differences, provenance_differences
+from apesim.archive.comparison import Difference, diff, machine_differences, provenance_differences, summarise
 
 
 @pytest.fixture
@@ -124,3 +125,57 @@ def test_provenance_is_listed_apart(tmp_path):
 def test_unreadable_archives_are_an_error(tmp_path):
     with pytest.raises(ArchiveError):
         diff(write(sample(), tmp_path / "a.h5"), tmp_path / "none.h5")
+
+
+def grid(speeds, actuations=("fixed", "corrected"), **fields):
+    """An archive of a grid, its torque that of the coordinates, whatever the numbers of its runs are."""
+    archive = sample(range(len(actuations) * len(speeds)))
+    places = [(actuation, speed) for actuation in actuations for speed in speeds]
+    codes = np.array([["fixed", "corrected"].index(actuation) for actuation, _ in places], dtype=np.int8)
+    intake, speed, torque = (archive.variables[name] for name in ("intake", "speed", "torque"))
+    archive.variables["intake"] = replace(intake, values=codes, meanings="0 fixed, 1 corrected")
+    archive.variables["speed"] = replace(speed, values=np.array([speed for _, speed in places]))
+    archive.variables["torque"] = replace(torque, values=100.0 * codes + np.array([speed for _, speed in places]))
+    kept = {name: archive.variables[name] for name in ("run", "intake", "speed", "torque")}
+    axes = json.dumps({"intake": list(actuations), "speed": [f"{speed:g} r/min" for speed in speeds]})
+    return replace(archive, variables=kept, provenance=archive.provenance | {"axes": axes})
+
+
+def test_runs_of_grids_are_matched_by_their_coordinates(compare):
+    rows = compare(grid([300.0, 400.0, 500.0]), grid([400.0, 500.0, 600.0], ("corrected", "fixed")))
+    assert [(row.kind, row.where) for row in rows] == [
+        ("run", "intake = fixed, speed = 300.0"),
+        ("run", "intake = corrected, speed = 300.0"),
+        ("run", "intake = corrected, speed = 600.0"),
+        ("run", "intake = fixed, speed = 600.0"),
+    ]
+
+
+def test_a_difference_between_grids_is_told_with_its_coordinates(compare):
+    other = grid([400.0, 500.0])
+    other.variables["torque"].values[3] *= 1.01
+    [row] = compare(grid([300.0, 400.0, 500.0]), other)[2:]
+    assert (row.name, row.run, row.where) == ("torque", 5, "intake = corrected, speed = 500.0")
+    assert len(compare(grid([300.0, 400.0, 500.0]), other, rtol=0.011)) == 2
+
+
+def test_an_axis_of_one_archive_only_is_told_and_counts_for_nothing_if_it_has_one_value(compare):
+    other = grid([300.0, 400.0], ("corrected",))
+    axes = json.loads(other.provenance["axes"])
+    del axes["intake"]
+    other = replace(other, provenance=other.provenance | {"axes": json.dumps(axes)})
+    rows = compare(other, grid([400.0, 500.0], ("corrected",)))
+    assert [(row.kind, row.name, row.where) for row in rows] == [
+        ("axis", "intake", "in one of them only"),
+        ("run", "run", "speed = 300.0"),
+        ("run", "run", "speed = 500.0"),
+    ]
+
+
+def test_differences_are_summed_up_by_name_with_the_largest(compare):
+    other = grid([300.0, 400.0])
+    other.variables["torque"].values[1:3] += [4.0, -1.0]
+    [row] = summarise(compare(grid([300.0, 400.0]), other))
+    assert row[:4] == ("variable", "torque", 2, 4.0)
+    assert row.relative == pytest.approx(4.0 / 404.0)
+    assert row.where == "intake = fixed, speed = 400.0"

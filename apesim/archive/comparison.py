@@ -1,17 +1,20 @@
-"""How two archives differ: in machine, axes and results, run by run."""
+"""How two archives differ: in machine, axes and results, run by run, those at the same coordinates side by side."""
 
 from __future__ import annotations
 
 import os
 import tomllib
+from collections import Counter
 from collections.abc import Iterable
+from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from apesim.archive.file import Archive, read, read_about
+from apesim.archive.grid import axes_of, words_of
 
-__all__ = ["Difference", "diff", "machine_differences", "provenance_differences"]
+__all__ = ["Difference", "Summary", "diff", "machine_differences", "provenance_differences", "summarise"]
 
 Path = str | os.PathLike[str]
 
@@ -21,15 +24,32 @@ class Difference(NamedTuple):
 
     kind: str  # "machine", "axis", "run", "variable" or "provenance"
     name: str  # TOML key, variable, or provenance entry
-    run: int | None
-    where: str  # place of the largest deviation, such as "crank_angle = 12.0"
+    run: int | None  # number of the run in the first archive, or in the only one that has it
+    where: str  # coordinates of the run and place of the largest deviation: "speed_rpm = 900.0, crank_angle = 12.0"
     a: Any
     b: Any
     samples: int  # values that differ
 
 
+class Summary(NamedTuple):
+    """All differences of one name."""
+
+    kind: str
+    name: str
+    runs: int
+    """In which it differs; 0: it does not belong to runs."""
+    largest: float | None
+    """Largest absolute difference of a number; None: there are no two numbers."""
+    relative: float | None
+    """The same, over the larger of both magnitudes."""
+    where: str
+    """Place of the largest."""
+
+
 def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> list[Difference]:
-    """Compare two archives in machine, axes and results; runs are matched by number, NaN equals NaN.
+    """Compare two archives in machine, axes and results; NaN equals NaN.
+
+    Runs of two grids, see `apesim.archive.grid`, are matched by their coordinates, others by number.
 
     Parameters
     ----------
@@ -51,11 +71,17 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> li
     """
     a, b = read(path_a), read(path_b)
     rows = machine_differences(a.machine, b.machine)
-    _, at_a, at_b = np.intersect1d(a.runs, b.runs, assume_unique=True, return_indices=True)
-    for run in np.setdiff1d(a.runs, b.runs).tolist():
-        rows.append(Difference("run", "run", run, "", run, None, 1))
-    for run in np.setdiff1d(b.runs, a.runs).tolist():
-        rows.append(Difference("run", "run", run, "", None, run, 1))
+    names = _common_axes(a, b, rows)
+    keys_a, keys_b = _keys_of(a, names), _keys_of(b, names)
+    at_a = [i for key, i in keys_a.items() if key in keys_b]
+    at_b = [keys_b[key] for key in keys_a if key in keys_b]
+    for key, i in keys_a.items():
+        if key not in keys_b:
+            rows.append(Difference("run", "run", int(a.runs[i]), _place(names, key), int(a.runs[i]), None, 1))
+    for key, i in keys_b.items():
+        if key not in keys_a:
+            rows.append(Difference("run", "run", int(b.runs[i]), _place(names, key), None, int(b.runs[i]), 1))
+    places = {i: _place(names, key) for key, i in keys_a.items()}
     for name in {**a.variables, **b.variables}:
         mine, other = a.variables.get(name), b.variables.get(name)
         kind = "axis" if name in (mine or other).dims else "variable"  # type: ignore[union-attr]
@@ -73,9 +99,77 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> li
             ours, theirs = mine.values[at_a], other.values[at_b]
             differs = ~_equal(ours, theirs, rtol, atol).all(axis=tuple(range(1, ours.ndim)))
             for i in np.flatnonzero(differs):
-                run = int(a.runs[at_a[i]])
-                rows += _compared(kind, name, run, ours[i], theirs[i], a, mine.dims[1:], rtol, atol)
+                run, place = int(a.runs[at_a[i]]), places[at_a[i]]
+                found = _compared(kind, name, run, ours[i], theirs[i], a, mine.dims[1:], rtol, atol)
+                rows += [row._replace(where=", ".join(filter(None, (place, row.where)))) for row in found]
     return rows
+
+
+def _common_axes(a: Archive, b: Archive, rows: list[Difference]) -> list[str] | None:
+    """Names of the axes by which the runs of two archives are matched; None: by number, one of them is no grid.
+
+    An axis that only one of them has is added to `rows`, and runs are matched by the others, where these suffice.
+    """
+    try:
+        axes_a, axes_b = axes_of(a), axes_of(b)
+    except ValueError:
+        return None
+    for name in {**axes_a, **axes_b}:
+        if name not in axes_a or name not in axes_b:
+            texts = [", ".join(axes[name]) if name in axes else None for axes in (axes_a, axes_b)]
+            rows.append(Difference("axis", name, None, "in one of them only", *texts, 1))
+    return [name for name in axes_a if name in axes_b]
+
+
+def _keys_of(archive: Archive, names: list[str] | None) -> dict[tuple[Any, ...], int]:
+    """Index of each run by its coordinates, or by its number without names; none of those that share coordinates."""
+    if names is None:
+        return {(run,): i for i, run in enumerate(archive.runs.tolist())}
+    columns = [words_of(archive.variables[name]).tolist() for name in names]
+    keys = list(zip(*columns, strict=True)) if names else [()] * len(archive.runs)
+    count = Counter(keys)
+    return {key: i for i, key in enumerate(keys) if count[key] == 1}
+
+
+def _place(names: list[str] | None, key: tuple[Any, ...]) -> str:
+    """Coordinates of a run in words; "" for a number, which has a column of its own."""
+    return ", ".join(f"{name} = {value}" for name, value in zip(names, key, strict=True)) if names else ""
+
+
+def summarise(rows: Iterable[Difference]) -> list[Summary]:
+    """Sum up differences by kind and name.
+
+    Parameters
+    ----------
+    rows : iterable of Difference
+
+    Returns
+    -------
+    list of Summary
+        In the order in which the names come first.
+    """
+    groups: dict[tuple[str, str], list[Difference]] = {}
+    for row in rows:
+        groups.setdefault((row.kind, row.name), []).append(row)
+    found = []
+    for (kind, name), group in groups.items():
+        apart = [(_apart(row.a, row.b), row) for row in group]
+        numbers = [(size, row) for size, row in apart if size is not None]
+        runs = len({(row.run, row.a is None) for row in group if row.run is not None})
+        if not numbers:
+            found.append(Summary(kind, name, runs, None, None, group[0].where))
+            continue
+        size, row = max(numbers, key=lambda pair: pair[0])
+        relative = max(number / max(abs(row.a), abs(row.b)) for number, row in numbers)
+        found.append(Summary(kind, name, runs, size, relative, row.where))
+    return found
+
+
+def _apart(a: Any, b: Any) -> float | None:
+    """Absolute difference of two different finite numbers; None of anything else."""
+    if not isinstance(a, float) or not isinstance(b, float) or not isfinite(a) or not isfinite(b):
+        return None
+    return abs(a - b)
 
 
 def machine_differences(a: str, b: str) -> list[Difference]:

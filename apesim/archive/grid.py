@@ -19,7 +19,7 @@ from apesim.archive.records import Variable
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["axes_of", "places_of", "read_grid"]
+__all__ = ["axes_of", "places_of", "read_grid", "words_of"]
 
 
 def axes_of(archive: Archive) -> dict[str, list[str]]:
@@ -102,7 +102,7 @@ def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
         _, first, corners = np.unique(place, return_index=True, return_inverse=True)
         corner.append(corners)
         variable = archive.variables[name]
-        coordinates[name] = ((name,), _words(variable)[first], _attributes(variable))
+        coordinates[name] = ((name,), words_of(variable)[first], _attributes(variable))
     shape = tuple(len(values) for _, values, _ in coordinates.values())
     whole = len(archive.runs) == math.prod(shape)
     results = {}
@@ -120,8 +120,8 @@ def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
     return xarray.Dataset(results, coordinates, {"machine": archive.machine, **archive.provenance})
 
 
-def _words(variable: Variable) -> np.ndarray:
-    """Values of a variable, codes as words."""
+def words_of(variable: Variable) -> np.ndarray:
+    """Values of a variable; codes as the words that they stand for."""
     if not variable.meanings:
         return variable.values
     meanings = (entry.strip().partition(" ") for entry in variable.meanings.split(","))

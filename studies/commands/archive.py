@@ -5,7 +5,7 @@ with 3 if there are any; nothing is written then.
 """
 
 from apesim.archive import read, read_about, read_digest
-from apesim.archive.comparison import diff, machine_differences, provenance_differences
+from apesim.archive.comparison import diff, machine_differences, provenance_differences, summarise
 from apesim.archive.inspection import export, info, verify
 from apesim.archive.migration import MIGRATED
 from apesim.archive.shards import gaps_in_words, merge, missing_runs, runs_planned
@@ -14,6 +14,9 @@ from studies.commands.archived import digest_line
 from studies.commands.tables import table_of
 from studies.console import DONE, INCOMPLETE
 from studies.output import publish
+
+MAX_SHOWN = 20
+"""Differences that are shown one by one: a screen of them."""
 
 
 def other_machine(machine_file, settings, paths):
@@ -92,24 +95,51 @@ def show_faults(console, machine_file, settings, path):
     return INCOMPLETE if faults or others else DONE
 
 
-def show_differences(console, machine_file, settings, path, other, rtol, atol):
-    """What differs between two archives; returns the exit code."""
+def show_differences(console, machine_file, settings, path, other, rtol, atol, show_all):
+    """What differs between two archives: a summary, then single differences; returns the exit code."""
     others = other_machine(machine_file, settings, [path, other])
     rows = diff(path, other, rtol, atol)
-    provenance = provenance_differences(path, other)
+    provenance, summary = provenance_differences(path, other), summarise(rows)
     data = {
+        "summary": [row._asdict() for row in summary],
         "differences": [row._asdict() for row in rows],
         "provenance": [row._asdict() for row in provenance],
         "machine_differences": others,
     }
-    names = ("what", "name", "run", "where", str(path), str(other), "samples")
-    shown = [tuple("" if value is None else str(value) for value in row) for row in rows]
+    told = [f"no differences; {len(provenance)} entries of provenance differ"]
     if rows:
-        told = table_of("", names, shown, left=(0, 1))
-    else:
-        told = f"no differences; {len(provenance)} entries of provenance differ"
-    console.result(data, told, *_lines(others))
+        units = {v["name"]: v["unit"] for file in (other, path) for v in info(file)["variables"]}
+        rows = sorted(rows, key=lambda row: row.kind == "run")  # which run is missing comes last
+        told = [_summary_table(summary, units), _difference_table(rows if show_all else rows[:MAX_SHOWN], path, other)]
+        if len(rows) > MAX_SHOWN and not show_all:
+            told.append(f"{MAX_SHOWN} of {len(rows)} differences; --all shows every one, --json holds them")
+    console.result(data, *told, *_lines(others))
     return INCOMPLETE if rows or others else DONE
+
+
+def _summary_table(summary, units):
+    """Differences by name, with units where they have one."""
+    header = ("what", "name", "unit", "runs that differ", "largest difference", "relative [%]", "the largest at")
+    shown = [
+        (
+            row.kind,
+            visible(row.name),
+            visible(units.get(row.name, "")) if row.kind == "variable" else "",
+            str(row.runs or ""),
+            "" if row.largest is None else f"{row.largest:.3g}",
+            "" if row.relative is None else f"{100.0 * row.relative:.3g}",
+            visible(row.where),
+        )
+        for row in summary
+    ]
+    return table_of("Summary", header, shown, left=(0, 1, 2, 6))
+
+
+def _difference_table(rows, path, other):
+    """Single differences, one a row."""
+    names = ("what", "name", "run", "where", str(path), str(other), "samples")
+    shown = [tuple("" if value is None else visible(str(value)) for value in row) for row in rows]
+    return table_of("Differences", names, shown, left=(0, 1, 3))
 
 
 def export_archive(console, machine_file, settings, path, folder):

@@ -41,11 +41,12 @@ def diff(
     other: Annotated[Path, typer.Argument(metavar="G.h5", help="Archive to compare with.")],
     rtol: Annotated[float, typer.Option(min=0.0, help="Relative difference that counts as none.")] = 0.0,
     atol: Annotated[float, typer.Option(min=0.0, help="Absolute difference that counts as none, in SI.")] = 0.0,
+    show_all: Annotated[bool, typer.Option("--all", help="Show every difference, not only the first 20.")] = False,
 ):
-    """Compare two archives; exit code 3 if they differ."""
+    """Compare two archives, sweeps by the coordinates of their runs; exit code 3 if they differ."""
     from studies.commands.archive import show_differences
 
-    return show_differences(*common, path, other, rtol, atol)
+    return show_differences(*common, path, other, rtol, atol, show_all)
 
 
 @command(archive)
