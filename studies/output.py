@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from apesim.archive import ArchiveError, write
+from apesim.archive import ArchiveError, read_about, write
 from apesim.archive.shards import lock
 
 
@@ -10,7 +10,20 @@ def refuse_to_replace(out):
     """Raise `ArchiveError` where a target exists."""
     refuse_folder(out)
     if Path(out).exists():
-        raise ArchiveError(out, "exists already", "choose another --out, or give --overwrite")
+        raise ArchiveError(
+            out, f"exists already{_made(out)}", "give --overwrite to compute it again, or choose another --out"
+        )
+
+
+def _made(out):
+    """When an archive was finished and of how many runs, in words; "" for a file that is none."""
+    try:
+        about = read_about(out)[1]
+    except ArchiveError:
+        return ""
+    finished = about.get("created", "")[:16].replace("T", " at ")  # 2024-01-01T00:00:00+00:00
+    runs = f", {about['runs_planned']} runs" if "runs_planned" in about else ""
+    return (f", finished on {finished} UTC" if finished else "") + runs
 
 
 def refuse_folder(out):
