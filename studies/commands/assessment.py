@@ -30,16 +30,16 @@ LATE_TITLE = (
     "from there to the lap, less the advance of the command"
 )
 BESIDE = (
-    ("energise_deg", 1.0, ".1f", "on"),
-    ("release_deg", 1.0, ".1f", "off"),
-    ("valve_open_deg", 1.0, ".2f", "opens"),
-    ("valve_close_deg", 1.0, ".2f", "closes"),
+    ("energise_deg", 1.0, ".1f", "on [deg]"),
+    ("release_deg", 1.0, ".1f", "off [deg]"),
+    ("valve_open_deg", 1.0, ".2f", "opens [deg]"),
+    ("valve_close_deg", 1.0, ".2f", "closes [deg]"),
     ("peak_lift_m", 1e3, ".2f", "lift [mm]"),
-    ("fluctuation", 1.0, ".3f", "opening"),
-    ("closing_fluctuation", 1.0, ".3f", "closing"),
+    ("fluctuation", 1.0, ".3f", "opening [-]"),
+    ("closing_fluctuation", 1.0, ".3f", "closing [-]"),
     ("intake_pressure_fluctuation_Pa", 1e-5, ".3f", "intake [bar]"),
     ("cycle_to_cycle_torque_Nm", 1.0, ".1e", "cycles [N m]"),
-    ("period_cycles", 1.0, ".0f", "period"),
+    ("period_cycles", 1.0, ".0f", "period [cycles]"),
 )
 BESIDE_TITLE = (
     "The real valve: commands and true angles [deg]; fluctuation of both strokes, of the intake's pressure, and of the "

@@ -23,8 +23,10 @@ from studies.optimise.table import (
 GOALS = ("torque", "air", "both")
 GOAL = Choice(GOALS, "command line")
 FREE_KEY = "supply.pressure"
-HEADER = ("r/min", "", "energise", "release", "MPa gauge", "opens", "closes", "lift", "full", "torque", "air")
-UNITS = "angles [deg]; peak lift [mm]; brake torque [N m]; all air over brake work [kg/kWh]"
+HEADER = (
+    *("speed\n[r/min]", "commands", "energise\n[deg]", "release\n[deg]", "supply\n[MPa gauge]", "opens\n[deg]"),
+    *("closes\n[deg]", "peak lift\n[mm]", "full lift", "brake torque\n[N m]", "all air\n[kg/kWh]"),
+)
 
 
 def optimise_command(console, machine_file, settings, goal, speed, free, out, jobs, overwrite, figures):
@@ -58,7 +60,7 @@ def optimise_command(console, machine_file, settings, goal, speed, free, out, jo
     rows = [row for one in optima for row in _rows(one, machine.ambient.pressure)]
     counted = ", ".join(f"{sum(getattr(one, name) for one in optima)} {name}" for name in ("sketches", "runs"))
     where = summary(told, f"{len(optima)} speeds, {counted},")
-    console.result(data | told, table_of("The best commands", HEADER, rows, left=(1, 8)), UNITS, *_ends(optima), where)
+    console.result(data | told, table_of("The best commands", HEADER, rows, left=(1, 8)), *_ends(optima), where)
     for fault in faults:
         console.message(f"warning: {fault}")
     return INCOMPLETE if faults else DONE

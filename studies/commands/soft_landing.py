@@ -17,6 +17,10 @@ from valve.bench import run_bench
 ANY = "any"
 TOLD = {BOTH: "A and B", ONLY_A: "A", ONLY_B: "B"}
 GIVEN = Choice((*SOLENOIDS, ANY), "command line")
+BRAKE_HEADER = (
+    *("MPa gauge", "stroke", "brake", "solenoids", "edges\n[ms]", "added\n[ms]", "v_e\n[m/s]", "energy left\n[%]"),
+    *("worst v_e\n[m/s]", "worst added\n[ms]"),
+)
 SHORT_TIME = Quantity("ms", 0.01, 100, "command line", typical="1 ms")
 
 
@@ -161,19 +165,7 @@ def _tables(results, spacing, cost):
     for title, limit in zip(titles, LIMITS, strict=True):
         rows = [_row(result, limit, kind) for result in results for kind in KINDS if result.choices[limit, kind]]
         if rows:
-            header = (
-                "MPa gauge",
-                "stroke",
-                "",
-                "solenoids",
-                "edges [ms]",
-                "added [ms]",
-                "v_e [m/s]",
-                "energy",
-                "worst v_e",
-                "added",
-            )
-            yield table_of(f"{title}, for {1e3 * cost:.3g} ms", header, (*rows,), left=(1, 2, 3))
+            yield table_of(f"{title}, for {1e3 * cost:.3g} ms", BRAKE_HEADER, (*rows,), left=(1, 2, 3))
         else:
             yield f"{title}, for {1e3 * cost:.3g} ms: none lowers the seating speed\n"
     yield (
@@ -195,7 +187,7 @@ def _row(result, limit, kind):
         " ".join(f"{edge:.2f}" for edge in _edges(choice.row)[1:]),
         f"{1e3 * choice.row[ADDED]:.2f}",
         f"{choice.row[SPEED]:.3f}",
-        f"{100.0 * (choice.row[SPEED] / result.unbraked.speed) ** 2:.1f} %",
+        f"{100.0 * (choice.row[SPEED] / result.unbraked.speed) ** 2:.1f}",
         worst + falls,
         f"{1e3 * choice.added.max():.2f}",
     )

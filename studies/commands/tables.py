@@ -48,7 +48,7 @@ def table_of(title, header, rows, left=(0,)):
 
     table = Table(title=Text(title) if title else None, box=box.SIMPLE_HEAD, title_justify="left")
     for number, name in enumerate(header):
-        table.add_column(name, justify="left" if number in left else "right")
+        table.add_column(name, justify="left" if number in left else "right", overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table

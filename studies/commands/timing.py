@@ -18,22 +18,22 @@ FAR_OFF = 1.0 * DEGREE
 """A law over all speeds that is off by more is not worth telling [rad]."""
 ANGLE = Quantity("deg", -360, 720, "command line", typical="70 deg")
 SHOWN = (
-    ("speed_rpm", 1.0, 0, "r/min"),
-    ("supply_pressure", 1e-6, 2, "MPa gauge"),
-    ("supply_temperature", 1.0, 0, "K"),
-    ("advance_deg", 1.0, 2, "advance"),
-    ("release_advance_deg", 1.0, 2, "release"),
-    ("peak_lift_m", 1e3, 2, "lift"),
-    ("brake_torque_Nm", 1.0, 2, "torque"),
-    ("uncorrected_brake_torque_Nm", 1.0, 2, "before"),
-    ("specific_air_kg_per_kWh", 1.0, 1, "air"),
-    ("uncorrected_specific_air_kg_per_kWh", 1.0, 1, "before"),
-    ("shortcut_open_error_deg", 1.0, 2, "opens"),
-    ("shortcut_close_error_deg", 1.0, 2, "closes"),
+    ("speed_rpm", 1.0, 0, "speed\n[r/min]"),
+    ("supply_pressure", 1e-6, 2, "supply\n[MPa gauge]"),
+    ("supply_temperature", 1.0, 0, "\n[K]"),
+    ("advance_deg", 1.0, 2, "advance\n[deg]"),
+    ("release_advance_deg", 1.0, 2, "release\n[deg]"),
+    ("peak_lift_m", 1e3, 2, "lift\n[mm]"),
+    ("brake_torque_Nm", 1.0, 2, "torque\n[N m]"),
+    ("uncorrected_brake_torque_Nm", 1.0, 2, "before\n[N m]"),
+    ("specific_air_kg_per_kWh", 1.0, 1, "air\n[kg/kWh]"),
+    ("uncorrected_specific_air_kg_per_kWh", 1.0, 1, "before\n[kg/kWh]"),
+    ("shortcut_open_error_deg", 1.0, 2, "opens\n[deg]"),
+    ("shortcut_close_error_deg", 1.0, 2, "closes\n[deg]"),
 )
-UNITS = (
-    "advance of energising and release [deg]; peak lift [mm]; brake torque [N m] and all air over brake work [kg/kWh], "
-    "corrected and before; how late the valve opens and closes if the delays of the bench are subtracted [deg]"
+LEGEND = (
+    "advance of energising and of release; peak lift; brake torque, and all air over brake work, corrected and before; "
+    "how late the valve opens and closes if the delays of the bench are subtracted"
 )
 
 
@@ -110,7 +110,7 @@ def timing_command(
     header = [*(name for *_, name in SHOWN), "out of reach"]
     table = table_of(title, header, _rows(found.archive, machine.ambient.pressure), left=(len(SHOWN),))
     error = f"error of the interpolated table: {error_text(found.error)}"
-    console.result(data, table, UNITS, *_law_lines(found.laws, machine), error, where)
+    console.result(data, table, LEGEND, *_law_lines(found.laws, machine), error, where)
     for fault in faults:
         console.message(f"warning: {fault}")
     return INCOMPLETE if faults else DONE

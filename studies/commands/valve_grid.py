@@ -12,6 +12,10 @@ from valve.bench import run_bench
 
 DUTY = Quantity("", 0.01, 0.99, "command line", typical="0.5")
 TIMES = ("opening_delay_s", "opening_stroke_time_s", "closing_delay_s", "closing_stroke_time_s")
+MAP_HEADER = (
+    *("open t_d\n[ms]", "open t_f\n[ms]", "close t_d\n[ms]", "close t_f\n[ms]"),
+    *("open v_e\n[m/s]", "close v_e\n[m/s]"),
+)
 LIMIT_HEADER = ("duty", "limit [Hz]", "[r/min]", "lap to lap [ms]", "window [deg]", "")
 SPEEDS = ("opening_seating_speed_m_s", "closing_seating_speed_m_s")
 
@@ -39,11 +43,10 @@ def map_command(console, machine_file, settings, pressure, temperature, pulse, o
 
     archive, told = computed(console, "map", (run_bench, machine, pulse), compute, out, overwrite, draw)
     v = {name: variable.values for name, variable in archive.variables.items()}
-    header = ("open t_d [ms]", "t_f [ms]", "close t_d [ms]", "t_f [ms]", "open v_e [m/s]", "close v_e")
     columns = [1e3 * v[name] for name in TIMES] + [v[name] for name in SPEEDS]
     rows = [[number(value, ".4f") for value in row] for row in zip(*columns, strict=True)]
     faults = faults_of_map(archive)
-    table = _table("The valve over pressure and temperature", machine, v, header, rows)
+    table = _table("The valve over pressure and temperature", machine, v, MAP_HEADER, rows)
     console.result({"runs": len(rows), "faults": faults} | told, table, summary(told, f"{len(rows)} runs"))
     for fault in faults:
         console.message(f"warning: {fault}")
