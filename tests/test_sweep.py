@@ -17,7 +17,7 @@ from engine.machine import Machine
 from engine.steady import run_steady
 from engine.warnings import judge_point
 from studies.commands.sweep import sweep_table
-from studies.figures.sweep import sweep_figures, torque_and_air
+from studies.figures.sweep import cycle_traces, sweep_figures, torque_and_air
 from studies.sweep import CORRECTED, FIXED, STATUS_MEANINGS, TIMINGS, run_sweep
 from studies.sweep.compute import WARNING_FLAGS
 from studies.sweep.plan import actuation_of, in_one_unit, plan
@@ -212,8 +212,19 @@ def test_a_point_that_is_not_periodic_is_named(swept):
 
 
 def test_a_second_sweep_does_not_write_the_same_target(swept):
-    with pytest.raises(ArchiveError, match="exists already"):
+    remedy = "exists already, finished on .* UTC, 8 runs; give --overwrite to compute it again, or choose another --out"
+    with pytest.raises(ArchiveError, match=remedy):
         run_sweep(Machine(), SPEEDS, INTAKES, swept.path)
+
+
+def test_the_traces_show_each_intake_whole(swept):
+    lift = cycle_traces(swept.archive, speed_rpm=600.0).axes[0]
+    assert len(lift.lines) == 4
+    for line in lift.lines:
+        angle, values = line.get_data()
+        assert angle[0] == pytest.approx(-90.0, abs=0.5) and angle[-1] == pytest.approx(270.0, abs=1.0)
+        assert (np.diff(angle) > 0.0).all()
+        assert np.count_nonzero(np.diff(values > 0.0)) == 2, "it opens once and closes once within the window"
 
 
 def test_figures_are_drawn_and_the_same_each_time(swept, tmp_path):

@@ -4,6 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from studies.assessment.causes import CAUSES, ENTERS, EXERGY, ORDERS
+from studies.figures.conditions import conditions_of
 from studies.figures.style import draw
 
 COLOURS = {"lateness": "#2a6f97", "finite_speed": "#e0a030", "fluctuation": "#7a4e9c", "control_air": "#c1440e"}
@@ -46,7 +47,8 @@ def assessment_figures(archive, folder):
     -------
     list of Path
     """
-    return draw({"losses": lambda: losses(archive), "exergy": lambda: ledgers(archive)}, folder)
+    figures = {"losses": lambda: losses(archive), "exergy": lambda: ledgers(archive)}
+    return draw(figures, folder, conditions_of(archive.machine))
 
 
 def losses(archive):

@@ -5,6 +5,7 @@ import numpy as np
 
 from engine.breathing import DEGREE
 from studies.design_rule import PAPER_RPM, RPM, DesignRule
+from studies.figures.conditions import SUPPLY, conditions_of
 from studies.figures.lines import draw_own_point, over_pressure
 from studies.figures.style import draw
 from studies.limit_points import Point, own_run
@@ -28,7 +29,11 @@ def engine_limit_figures(archive, ambient_pressure, folder):
     -------
     list of Path
     """
-    return draw({"engine_limit": lambda: engine_limits(archive, ambient_pressure)}, folder)
+    return draw(
+        {"engine_limit": lambda: engine_limits(archive, ambient_pressure)},
+        folder,
+        conditions_of(archive.machine, SUPPLY),
+    )
 
 
 def engine_limits(archive, ambient_pressure):

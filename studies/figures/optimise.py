@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from studies.figures.conditions import conditions_of
 from studies.figures.style import draw
 
 LOOKS = {
@@ -34,7 +35,8 @@ def optimise_figures(archive, ambient_pressure, folder):
     makers = {name: lambda make=make: make(archive) for name, make in figures.items()}
     if any(name.endswith("_bound_supply_pressure") for name in archive.variables):
         makers["optimum_pressure"] = lambda: pressures(archive, ambient_pressure)
-    return draw(makers, folder)
+    free = ("supply.pressure",) if "optimum_pressure" in makers else ()
+    return draw(makers, folder, conditions_of(archive.machine, free))
 
 
 def _values(archive):

@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from studies.figures.conditions import SUPPLY, conditions_of
 from studies.figures.discharge import areas, pressures
 from studies.figures.style import draw
 from studies.figures.valve import contours, velocities
@@ -68,7 +69,7 @@ def paper_figures(machine, archive, found, frictions, folder):
         "fig11_seating_speed": lambda: contours(archive, ambient, "seating_speed_m_s", 1.0, "seating speed [m/s]"),
         "friction_map": lambda: friction_map(frictions),
     }
-    return draw(figures, folder)
+    return draw(figures, folder, conditions_of(archive.machine, SUPPLY))
 
 
 def lifts(machine):

@@ -3,9 +3,12 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from studies.figures.conditions import conditions_of
 from studies.figures.style import draw
 
 STROKES = {"opening": "C0", "closing": "C1"}
+BRAKES = {"softest": ("#d55e00", "-"), "sturdy": ("#0072b2", "--")}
+"""Colour and style of each kind of brake: colour-blind eyes tell vermilion from blue (Okabe and Ito)."""
 MOST = 3
 """Pressures that are shown, at most."""
 
@@ -38,7 +41,7 @@ def soft_landing_figures(archive, ambient_pressure, folder):
     }
     for stroke in STROKES:
         figures[f"traces_{stroke}"] = lambda stroke=stroke: traces(v, titles, stroke, dwell)
-    return draw(figures, folder)
+    return draw(figures, folder, conditions_of(archive.machine, ("supply.pressure", "supply.control_pressure")))
 
 
 def best(v, stroke, run, kind):
@@ -182,24 +185,24 @@ def robustness(v, titles):
     for row, stroke in zip(axes, STROKES, strict=True):
         for axis, (run, _) in zip(row, titles, strict=True):
             axis.axhline(v[f"{stroke}_seating_speed"][run], color="0.55", lw=1.0)
-            for kind, colour in (("softest", "C3"), ("sturdy", "C2")):
+            for kind, (colour, style) in BRAKES.items():
                 prefix = best(v, stroke, run, kind)
                 if not prefix:
                     continue
                 for number, marker in zip(range(len(offsets)), markers, strict=True):
                     speed = v[f"{prefix}_speed_at"][run][:, number]
                     stays = v[f"{prefix}_stays_at"][run][:, number] == 1
-                    axis.plot(100.0 * (factors - 1.0), speed, color=colour, lw=0.8)
+                    axis.plot(100.0 * (factors - 1.0), speed, color=colour, lw=0.9, ls=style)
                     for chosen, face in ((stays, colour), (~stays, "white")):
-                        style = {"marker": marker, "ls": "", "ms": 5, "mec": colour, "mfc": face}
-                        axis.plot(100.0 * (factors - 1.0)[chosen], speed[chosen], **style)
+                        points = {"marker": marker, "ls": "", "ms": 5, "mec": colour, "mfc": face}
+                        axis.plot(100.0 * (factors - 1.0)[chosen], speed[chosen], **points)
         row[0].set_ylabel(f"seating speed, {stroke} [m/s]")
     for axis in axes[-1]:
         axis.set_xlabel("gauge pressure off by [%]")
     axes[0, 0].set(ylim=(0.0, None), xticks=np.round(100.0 * (factors - 1.0)))
     line = plt.Line2D
     handles = {"unbraked": line([], [], color="0.55", lw=1.0)}
-    handles |= {kind: line([], [], color=colour) for kind, colour in (("softest", "C3"), ("sturdy", "C2"))}
+    handles |= {kind: line([], [], color=colour, ls=style) for kind, (colour, style) in BRAKES.items()}
     for offset, marker in zip(offsets, markers, strict=True):
         handles[f"{offset:+g} K"] = line([], [], color="0.3", marker=marker, ls="", ms=5)
     handles["falls off its stop"] = line([], [], color="0.3", marker="o", mfc="white", ls="", ms=5)

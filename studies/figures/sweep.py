@@ -4,14 +4,18 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from apesim.archive.grid import axes_of, places_of
+from studies.figures.conditions import conditions_of
 from studies.figures.style import draw
 from studies.sweep.plan import in_one_unit
 from studies.sweep.results import has_incomplete_stroke
 
 COLOURS = {"epv": "#c1440e", "epv corrected": "#1b9e77", "cam": "#2a6f97", "ideal": "#3a3a3a"}
 NAMES = {"epv": "EPV, uncorrected", "epv corrected": "EPV, corrected", "cam": "cam", "ideal": "ideal valve"}
-HOLLOW = {"ls": "", "marker": "o", "ms": 5, "mfc": "white"}
+MARKERS = {"epv": "o", "epv corrected": "s", "cam": "^", "ideal": "D"}
+HOLLOW = {"ls": "", "ms": 5, "mfc": "white"}
 """Points at which the valve does not open fully and close fully in every cycle."""
+TRACE_START = -90.0
+"""Crank angle at which a cycle is drawn from [deg]: before all intakes open, so that none is cut in two."""
 OUTER = ("actuation", "speed_rpm")
 """Axes of every sweep; those between them are what was varied."""
 
@@ -34,7 +38,8 @@ def sweep_figures(archive, folder):
     for name in axes_of(archive):
         if name not in OUTER:
             make[f"over_{name}"] = lambda name=name: over_key(archive, name)
-    return draw(make, folder)
+    varied = [name for name in axes_of(archive) if name not in OUTER]
+    return draw(make, folder, conditions_of(archive.machine, varied))
 
 
 def actuations_in(archive):
@@ -135,17 +140,17 @@ def _torque_and_air(archive, along, label, where):
         runs, x = along(name)
         colour = COLOURS[name]
         torque, air = (v[column].values[runs] for column in ("brake_torque_Nm", "specific_air_kg_per_kWh"))
-        left.plot(x, torque, color=colour, marker="o", ms=3, label=NAMES[name])
+        left.plot(x, torque, color=colour, marker=MARKERS[name], ms=3.5, label=NAMES[name])
         left.plot(x, v["indicated_torque_Nm"].values[runs], color=colour, lw=1, ls="--")
-        right.plot(x, air, color=colour, marker="o", ms=3)
+        right.plot(x, air, color=colour, marker=MARKERS[name], ms=3.5)
         for axis, values in ((left, torque), (right, air)):
-            axis.plot(x[incomplete[runs]], values[incomplete[runs]], color=colour, **HOLLOW)
+            axis.plot(x[incomplete[runs]], values[incomplete[runs]], color=colour, marker=MARKERS[name], **HOLLOW)
         right.plot(x, v["indicated_specific_air_kg_per_kWh"].values[runs], color=colour, lw=1, ls="--")
     left.axhline(0.0, color="0.6", lw=0.8)
     left.plot([], [], color="0.4", label="brake")
     left.plot([], [], color="0.4", lw=1, ls="--", label="indicated")
     if incomplete.any():
-        left.plot([], [], color="0.4", label="incomplete stroke", **HOLLOW)
+        left.plot([], [], color="0.4", label="incomplete stroke", marker="o", **HOLLOW)
     left.set(xlabel=label, ylabel="torque [N m]", title="Torque")
     figure.legend(loc="outside lower center", ncols=7, fontsize=8.5)
     right.set(xlabel=label, ylabel="specific air [kg/kWh]", title="All air, control air counted, over work")
@@ -200,7 +205,8 @@ def cycle_traces(archive, speed_rpm=1000.0):
     matplotlib.figure.Figure
     """
     v = archive.variables
-    angle = v["crank_angle"].values
+    order = np.argsort((v["crank_angle"].values[:-1] - TRACE_START) % 360.0, kind="stable")
+    angle = (v["crank_angle"].values[order] - TRACE_START) % 360.0 + TRACE_START
     figure, axes = plt.subplots(3, 1, figsize=(7.4, 7.0), layout="constrained", sharex=True)
     lift, chambers, cylinder = axes
     shown = ""
@@ -209,11 +215,11 @@ def cycle_traces(archive, speed_rpm=1000.0):
         if run is None:
             continue
         shown = f" at {v['speed_rpm'].values[run]:g} r/min"
-        lift.plot(angle, v["lift"].values[run] * 1e3, color=COLOURS[name], label=NAMES[name])
-        cylinder.plot(angle, v["cylinder_pressure"].values[run] / 1e6, color=COLOURS[name])
+        lift.plot(angle, v["lift"].values[run, order] * 1e3, color=COLOURS[name], label=NAMES[name])
+        cylinder.plot(angle, v["cylinder_pressure"].values[run, order] / 1e6, color=COLOURS[name])
         if name.startswith("epv"):
             for letter, style in (("a", "-"), ("b", "--")):
-                pressure = v[f"pressure_{letter}"].values[run] / 1e6
+                pressure = v[f"pressure_{letter}"].values[run, order] / 1e6
                 chambers.plot(angle, pressure, color=COLOURS[name], ls=style)
     lift.set(ylabel="intake lift [mm]", title=f"One cycle{shown}")
     lift.legend(fontsize=8.5)
@@ -221,10 +227,10 @@ def cycle_traces(archive, speed_rpm=1000.0):
     if chambers.lines:
         for style, label in (("-", "A, which pushes to closed"), ("--", "B, which pushes to open")):
             chambers.plot([], [], color="0.4", ls=style, label=label)
-        chambers.legend(fontsize=8.5, loc="center", bbox_to_anchor=(0.7, 0.5))
+        chambers.legend(fontsize=8.5, loc="center", bbox_to_anchor=(0.85, 0.5))
     cylinder.set(ylabel="cylinder pressure [MPa abs]", xlabel="crank angle after TDC [deg]")
-    cylinder.set_xlim(angle[0], angle[-1])
-    cylinder.set_xticks(np.arange(0, angle[-1] + 1, 45))
+    cylinder.set_xlim(TRACE_START, TRACE_START + 360.0)
+    cylinder.set_xticks(np.arange(TRACE_START, TRACE_START + 361.0, 45.0))
     for axis in axes:
         axis.set_ylim(bottom=0.0)
     return figure

@@ -4,6 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from engine.breathing import DEGREE, TURN
+from studies.figures.conditions import SUPPLY, conditions_of
 from studies.figures.style import draw
 
 
@@ -25,7 +26,8 @@ def timing_figures(timing_map, ambient_pressure, folder):
     figures = {"advance": advances, "won_back": won_back, "shortcut": shortcut}
     if timing_map.laws["advance"]:
         figures["temperature_law"] = temperature_law
-    return draw({name: lambda make=make: make(timing_map, ambient_pressure) for name, make in figures.items()}, folder)
+    make_all = {name: lambda make=make: make(timing_map, ambient_pressure) for name, make in figures.items()}
+    return draw(make_all, folder, conditions_of(timing_map.archive.machine, SUPPLY))
 
 
 def _columns(timing_map):

@@ -5,6 +5,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from studies.design_rule import PAPER_RPM
+from studies.figures.conditions import SUPPLY, conditions_of
 from studies.figures.lines import draw_own_point, over_pressure
 from studies.figures.style import draw
 from studies.limit_points import Point, own_run
@@ -40,7 +41,12 @@ def map_figures(archive, ambient_pressure, folder):
         for name, (column, factor, label) in MAPS.items()
     }
     figures["velocity"] = lambda: velocities(archive, ambient_pressure)
-    return draw(figures, folder)
+    return draw(figures, folder, conditions_of(archive.machine, SUPPLY, _pulse(archive)))
+
+
+def _pulse(archive):
+    """What the bench was driven with, in words."""
+    return f"{1e3 * float(archive.provenance['pulse_s']):g} ms pulse"
 
 
 def grid_of(archive, ambient_pressure):
@@ -177,7 +183,9 @@ def limit_figures(archive, ambient_pressure, folder):
     -------
     list of Path
     """
-    return draw({"working_limit": lambda: limits(archive, ambient_pressure)}, folder)
+    return draw(
+        {"working_limit": lambda: limits(archive, ambient_pressure)}, folder, conditions_of(archive.machine, SUPPLY)
+    )
 
 
 def limits(archive, ambient_pressure):
