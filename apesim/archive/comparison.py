@@ -98,7 +98,7 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> li
         elif mine.values.shape[1:] == other.values.shape[1:]:
             ours, theirs = mine.values[at_a], other.values[at_b]
             differs = ~_equal(ours, theirs, rtol, atol).all(axis=tuple(range(1, ours.ndim)))
-            for i in np.flatnonzero(differs):
+            for i in np.flatnonzero(differs).tolist():
                 run, place = int(a.runs[at_a[i]]), places[at_a[i]]
                 found = _compared(kind, name, run, ours[i], theirs[i], a, mine.dims[1:], rtol, atol)
                 rows += [row._replace(where=", ".join(filter(None, (place, row.where)))) for row in found]
@@ -116,8 +116,8 @@ def _common_axes(a: Archive, b: Archive, rows: list[Difference]) -> list[str] | 
         return None
     for name in {**axes_a, **axes_b}:
         if name not in axes_a or name not in axes_b:
-            texts = [", ".join(axes[name]) if name in axes else None for axes in (axes_a, axes_b)]
-            rows.append(Difference("axis", name, None, "in one of them only", *texts, 1))
+            mine, other = (", ".join(axes[name]) if name in axes else None for axes in (axes_a, axes_b))
+            rows.append(Difference("axis", name, None, "in one of them only", mine, other, 1))
     return [name for name in axes_a if name in axes_b]
 
 
