@@ -3,7 +3,7 @@
 from enum import IntEnum
 
 from apesim.air import CP_UP_TO
-from apesim.error_bounds import MAX_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
+from apesim.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
 from apesim.march import LOG_HEAD
 from engine.cycle import TRACE
 from engine.cylinder import EPV
@@ -32,6 +32,7 @@ class EngineWarning(IntEnum):
     QUADRATURE = 12
     WORK_TOLERANCE = 13
     AIR_TOLERANCE = 14
+    EXERGY_CLOSURE = 15
 
     @property
     def summary(self):
@@ -60,6 +61,7 @@ SUMMARIES = {
     EngineWarning.QUADRATURE: "indicated work by quadrature is off by more than promised",
     EngineWarning.WORK_TOLERANCE: "indicated work hangs on the tolerance",
     EngineWarning.AIR_TOLERANCE: "engine air hangs on the tolerance",
+    EngineWarning.EXERGY_CLOSURE: "exergy does not close as promised",
 }
 TOLERANCE_TEXT = (
     "{what} changes by {change:.1e} at ten times the tolerance, more than {most:g}: it is near zero, or the valve "
@@ -127,6 +129,11 @@ def _of_the_accuracy(values):
     mass, energy = values["mass_closure"], values["energy_closure"]
     if max(mass, energy) > MAX_CLOSURE:
         told[EngineWarning.CLOSURE] = closure_text(mass, energy)
+    if values["exergy_closure"] > MAX_EXERGY_CLOSURE:
+        told[EngineWarning.EXERGY_CLOSURE] = (
+            f"exergy closes to {values['exergy_closure']:.1e} of what enters; {MAX_EXERGY_CLOSURE:g} is promised: "
+            "trust its table to that much only"
+        )
     if values["work_by_quadrature_change"] > MAX_QUADRATURE_CHANGE:
         told[EngineWarning.QUADRATURE] = quadrature_text("indicated work", values["work_by_quadrature_change"])
     for warning, name, what in (
