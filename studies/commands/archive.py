@@ -72,7 +72,7 @@ def show_info(console, machine_file, settings, path):
         ("missing runs", gaps_in_words(data["missing_runs"]) or "none"),
         ("versions", ", ".join(f"{name} {version}" for name, version in data["versions"].items())),
         ("command", data["provenance"].get("command", "")),
-        *[(MIGRATED, data["provenance"][MIGRATED])] * (MIGRATED in data["provenance"]),
+        *[(name, value) for name, value in data["provenance"].items() if name == MIGRATED],
     ]
     lines = [f"{name:13} {visible(value)}" for name, value in facts]
     rows = [
