@@ -112,10 +112,11 @@ def thermal_entropy(gas, temperature):
 
 def temperature_at_enthalpy(gas, specific_enthalpy):
     """Temperature of a specific enthalpy [J/kg], by Newton's method where cp depends on it [K]."""
-    t = specific_enthalpy / (gas.gas_constant * (1.0 + 1.0 / (gas.heat_capacity_ratio - 1.0)))
+    k = gas.heat_capacity_ratio
+    temperature = specific_enthalpy * (k - 1.0) / (k * gas.gas_constant)
     for _ in range(20 if gas.perfect else 0):
-        t -= (enthalpy(gas, t) - specific_enthalpy) / heat_capacity(gas, t)
-    return t
+        temperature -= (enthalpy(gas, temperature) - specific_enthalpy) / heat_capacity(gas, temperature)
+    return temperature
 
 
 @functools.cache

@@ -155,7 +155,7 @@ def cycle_rates(p, t, y, mode, dy):
     dy[EXHAUSTED], dy[EXHAUSTED_ENTHALPY], dy[EXHAUST_BACK] = exhaust, exhaust_enthalpy, max(0.0, -exhaust)
     dy[FED], dy[FED_ENTHALPY] = fed, fed_enthalpy
     dy[WORK] = work
-    if dy.shape[0] > SIZE:
+    if y.shape[0] > SIZE:
         add_exergy_rates(p, t, y, mode, cylinder, dy)
     return True
 

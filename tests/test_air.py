@@ -13,7 +13,9 @@ from apesim.air import (
     heat_capacity,
     heat_capacity_ratio,
     internal_energy,
+    temperature_at_enthalpy,
     temperature_of,
+    thermal_entropy,
 )
 
 IDEAL_GAS = gas_of(Air())
@@ -60,3 +62,21 @@ def test_differences_of_enthalpy_and_internal_energy_are_canteras(cold, hot):
 @given(temperature=NASA_RANGE)
 def test_the_temperature_of_an_internal_energy_is_its_inverse(gas, temperature):
     assert temperature_of(gas, internal_energy(gas, temperature)) == pytest.approx(temperature, rel=1e-12)
+
+
+@GASES
+@settings(deadline=None)
+@given(temperature=NASA_RANGE)
+def test_the_temperature_at_an_enthalpy_is_its_inverse(gas, temperature):
+    assert temperature_at_enthalpy(gas, enthalpy(gas, temperature)) == pytest.approx(temperature, rel=1e-9)
+
+
+@settings(deadline=None)
+@given(NASA_RANGE, NASA_RANGE)
+def test_differences_of_thermal_entropy_are_canteras_at_constant_pressure(cold, hot):
+    air = cantera_air()
+    air.TP = cold, 1e5
+    s = air.entropy_mass
+    air.TP = hot, 1e5
+    rise = thermal_entropy(PERFECT_GAS, hot) - thermal_entropy(PERFECT_GAS, cold)
+    assert rise == pytest.approx(air.entropy_mass - s, abs=1e-5)
