@@ -52,8 +52,9 @@ MAX_SHORT_STEPS = 20_000
 SHORT = 0.1
 STEP_LEAST = 1e-14
 ROOT_TOLERANCE = 1e-12
-LOG_ROWS, LOG_HEAD = 4000, 3
-"""Room in a log; columns before the state: time [s], code, sign of the change."""
+LOG_ROWS, LOG_HEAD = 24_000, 3
+"""Room in a log, for an extremum in each of `MAX_SHORT_STEPS` steps, too: where a stretch is stiff, the slope of a
+pressure may change its sign at every step. Columns before the state: time [s], code, sign of the change."""
 
 
 class Accuracy(NamedTuple):
