@@ -4,8 +4,8 @@ MAX_CLOSURE = 1e-8
 """Mass or energy that a ledger does not account for, relative. Only rounding is left of it: 1e-15 as a rule,
 1.4e-10 at most over 700 random engines, with receivers of up to 1 m3, where most of the air only lies."""
 MAX_EXERGY_CLOSURE = 1e-6
-"""Exergy that the ledger does not account for, relative to what enters: what is promised of it. Of 216 random engines
-those with the valve or a cam keep it (7e-7 at most), but 14 of 50 with an ideal valve do not (7e-4 at most)."""
+"""Exergy that the ledger does not account for, relative to what enters: what is promised of it; 4e-7 at most over 600
+random engines."""
 MAX_QUADRATURE_CHANGE = 2e-5
 """Work by quadrature against the ledger, relative. Up to this results are promised to agree with reference solutions;
 2e-7 at most over the same engines."""

@@ -91,7 +91,7 @@ LEAVES = {
 """Terms of exergy that is destroyed or carried off."""
 WORKS = {
     "stored": "rise of the exergy stored in air, springs and motion over the cycle",
-    "indicated_work": "indicated work",
+    "indicated_work": "indicated work, of the march with this ledger",
     "engine_friction": "work of the engine's friction",
     "brake_work": "brake work",
 }
@@ -202,9 +202,14 @@ def exergy_ledger(run, friction_work):
     dict
         `TERMS` by name [J].
     """
-    terms = {name: float(run.exergy[number]) for name, (number, _) in (ENTERS | LEAVES).items()}
-    work = float(run.end[WORK])
-    works = stored(run.p, 0.0, run.end) - stored(run.p, 0.0, run.start), work, friction_work, work - friction_work
+    terms = {name: float(run.exergy_end[SIZE + number]) for name, (number, _) in (ENTERS | LEAVES).items()}
+    work = float(run.exergy_end[WORK])
+    works = (
+        stored(run.p, 0.0, run.exergy_end) - stored(run.p, 0.0, run.start),
+        work,
+        friction_work,
+        work - friction_work,
+    )
     return terms | dict(zip(WORKS, map(float, works), strict=True))
 
 

