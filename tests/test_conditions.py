@@ -3,7 +3,8 @@ import pytest
 
 from apesim.quantities.settings import dumps, load
 from engine.machine import Machine
-from studies.figures.conditions import SUPPLY, conditions_of
+from studies.discharge import Vessel
+from studies.figures.conditions import SUPPLY, conditions_of, conditions_of_vessel
 from studies.figures.style import save
 
 
@@ -22,6 +23,11 @@ def test_the_conditions_are_the_supply_and_where_the_machine_deviates():
 def test_what_a_figure_shows_over_a_range_is_no_condition():
     changed = text_of("supply.pressure=0.6 MPa gauge", "engine.bore=90 mm")
     assert conditions_of(changed, (*SUPPLY, "engine.bore")) == "default machine"
+
+
+def test_a_discharge_test_s_conditions_are_those_of_its_vessel():
+    told = conditions_of_vessel(Vessel(50e-6, 293.15, 101325.0, None))
+    assert told == "vessel of 50 cm³, 293.15 K at the switch, into 101.3 kPa abs"
 
 
 def test_many_deviations_are_counted_and_broken_into_lines():

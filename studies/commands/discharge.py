@@ -59,7 +59,7 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
     found = aside(discharge, vessel, records).result()
     wall = time.perf_counter() - start
     write_traces(out, HEADER, found.curve * np.array([1e3, 1.0, 1e6, 1e6, 1e6]))
-    drawn = _drawn(found, out.with_suffix(".figures")) if figures else []
+    drawn = _drawn(vessel, found, out.with_suffix(".figures")) if figures else []
     data = _data(found, vessel) | {
         "curve": str(out),
         "figures": [str(path) for path in drawn],
@@ -72,11 +72,11 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
     return DONE
 
 
-def _drawn(found, folder):
+def _drawn(vessel, found, folder):
     """The figures."""
     from studies.figures.discharge import discharge_figures
 
-    return discharge_figures(found, folder)
+    return discharge_figures(vessel, found, folder)
 
 
 def _read(files, ambient_pressure):

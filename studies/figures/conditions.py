@@ -44,6 +44,21 @@ def conditions_of(machine, shown=(), more=""):
     return "\n".join(textwrap.wrap("; ".join(parts), MAX_LINE, break_on_hyphens=False)).replace(HELD, " ")
 
 
+def conditions_of_vessel(vessel):
+    """What emptied in discharge tests, and into what.
+
+    Parameters
+    ----------
+    vessel : studies.discharge.Vessel
+
+    Returns
+    -------
+    str
+    """
+    volume, ambient = vessel.volume * 1e6, vessel.ambient_pressure / 1e3
+    return f"vessel of {volume:.4g} cm³, {vessel.temperature:g} K at the switch, into {ambient:.4g} kPa abs"
+
+
 def _short(value):
     """A value of a machine file in words; a table or a curve by its kind only."""
     if value is None:

@@ -4,14 +4,16 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from studies.discharge import figure_arrays
+from studies.figures.conditions import conditions_of_vessel
 from studies.figures.style import draw
 
 
-def discharge_figures(found, folder):
+def discharge_figures(vessel, found, folder):
     """All figures of discharge tests.
 
     Parameters
     ----------
+    vessel : studies.discharge.Vessel
     found : studies.discharge.Discharge
     folder : path
         Made if it does not exist.
@@ -20,7 +22,8 @@ def discharge_figures(found, folder):
     -------
     list of Path
     """
-    return draw({"pressure": lambda: pressures(found), "effective_area": lambda: areas(found)}, folder)
+    figures = {"pressure": lambda: pressures(found), "effective_area": lambda: areas(found)}
+    return draw(figures, folder, conditions_of_vessel(vessel))
 
 
 def _colours(count):
