@@ -6,20 +6,28 @@ it), exergy (of streams and volumes), effect (what an effect is), slots (what a 
 stepper (a step), march (the one adaptive march), periodic (periodic states), error_bounds (how well a run promises to
 close), archive (HDF5).
 
-The names below are the public face. They are fetched from the layers ``valve``, ``engine`` and ``studies`` on first
-use, so that importing this package loads none of them.
+The layers above it are `apesim.valve`, `apesim.engine` and `apesim.studies`. In a checkout their folders stand beside
+this one; installed, within it.
+
+The names below are the public face. They are fetched from the layers on first use, so that importing this package
+loads none of them.
 """
 
 import importlib
+from pathlib import Path
+
+_FOLDER = Path(__file__).parent  # not resolved: an editable install may link each file from elsewhere
+if not (_FOLDER / "valve").exists():
+    __path__.append(str(_FOLDER.parent))
 
 _PUBLIC = {
-    "Machine": "engine.machine",
-    "load_machine": "studies.commands.machine",
-    "run_bench": "studies.public",
-    "run_steady": "studies.public",
-    "indicators": "studies.public",
-    "run_sweep": "studies.public",
-    "vary": "studies.sweep",
+    "Machine": "apesim.engine.machine",
+    "load_machine": "apesim.studies.commands.machine",
+    "run_bench": "apesim.studies.public",
+    "run_steady": "apesim.studies.public",
+    "indicators": "apesim.studies.public",
+    "run_sweep": "apesim.studies.public",
+    "vary": "apesim.studies.sweep",
     "read_archive": "apesim.archive",
     "read_grid": "apesim.archive.grid",
     "InputError": "apesim.quantities",

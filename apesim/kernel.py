@@ -10,6 +10,7 @@ empty folder.
 import contextlib
 import functools
 import hashlib
+import importlib.util
 import platform
 import shutil
 import sys
@@ -24,10 +25,21 @@ from numba.core.typing.templates import AbstractTemplate, infer_global
 
 from apesim.cache import cache_root, private_folder, temporary_folder
 
-ROOT = Path(__file__).resolve().parent.parent
-LAYERS = ("apesim", "valve", "engine")
+LAYERS = ("apesim", "apesim.valve", "apesim.engine")
+UPPER_LAYERS = ("valve", "engine", "studies")
+"""Folders that stand within that of `apesim` where it is installed, and beside it in a checkout."""
 FOLDERS_KEPT = 4
 OPTIONS = {"error_model": "numpy", "nogil": True}
+
+
+def _sources():
+    """Name and path of every source file that can hold kernels, in the order of the layers."""
+    for layer in LAYERS:
+        [folder] = importlib.util.find_spec(layer).submodule_search_locations[:1]
+        for path in sorted(Path(folder).rglob("*.py")):
+            name = path.relative_to(folder).as_posix()
+            if layer != "apesim" or name.split("/")[0] not in UPPER_LAYERS:
+                yield f"{layer}/{name}", path
 
 
 @functools.cache
@@ -40,10 +52,9 @@ def sources_hash():
         16 hexadecimal digits.
     """
     digest = hashlib.sha256()
-    for layer in LAYERS:
-        for path in sorted((ROOT / layer).rglob("*.py")):
-            digest.update(str(path.relative_to(ROOT)).encode())
-            digest.update(path.read_bytes())
+    for name, path in _sources():
+        digest.update(name.encode())
+        digest.update(path.read_bytes())
     for part in (
         sys.version,
         numba.__version__,

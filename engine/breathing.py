@@ -7,7 +7,7 @@ import numpy as np
 
 from apesim.kernel import kernel
 from apesim.quantities import NO_CURVE, Curve, Quantity
-from valve.groove import piece_line, piece_of
+from apesim.valve.groove import piece_line, piece_of
 
 VOLUME_MOST = 1.0
 """Largest finite receiver; up to here a periodic state is found within 2e-6 [m3]."""

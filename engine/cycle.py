@@ -3,10 +3,8 @@
 import numpy as np
 
 from apesim.air import heat_capacity
-from apesim.kernel import kernel
-from apesim.slots import enter, events, observe, power, rates, respond, watch
-from engine.breathing import TURN, lift_line
-from engine.cycle_state import (
+from apesim.engine.breathing import TURN, lift_line
+from apesim.engine.cycle_state import (
     BRANCHES,
     CYLINDER_ENERGY,
     CYLINDER_MASS,
@@ -48,9 +46,9 @@ from engine.cycle_state import (
     receiver_state,
     supply_of,
 )
-from engine.cylinder import CAM, EPV, indicated_power
-from engine.exergy import add_exergy_rates
-from engine.gas_exchange import (
+from apesim.engine.cylinder import CAM, EPV, indicated_power
+from apesim.engine.exergy import add_exergy_rates
+from apesim.engine.gas_exchange import (
     FLOWS,
     breathing,
     effects_of,
@@ -61,12 +59,21 @@ from engine.gas_exchange import (
     intake_lift,
     piped,
 )
-from valve import actuator as valve_actuator
-from valve.actuator import PHASE, PIECE, ActuatorRates, actuator_rates, state_of
-from valve.groove import piece_of
-from valve.line import LINE_FLOW, has_line, line_changes, line_enters, line_event, line_feed
-from valve.motion import CORNER, actuator_enters, actuator_events, actuator_responds, actuator_watches, take_piece
-from valve.piston import is_moving
+from apesim.kernel import kernel
+from apesim.slots import enter, events, observe, power, rates, respond, watch
+from apesim.valve import actuator as valve_actuator
+from apesim.valve.actuator import PHASE, PIECE, ActuatorRates, actuator_rates, state_of
+from apesim.valve.groove import piece_of
+from apesim.valve.line import LINE_FLOW, has_line, line_changes, line_enters, line_event, line_feed
+from apesim.valve.motion import (
+    CORNER,
+    actuator_enters,
+    actuator_events,
+    actuator_responds,
+    actuator_watches,
+    take_piece,
+)
+from apesim.valve.piston import is_moving
 
 FLOW = LINE_FLOW + 1
 """First event of the flows through groove, exhaust valve, feed and pipe: into another regime."""

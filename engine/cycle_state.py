@@ -5,15 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.effect import NoEffects
+from apesim.engine.cylinder import CylinderState, Engine
+from apesim.engine.effects import EngineLaws, EngineTables
+from apesim.engine.kinematics import Crank, cylinder_volume
 from apesim.kernel import kernel
-from engine.cylinder import CylinderState, Engine
-from engine.effects import EngineLaws, EngineTables
-from engine.kinematics import Crank, cylinder_volume
-from valve import actuator as valve_actuator
-from valve.actuator import Actuator, ActuatorTables
-from valve.chamber import chamber_state
-from valve.line import before_solenoids
-from valve.ports import Ports
+from apesim.valve import actuator as valve_actuator
+from apesim.valve.actuator import Actuator, ActuatorTables
+from apesim.valve.chamber import chamber_state
+from apesim.valve.line import before_solenoids
+from apesim.valve.ports import Ports
 
 CYLINDER_MASS, CYLINDER_ENERGY, RECEIVER_MASS, RECEIVER_ENERGY = range(valve_actuator.STATES, valve_actuator.STATES + 4)
 STATES = valve_actuator.STATES + 4
@@ -140,7 +140,7 @@ def control_air(p, y):
 
 @kernel
 def supply_of(p, y):
-    """What `valve.actuator.state_of` wants to know."""
+    """What `apesim.valve.actuator.state_of` wants to know."""
     pressure, temperature = control_air(p, y)[1]
     before_groove = p.supply[0]
     if len(p.actuator.effects) > 0:

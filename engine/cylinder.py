@@ -3,10 +3,10 @@
 from typing import Annotated, NamedTuple
 
 from apesim.air import Ambient, Gas
+from apesim.engine.breathing import Cam, Exhaust, Receiver
+from apesim.engine.friction import Friction
 from apesim.kernel import kernel
 from apesim.quantities import Choice, Quantity
-from engine.breathing import Cam, Exhaust, Receiver
-from engine.friction import Friction
 
 EPV, CAM, IDEAL_VALVE = 0, 1, 2
 INTAKES = ("epv", "cam", "ideal")

@@ -5,20 +5,7 @@ mdot T_0 (s_down - s_up); mixing, heat through a wall and friction destroy their
 states of a cycle, or an impact of its log; none is what is left over.
 """
 
-from apesim.error_bounds import closure_of
-from apesim.exergy import (
-    exergy_brought,
-    exergy_stored,
-    flow_exergy,
-    heat_exergy,
-    mixing_loss,
-    stream_exergy,
-    stream_through,
-    throttling_loss,
-)
-from apesim.kernel import kernel
-from apesim.scratch import zeros
-from engine.cycle_state import (
+from apesim.engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_FLOW,
@@ -40,9 +27,22 @@ from engine.cycle_state import (
     receiver_state,
     supply_of,
 )
-from engine.cylinder import EPV
-from engine.gas_exchange import breathing, effects_of, exchange_sides, piped
-from valve.exergy import (
+from apesim.engine.cylinder import EPV
+from apesim.engine.gas_exchange import breathing, effects_of, exchange_sides, piped
+from apesim.error_bounds import closure_of
+from apesim.exergy import (
+    exergy_brought,
+    exergy_stored,
+    flow_exergy,
+    heat_exergy,
+    mixing_loss,
+    stream_exergy,
+    stream_through,
+    throttling_loss,
+)
+from apesim.kernel import kernel
+from apesim.scratch import zeros
+from apesim.valve.exergy import (
     CHAMBER_MIXING,
     CONTROL_AIR,
     HEAT_TRANSFER,
@@ -57,7 +57,7 @@ from valve.exergy import (
     add_valve_rates,
     valve_stored,
 )
-from valve.line import has_line
+from apesim.valve.line import has_line
 
 ENGINE_AIR, FEED, RECEIVER_MIXING, GROOVE, CYLINDER_MIXING, EXHAUST_VALVE, EXHAUST_AIR, RATES = range(
     VALVE_RATES, VALVE_RATES + 8
@@ -106,11 +106,11 @@ def add_exergy_rates(p, t, y, mode, cylinder, dy):
 
     Parameters
     ----------
-    p : engine.cycle_state.Cycle
+    p : apesim.engine.cycle_state.Cycle
     t : float
         [s]
     y, mode : float array
-    cylinder : engine.cylinder.CylinderState
+    cylinder : apesim.engine.cylinder.CylinderState
     dy : (SIZE + RATES,) float array
     """
     r = zeros(RATES)
@@ -165,7 +165,7 @@ def stored(p, t, y):
 
     Parameters
     ----------
-    p : engine.cycle_state.Cycle
+    p : apesim.engine.cycle_state.Cycle
     t : float
         [s]
     y : (SIZE,) float array
@@ -193,7 +193,7 @@ def exergy_ledger(run, friction_work):
 
     Parameters
     ----------
-    run : engine.steady.SteadyRun
+    run : apesim.engine.steady.SteadyRun
     friction_work : float
         Of the engine's friction [J].
 

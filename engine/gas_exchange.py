@@ -2,11 +2,8 @@
 effects let into the cylinder."""
 
 from apesim.effect import add_laws
-from apesim.kernel import kernel
-from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
-from apesim.scratch import zeros
-from engine.breathing import raised_cosine
-from engine.cycle_state import (
+from apesim.engine.breathing import raised_cosine
+from apesim.engine.cycle_state import (
     EXHAUST_FLOW,
     FEED_FLOW,
     GROOVE_FLOW,
@@ -19,7 +16,7 @@ from engine.cycle_state import (
     intake_state,
     receiver_state,
 )
-from engine.cylinder import (
+from apesim.engine.cylinder import (
     BRANCH,
     ENERGY,
     EPV,
@@ -31,8 +28,11 @@ from engine.cylinder import (
     TERMS,
     WALL_EXERGY,
 )
-from valve.actuator import AREA, AREA_SLOPE
-from valve.ports import ports_area
+from apesim.kernel import kernel
+from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
+from apesim.scratch import zeros
+from apesim.valve.actuator import AREA, AREA_SLOPE
+from apesim.valve.ports import ports_area
 
 FLOWS = PIPE_FLOW - GROOVE_FLOW + 1
 

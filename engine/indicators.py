@@ -6,11 +6,8 @@ from math import nan
 import numpy as np
 
 from apesim.air import ANR_DENSITY, enthalpy, temperature_at_enthalpy, temperature_of
-from apesim.error_bounds import closure_of
-from apesim.exergy import flow_exergy
-from apesim.march import LOG_HEAD
-from engine.breathing import DEGREE, TURN, cam_angles
-from engine.cycle_state import (
+from apesim.engine.breathing import DEGREE, TURN, cam_angles
+from apesim.engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_BACK,
@@ -41,15 +38,18 @@ from engine.cycle_state import (
     WORK,
     receiver_state,
 )
-from engine.cylinder import CAM, IDEAL_VALVE
-from engine.exergy import TERMS, exergy_closure, exergy_ledger
-from engine.friction import friction_mean_effective_pressure, mean_piston_speed
-from engine.ideal_work import full_admission_work, isentropic_work, isothermal_work
-from engine.kinematics import cylinder_volume, swept_volume
-from valve.actuator import PHASE
-from valve.chamber import chamber_state
-from valve.groove import area_table, lap_of
-from valve.measures import closing_stroke, lap_times, opening_stroke, travel_of
+from apesim.engine.cylinder import CAM, IDEAL_VALVE
+from apesim.engine.exergy import TERMS, exergy_closure, exergy_ledger
+from apesim.engine.friction import friction_mean_effective_pressure, mean_piston_speed
+from apesim.engine.ideal_work import full_admission_work, isentropic_work, isothermal_work
+from apesim.engine.kinematics import cylinder_volume, swept_volume
+from apesim.error_bounds import closure_of
+from apesim.exergy import flow_exergy
+from apesim.march import LOG_HEAD
+from apesim.valve.actuator import PHASE
+from apesim.valve.chamber import chamber_state
+from apesim.valve.groove import area_table, lap_of
+from apesim.valve.measures import closing_stroke, lap_times, opening_stroke, travel_of
 
 JOULE_PER_KWH = 3.6e6
 INDICATORS = {
@@ -114,8 +114,8 @@ def valve_angles(machine, run):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    run : engine.steady.SteadyRun
+    machine : apesim.engine.machine.Machine
+    run : apesim.engine.steady.SteadyRun
 
     Returns
     -------
@@ -142,7 +142,7 @@ def valve_angles(machine, run):
 
 
 def valve_motion(machine, run):
-    """Strokes of the valve (`valve.measures.Stroke`), and when its lift rises and then falls through the lap [s].
+    """Strokes of the valve (`apesim.valve.measures.Stroke`), and when its lift rises and falls through the lap [s].
 
     Times are from the energising on, and later than a cycle where the valve moves into the next; NaN: never.
     """
@@ -162,12 +162,12 @@ def valve_travel(machine, run):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    run : engine.steady.SteadyRun
+    machine : apesim.engine.machine.Machine
+    run : apesim.engine.steady.SteadyRun
 
     Returns
     -------
-    valve.measures.Travel
+    apesim.valve.measures.Travel
     """
     opening, closing, *_ = valve_motion(machine, run)
     return travel_of(run.log, run.orbit.mode[PHASE], opening, closing)
@@ -264,8 +264,8 @@ def indicators(machine, run):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    run : engine.steady.SteadyRun
+    machine : apesim.engine.machine.Machine
+    run : apesim.engine.steady.SteadyRun
 
     Returns
     -------

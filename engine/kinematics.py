@@ -48,7 +48,7 @@ def crank_of(engine):
 
     Parameters
     ----------
-    engine : engine.cylinder.Engine
+    engine : apesim.engine.cylinder.Engine
 
     Returns
     -------

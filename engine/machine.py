@@ -4,13 +4,13 @@ from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
 from apesim.air import Air, Ambient
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cylinder import Engine
+from apesim.engine.effects import Effects, unserved_effects
 from apesim.quantities import Quantity
-from engine.breathing import DEGREE
-from engine.cylinder import Engine
-from engine.effects import Effects, unserved_effects
-from valve.groove import Groove
-from valve.piston import Valve
-from valve.supply import Supply
+from apesim.valve.groove import Groove
+from apesim.valve.piston import Valve
+from apesim.valve.supply import Supply
 
 
 def window_fault(early, late, angles):

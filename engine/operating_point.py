@@ -5,9 +5,8 @@ from math import isinf
 import numpy as np
 
 from apesim.effect import adjusted, chosen, kind_of_march, volume_of
-from apesim.march import TOLERANCE, Accuracy
-from engine.breathing import DEGREE, TURN, cam_corners, window_corners
-from engine.cycle_state import (
+from apesim.engine.breathing import DEGREE, TURN, cam_corners, window_corners
+from apesim.engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     LINE_ENERGY,
@@ -23,17 +22,18 @@ from engine.cycle_state import (
     CycleTables,
     has_pipe,
 )
-from engine.cylinder import CAM, EPV
-from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
-from engine.exergy import RATES
-from engine.kinematics import crank_of, cylinder_volume, swept_volume
-from valve.actuator import GAS_SCALE, PHASE, actuator_of, closed_at_rest
-from valve.actuator import STATES as VALVE_STATES
-from valve.bench import STEP_MOST
-from valve.chamber import filled
-from valve.line import has_line
-from valve.piston import HELD_CLOSED
-from valve.supply import RECEIVER
+from apesim.engine.cylinder import CAM, EPV
+from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
+from apesim.engine.exergy import RATES
+from apesim.engine.kinematics import crank_of, cylinder_volume, swept_volume
+from apesim.march import TOLERANCE, Accuracy
+from apesim.valve.actuator import GAS_SCALE, PHASE, actuator_of, closed_at_rest
+from apesim.valve.actuator import STATES as VALVE_STATES
+from apesim.valve.bench import STEP_MOST
+from apesim.valve.chamber import filled
+from apesim.valve.line import has_line
+from apesim.valve.piston import HELD_CLOSED
+from apesim.valve.supply import RECEIVER
 
 TURN_MOST = 2.0 * DEGREE
 """Longest step [rad]."""
@@ -48,7 +48,7 @@ def cycle_of(machine, speed):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     speed : float
         [rad/s]
 
@@ -124,7 +124,7 @@ def with_exergy(p, accuracy):
     Returns
     -------
     apesim.march.Accuracy
-        For a state of (SIZE + RATES,), see `engine.exergy`.
+        For a state of (SIZE + RATES,), see `apesim.engine.exergy`.
     """
     energy = EXERGY_SCALE * max(p.supply[0], p.actuator.ambient.pressure) * swept_volume(p.engine)
     others = np.full(SIZE - len(accuracy.scale), NOT_HELD)

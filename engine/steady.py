@@ -5,16 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cycle import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
+from apesim.engine.cycle_state import GROOVE, SIZE, STATES, WORK, Cycle
+from apesim.engine.exergy import RATES
+from apesim.engine.operating_point import accuracy_at, charged_at_rest, cycle_of, with_exergy
 from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, WATCH, Status, march
 from apesim.periodic import CYCLES_MOST, PERIODIC_TOLERANCE, Orbit, known_orbit, periodic_orbit
-from engine.breathing import DEGREE
-from engine.cycle import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
-from engine.cycle_state import GROOVE, SIZE, STATES, WORK, Cycle
-from engine.exergy import RATES
-from engine.operating_point import accuracy_at, charged_at_rest, cycle_of, with_exergy
-from valve.actuator import PHASE
-from valve.exergy import VALVE_IMPACTS, impact_loss
-from valve.piston import HELD_CLOSED
+from apesim.valve.actuator import PHASE
+from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
+from apesim.valve.piston import HELD_CLOSED
 
 
 class SteadyRun(NamedTuple):
@@ -33,12 +33,12 @@ class SteadyRun(NamedTuple):
     angles: np.ndarray
     """Crank angles of the trace [rad], (n,)."""
     trace: np.ndarray
-    """Columns `engine.cycle.TRACE`, (n, 11)."""
+    """Columns `apesim.engine.cycle.TRACE`, (n, 11)."""
     work_by_quadrature: float
     """[J]"""
     exergy_end: np.ndarray
     """The same as `end` of a march of the cycle that holds the exergy ledger to the tolerance, too, with the rates of
-    `engine.exergy` integrated behind it [J], (SIZE + RATES,)."""
+    `apesim.engine.exergy` integrated behind it [J], (SIZE + RATES,)."""
     work_change: float
     """Of the cycle's work at tenfold tolerance, see `apesim.march.Accuracy.tenfold`; relative."""
     air_change: float
@@ -64,7 +64,7 @@ def run_steady(
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     speed : float
         [rad/s]
     tolerance : float
@@ -143,7 +143,7 @@ def known_state(machine, speed):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     speed : float
         [rad/s]
 

@@ -3,13 +3,13 @@
 from enum import IntEnum
 
 from apesim.air import CP_UP_TO
+from apesim.engine.cycle import TRACE
+from apesim.engine.cylinder import EPV
+from apesim.engine.indicators import valve_travel
 from apesim.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
 from apesim.march import LOG_HEAD
-from engine.cycle import TRACE
-from engine.cylinder import EPV
-from engine.indicators import valve_travel
-from valve.measures import Travel
-from valve.warnings import closure_text, control_text, quadrature_text, travel_text
+from apesim.valve.measures import Travel
+from apesim.valve.warnings import closure_text, control_text, quadrature_text, travel_text
 
 TEMPERATURE = TRACE.index("cylinder_temperature [K]")
 
@@ -74,11 +74,11 @@ def judge_point(machine, run, values):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    run : engine.steady.SteadyRun
+    machine : apesim.engine.machine.Machine
+    run : apesim.engine.steady.SteadyRun
         One that did not end early.
     values : dict
-        See `engine.indicators.indicators`.
+        See `apesim.engine.indicators.indicators`.
 
     Returns
     -------

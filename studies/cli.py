@@ -10,12 +10,12 @@ from typing import Annotated
 import typer
 
 from apesim.cache import remove_temporary_folders
-from studies.console import INTERRUPTED, main_of
-from studies.groups.archive import archive
-from studies.groups.engine import engine
-from studies.groups.gap import gap
-from studies.groups.valve import valve
-from studies.options import Common, Overwrite, command
+from apesim.studies.console import INTERRUPTED, main_of
+from apesim.studies.groups.archive import archive
+from apesim.studies.groups.engine import engine
+from apesim.studies.groups.gap import gap
+from apesim.studies.groups.valve import valve
+from apesim.studies.options import Common, Overwrite, command
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -53,7 +53,7 @@ def machine(
     check: Annotated[Path | None, typer.Option("--check", metavar="FILE", help="Check a machine file.")] = None,
 ):
     """Print the machine, every key commented; or check a machine file."""
-    from studies.commands.machine import machine_command
+    from apesim.studies.commands.machine import machine_command
 
     return machine_command(*common, check)
 
@@ -65,7 +65,7 @@ def paper(
     overwrite: Overwrite = False,
 ):
     """Repeat the paper, doi 10.1631/jzus.A0820373: its figures and a table of its claims."""
-    from studies.commands.paper import paper_command
+    from apesim.studies.commands.paper import paper_command
 
     return paper_command(*common, out, overwrite)
 

@@ -11,8 +11,8 @@ from concurrent.futures import wait
 
 import typer
 
+from apesim.studies.aside import aside
 from apesim.terminal import visible
-from studies.aside import aside
 
 DONE, FAULT_OF_OURS, BAD_INPUT, INCOMPLETE, INTERRUPTED = 0, 1, 2, 3, 130
 COMMAND_LINE = "command line"
@@ -83,7 +83,7 @@ class Console:
             yield report
 
     def run(self, what, function, *arguments, **options):
-        """Call a function aside, see `studies.aside`.
+        """Call a function aside, see `apesim.studies.aside`.
 
         Parameters
         ----------
@@ -243,8 +243,8 @@ def _known(error):
         if isinstance(error, ArchiveError):
             _tell(error)
             return INCOMPLETE if isinstance(error, DamagedError | IncompleteError) else BAD_INPUT
-    if "studies.pool" in sys.modules:
-        from studies.pool import Died
+    if "apesim.studies.pool" in sys.modules:
+        from apesim.studies.pool import Died
 
         if isinstance(error, Died):
             _tell(error)

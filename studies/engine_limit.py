@@ -7,15 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.engine.breathing import DEGREE, TURN
 from apesim.kernel import sources_hash
 from apesim.periodic import PERIODIC_TOLERANCE
 from apesim.quantities.settings import dumps
-from engine.breathing import DEGREE, TURN
-from studies.design_rule import RPM, WITHIN, rule_columns
-from studies.limit_points import Point, point_column, with_own
-from studies.pool import run_tasks, workers_for
-from studies.timing.solve import SKETCH, Reason, Timing, corrected, start_after
-from studies.valve_map import with_supply
+from apesim.studies.design_rule import RPM, WITHIN, rule_columns
+from apesim.studies.limit_points import Point, point_column, with_own
+from apesim.studies.pool import run_tasks, workers_for
+from apesim.studies.timing.solve import SKETCH, Reason, Timing, corrected, start_after
+from apesim.studies.valve_map import with_supply
 
 CRITERION = (
     "command angles exist with which the valve opens and closes within 0.5 deg of its targets, the piston meets the "
@@ -95,13 +95,13 @@ def judged(machine, speed, before=(), steady=PERIODIC_TOLERANCE):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     speed : float
         [rad/s]
     before : sequence of tuple
-        See `studies.timing.solve.start_after`.
+        See `apesim.studies.timing.solve.start_after`.
     steady : float
-        See `studies.timing.solve.corrected`.
+        See `apesim.studies.timing.solve.corrected`.
 
     Returns
     -------
@@ -133,11 +133,11 @@ class Judge:
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     steady : float
-        See `studies.timing.solve.corrected`.
+        See `apesim.studies.timing.solve.corrected`.
     before : sequence of tuple
-        To start from, see `studies.timing.solve.start_after`.
+        To start from, see `apesim.studies.timing.solve.start_after`.
     """
 
     def __init__(self, machine, steady, before=()):
@@ -164,7 +164,7 @@ def engine_limit(machine, resolution=RESOLUTION):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
         With an electro-pneumatic intake and its targets.
     resolution : float
         [rad/s]

@@ -7,17 +7,17 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.engine.breathing import DEGREE, TURN
 from apesim.kernel import sources_hash
 from apesim.march import Status
 from apesim.quantities.settings import dumps
-from engine.breathing import DEGREE, TURN
-from studies.design_rule import WITHIN, rule_columns
-from studies.limit_points import point_column, with_own
-from studies.pool import run_tasks, workers_for
-from studies.valve_map import supply_columns, with_supply
-from valve.bench import run_bench
-from valve.groove import area_table, lap_of
-from valve.measures import lap_times
+from apesim.studies.design_rule import WITHIN, rule_columns
+from apesim.studies.limit_points import point_column, with_own
+from apesim.studies.pool import run_tasks, workers_for
+from apesim.studies.valve_map import supply_columns, with_supply
+from apesim.valve.bench import run_bench
+from apesim.valve.groove import area_table, lap_of
+from apesim.valve.measures import lap_times
 
 CRITERION = (
     "in its periodic state the piston meets the open stop and the closed stop in every cycle, "
@@ -55,7 +55,7 @@ def is_complete(machine, rate, duty):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     rate : float
         [Hz]
     duty : float
@@ -78,7 +78,7 @@ def working_limit(machine, duty=0.5, resolution=RESOLUTION):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     duty : float
         Share of the period for which the solenoids are energised.
     resolution : float
@@ -128,7 +128,7 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None,
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     pressures : sequence of float
         [Pa abs]
     temperatures : sequence of float

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from studies.console import Console
+from apesim.studies.console import Console
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 Figures = Annotated[bool, typer.Option(help="Draw the figures, into F.figures.")]

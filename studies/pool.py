@@ -9,7 +9,7 @@ import threading
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
-from studies.aside import aside
+from apesim.studies.aside import aside
 
 TRIES = 2
 """A task that kills its worker so often is set aside."""

@@ -8,17 +8,17 @@ import inspect
 
 import numpy as np
 
+from apesim.engine import indicators as engine_indicators
+from apesim.engine import steady
+from apesim.engine.breathing import TURN
+from apesim.engine.cylinder import INTAKES
+from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Culprit, InputError, Pressure, Quantity, Wrong, quoted
 from apesim.quantities.checking import check
-from engine import indicators as engine_indicators
-from engine import steady
-from engine.breathing import TURN
-from engine.cylinder import INTAKES
-from engine.machine import Machine
-from studies import sweep
-from studies.commands.given import SPEED, TIME
-from studies.sweep.plan import TIMING_NAMES
-from valve import bench
+from apesim.studies import sweep
+from apesim.studies.commands.given import SPEED, TIME
+from apesim.studies.sweep.plan import TIMING_NAMES
+from apesim.valve import bench
 
 CALL = "a call"
 SHARE = Quantity("", 1e-14, 1e-2, CALL)
@@ -38,7 +38,7 @@ def checked(function, faults=None, **declarations):
     Parameters
     ----------
     function : function
-        What it calls ``machine`` is an `engine.machine.Machine`.
+        What it calls ``machine`` is an `apesim.engine.machine.Machine`.
     faults : function, optional
         Of the arguments by name: yields (name, what is wrong, what would be right) where only several show it.
     **declarations : Declaration or list

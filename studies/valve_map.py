@@ -8,8 +8,8 @@ from apesim.archive import Archive, Variable
 from apesim.kernel import sources_hash
 from apesim.march import Status
 from apesim.quantities.settings import dumps
-from studies.sweep import STATUS_MEANINGS
-from valve.bench import run_bench
+from apesim.studies.sweep import STATUS_MEANINGS
+from apesim.valve.bench import run_bench
 
 PRESSURES = "0.1:1.9:0.2 MPa gauge"
 TEMPERATURES = "250:322:8 K"
@@ -23,7 +23,7 @@ MEASURES = {
     "fluctuation": ("fluctuation", "1", "(peak speed - lowest later speed before contact)/peak"),
     "reverses": ("reverses", "1", "whether the motion turns back before contact"),
 }
-"""Field of `valve.measures.Stroke`: its name in files, unit and what it is."""
+"""Field of `apesim.valve.measures.Stroke`: its name in files, unit and what it is."""
 TRACES = {
     "lift": (0, "m", "lift"),
     "velocity": (1, "m/s", "velocity of the lift, positive as it opens"),
@@ -37,7 +37,7 @@ def with_supply(machine, pressure, temperature):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     pressure : float
         [Pa abs]
     temperature : float
@@ -45,7 +45,7 @@ def with_supply(machine, pressure, temperature):
 
     Returns
     -------
-    engine.machine.Machine
+    apesim.engine.machine.Machine
     """
     supply = machine.supply._replace(pressure=pressure, temperature=temperature, control_pressure=float("nan"))
     return machine._replace(supply=supply)
@@ -77,7 +77,7 @@ def map_valve(machine, pressures, temperatures, pulse=PULSE, command="", report=
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     pressures : sequence of float
         [Pa abs]
     temperatures : sequence of float

@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from studies.cli import app
-from studies.console import main_of
+from apesim.studies.cli import app
+from apesim.studies.console import main_of
 
 PLAIN = {
     *("test_air", "test_effect", "test_march", "test_periodic", "test_solenoid", "test_chamber", "test_groove"),

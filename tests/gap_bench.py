@@ -3,8 +3,8 @@
 import numpy as np
 
 from apesim import load_machine
-from studies.measured import MeasuredRun
-from studies.measured.prediction import predict, run_of
+from apesim.studies.measured import MeasuredRun
+from apesim.studies.measured.prediction import predict, run_of
 
 AMBIENT = 101325.0
 

@@ -8,10 +8,10 @@ from math import inf, isnan, nan, pi
 from pathlib import Path
 from typing import get_type_hints
 
-from engine.breathing import DEGREE
-from engine.cylinder import INTAKES
-from engine.machine import Machine
-from engine.steady import run_steady
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cylinder import INTAKES
+from apesim.engine.machine import Machine
+from apesim.engine.steady import run_steady
 
 AMBIENT = 101325.0
 RPM = pi / 30.0

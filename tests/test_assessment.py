@@ -10,17 +10,17 @@ from machines import RPM, machine, settled
 
 from apesim.archive import write
 from apesim.archive.inspection import verify
-from engine.breathing import DEGREE, lift_crossings
-from engine.cycle import TRACE
-from engine.exergy import TERMS
-from engine.indicators import indicators
-from engine.steady import run_steady
-from studies.assessment.causes import CAUSES, ENTERS, EXERGY, LOSSES, MEASURES, ORDERS, VALVES, losses
-from studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
-from studies.assessment.lift import constant_speed_lift, lift_curve_of, shift_flanks, single_opening
-from studies.assessment.valves import Outcome, assess, cycle_to_cycle, outcome_of, with_lift
-from studies.figures import assessment as figures
-from studies.timing.solve import corrected
+from apesim.engine.breathing import DEGREE, lift_crossings
+from apesim.engine.cycle import TRACE
+from apesim.engine.exergy import TERMS
+from apesim.engine.indicators import indicators
+from apesim.engine.steady import run_steady
+from apesim.studies.assessment.causes import CAUSES, ENTERS, EXERGY, LOSSES, MEASURES, ORDERS, VALVES, losses
+from apesim.studies.assessment.grid import assess_speeds, faults_of_assessment, undefined_ratios
+from apesim.studies.assessment.lift import constant_speed_lift, lift_curve_of, shift_flanks, single_opening
+from apesim.studies.assessment.valves import Outcome, assess, cycle_to_cycle, outcome_of, with_lift
+from apesim.studies.figures import assessment as figures
+from apesim.studies.timing.solve import corrected
 
 SPEEDS = [600.0 * RPM, 1000.0 * RPM, 1600.0 * RPM]
 LIFT = TRACE.index("lift [m]")

@@ -6,9 +6,9 @@ from baselines.fits import one_parameter_fits
 from baselines.sparse import missing_force
 
 from apesim import load_machine
-from studies.gap.explain import library
-from studies.measured import Measured, MeasuredRun
-from studies.measured.prediction import predict, run_of
+from apesim.studies.gap.explain import library
+from apesim.studies.measured import Measured, MeasuredRun
+from apesim.studies.measured.prediction import predict, run_of
 
 AMBIENT = 101325.0
 TIMES = np.arange(0.0, 0.07, 0.1e-3)

@@ -7,14 +7,14 @@ from scipy.integrate import solve_ivp
 from apesim.air import Air, Ambient
 from apesim.effect import NoEffects
 from apesim.march import Status
-from valve.actuator import STATES, actuator_of, closed_at_rest
-from valve.bench import TRACE, bench_of, run_bench
-from valve.effects import ValveEffects
-from valve.groove import Groove
-from valve.motion import MET_CLOSED, MET_OPEN
-from valve.piston import Valve
-from valve.solenoid import Solenoid
-from valve.supply import Supply
+from apesim.valve.actuator import STATES, actuator_of, closed_at_rest
+from apesim.valve.bench import TRACE, bench_of, run_bench
+from apesim.valve.effects import ValveEffects
+from apesim.valve.groove import Groove
+from apesim.valve.motion import MET_CLOSED, MET_OPEN
+from apesim.valve.piston import Valve
+from apesim.valve.solenoid import Solenoid
+from apesim.valve.supply import Supply
 
 LIFT, VELOCITY, PRESSURE_A, PRESSURE_B, TEMPERATURE_A, TEMPERATURE_B = range(len(TRACE))
 

@@ -5,11 +5,11 @@ from test_motion import marched
 from test_valve_effects import PULSE, machine_with, run_with
 
 from apesim.march import LOG_HEAD, Status
-from valve.actuator import PHASE
-from valve.bench import run_bench
-from valve.effects.bounce import Bounce
-from valve.motion import MET_CLOSED, MET_OPEN
-from valve.piston import HELD_CLOSED, HELD_OPEN
+from apesim.valve.actuator import PHASE
+from apesim.valve.bench import run_bench
+from apesim.valve.effects.bounce import Bounce
+from apesim.valve.motion import MET_CLOSED, MET_OPEN
+from apesim.valve.piston import HELD_CLOSED, HELD_OPEN
 
 
 def contacts_of(restitution, stop, until=2.0 * PULSE):

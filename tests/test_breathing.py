@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.breathing import (
+from apesim.engine.breathing import (
     DEGREE,
     ROWS_MOST,
     TURN,

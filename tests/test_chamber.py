@@ -11,12 +11,23 @@ from test_bench import BenchMachine
 from apesim.air import CANTERA, Air, Ambient, enthalpy, gas_of, internal_energy
 from apesim.effect import NoEffects
 from apesim.restriction import SHUT, flow_between, flow_in, regime_between
-from valve.actuator import MODES, PHASE, REGIME, START, X_A, X_A_SLOPE, X_B, actuator_of, actuator_rates, state_of
-from valve.bench import bench_of
-from valve.chamber import chamber_state
-from valve.piston import HELD_CLOSED, TO_CLOSED, TO_OPEN
-from valve.solenoid_flow import SUPPLY_A, VENT_A, solenoid_sides, solenoids_enter
-from valve.terms import ValveState
+from apesim.valve.actuator import (
+    MODES,
+    PHASE,
+    REGIME,
+    START,
+    X_A,
+    X_A_SLOPE,
+    X_B,
+    actuator_of,
+    actuator_rates,
+    state_of,
+)
+from apesim.valve.bench import bench_of
+from apesim.valve.chamber import chamber_state
+from apesim.valve.piston import HELD_CLOSED, TO_CLOSED, TO_OPEN
+from apesim.valve.solenoid_flow import SUPPLY_A, VENT_A, solenoid_sides, solenoids_enter
+from apesim.valve.terms import ValveState
 
 GASES = pytest.mark.parametrize("air", [Air(), Air(model=CANTERA)], ids=["ideal", "cantera"])
 VOLUME = 2e-5

@@ -6,13 +6,13 @@ from test_bench import PRESSURE_B, TEMPERATURE_A
 from test_valve_effects import machine_with, rates_at, run_with
 
 from apesim.restriction import flow_between
-from valve.actuator import state_of
-from valve.effects.chamber_wall_heat import ChamberWallHeat
-from valve.effects.dead_volume import DeadVolume
-from valve.effects.leakage_a import LeakageA
-from valve.effects.leakage_b import LeakageB
-from valve.effects.ring_leakage import RingLeakage
-from valve.piston import HELD_CLOSED
+from apesim.valve.actuator import state_of
+from apesim.valve.effects.chamber_wall_heat import ChamberWallHeat
+from apesim.valve.effects.dead_volume import DeadVolume
+from apesim.valve.effects.leakage_a import LeakageA
+from apesim.valve.effects.leakage_b import LeakageB
+from apesim.valve.effects.ring_leakage import RingLeakage
+from apesim.valve.piston import HELD_CLOSED
 
 # --- leakage past the rings ---
 

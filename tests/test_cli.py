@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from apesim.archive.inspection import info as archive_info
-from studies.console import Console
+from apesim.studies.console import Console
 
 FAST = ["--speed", "800 rpm, 1000 rpm", "--intake", "cam,ideal"]
 
@@ -163,7 +163,7 @@ def test_machine_prints_what_it_reads(apesim):
     assert apesim("machine", "--machine", "m.toml")[1] == out
 
 
-PROGRAM = [sys.executable, "-c", "from studies.cli import main; main()"]
+PROGRAM = [sys.executable, "-c", "from apesim.studies.cli import main; main()"]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
 
 
@@ -231,7 +231,7 @@ def test_a_fault_of_ours_ends_with_1(apesim, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("broken for the test")
 
-    monkeypatch.setattr("studies.commands.engine.run_steady", broken)
+    monkeypatch.setattr("apesim.studies.commands.engine.run_steady", broken)
     code, _, err = apesim("engine", "run", "--speed", "1000 rpm")
     assert code == 1 and "fault of ours" in err and "broken for the test" in err
 
@@ -240,7 +240,7 @@ def test_an_interrupt_ends_with_130(apesim, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("studies.commands.engine.run_steady", interrupted)
+    monkeypatch.setattr("apesim.studies.commands.engine.run_steady", interrupted)
     assert apesim("engine", "run", "--speed", "1000 rpm") == (130, "", "interrupted\n")
 
 
@@ -282,7 +282,7 @@ def test_an_interrupt_while_it_computes_ends_with_130_whenever_it_comes(tmp_path
 
 
 def test_on_a_terminal_a_long_march_shows_the_time_it_has_taken(monkeypatch, capsys):
-    monkeypatch.setattr("studies.console.PATIENCE", 0.05)
+    monkeypatch.setattr("apesim.studies.console.PATIENCE", 0.05)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("TERM", "xterm")
     assert Console().run("at work", lambda n: time.sleep(0.3) or n, 7) == 7
@@ -294,8 +294,8 @@ def test_on_a_terminal_a_long_march_shows_the_time_it_has_taken(monkeypatch, cap
 
 
 def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
-    from engine import steady
-    from studies.commands import engine
+    from apesim.engine import steady
+    from apesim.studies.commands import engine
 
     monkeypatch.setattr(engine, "run_steady", lambda machine, speed, **_: steady.run_steady(machine, speed, most=2))
     code, out, err = apesim("engine", "run", "--speed", "1000 rpm", "--json")
@@ -306,8 +306,8 @@ def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
 
 
 def test_an_interrupted_sweep_keeps_what_is_done_and_says_how_to_go_on(apesim, monkeypatch):
-    from studies.sweep import completion
-    from studies.sweep import run as sweep
+    from apesim.studies.sweep import completion
+    from apesim.studies.sweep import run as sweep
 
     monkeypatch.setattr(completion, "SHARD_SECONDS", 0.0)
     compute, calls = sweep.compute, []

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from distributed import LocalCluster
 
+from apesim.engine.cylinder import CAM, EPV
+from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from engine.cylinder import CAM, EPV
-from engine.machine import Machine
-from studies import cluster as cluster_module
-from studies.cluster import connected, run_on_cluster
-from studies.sweep import TIMINGS, run_sweep
+from apesim.studies import cluster as cluster_module
+from apesim.studies.cluster import connected, run_on_cluster
+from apesim.studies.sweep import TIMINGS, run_sweep
 
 RPM = np.pi / 30.0
 SPEEDS = [800.0 * RPM, 1400.0 * RPM]
@@ -30,7 +30,7 @@ def inverse(number):
 
 
 def test_a_cluster_gives_the_same_bits(scheduler, tmp_path, monkeypatch):
-    monkeypatch.setattr("studies.sweep.completion.SHARD_SECONDS", 0.05)
+    monkeypatch.setattr("apesim.studies.sweep.completion.SHARD_SECONDS", 0.05)
     here = run_sweep(Machine(), SPEEDS, [EPV, CAM], tmp_path / "here.h5", timings=TIMINGS)
     with connected(scheduler) as client:
         there = run_sweep(Machine(), SPEEDS, [EPV, CAM], tmp_path / "there.h5", timings=TIMINGS, cluster=client)

@@ -1,11 +1,11 @@
 import matplotlib.pyplot as plt
 import pytest
 
+from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps, load
-from engine.machine import Machine
-from studies.discharge import Vessel
-from studies.figures.conditions import SUPPLY, conditions_of, conditions_of_vessel
-from studies.figures.style import save
+from apesim.studies.discharge import Vessel
+from apesim.studies.figures.conditions import SUPPLY, conditions_of, conditions_of_vessel
+from apesim.studies.figures.style import save
 
 
 def text_of(*assignments):

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from machines import AMBIENT, RPM, machine, settled
 
-from apesim.restriction import CHOKED, SHUT
-from engine.breathing import DEGREE, raised_cosine
-from engine.cycle import TRACE, cycle_enters, cycle_rates, cycle_responds
-from engine.cycle_state import (
+from apesim.engine.breathing import DEGREE, raised_cosine
+from apesim.engine.cycle import TRACE, cycle_enters, cycle_rates, cycle_responds
+from apesim.engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_BACK,
@@ -35,13 +34,14 @@ from engine.cycle_state import (
     WORK,
     supply_of,
 )
-from engine.gas_exchange import exchange_enters
-from engine.kinematics import cylinder_volume
-from engine.operating_point import charged_at_rest, cycle_of
-from valve.actuator import AREA, AREA_SLOPE, PHASE, PIECE, REGIME, X_A, X_B, state_of
-from valve.motion import CORNER
-from valve.piston import TO_OPEN
-from valve.solenoid_flow import solenoids_enter
+from apesim.engine.gas_exchange import exchange_enters
+from apesim.engine.kinematics import cylinder_volume
+from apesim.engine.operating_point import charged_at_rest, cycle_of
+from apesim.restriction import CHOKED, SHUT
+from apesim.valve.actuator import AREA, AREA_SLOPE, PHASE, PIECE, REGIME, X_A, X_B, state_of
+from apesim.valve.motion import CORNER
+from apesim.valve.piston import TO_OPEN
+from apesim.valve.solenoid_flow import solenoids_enter
 
 R, K = 287.05, 1.4
 CP, CV = K * R / (K - 1.0), R / (K - 1.0)

@@ -12,15 +12,15 @@ from scipy.integrate import solve_ivp
 
 from apesim.air import Air, gas_of
 from apesim.archive import ArchiveError
+from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.quantities.settings import load
-from engine.machine import Machine
-from studies.commands.discharge import discharge_command
-from studies.console import DONE, Console
-from studies.discharge import Record, Vessel, discharge, figure_arrays, fit_area, read_test
-from studies.discharge.area import integrals
-from studies.discharge.vessel import Descent, effective_area, fall_per_area
-from valve.bench import run_bench
+from apesim.studies.commands.discharge import discharge_command
+from apesim.studies.console import DONE, Console
+from apesim.studies.discharge import Record, Vessel, discharge, figure_arrays, fit_area, read_test
+from apesim.studies.discharge.area import integrals
+from apesim.studies.discharge.vessel import Descent, effective_area, fall_per_area
+from apesim.valve.bench import run_bench
 
 R, K, ROOM = 287.05, 1.4, 293.15
 FULL = 9e-6

@@ -22,11 +22,11 @@ from apesim.effect import (
     restitution,
     sensed,
 )
+from apesim.engine.effects import EngineLaws, EngineTables
 from apesim.kernel import kernel
 from apesim.restriction import flow_between
-from engine.effects import EngineLaws, EngineTables
-from valve.effects import ValveLaws, ValveTables
-from valve.terms import MASS_A, TERMS, ValveState
+from apesim.valve.effects import ValveLaws, ValveTables
+from apesim.valve.terms import MASS_A, TERMS, ValveState
 
 # --- a library of three effects, and one that is not in it ---
 

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from machines import RPM, machine, settled
 
-from engine.breathing import DEGREE
-from engine.effects.clearance_error import ClearanceError
-from engine.effects.exhaust_restriction import ExhaustRestriction
-from engine.effects.exhaust_timing import ExhaustTiming
-from engine.effects.friction_torque import FrictionTorque
-from engine.effects.groove_area_error import GrooveAreaError
-from engine.indicators import indicators
-from engine.kinematics import cylinder_volume
-from engine.operating_point import cycle_of
-from valve.groove import PORTS
-from valve.ports import ports_area
+from apesim.engine.breathing import DEGREE
+from apesim.engine.effects.clearance_error import ClearanceError
+from apesim.engine.effects.exhaust_restriction import ExhaustRestriction
+from apesim.engine.effects.exhaust_timing import ExhaustTiming
+from apesim.engine.effects.friction_torque import FrictionTorque
+from apesim.engine.effects.groove_area_error import GrooveAreaError
+from apesim.engine.indicators import indicators
+from apesim.engine.kinematics import cylinder_volume
+from apesim.engine.operating_point import cycle_of
+from apesim.valve.groove import PORTS
+from apesim.valve.ports import ports_area
 
 SPEED = 1000.0 * RPM
 SWEPT = 0.25 * np.pi * 0.085**2 * 0.088

@@ -6,17 +6,17 @@ from machines import settled, turned_on
 from test_engine_effects import SPEED, with_effects
 
 from apesim.effect import NoEffects
+from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
+from apesim.engine.effects.exhaust_timing import ExhaustTiming
+from apesim.engine.effects.seat_leak import SeatLeak
+from apesim.engine.effects.tabulated_cylinder_heat import TabulatedCylinderHeat
+from apesim.engine.indicators import indicators
+from apesim.engine.machine import Machine
+from apesim.engine.operating_point import cycle_of
 from apesim.quantities.settings import dumps, load
-from engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
-from engine.effects.exhaust_timing import ExhaustTiming
-from engine.effects.seat_leak import SeatLeak
-from engine.effects.tabulated_cylinder_heat import TabulatedCylinderHeat
-from engine.indicators import indicators
-from engine.machine import Machine
-from engine.operating_point import cycle_of
-from valve.effects import ValveLaws, ValveTables
-from valve.effects.bounce import Bounce
-from valve.effects.tabulated_force import TabulatedForce
+from apesim.valve.effects import ValveLaws, ValveTables
+from apesim.valve.effects.bounce import Bounce
+from apesim.valve.effects.tabulated_force import TabulatedForce
 
 
 def test_the_library_names_every_effect_once():

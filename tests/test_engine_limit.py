@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from apesim.archive.inspection import verify
-from engine.breathing import DEGREE
-from engine.machine import Machine
-from studies.design_rule import MAX_WINDOW, PAPER_RPM, DesignRule, fit_rule, rule_columns
-from studies.engine_limit import (
+from apesim.engine.breathing import DEGREE
+from apesim.engine.machine import Machine
+from apesim.studies.design_rule import MAX_WINDOW, PAPER_RPM, DesignRule, fit_rule, rule_columns
+from apesim.studies.engine_limit import (
     CRITERION,
     RESOLUTION,
     STEP_UP,
@@ -22,9 +22,9 @@ from studies.engine_limit import (
     lasting,
     map_engine_limit,
 )
-from studies.figures.engine_limit import engine_limit_figures
-from studies.timing.solve import Reason, corrected
-from studies.valve_map import with_supply
+from apesim.studies.figures.engine_limit import engine_limit_figures
+from apesim.studies.timing.solve import Reason, corrected
+from apesim.studies.valve_map import with_supply
 from tests.machines import RPM, changed, machine, settled
 
 AMBIENT = Machine().ambient.pressure

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from machines import AMBIENT, RPM, changed, machine, settled, turned_on
 
 from apesim.air import CANTERA, Air, Ambient, enthalpy, gas_of
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cycle import TRACE
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.engine.exergy import LEAVES, TERMS, exergy_closure, exergy_ledger
+from apesim.engine.indicators import indicators
+from apesim.engine.steady import run_steady
 from apesim.exergy import exergy_brought, exergy_stored, flow_exergy, mixing_loss, throttling_loss
-from engine.breathing import DEGREE
-from engine.cycle import TRACE
-from engine.effects import ALL_EFFECTS
-from engine.exergy import LEAVES, TERMS, exergy_closure, exergy_ledger
-from engine.indicators import indicators
-from engine.steady import run_steady
-from valve.chamber import chamber_state, filled
+from apesim.valve.chamber import chamber_state, filled
 
 R, CP = 287.05, 3.5 * 287.05
 IDEAL_GAS, PERFECT_GAS = gas_of(Air()), gas_of(Air(model=CANTERA))

@@ -4,7 +4,7 @@ from math import pi
 
 import pytest
 
-from engine.friction import Friction, friction_mean_effective_pressure, mean_piston_speed
+from apesim.engine.friction import Friction, friction_mean_effective_pressure, mean_piston_speed
 
 
 def test_mean_piston_speed_is_two_strokes_a_turn():

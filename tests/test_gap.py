@@ -2,8 +2,8 @@ import json
 
 import pytest
 
-from engine.effects import ALL_EFFECTS
-from studies.gap.library import library
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.studies.gap.library import library
 
 NAMES = """
 supply_droop solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio

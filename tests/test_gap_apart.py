@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.gap.apart import apart, too_far
-from studies.gap.descent import Fitted
-from studies.gap.nuisances import Prior, nuisance
-from studies.gap.refit import Model
-from studies.measured import MeasuredRun
+from apesim.studies.gap.apart import apart, too_far
+from apesim.studies.gap.descent import Fitted
+from apesim.studies.gap.nuisances import Prior, nuisance
+from apesim.studies.gap.refit import Model
+from apesim.studies.measured import MeasuredRun
 
 RNG = np.random.default_rng(7)
 SAMPLES, TIMES = 300, np.zeros(300)

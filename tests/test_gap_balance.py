@@ -8,16 +8,16 @@ import pytest
 from truth.terms import force
 from truth.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, noise, simulate
 
+from apesim.engine.machine import Machine
 from apesim.quantities.settings import load
-from engine.machine import Machine
-from studies.gap.balance import balances, likeness, most_probable
-from studies.gap.calibrate import calibrate
-from studies.gap.candidates import candidates_of
-from studies.gap.explain import explain, library
-from studies.gap.suggest import sparse
-from studies.gap.tabulate import Tables, tabulate
-from studies.gap.work import Work
-from studies.measured import Measured, MeasuredRun, read_measured
+from apesim.studies.gap.balance import balances, likeness, most_probable
+from apesim.studies.gap.calibrate import calibrate
+from apesim.studies.gap.candidates import candidates_of
+from apesim.studies.gap.explain import explain, library
+from apesim.studies.gap.suggest import sparse
+from apesim.studies.gap.tabulate import Tables, tabulate
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import Measured, MeasuredRun, read_measured
 
 AMBIENT = 101325.0
 TIMES = np.linspace(0.0, 0.1, 501)

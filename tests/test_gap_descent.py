@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from studies.gap.calibrate import elsewhere
-from studies.gap.descent import descend
-from studies.gap.problem import EndedEarly
-from studies.gap.refit import Model
-from studies.gap.work import Work
+from apesim.studies.gap.calibrate import elsewhere
+from apesim.studies.gap.descent import descend
+from apesim.studies.gap.problem import EndedEarly
+from apesim.studies.gap.refit import Model
+from apesim.studies.gap.work import Work
 
 
 class Curved:

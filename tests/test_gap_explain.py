@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from truth.valve import Bench, noise, simulate
 
+from apesim.engine.machine import Machine
 from apesim.quantities.settings import load
-from engine.machine import Machine
-from studies.console import plain
-from studies.gap.effect_rows import effects_of
-from studies.gap.explain import explain
-from studies.gap.record import record
-from studies.gap.work import Work
-from studies.measured import read_measured
-from studies.pool import Team
-from valve.effects import VALVE_EFFECTS
+from apesim.studies.console import plain
+from apesim.studies.gap.effect_rows import effects_of
+from apesim.studies.gap.explain import explain
+from apesim.studies.gap.record import record
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import read_measured
+from apesim.studies.pool import Team
+from apesim.valve.effects import VALVE_EFFECTS
 
 AMBIENT = 101325.0
 TEMPERATURE = 287.0

@@ -8,14 +8,14 @@ from truth.score import clopper_pearson
 from truth.valve import Bench, noise, simulate
 
 from apesim import load_machine
-from studies.gap.calibrate import calibrate
-from studies.gap.candidates import candidates_of
-from studies.gap.effect_rows import effects_of, interval_text, value_text
-from studies.gap.explain import library
-from studies.gap.intervals import with_profiles
-from studies.gap.refit import refit
-from studies.gap.work import Work
-from studies.measured import Measured, MeasuredRun
+from apesim.studies.gap.calibrate import calibrate
+from apesim.studies.gap.candidates import candidates_of
+from apesim.studies.gap.effect_rows import effects_of, interval_text, value_text
+from apesim.studies.gap.explain import library
+from apesim.studies.gap.intervals import with_profiles
+from apesim.studies.gap.refit import refit
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import Measured, MeasuredRun
 
 AMBIENT = 101325.0
 TIMES = np.arange(0.0, 0.1, 0.2e-3)

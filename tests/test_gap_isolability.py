@@ -7,10 +7,10 @@ import pytest
 from gap_bench import AMBIENT, write_bench
 
 from apesim import load_machine
-from studies.gap.calibrate import calibrate
-from studies.gap.isolability import isolability
-from studies.gap.problem import Problem
-from studies.measured import read_measured
+from apesim.studies.gap.calibrate import calibrate
+from apesim.studies.gap.isolability import isolability
+from apesim.studies.gap.problem import Problem
+from apesim.studies.measured import read_measured
 
 
 @pytest.fixture(scope="module")

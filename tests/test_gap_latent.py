@@ -6,11 +6,11 @@ from machines import machine
 from test_gap_record import fitted
 from test_gap_report import AMBIENT, compared
 
-from engine.effects import ALL_EFFECTS
-from studies.figures.gap import draw_gap
-from studies.gap.balance import strength
-from studies.gap.candidates import Candidate
-from studies.gap.latent import Branch, branches
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.studies.figures.gap import draw_gap
+from apesim.studies.gap.balance import strength
+from apesim.studies.gap.candidates import Candidate
+from apesim.studies.gap.latent import Branch, branches
 
 TABLES = {effect.name: effect for effect in ALL_EFFECTS if effect.tabulated}
 

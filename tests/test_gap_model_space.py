@@ -12,14 +12,14 @@ from petab.v1.yaml import validate
 from petab_select import Criterion, Models, Problem, ui
 
 from apesim import load_machine
-from studies.gap.calibrate import calibrate
-from studies.gap.candidates import candidates_of
-from studies.gap.explain import explanations, library, looked_at, scored
-from studies.gap.model_space import id_of, model_space, yaml_of
-from studies.gap.nuisances import ENGINE, VALVE, nuisance
-from studies.gap.parameters import value_of
-from studies.gap.work import Work
-from studies.measured import FIT, read_measured
+from apesim.studies.gap.calibrate import calibrate
+from apesim.studies.gap.candidates import candidates_of
+from apesim.studies.gap.explain import explanations, library, looked_at, scored
+from apesim.studies.gap.model_space import id_of, model_space, yaml_of
+from apesim.studies.gap.nuisances import ENGINE, VALVE, nuisance
+from apesim.studies.gap.parameters import value_of
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import FIT, read_measured
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:petab.v1.parameters")
 FREED = {

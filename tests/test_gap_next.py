@@ -7,18 +7,18 @@ import pytest
 from gap_bench import write_bench
 
 from apesim import load_machine
-from studies.gap.calibrate import calibrate
-from studies.gap.candidates import candidates_of
-from studies.gap.descent import descend
-from studies.gap.experiments import experiments_of, problem_of
-from studies.gap.explain import library
-from studies.gap.next_test import missed, next_test, split
-from studies.gap.noise import noise_for, white
-from studies.gap.problem import Problem
-from studies.gap.refit import refit
-from studies.gap.select import Choice
-from studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, FAINT, NAMED, NO_GAP, REFUSED
-from studies.measured import MeasuredRun, read_measured
+from apesim.studies.gap.calibrate import calibrate
+from apesim.studies.gap.candidates import candidates_of
+from apesim.studies.gap.descent import descend
+from apesim.studies.gap.experiments import experiments_of, problem_of
+from apesim.studies.gap.explain import library
+from apesim.studies.gap.next_test import missed, next_test, split
+from apesim.studies.gap.noise import noise_for, white
+from apesim.studies.gap.problem import Problem
+from apesim.studies.gap.refit import refit
+from apesim.studies.gap.select import Choice
+from apesim.studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, FAINT, NAMED, NO_GAP, REFUSED
+from apesim.studies.measured import MeasuredRun, read_measured
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from studies.gap.hum import Records, mains_in, with_hum
-from studies.gap.noise import autoregressive, beside, drifting, levinson, noise_for, sines, white, whitened
-from studies.gap.noise_source import (
+from apesim.studies.gap.hum import Records, mains_in, with_hum
+from apesim.studies.gap.noise import autoregressive, beside, drifting, levinson, noise_for, sines, white, whitened
+from apesim.studies.gap.noise_source import (
     AT_REST,
     TAKEN_FOR_WHITE,
     from_what_nothing_explains,
@@ -16,7 +16,7 @@ from studies.gap.noise_source import (
     may_hum,
     noise_of,
 )
-from studies.gap.problem import Block
+from apesim.studies.gap.problem import Block
 
 DEVIATION = 3e-5
 TURN = 2.0 * np.pi

@@ -5,8 +5,8 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import norm
 
-from studies.gap.noise import Noise, autoregressive, white, whitened
-from studies.gap.noise_draws import draws_of, scatter
+from apesim.studies.gap.noise import Noise, autoregressive, white, whitened
+from apesim.studies.gap.noise_draws import draws_of, scatter
 
 N = 300
 SHAPE = np.sin(np.linspace(0.0, np.pi, N))

@@ -7,22 +7,22 @@ import pytest
 from machines import machine
 from test_prediction import AMBIENT, valve_run
 
-from studies.gap.candidates import candidates_of
-from studies.gap.descent import Fitted
-from studies.gap.effect_rows import SIDES, effects_of
-from studies.gap.explain import Findings, verified
-from studies.gap.nuisances import Prior, nuisance
-from studies.gap.parameters import put
-from studies.gap.problem import Problem
-from studies.gap.record import sentence
-from studies.gap.refit import Model
-from studies.gap.select import Choice
-from studies.gap.verdict import CALIBRATION, FAINT, NAMED, NAMED_CLASS, REFUSED, TWO_EFFECTS, Verdict
-from studies.gap.work import Work
-from studies.measured import Measured
-from studies.measured.prediction import run_of
-from studies.profile_likelihood import End, EndKind
-from valve.effects import VALVE_EFFECTS
+from apesim.studies.gap.candidates import candidates_of
+from apesim.studies.gap.descent import Fitted
+from apesim.studies.gap.effect_rows import SIDES, effects_of
+from apesim.studies.gap.explain import Findings, verified
+from apesim.studies.gap.nuisances import Prior, nuisance
+from apesim.studies.gap.parameters import put
+from apesim.studies.gap.problem import Problem
+from apesim.studies.gap.record import sentence
+from apesim.studies.gap.refit import Model
+from apesim.studies.gap.select import Choice
+from apesim.studies.gap.verdict import CALIBRATION, FAINT, NAMED, NAMED_CLASS, REFUSED, TWO_EFFECTS, Verdict
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import Measured
+from apesim.studies.measured.prediction import run_of
+from apesim.studies.profile_likelihood import End, EndKind
+from apesim.valve.effects import VALVE_EFFECTS
 
 GAUGE, THERMOMETER = Prior("supply.pressure", 0.01, True), Prior("supply.temperature", 2.0)
 RUNS = [valve_run()._replace(supply=gauge + AMBIENT, temperature=t) for gauge, t in ((0.2e6, 281.0), (0.8e6, 293.0))]

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from studies.gap.candidates import Candidate, Probe
-from studies.gap.descent import descend
-from studies.gap.explain import Look, explanations
-from studies.gap.parameters import Parameter
-from studies.gap.problem import EndedEarly
-from studies.gap.refit import Model, at_large, refit
-from studies.gap.score import Column, Score, bank, scores
-from studies.gap.select import LARGE, SINGLES, singles
-from studies.gap.work import Work
+from apesim.studies.gap.candidates import Candidate, Probe
+from apesim.studies.gap.descent import descend
+from apesim.studies.gap.explain import Look, explanations
+from apesim.studies.gap.parameters import Parameter
+from apesim.studies.gap.problem import EndedEarly
+from apesim.studies.gap.refit import Model, at_large, refit
+from apesim.studies.gap.score import Column, Score, bank, scores
+from apesim.studies.gap.select import LARGE, SINGLES, singles
+from apesim.studies.gap.work import Work
 
 NUISANCE = Parameter("effects.time_zero.time", 1.0, -5.0, 5.0, prior=True)
 BENT, PLAIN = (

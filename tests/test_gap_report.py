@@ -12,16 +12,16 @@ from gap_bench import write_bench
 
 from apesim import load_machine
 from apesim.quantities.settings import dumps
-from studies.commands.gap_explain import parent_of
-from studies.console import Console
-from studies.figures.gap import draw_gap
-from studies.gap import report
-from studies.gap.comparison import Compared, by_run, label_of, shown_of, size_of, worst
-from studies.gap.problem import Block
-from studies.gap.report import Tried, number
-from studies.gap.residual_map import residual_map
-from studies.gap.select import Choice
-from studies.measured import Measured, MeasuredRun
+from apesim.studies.commands.gap_explain import parent_of
+from apesim.studies.console import Console
+from apesim.studies.figures.gap import draw_gap
+from apesim.studies.gap import report
+from apesim.studies.gap.comparison import Compared, by_run, label_of, shown_of, size_of, worst
+from apesim.studies.gap.problem import Block
+from apesim.studies.gap.report import Tried, number
+from apesim.studies.gap.residual_map import residual_map
+from apesim.studies.gap.select import Choice
+from apesim.studies.measured import Measured, MeasuredRun
 
 AMBIENT = 101325.0
 MARKS = {
@@ -247,7 +247,7 @@ def test_bad_input_is_told_in_a_line(apesim, bench, arguments, wrong):
 
 
 def test_a_simulation_that_does_not_end_is_told_and_kept_apart_from_bad_input(apesim, bench, monkeypatch):
-    from studies.gap import problem
+    from apesim.studies.gap import problem
 
     monkeypatch.setattr(problem, "predict", lambda *_: SimpleNamespace(failed=True))
     code, out, err = apesim("gap", "explain", str(bench), "--out", "failed")

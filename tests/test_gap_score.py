@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from engine.effects import ALL_EFFECTS
-from engine.machine import Machine
-from studies.gap.candidates import Candidate, Probe, candidates_of, probes_of
-from studies.gap.detect import detect
-from studies.gap.parameters import Parameter
-from studies.gap.score import Column, imitated, scores
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.engine.machine import Machine
+from apesim.studies.gap.candidates import Candidate, Probe, candidates_of, probes_of
+from apesim.studies.gap.detect import detect
+from apesim.studies.gap.parameters import Parameter
+from apesim.studies.gap.score import Column, imitated, scores
 
 N = 400
 

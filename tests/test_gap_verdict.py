@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.gap import select
-from studies.gap import verdict as rules
-from studies.gap.heldout import HeldOut, points_of
-from studies.gap.parameters import Parameter
-from studies.gap.select import Choice, priced, term
-from studies.measured import MeasuredRun
+from apesim.studies.gap import select
+from apesim.studies.gap import verdict as rules
+from apesim.studies.gap.heldout import HeldOut, points_of
+from apesim.studies.gap.parameters import Parameter
+from apesim.studies.gap.select import Choice, priced, term
+from apesim.studies.measured import MeasuredRun
 
 N = 50
 GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from valve.groove import Groove, area_table, lap_of, piece_line, piece_of
+from apesim.valve.groove import Groove, area_table, lap_of, piece_line, piece_of
 
 STROKE = 9e-3
 

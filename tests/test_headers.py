@@ -2,8 +2,8 @@ import re
 
 import pytest
 
-from studies.commands import assessment, engine_limit, optimise, soft_landing, timing, valve_grid
-from studies.commands.tables import table_of
+from apesim.studies.commands import assessment, engine_limit, optimise, soft_landing, timing, valve_grid
+from apesim.studies.commands.tables import table_of
 
 WORDS = {"stroke", "brake", "solenoids", "commands", "full lift", "then fails", ""}
 """Heads of columns that hold words."""

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from apesim.air import CANTERA, Air, gas_of
-from engine.ideal_work import full_admission_work, isentropic_work, isothermal_work
+from apesim.engine.ideal_work import full_admission_work, isentropic_work, isothermal_work
 
 IDEAL_GAS = gas_of(Air())
 PERFECT_GAS = gas_of(Air(model=CANTERA))

@@ -9,11 +9,11 @@ from machines import AMBIENT, machine
 from truth.valve import POSITION, PRESSURE_A, Bench, noise, simulate
 
 from apesim.quantities import InputError
-from studies.commands.fit import fit_command, free_parameters, si_unit
-from studies.console import Console
-from studies.identify import identify, judge, time_shift, whiten
-from studies.measured import Measured, MeasuredRun
-from studies.measured.prediction import predict, run_of
+from apesim.studies.commands.fit import fit_command, free_parameters, si_unit
+from apesim.studies.console import Console
+from apesim.studies.identify import identify, judge, time_shift, whiten
+from apesim.studies.measured import Measured, MeasuredRun
+from apesim.studies.measured.prediction import predict, run_of
 
 BETA = "valve.viscous_friction"
 TRUE = 111.08
@@ -235,7 +235,7 @@ def test_one_parameter_badly_known_is_named():
 
 
 def test_a_fit_ends_with_a_warning_as_its_simulations_are_spent(monkeypatch):
-    monkeypatch.setattr("studies.identify.simulation.MOST_SIMULATIONS", 25)
+    monkeypatch.setattr("apesim.studies.identify.simulation.MOST_SIMULATIONS", 25)
     keys = [BETA, SPRING]
     found = fit(measured_run(0), free=keys)
     assert any(f"stopped after {found.evaluations} simulations" in warning for warning in found.warnings)

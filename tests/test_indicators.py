@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from machines import AMBIENT, RPM, machine, settled
 
-from engine.breathing import DEGREE, raised_cosine
-from engine.cycle import TRACE
-from engine.cylinder import EPV
-from engine.indicators import INDICATORS, indicators
-from engine.steady import run_steady
+from apesim.engine.breathing import DEGREE, raised_cosine
+from apesim.engine.cycle import TRACE
+from apesim.engine.cylinder import EPV
+from apesim.engine.indicators import INDICATORS, indicators
+from apesim.engine.steady import run_steady
 
 R, K = 287.05, 1.4
 FINE = 0.05 * DEGREE

@@ -14,7 +14,7 @@ from test_bench import BenchMachine
 
 from apesim import kernel as module
 from apesim.kernel import by_type, cache_folder, entry, kernel, sources_hash
-from valve.bench import run_bench
+from apesim.valve.bench import run_bench
 
 ROOT = Path(module.__file__).parents[1]
 compiled_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled, nothing is kept")
@@ -30,31 +30,40 @@ def python(code, path, **environment):
 
 
 def copy_of_sources(folder):
-    for layer in module.LAYERS:
+    for layer in ("apesim", "valve", "engine"):
         shutil.copytree(ROOT / layer, folder / layer, ignore=shutil.ignore_patterns("__pycache__"))
     return folder
 
 
 # --- the hash of the sources ---
 
+HASH = "from apesim.kernel import sources_hash; print(sources_hash())"
+
 
 @pytest.mark.parametrize("edited", ["apesim/air.py", "apesim/quantities/units.py", "valve/effects/bounce.py"])
-def test_an_edit_anywhere_in_the_layers_changes_the_hash(tmp_path, monkeypatch, edited):
-    monkeypatch.setattr(module, "ROOT", copy_of_sources(tmp_path))
-    before = sources_hash.__wrapped__()
-    assert sources_hash.__wrapped__() == before
+def test_an_edit_anywhere_in_the_layers_changes_the_hash(tmp_path, edited):
+    sources = copy_of_sources(tmp_path)
+    before = python(HASH, sources)
+    assert python(HASH, sources) == before == sources_hash()
     path = tmp_path / edited
     path.write_text(path.read_text() + "\n")
-    assert sources_hash.__wrapped__() != before
+    assert python(HASH, sources) != before
 
 
-def test_a_file_added_to_or_renamed_in_the_last_layer_changes_the_hash(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "ROOT", copy_of_sources(tmp_path))
-    before = sources_hash.__wrapped__()
+def test_a_file_added_to_or_renamed_in_the_last_layer_changes_the_hash(tmp_path):
+    sources = copy_of_sources(tmp_path)
+    before = python(HASH, sources)
     (tmp_path / "engine" / "new_law.py").write_text("")
-    added = sources_hash.__wrapped__()
+    added = python(HASH, sources)
     (tmp_path / "engine" / "new_law.py").rename(tmp_path / "engine" / "newer_law.py")
-    assert len({before, added, sources_hash.__wrapped__()}) == 3
+    assert len({before, added, python(HASH, sources)}) == 3
+
+
+def test_the_hash_is_the_same_where_the_layers_stand_inside_as_in_a_wheel(tmp_path):
+    sources = copy_of_sources(tmp_path)
+    for layer in ("valve", "engine"):
+        shutil.move(sources / layer, sources / "apesim" / layer)
+    assert python(HASH, sources) == sources_hash()
 
 
 @compiled_only
@@ -62,14 +71,14 @@ def test_an_edited_callee_in_another_file_changes_the_answer_of_a_cached_caller(
     sources = copy_of_sources(tmp_path / "sources")
     (sources / "valve" / "probe.py").write_text(
         "from apesim.kernel import entry\n"
-        "from valve.chamber import chamber_state\n"
+        "from apesim.valve.chamber import chamber_state\n"
         "@entry\n"
         "def temperature(gas):\n"
         "    return chamber_state(gas, 1.0, 2.0e5, 1.0)[1]\n"
     )
     code = (
         "from apesim.air import Air, gas_of\n"
-        "from valve.probe import temperature\n"
+        "from apesim.valve.probe import temperature\n"
         "print(temperature(gas_of(Air())), sum(temperature.stats.cache_hits.values()))"
     )
     cache = str(tmp_path / "cache")
@@ -143,8 +152,8 @@ def test_where_no_cache_folder_can_be_made_one_is_made_for_this_process(root):
 
 ALONE = """
 from apesim.kernel import cache_folder
-from studies import cli
-from studies.pool import Team
+from apesim.studies import cli
+from apesim.studies.pool import Team
 
 if __name__ == "__main__":
     own = cache_folder()
@@ -239,9 +248,9 @@ from collections import Counter
 from numba.core import event
 
 from apesim.kernel import when_compiling
-from engine.machine import Machine
-from engine.steady import run_steady
-from valve.bench import run_bench
+from apesim.engine.machine import Machine
+from apesim.engine.steady import run_steady
+from apesim.valve.bench import run_bench
 
 with when_compiling(lambda: print("told", end=" ")), event.install_recorder("numba:compile") as compiling:
     run_bench(Machine(), 20e-3) if KIND == "bench" else run_steady(Machine(), 100.0, most=1)
@@ -260,10 +269,10 @@ def test_a_march_compiles_what_its_machine_needs_once_and_tells_it(tmp_path):
     engine, again, bench, bench_again = [told(kind) for kind in ("engine", "engine", "bench", "bench")]
     assert again == bench_again == []
     assert engine[0] == bench[0] == "told"
-    assert {"apesim.march.march", "engine.cycle.cycle_rates"} <= set(engine)
-    assert {"apesim.march.march", "valve.bench.bench_rates"} <= set(bench)
-    assert not [name for name in engine if name.startswith("valve.bench.")]
-    assert not [name for name in bench if name.startswith("engine.")]
+    assert {"apesim.march.march", "apesim.engine.cycle.cycle_rates"} <= set(engine)
+    assert {"apesim.march.march", "apesim.valve.bench.bench_rates"} <= set(bench)
+    assert not [name for name in engine if name.startswith("apesim.valve.bench.")]
+    assert not [name for name in bench if name.startswith("apesim.engine.")]
 
 
 # --- functions chosen by type ---
@@ -313,8 +322,8 @@ def test_the_type_of_the_first_argument_chooses_the_body(shape, expected):
 UNREGISTERED = """
 from apesim.march import march
 from apesim.periodic import NO_TIMES, NO_TRACE
-from engine.machine import Machine
-from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
+from apesim.engine.machine import Machine
+from apesim.engine.operating_point import accuracy_at, charged_at_rest, cycle_of
 
 p, tables, kinks = cycle_of(Machine(), 100.0)
 y, mode = charged_at_rest(p)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from machines import machine
 
-from engine.kinematics import clearance_volume, crank_of, cylinder_volume, piston_face, swept_volume
+from apesim.engine.kinematics import clearance_volume, crank_of, cylinder_volume, piston_face, swept_volume
 
 ANGLES = st.floats(-4.0 * pi, 4.0 * pi)
 

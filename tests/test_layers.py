@@ -1,8 +1,12 @@
 """The four packages import in one direction only, and importing the face loads none of the upper ones."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
+from links import make_links
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -11,17 +15,46 @@ def run_python(code):
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
 
 
-def test_imports_run_in_one_direction():
-    linter = [sys.executable, "-c", "from importlinter.cli import lint_imports_command; lint_imports_command()"]
-    done = subprocess.run([*linter, "--no-cache"], capture_output=True, text=True, cwd=ROOT)
+def lint_imports(folder):
+    """What import-linter says of the package that a folder holds."""
+    code = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+    command = [sys.executable, "-P", "-c", code, "--config", ROOT / "pyproject.toml", "--no-cache"]
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    return subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment)
+
+
+def test_imports_run_in_one_direction(tmp_path):
+    done = lint_imports(make_links(tmp_path))
     assert done.returncode == 0, done.stdout + done.stderr
     assert "2 kept, 0 broken" in done.stdout
 
 
+@pytest.mark.parametrize(
+    "planted, wrong",
+    [
+        ("valve/planted.py", "import apesim.engine.steady\n"),
+        ("air.py", "from apesim.valve import bench\n"),
+        ("engine/planted.py", "from apesim.archive import read\n"),
+        ("planted.py", ""),  # belongs to no layer
+    ],
+)
+def test_an_import_in_the_wrong_direction_is_found(tmp_path, planted, wrong):
+    package = tmp_path / "apesim"
+    for layer in ("apesim", "valve", "engine", "studies"):
+        folder = package / ("" if layer == "apesim" else layer)
+        for path in (ROOT / layer).rglob("*.py"):
+            to = folder / path.relative_to(ROOT / layer)
+            to.parent.mkdir(parents=True, exist_ok=True)
+            to.write_bytes(path.read_bytes())
+    with (package / planted).open("a") as file:
+        file.write(wrong)
+    assert lint_imports(tmp_path).returncode != 0
+
+
 def test_importing_the_face_loads_no_upper_layer():
-    loaded = run_python("import sys, apesim; print(*sorted({name.split('.')[0] for name in sys.modules}))").split()
+    loaded = set(run_python("import sys, apesim; print(*sys.modules)").split())
     assert "apesim" in loaded
-    assert not {"valve", "engine", "studies", "numba", "h5py", "matplotlib"} & set(loaded)
+    assert not {"apesim.valve", "apesim.engine", "apesim.studies", "numba", "h5py", "matplotlib"} & loaded
 
 
 def test_every_name_of_the_face_is_fetched():
@@ -31,5 +64,5 @@ def test_every_name_of_the_face_is_fetched():
 
 
 def test_physics_loads_neither_files_nor_figures_nor_processes():
-    loaded = run_python("import sys, engine.indicators, engine.steady; print(*sys.modules)").split()
+    loaded = run_python("import sys, apesim.engine.indicators, apesim.engine.steady; print(*sys.modules)").split()
     assert not {"h5py", "matplotlib", "typer", "concurrent.futures.process"} & set(loaded)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from machines import changed
 
-from engine.machine import Machine
-from studies.figures.valve import limit_figures
-from studies.limit import CRITERION, RESOLUTION, faults_of_limits, is_complete, limit_map, working_limit
-from studies.limit_points import Point
-from studies.valve_map import with_supply
+from apesim.engine.machine import Machine
+from apesim.studies.figures.valve import limit_figures
+from apesim.studies.limit import CRITERION, RESOLUTION, faults_of_limits, is_complete, limit_map, working_limit
+from apesim.studies.limit_points import Point
+from apesim.studies.valve_map import with_supply
 
 AMBIENT = Machine().ambient.pressure
 

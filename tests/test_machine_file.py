@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Curve, InputError, Pressure, Quantity
 from apesim.quantities.settings import dumps, load, schema
-from engine.machine import Machine
 
 LEAVES = list(schema(Machine))
 WITH_UNIT = [leaf for leaf in LEAVES if isinstance(leaf.declaration, Quantity) and leaf.declaration.unit]

@@ -7,9 +7,9 @@ import pytest
 from machines import AMBIENT, machine, settled
 
 from apesim.quantities import InputError
-from studies.commands.tables import write_traces
-from studies.measured import VALVE, read_measured
-from valve.bench import TRACE, run_bench
+from apesim.studies.commands.tables import write_traces
+from apesim.studies.measured import VALVE, read_measured
+from apesim.valve.bench import TRACE, run_bench
 
 RUN = '[[run]]\ndata = "a.csv"\nsupply = "0.40 MPa gauge"\ntemperature = "287 K"\npulse = "50 ms"\nrole = "fit"\n'
 ENGINE_RUN = """[[run]]

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from apesim.march import KINK, WATCH
-from valve.measures import Stroke, closing_stroke, opening_stroke
-from valve.motion import LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
+from apesim.valve.measures import Stroke, closing_stroke, opening_stroke
+from apesim.valve.motion import LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
 
 OPENED, NEARLY_OPEN, EXTREMUM = WATCH + ONE_PERCENT, WATCH + NEAR_OPEN, WATCH + SPEED_EXTREMUM
 

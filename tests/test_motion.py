@@ -8,7 +8,7 @@ from apesim.air import internal_energy
 from apesim.flow_function import NEARLY_EQUAL
 from apesim.march import EVENTS, KINK, LOG_HEAD, LOG_ROWS, WATCH, Status, march
 from apesim.restriction import ROOM
-from valve.actuator import (
+from apesim.valve.actuator import (
     AREA,
     AREA_SLOPE,
     MODES,
@@ -25,8 +25,8 @@ from valve.actuator import (
     closed_at_rest,
     state_of,
 )
-from valve.bench import SIZE, WORK, accuracy_of, bench_of, closed_at_start
-from valve.motion import (
+from apesim.valve.bench import SIZE, WORK, accuracy_of, bench_of, closed_at_start
+from apesim.valve.motion import (
     CORNER,
     FLOW,
     LEFT,
@@ -41,9 +41,9 @@ from valve.motion import (
     actuator_responds,
     actuator_watches,
 )
-from valve.piston import HELD_CLOSED, HELD_OPEN, STUCK, TO_CLOSED, TO_OPEN
-from valve.solenoid import energised_fraction
-from valve.solenoid_flow import FLOWS, solenoid_sides
+from apesim.valve.piston import HELD_CLOSED, HELD_OPEN, STUCK, TO_CLOSED, TO_OPEN
+from apesim.valve.solenoid import energised_fraction
+from apesim.valve.solenoid_flow import FLOWS, solenoid_sides
 
 GROOVE_ROWS = np.array([[0.0, 0.0], [3e-3, 40e-6], [5e-3, 300e-6]])
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from machines import AMBIENT, RPM, machine
 
-from engine.breathing import DEGREE, cam_corners
-from engine.cycle_state import CYLINDER_ENERGY, CYLINDER_MASS, RECEIVER_ENERGY, RECEIVER_MASS, SIZE
-from engine.kinematics import cylinder_volume
-from engine.operating_point import charged_at_rest, cycle_of
-from valve.actuator import PHASE
-from valve.piston import HELD_CLOSED
+from apesim.engine.breathing import DEGREE, cam_corners
+from apesim.engine.cycle_state import CYLINDER_ENERGY, CYLINDER_MASS, RECEIVER_ENERGY, RECEIVER_MASS, SIZE
+from apesim.engine.kinematics import cylinder_volume
+from apesim.engine.operating_point import charged_at_rest, cycle_of
+from apesim.valve.actuator import PHASE
+from apesim.valve.piston import HELD_CLOSED
 
 EXHAUST = (165.0, 190.0, 315.0, 340.0)
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from apesim.archive.inspection import verify
-from engine.breathing import DEGREE
-from engine.indicators import indicators
-from engine.machine import Machine
-from engine.steady import run_steady
-from studies.figures.optimise import optimise_figures
-from studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Landscape, Point, judged
-from studies.optimise.search import optimise, undominated
-from studies.optimise.table import archive_of, bounds_of, faults_of, optima_over_speed
+from apesim.engine.breathing import DEGREE
+from apesim.engine.indicators import indicators
+from apesim.engine.machine import Machine
+from apesim.engine.steady import run_steady
+from apesim.studies.figures.optimise import optimise_figures
+from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Landscape, Point, judged
+from apesim.studies.optimise.search import optimise, undominated
+from apesim.studies.optimise.table import archive_of, bounds_of, faults_of, optima_over_speed
 from tests.machines import RPM, machine
 
 AMBIENT = Machine().ambient.pressure

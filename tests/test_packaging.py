@@ -1,52 +1,146 @@
 """The installed program finds its own packages, whatever lies in the user's folder."""
 
+import json
 import os
 import re
+import shutil
 import subprocess
 import sys
+import sysconfig
 import tomllib
+import zipfile
 from itertools import chain
 from pathlib import Path
 
+import pytest
 from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parent.parent
-DECOYS = ("engine.py", "valve.py", "studies.py", "march.py", "steady.py")
+TRACKED = ("pyproject.toml", "README.md", "LICENSE", "apesim", "valve", "engine", "studies")
+RUN = "valve", "run", "--pulse", "20 ms", "--json"
 
 
-def test_the_wheel_works_in_a_folder_that_holds_an_engine_py(tmp_path):
-    source = tmp_path / "source"
-    tracked = ("pyproject.toml", "README.md", "LICENSE", "apesim", "valve", "engine", "studies")
-    source.mkdir()
-    subprocess.run(["cp", "-r", *(ROOT / name for name in tracked), source], check=True)
-    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
-    subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", tmp_path / "wheel", source], check=True)
-    [wheel] = (tmp_path / "wheel").glob("*.whl")
-    installed = tmp_path / "installed"
-    subprocess.run([*pip, "install", "--no-deps", "--target", installed, wheel], check=True)
-    folder = tmp_path / "work"
-    folder.mkdir()
-    for name in DECOYS:
+def pip(*arguments):
+    command = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", *map(str, arguments)]
+    subprocess.run(command, check=True)
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    """A checkout of its own, which a build may litter."""
+    folder = tmp_path_factory.mktemp("source")
+    subprocess.run(["cp", "-r", *(ROOT / name for name in TRACKED), folder], check=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(source, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    pip("wheel", "--no-deps", "--wheel-dir", folder, source)
+    [path] = folder.glob("*.whl")
+    return path
+
+
+class Environment:
+    """A virtual environment whose packages are those of this one, without what is installed in an editable way."""
+
+    def __init__(self, folder):
+        subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
+        self.folder = folder
+        [self.packages] = folder.glob("lib/python*/site-packages")
+        others = "\n".join(sorted({sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}))
+        (self.packages / "others.pth").write_text(others)
+
+    def install(self, *what):
+        pip("--python", self.folder / "bin" / "python", "install", "--no-deps", *what)
+
+    def run(self, program, *arguments, folder):
+        variables = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"} | {"NUMBA_DISABLE_JIT": "1"}
+        command = [self.folder / "bin" / program, *arguments]
+        done = subprocess.run(command, cwd=folder, env=variables, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    def where(self, *names, folder):
+        """Where Python started in a folder finds modules."""
+        code = f"import {', '.join(names)}\nfor module in {', '.join(names)}, : print(module.__file__)"
+        return [Path(line) for line in self.run("python", "-c", code, folder=folder).split()]
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
+    environment = Environment(tmp_path_factory.mktemp("installed"))
+    environment.install(wheel)
+    return environment
+
+
+LAYERS = "apesim", "apesim.valve", "apesim.engine", "apesim.studies"
+
+
+def decoys(folder):
+    """Files of a user's own with names of our layers and modules, any of which ends a program that imports it."""
+    (folder / "studies").mkdir(parents=True)
+    for name in ("engine.py", "valve.py", "studies/__init__.py", "march.py", "steady.py"):
         (folder / name).write_text("raise SystemExit('the wrong module was imported')\n")
-    environment = os.environ | {"PYTHONPATH": str(installed), "NUMBA_DISABLE_JIT": "1"}
-    command = [sys.executable, installed / "bin" / "apesim", "valve", "run", "--pulse", "20 ms", "--json"]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert '"control_air_kg"' in done.stdout
-    where = "import sys; sys.path.remove(''); import engine; print(engine.__file__)"
-    assert (
-        str(installed)
-        in subprocess.run(
-            [sys.executable, "-c", where], cwd=folder, env=environment, capture_output=True, text=True, check=True
-        ).stdout
-    )
+    return folder
+
+
+def test_the_wheel_holds_one_package(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {re.sub(r"-.*", "", name.split("/")[0]) for name in names} == {"apesim"}
+    top = {name.split("/")[1] for name in names if name.startswith("apesim/") and name.count("/") > 1}
+    assert top == {"archive", "quantities", "valve", "engine", "studies"}
+
+
+def test_the_wheel_works_in_a_folder_that_holds_an_engine_py(installed, tmp_path):
+    folder = decoys(tmp_path / "own")
+    assert '"control_air_kg"' in installed.run("apesim", *RUN, folder=folder)
+    assert all(path.is_relative_to(installed.packages) for path in installed.where(*LAYERS, folder=folder))
+
+
+def test_worker_processes_start_in_a_folder_that_holds_an_engine_py(installed, tmp_path):
+    folder = decoys(tmp_path / "own")
+    sweep = "--speed 1000rpm --intake ideal --timing fixed --jobs 2 --out sweep.h5 --json".split()
+    vary = "--vary", "supply.pressure=0.4 MPa gauge,0.5 MPa gauge"
+    said = json.loads(installed.run("apesim", "engine", "sweep", *sweep, *vary, folder=folder))
+    assert said["faults"] == [] and (folder / "sweep.h5").exists()
+
+
+def test_python_started_in_a_checkout_finds_the_checkout_after_a_plain_install(installed, source):
+    where = installed.where(*LAYERS, folder=source)
+    assert where == [source / layer / "__init__.py" for layer in ("apesim", "valve", "engine", "studies")]
+
+
+@pytest.mark.parametrize("mode", ["lenient", "strict"])
+def test_an_editable_install_follows_the_checkout(source, tmp_path, mode):
+    environment = Environment(tmp_path / "environment")
+    environment.install("--config-settings", f"editable_mode={mode}", "--editable", source)
+    folder = decoys(tmp_path / "own")
+    assert '"control_air_kg"' in environment.run("apesim", *RUN, folder=folder)
+    where = [path.resolve() for path in environment.where(*LAYERS, folder=folder)]
+    assert where == [source / layer / "__init__.py" for layer in ("apesim", "valve", "engine", "studies")]
+
+
+def test_a_package_of_others_that_is_called_valve_stays_apart(installed, tmp_path):
+    # As python-valve does, which installs a package `valve` with a module `source` of its own.
+    others = installed.packages / "valve"
+    (others / "source").mkdir(parents=True)
+    (others / "__init__.py").write_text("import valve.source\n")
+    (others / "source" / "__init__.py").write_text("")
+    try:
+        where = installed.where("apesim.valve", "valve", folder=tmp_path)
+        assert where == [installed.packages / "apesim" / "valve" / "__init__.py", others / "__init__.py"]
+        assert '"control_air_kg"' in installed.run("apesim", *RUN, folder=tmp_path)
+    finally:
+        shutil.rmtree(others)
 
 
 def test_every_package_is_listed():
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
-    layers = ("apesim", "valve", "engine", "studies")
-    there = [path.parent.relative_to(ROOT) for layer in layers for path in (ROOT / layer).rglob("__init__.py")]
-    assert sorted(listed) == sorted(".".join(path.parts) for path in there)
+    there = [
+        path.parent.relative_to(ROOT).parts for layer in TRACKED[3:] for path in (ROOT / layer).rglob("__init__.py")
+    ]
+    assert sorted(listed) == sorted(".".join(parts if parts[0] == "apesim" else ("apesim", *parts)) for parts in there)
 
 
 def declared():

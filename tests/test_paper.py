@@ -7,21 +7,21 @@ import numpy as np
 import pytest
 from machines import changed
 
-from engine.machine import Machine
-from studies.discharge import discharge
-from studies.figures.paper import captions_of, paper_figures
-from studies.limit import Limit, is_complete
-from studies.paper import delay, design, engine, equations, numerics, stroke
-from studies.paper.area import claims_by_area, with_area
-from studies.paper.claim import AREA, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED, grid_of, range_in_words
-from studies.paper.claims import all_claims
-from studies.paper.discharge import area_at, discharge_tests, emptied, vessel_of
-from studies.paper.friction import FrictionMap, friction_table, map_friction, viscous_friction
-from studies.paper.motion import computed, valve_claims
-from studies.paper.page import write_page
-from studies.paper.statements import STATEMENTS
-from studies.paper.subject import differences
-from studies.valve_map import map_valve
+from apesim.engine.machine import Machine
+from apesim.studies.discharge import discharge
+from apesim.studies.figures.paper import captions_of, paper_figures
+from apesim.studies.limit import Limit, is_complete
+from apesim.studies.paper import delay, design, engine, equations, numerics, stroke
+from apesim.studies.paper.area import claims_by_area, with_area
+from apesim.studies.paper.claim import AREA, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED, grid_of, range_in_words
+from apesim.studies.paper.claims import all_claims
+from apesim.studies.paper.discharge import area_at, discharge_tests, emptied, vessel_of
+from apesim.studies.paper.friction import FrictionMap, friction_table, map_friction, viscous_friction
+from apesim.studies.paper.motion import computed, valve_claims
+from apesim.studies.paper.page import write_page
+from apesim.studies.paper.statements import STATEMENTS
+from apesim.studies.paper.subject import differences
+from apesim.studies.valve_map import map_valve
 
 AMBIENT = Machine().ambient.pressure
 GRID = AMBIENT + 1e6 * np.arange(0.1, 2.0, 0.2), np.arange(250.0, 323.0, 8.0)
@@ -408,8 +408,8 @@ def test_nothing_is_judged_by_strokes_that_are_not_completed(archive):
 def test_the_command_leaves_page_and_claims(tmp_path, monkeypatch, capsys):
     import sys
 
-    from studies.cli import app
-    from studies.console import main_of
+    from apesim.studies.cli import app
+    from apesim.studies.console import main_of
 
     out = tmp_path / "paper"
     monkeypatch.setattr(sys, "argv", ["apesim", "paper", "--out", str(out), "--json"])

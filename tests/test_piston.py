@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from valve.piston import (
+from apesim.valve.piston import (
     HELD_CLOSED,
     HELD_OPEN,
     REST_SPEED,

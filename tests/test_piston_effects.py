@@ -9,19 +9,19 @@ from test_motion import marched
 from test_valve_effects import INTAKE, PULSE, machine_with, rates_at, run_with
 
 from apesim.march import LOG_HEAD
-from valve.actuator import state_of
-from valve.bench import bench_of, run_bench
-from valve.effects.coulomb_friction import CoulombFriction
-from valve.effects.end_cushion import EndCushion
-from valve.effects.intake_flow_force import IntakeFlowForce
-from valve.effects.moving_mass_error import MovingMassError
-from valve.effects.quadratic_drag import QuadraticDrag
-from valve.effects.seal_friction import SealFriction
-from valve.effects.side_force import SideForce
-from valve.effects.spring_rate_error import SpringRateError
-from valve.effects.stribeck_friction import StribeckFriction
-from valve.motion import LEFT
-from valve.piston import HELD_CLOSED, HELD_OPEN, TO_CLOSED, TO_OPEN
+from apesim.valve.actuator import state_of
+from apesim.valve.bench import bench_of, run_bench
+from apesim.valve.effects.coulomb_friction import CoulombFriction
+from apesim.valve.effects.end_cushion import EndCushion
+from apesim.valve.effects.intake_flow_force import IntakeFlowForce
+from apesim.valve.effects.moving_mass_error import MovingMassError
+from apesim.valve.effects.quadratic_drag import QuadraticDrag
+from apesim.valve.effects.seal_friction import SealFriction
+from apesim.valve.effects.side_force import SideForce
+from apesim.valve.effects.spring_rate_error import SpringRateError
+from apesim.valve.effects.stribeck_friction import StribeckFriction
+from apesim.valve.motion import LEFT
+from apesim.valve.piston import HELD_CLOSED, HELD_OPEN, TO_CLOSED, TO_OPEN
 
 MASS = 0.1145
 """[kg]"""

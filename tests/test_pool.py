@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import typer
 
-from studies.console import INCOMPLETE, main_of
-from studies.pool import Died, Team, run_tasks, workers_for
+from apesim.studies.console import INCOMPLETE, main_of
+from apesim.studies.pool import Died, Team, run_tasks, workers_for
 
 
 def square(number):
@@ -133,7 +133,7 @@ def test_a_short_job_is_not_worth_a_second_process():
 LONG = """
 import time
 from pathlib import Path
-from studies.pool import run_tasks
+from apesim.studies.pool import run_tasks
 
 def long(path):
     Path(path).touch()

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from machines import machine, settled
 from scipy.integrate import quad
 
-from engine.indicators import indicators
-from valve.groove import PORTS, area_table, lap_of
-from valve.ports import Ports, ports_area, ports_table, segment_area
+from apesim.engine.indicators import indicators
+from apesim.valve.groove import PORTS, area_table, lap_of
+from apesim.valve.ports import Ports, ports_area, ports_table, segment_area
 
 SIZES = st.floats(1e-3, 12e-3)
 

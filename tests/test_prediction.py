@@ -7,11 +7,11 @@ from truth.engine import CYLINDER_PRESSURE, Engine
 from truth.periodic import periodic, results
 from truth.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, simulate
 
-from engine.breathing import DEGREE, TURN
-from engine.steady import known_state, run_steady
-from studies.measured import MeasuredRun
-from studies.measured.prediction import predict, run_of, start_of, with_value
-from valve.bench import run_bench
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.steady import known_state, run_steady
+from apesim.studies.measured import MeasuredRun
+from apesim.studies.measured.prediction import predict, run_of, start_of, with_value
+from apesim.valve.bench import run_bench
 
 RANDOM = np.random.default_rng(1)
 TIMES = np.sort(RANDOM.uniform(-5e-3, 0.1, 3000))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.profile_likelihood import EndKind, Likelihood, find_end
+from apesim.studies.profile_likelihood import EndKind, Likelihood, find_end
 
 BOUNDS = np.array([[0.0, -20.0], [10.0, 20.0]])
 

@@ -12,11 +12,11 @@ from machines import changed
 
 import apesim
 from apesim.effect import Effect, contact, unserved
+from apesim.engine.effects import Effects
+from apesim.engine.machine import Machine
 from apesim.kernel import kernel
 from apesim.quantities.checking import check
 from apesim.quantities.settings import schema
-from engine.effects import Effects
-from engine.machine import Machine
 
 W = 1000.0 * math.pi / 30.0
 ROOT = Path(__file__).resolve().parent.parent
@@ -161,7 +161,7 @@ def test_an_effect_that_is_on_and_in_no_slot_that_is_served_is_found():
 
 APPENDED = """
 from typing import Annotated, NamedTuple
-import valve.effects
+import apesim.valve.effects
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
@@ -177,8 +177,17 @@ def mine(effect, state, balance):
 
 EFFECT = Effect("mine", Mine, equation="", source="", seen_in="", isolated_by="")
 """
-LATE = "import apesim, engine.machine, engine.effects\nengine.effects.ALL_EFFECTS += (EFFECT,)\nsettings = []\n"
-EARLY = 'valve.effects.VALVE_EFFECTS += (EFFECT,)\nimport apesim\nsettings = ["effects.mine.force=50 N"]\n'
+LATE = """
+import apesim.engine.machine
+import apesim.engine.effects
+apesim.engine.effects.ALL_EFFECTS += (EFFECT,)
+settings = []
+"""
+EARLY = """
+import apesim.valve.effects
+apesim.valve.effects.VALVE_EFFECTS += (EFFECT,)
+settings = ["effects.mine.force=50 N"]
+"""
 RUN = """
 try:
     print(apesim.run_bench(apesim.load_machine(None, settings), 20e-3).opening.delay)

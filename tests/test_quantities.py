@@ -554,8 +554,8 @@ def test_importing_settings_is_light():
 
 
 def test_every_typical_value_of_a_command_or_a_sensor_is_a_right_one():
-    import studies.commands.given as given
-    from studies.measured.sensors import LIFT, SENSORS
+    import apesim.studies.commands.given as given
+    from apesim.studies.measured.sensors import LIFT, SENSORS
 
     shown = [value for value in vars(given).values() if isinstance(value, Quantity)]
     shown += [LIFT, *SENSORS["valve"].keys.values(), *SENSORS["engine"].means.values()]

@@ -6,17 +6,17 @@ from machines import changed, machine, turned_on
 from scipy.integrate import quad
 from test_prediction import ENERGISE, TIMES, engine_run, valve_run
 
+from apesim.engine.breathing import DEGREE
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.engine.effects.speed_ripple import SpeedRipple, true_angle
+from apesim.engine.effects.tdc_error import TdcError
 from apesim.reading import LAG_STEP, Reading, followed, stepped
-from engine.breathing import DEGREE
-from engine.effects import ALL_EFFECTS
-from engine.effects.speed_ripple import SpeedRipple, true_angle
-from engine.effects.tdc_error import TdcError
-from studies.measured.prediction import predict, run_of
-from valve.effects.lift_sensor_lag import LiftSensorLag
-from valve.effects.pressure_sensor_lag import PressureSensorLag
-from valve.effects.sensor_gain import SensorGain
-from valve.effects.sensor_offset import SensorOffset
-from valve.effects.time_zero import TimeZero
+from apesim.studies.measured.prediction import predict, run_of
+from apesim.valve.effects.lift_sensor_lag import LiftSensorLag
+from apesim.valve.effects.pressure_sensor_lag import PressureSensorLag
+from apesim.valve.effects.sensor_gain import SensorGain
+from apesim.valve.effects.sensor_offset import SensorOffset
+from apesim.valve.effects.time_zero import TimeZero
 
 LIBRARY = {effect.parameters: effect for effect in ALL_EFFECTS if effect.sensor}
 SOME = np.array([-2e-3, 0.0, 3.3e-3, 3.31e-3, 20e-3])

@@ -13,8 +13,8 @@ from truth.valve import SPEED as VELOCITY
 
 from apesim.archive import write
 from apesim.archive.inspection import verify
-from studies.figures.soft_landing import soft_landing_figures
-from studies.soft_landing.braking import (
+from apesim.studies.figures.soft_landing import soft_landing_figures
+from apesim.studies.soft_landing.braking import (
     ADDED,
     APART,
     BRAKE,
@@ -25,7 +25,7 @@ from studies.soft_landing.braking import (
     search,
     widest_soft,
 )
-from studies.soft_landing.landing import (
+from apesim.studies.soft_landing.landing import (
     BOTH,
     CLOSING,
     ONLY_A,
@@ -37,9 +37,17 @@ from studies.soft_landing.landing import (
     apart_of,
     land,
 )
-from studies.soft_landing.results import archive_of
-from studies.soft_landing.strokes import FACTORS, LIMITS, OFFSETS, SPACING, conditions_of, faults_of, soft_landings
-from valve.effects.bounce import Bounce
+from apesim.studies.soft_landing.results import archive_of
+from apesim.studies.soft_landing.strokes import (
+    FACTORS,
+    LIMITS,
+    OFFSETS,
+    SPACING,
+    conditions_of,
+    faults_of,
+    soft_landings,
+)
+from apesim.valve.effects.bounce import Bounce
 
 DWELL, COST, CLOSE = 50e-3, 1e-3, 0.6e-3
 CONTACT_ERROR, SPEED_ERROR = 1e-6, 5e-5

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from valve.solenoid import Solenoid, energised_fraction, followed, kinks_of, opening_curve
+from apesim.valve.solenoid import Solenoid, energised_fraction, followed, kinks_of, opening_curve
 
 RAMP = opening_curve(Solenoid())
 PERIODS_BACK = 40

@@ -9,20 +9,20 @@ from test_bench import LIFT, PRESSURE_A, PRESSURE_B, BenchMachine
 from test_valve_effects import PULSE, machine_with, run_with
 
 from apesim.restriction import flow_in, iso6358_flow, regime_between
-from valve.actuator import MODES, PHASE, X_B, X_B_SLOPE, actuator_rates, closed_at_rest, state_of
-from valve.bench import bench_of, run_bench
-from valve.effects import ValveEffects
-from valve.effects.critical_ratio import CriticalRatio
-from valve.effects.discharge_coefficient_slope import DischargeCoefficientSlope
-from valve.effects.pressure_dependent_delay import PressureDependentDelay
-from valve.effects.slow_ramp import SlowRamp
-from valve.effects.solenoid_a_delay import SolenoidADelay
-from valve.effects.solenoid_b_delay import SolenoidBDelay
-from valve.effects.vent_back_pressure import VentBackPressure
-from valve.motion import actuator_enters
-from valve.piston import HELD_CLOSED
-from valve.solenoid import Solenoid, energised_fraction
-from valve.solenoid_flow import SUPPLY_A, VENT_A, solenoid_sides
+from apesim.valve.actuator import MODES, PHASE, X_B, X_B_SLOPE, actuator_rates, closed_at_rest, state_of
+from apesim.valve.bench import bench_of, run_bench
+from apesim.valve.effects import ValveEffects
+from apesim.valve.effects.critical_ratio import CriticalRatio
+from apesim.valve.effects.discharge_coefficient_slope import DischargeCoefficientSlope
+from apesim.valve.effects.pressure_dependent_delay import PressureDependentDelay
+from apesim.valve.effects.slow_ramp import SlowRamp
+from apesim.valve.effects.solenoid_a_delay import SolenoidADelay
+from apesim.valve.effects.solenoid_b_delay import SolenoidBDelay
+from apesim.valve.effects.vent_back_pressure import VentBackPressure
+from apesim.valve.motion import actuator_enters
+from apesim.valve.piston import HELD_CLOSED
+from apesim.valve.solenoid import Solenoid, energised_fraction
+from apesim.valve.solenoid_flow import SUPPLY_A, VENT_A, solenoid_sides
 
 # --- solenoid B, late or early ---
 

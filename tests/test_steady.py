@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from machines import RPM, machine, settled
 
-from apesim.march import LOG_HEAD, TOLERANCE, march
-from apesim.periodic import PERIODIC_TOLERANCE, distance, periodic_orbit
-from engine.breathing import DEGREE
-from engine.cycle_state import (
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cycle_state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     RECEIVER_ENERGY,
@@ -17,9 +15,11 @@ from engine.cycle_state import (
     SCALE,
     STATES,
 )
-from engine.indicators import indicators
-from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
-from engine.steady import run_steady
+from apesim.engine.indicators import indicators
+from apesim.engine.operating_point import accuracy_at, charged_at_rest, cycle_of
+from apesim.engine.steady import run_steady
+from apesim.march import LOG_HEAD, TOLERANCE, march
+from apesim.periodic import PERIODIC_TOLERANCE, distance, periodic_orbit
 
 COARSE = 5.0 * DEGREE
 ROUNDING = 1e-12

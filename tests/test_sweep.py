@@ -9,22 +9,22 @@ from rich.console import Console as Terminal
 from apesim.archive import ArchiveError, read
 from apesim.archive.grid import read_grid
 from apesim.archive.inspection import verify
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
+from apesim.engine.indicators import indicators
+from apesim.engine.machine import Machine
+from apesim.engine.steady import run_steady
+from apesim.engine.warnings import judge_point
 from apesim.quantities.settings import dumps, load
-from engine.breathing import DEGREE
-from engine.cylinder import CAM, EPV, IDEAL_VALVE
-from engine.indicators import indicators
-from engine.machine import Machine
-from engine.steady import run_steady
-from engine.warnings import judge_point
-from studies.commands.sweep import sweep_table
-from studies.figures.sweep import cycle_traces, sweep_figures, torque_and_air
-from studies.sweep import CORRECTED, FIXED, STATUS_MEANINGS, TIMINGS, run_sweep
-from studies.sweep.compute import WARNING_FLAGS
-from studies.sweep.plan import actuation_of, in_one_unit, plan
-from studies.sweep.results import faults_of, warnings_of
-from studies.sweep.variation import Variation
-from studies.timing import Reason
-from valve.groove import area_table, lap_of
+from apesim.studies.commands.sweep import sweep_table
+from apesim.studies.figures.sweep import cycle_traces, sweep_figures, torque_and_air
+from apesim.studies.sweep import CORRECTED, FIXED, STATUS_MEANINGS, TIMINGS, run_sweep
+from apesim.studies.sweep.compute import WARNING_FLAGS
+from apesim.studies.sweep.plan import actuation_of, in_one_unit, plan
+from apesim.studies.sweep.results import faults_of, warnings_of
+from apesim.studies.sweep.variation import Variation
+from apesim.studies.timing import Reason
+from apesim.valve.groove import area_table, lap_of
 
 RPM = np.pi / 30.0
 SPEEDS = [600.0 * RPM, 1200.0 * RPM]

@@ -14,11 +14,11 @@ import pytest
 from apesim.archive import ArchiveError, DamagedError, read, write
 from apesim.archive.inspection import verify
 from apesim.archive.shards import merge, read_shards, shards_folder, write_shard
-from engine.cylinder import CAM, IDEAL_VALVE
-from engine.machine import Machine
-from studies.sweep import completion, run_sweep
-from studies.sweep import run as run_module
-from studies.sweep.compute import compute
+from apesim.engine.cylinder import CAM, IDEAL_VALVE
+from apesim.engine.machine import Machine
+from apesim.studies.sweep import completion, run_sweep
+from apesim.studies.sweep import run as run_module
+from apesim.studies.sweep.compute import compute
 
 RPM = np.pi / 30.0
 SPEEDS = [600.0 * RPM, 900.0 * RPM, 1200.0 * RPM]
@@ -149,7 +149,7 @@ def test_a_point_that_kills_its_worker_takes_no_other_with_it(tmp_path, monkeypa
 
 def test_where_every_worker_dies_the_runs_are_named_and_shards_are_kept(apesim, monkeypatch, whole):
     monkeypatch.setattr(run_module, "compute", die)
-    monkeypatch.setattr("studies.commands.sweep.warm_up", without_warming_up)
+    monkeypatch.setattr("apesim.studies.commands.sweep.warm_up", without_warming_up)
     monkeypatch.setattr(completion, "MAX_DEATHS", 2)
     code, _, err = apesim("engine", "sweep", *FAST, "--jobs", "2")
     assert code == 3 and "Traceback" not in err

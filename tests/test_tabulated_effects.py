@@ -8,18 +8,18 @@ from test_valve_effects import PULSE, machine_with, run_with
 
 from apesim.effect import law
 from apesim.nodes import at_node, round_the_nodes
-from valve.actuator import closed_at_rest, state_of
-from valve.bench import bench_of
-from valve.effects.leakage_a import LeakageA
-from valve.effects.ring_leakage import RingLeakage
-from valve.effects.tabulated_area import TabulatedArea
-from valve.effects.tabulated_damping import TabulatedDamping
-from valve.effects.tabulated_delay import TabulatedDelay, bent
-from valve.effects.tabulated_force import TabulatedForce
-from valve.effects.tabulated_heat import TabulatedHeat
-from valve.effects.tabulated_leak import TabulatedLeak
-from valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
-from valve.terms import BREAKAWAY, DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, TERMS
+from apesim.valve.actuator import closed_at_rest, state_of
+from apesim.valve.bench import bench_of
+from apesim.valve.effects.leakage_a import LeakageA
+from apesim.valve.effects.ring_leakage import RingLeakage
+from apesim.valve.effects.tabulated_area import TabulatedArea
+from apesim.valve.effects.tabulated_damping import TabulatedDamping
+from apesim.valve.effects.tabulated_delay import TabulatedDelay, bent
+from apesim.valve.effects.tabulated_force import TabulatedForce
+from apesim.valve.effects.tabulated_heat import TabulatedHeat
+from apesim.valve.effects.tabulated_leak import TabulatedLeak
+from apesim.valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
+from apesim.valve.terms import BREAKAWAY, DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, TERMS
 
 
 def added(effect, position=4e-3, speed=1.2):

@@ -7,11 +7,11 @@ from test_bench import numbers
 from test_engine_effects import with_effects
 from test_valve_effects import run_with
 
-from engine.effects.groove_area_error import GrooveAreaError
-from engine.effects.seat_leak import SeatLeak
-from engine.effects.tabulated_cylinder_leak import TabulatedCylinderLeak
-from engine.effects.tabulated_groove import TabulatedGroove
-from valve.effects.tabulated_force import TabulatedForce
+from apesim.engine.effects.groove_area_error import GrooveAreaError
+from apesim.engine.effects.seat_leak import SeatLeak
+from apesim.engine.effects.tabulated_cylinder_leak import TabulatedCylinderLeak
+from apesim.engine.effects.tabulated_groove import TabulatedGroove
+from apesim.valve.effects.tabulated_force import TabulatedForce
 
 
 def test_tables_compiled_in_and_far_below_rounding_change_no_bit():

@@ -12,22 +12,22 @@ import pytest
 
 from apesim.archive import read
 from apesim.archive.inspection import verify
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.machine import Machine
+from apesim.engine.steady import run_steady
 from apesim.quantities.settings import dumps, load
-from engine.breathing import DEGREE, TURN
-from engine.machine import Machine
-from engine.steady import run_steady
-from studies.commands.timing import _law_lines
-from studies.figures.timing import timing_figures
-from studies.timing.export import as_json, export
-from studies.timing.grid import REASONS, faults_of_timing, map_timing
-from studies.timing.header import c_header
-from studies.timing.law import Law, fitted
-from studies.timing.open_loop import open_loop_delays
-from studies.timing.solve import Look, Reason, corrected, reason_of
-from studies.timing.table import Axes, centres, interpolated
-from studies.valve_map import with_supply
+from apesim.studies.commands.timing import _law_lines
+from apesim.studies.figures.timing import timing_figures
+from apesim.studies.timing.export import as_json, export
+from apesim.studies.timing.grid import REASONS, faults_of_timing, map_timing
+from apesim.studies.timing.header import c_header
+from apesim.studies.timing.law import Law, fitted
+from apesim.studies.timing.open_loop import open_loop_delays
+from apesim.studies.timing.solve import Look, Reason, corrected, reason_of
+from apesim.studies.timing.table import Axes, centres, interpolated
+from apesim.studies.valve_map import with_supply
+from apesim.valve.bench import run_bench
 from tests.machines import RPM, changed, machine, settled
-from valve.bench import run_bench
 
 AMBIENT = Machine().ambient.pressure
 

@@ -11,8 +11,8 @@ from truth.reading import rig_of
 from truth.terms import ring_leakage
 from truth.valve import POSITION, PRESSURE_A, TEMPERATURE_B, Bench, noise, simulate
 
-from valve.bench import run_bench
-from valve.effects import VALVE_EFFECTS
+from apesim.valve.bench import run_bench
+from apesim.valve.effects import VALVE_EFFECTS
 
 PACKAGES = {"apesim", "valve", "engine", "studies"}
 FILES = sorted(Path(truth.__file__).parent.rglob("*.py"))

@@ -7,7 +7,7 @@ from truth.benchmark import benchmark
 from truth.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 from truth.score import CLEAR, figures
 
-TOOLS = {"apesim": [sys.executable, "-c", "from studies.cli import main; main()"]}
+TOOLS = {"apesim": [sys.executable, "-c", "from apesim.studies.cli import main; main()"]}
 SIX = {20282: NONE, 20226: SINGLE, 20320: SINGLE, 20414: DOUBLE, 20329: REMOVED, 20255: FOREIGNER}
 """Kinds by seed, such as are soon made; the first is an engine's."""
 

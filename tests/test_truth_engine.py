@@ -11,8 +11,8 @@ from truth.reading import engine_of
 from truth.terms import blow_by, wall_heat
 from truth.valve import Bench
 
-from engine.indicators import indicators
-from engine.machine import Machine
+from apesim.engine.indicators import indicators
+from apesim.engine.machine import Machine
 
 ROWS = reference("reference-engine.csv")
 QUICK = [row for row in ROWS if (row["case"], row["speed [rpm]"]) in {("epv", "1200"), ("cam", "1000")}]

@@ -10,8 +10,8 @@ from truth.reading import rig_of
 from truth.sensors import bench_channels, engine_channels
 from truth.valve import simulate
 
-from studies.measured.prediction import predict, run_of
-from studies.measured.runs import ENGINE, FIT, MeasuredRun
+from apesim.studies.measured.prediction import predict, run_of
+from apesim.studies.measured.runs import ENGINE, FIT, MeasuredRun
 
 CHAMBERS = ("lift", "pressure_a", "pressure_b")
 CYLINDER = ("lift", "cylinder_pressure")

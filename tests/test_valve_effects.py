@@ -6,14 +6,14 @@ from machines import turned_on
 from test_bench import BenchMachine, numbers
 
 from apesim.effect import NoEffects
+from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps, load
-from engine.machine import Machine
-from valve.actuator import MODES, PHASE, actuator_rates, closed_at_rest
-from valve.bench import bench_of, run_bench
-from valve.effects import VALVE_EFFECTS, ValveEffects, ValveLaws, ValveTables
-from valve.effects.bounce import Bounce
-from valve.effects.coulomb_friction import CoulombFriction
-from valve.motion import actuator_enters
+from apesim.valve.actuator import MODES, PHASE, actuator_rates, closed_at_rest
+from apesim.valve.bench import bench_of, run_bench
+from apesim.valve.effects import VALVE_EFFECTS, ValveEffects, ValveLaws, ValveTables
+from apesim.valve.effects.bounce import Bounce
+from apesim.valve.effects.coulomb_friction import CoulombFriction
+from apesim.valve.motion import actuator_enters
 
 PULSE = 30e-3
 INTAKE = 0.6e6

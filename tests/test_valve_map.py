@@ -9,9 +9,9 @@ import xarray
 
 from apesim.archive import write
 from apesim.archive.inspection import verify
-from engine.machine import Machine
-from studies.figures.valve import map_figures
-from studies.valve_map import faults_of_map, map_valve
+from apesim.engine.machine import Machine
+from apesim.studies.figures.valve import map_figures
+from apesim.studies.valve_map import faults_of_map, map_valve
 
 AMBIENT = Machine().ambient.pressure
 REFERENCE = Path(__file__).parent / "acceptance" / "reference-valve.csv"

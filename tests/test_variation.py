@@ -14,19 +14,19 @@ from apesim.archive import ArchiveError, read, write
 from apesim.archive.grid import axes_of, places_of, read_grid
 from apesim.archive.inspection import verify
 from apesim.archive.shards import merge
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cycle import TRACE
+from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
+from apesim.engine.indicators import INDICATORS, indicators
+from apesim.engine.machine import Machine
+from apesim.engine.steady import run_steady
 from apesim.quantities import InputError
 from apesim.quantities.settings import dumps, load, schema
-from engine.breathing import DEGREE
-from engine.cycle import TRACE
-from engine.cylinder import CAM, EPV, IDEAL_VALVE
-from engine.indicators import INDICATORS, indicators
-from engine.machine import Machine
-from engine.steady import run_steady
-from studies.figures.sweep import sweep_figures
-from studies.sweep import TIMINGS, run_sweep, vary
-from studies.sweep.plan import plan
-from studies.sweep.run import _first_of_each_kind
-from studies.sweep.variation import stored
+from apesim.studies.figures.sweep import sweep_figures
+from apesim.studies.sweep import TIMINGS, run_sweep, vary
+from apesim.studies.sweep.plan import plan
+from apesim.studies.sweep.run import _first_of_each_kind
+from apesim.studies.sweep.variation import stored
 
 RPM = np.pi / 30.0
 SPEEDS = [900.0 * RPM, 600.0 * RPM]
@@ -170,7 +170,7 @@ def test_a_part_of_a_grid_has_gaps_and_the_parts_make_the_whole(swept, tmp_path)
 
 def test_a_sweep_over_other_values_does_not_go_on_with_these_shards(tmp_path, monkeypatch):
     path = tmp_path / "sweep.h5"
-    from studies.sweep import run
+    from apesim.studies.sweep import run
 
     def killed(*_):
         raise KeyboardInterrupt

@@ -13,14 +13,14 @@ from apesim.archive import Archive, Variable, read, write
 from apesim.archive.comparison import diff
 from apesim.archive.inspection import info, verify
 from apesim.archive.migration import MIGRATED, migrate
+from apesim.engine.cylinder import EPV
+from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from engine.cylinder import EPV
-from engine.machine import Machine
-from studies.figures.valve import velocities
-from studies.measured import read_measured
-from studies.measured.prediction import predict
-from studies.sweep import run_sweep
-from studies.valve_map import map_valve
+from apesim.studies.figures.valve import velocities
+from apesim.studies.measured import read_measured
+from apesim.studies.measured.prediction import predict
+from apesim.studies.sweep import run_sweep
+from apesim.studies.valve_map import map_valve
 
 MAP_OF_VERSION_1 = Path(__file__).parent / "samples" / "version_1_map.h5"
 PULSE = 12e-3

@@ -6,11 +6,8 @@ from machines import RPM, machine, settled
 from scipy.integrate import solve_ivp
 from test_bench import BenchMachine, naive_flow
 
-from apesim.periodic import distance, periodic_orbit
-from apesim.quantities import InputError
-from apesim.quantities.settings import load
-from engine.cycle import FLOW, cycle_rates
-from engine.cycle_state import (
+from apesim.engine.cycle import FLOW, cycle_rates
+from apesim.engine.cycle_state import (
     CYLINDER_MASS,
     FED,
     GROOVE,
@@ -26,16 +23,19 @@ from engine.cycle_state import (
     STATES,
     SUPPLIED,
 )
-from engine.effects.intake_pipe_loss import IntakePipeLoss
-from engine.gas_exchange import FLOWS
-from engine.indicators import indicators
-from engine.machine import Machine
-from engine.operating_point import accuracy_at, charged_at_rest, cycle_of
-from valve import bench
-from valve.bench import TRACE, accuracy_of, bench_of, run_bench
-from valve.effects import ValveEffects
-from valve.effects.supply_droop import SupplyDroop
-from valve.line import LINE_FLOW
+from apesim.engine.effects.intake_pipe_loss import IntakePipeLoss
+from apesim.engine.gas_exchange import FLOWS
+from apesim.engine.indicators import indicators
+from apesim.engine.machine import Machine
+from apesim.engine.operating_point import accuracy_at, charged_at_rest, cycle_of
+from apesim.periodic import distance, periodic_orbit
+from apesim.quantities import InputError
+from apesim.quantities.settings import load
+from apesim.valve import bench
+from apesim.valve.bench import TRACE, accuracy_of, bench_of, run_bench
+from apesim.valve.effects import ValveEffects
+from apesim.valve.effects.supply_droop import SupplyDroop
+from apesim.valve.line import LINE_FLOW
 
 PULSE = 30e-3
 PRESSURE_A, PRESSURE_B = (TRACE.index(f"pressure_{chamber} [Pa abs]") for chamber in "ab")

@@ -8,16 +8,16 @@ from machines import RPM, machine, settled
 from scipy.optimize import brentq
 
 from apesim.air import CANTERA, CP_UP_TO
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cycle_state import EXHAUSTED, EXHAUSTED_ENTHALPY, WORK
+from apesim.engine.indicators import indicators
+from apesim.engine.steady import run_steady
+from apesim.engine.warnings import SUMMARIES, EngineWarning, judge_point
 from apesim.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
-from engine.breathing import DEGREE
-from engine.cycle_state import EXHAUSTED, EXHAUSTED_ENTHALPY, WORK
-from engine.indicators import indicators
-from engine.steady import run_steady
-from engine.warnings import SUMMARIES, EngineWarning, judge_point
-from studies.optimise.landscape import judged
-from valve.bench import run_bench
-from valve.measures import Travel
-from valve.warnings import TRAVEL_TEXTS, BenchWarning, judge_bench
+from apesim.studies.optimise.landscape import judged
+from apesim.valve.bench import run_bench
+from apesim.valve.measures import Travel
+from apesim.valve.warnings import TRAVEL_TEXTS, BenchWarning, judge_bench
 
 HOT_WALLS = {
     "intake": "ideal",

@@ -9,10 +9,10 @@ from apesim.effect import NoEffects, add_laws, adjusted, chosen, volume_of
 from apesim.kernel import kernel
 from apesim.restriction import flow_in
 from apesim.scratch import zeros
-from valve.chamber import chamber_state
-from valve.effects import VALVE_EFFECTS, ValveLaws, ValveTables
-from valve.groove import area_table
-from valve.piston import (
+from apesim.valve.chamber import chamber_state
+from apesim.valve.effects import VALVE_EFFECTS, ValveLaws, ValveTables
+from apesim.valve.groove import area_table
+from apesim.valve.piston import (
     Valve,
     dry_friction_force,
     is_moving,
@@ -20,9 +20,9 @@ from valve.piston import (
     volume_a,
     volume_b,
 )
-from valve.solenoid import kinks_of, opening_curve
-from valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
-from valve.terms import DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, MASS_A, MASS_B, TERMS, ValveState
+from apesim.valve.solenoid import kinks_of, opening_curve
+from apesim.valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
+from apesim.valve.terms import DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, MASS_A, MASS_B, TERMS, ValveState
 
 STATES = 6
 """Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, the same of chamber B."""
@@ -64,10 +64,10 @@ class ActuatorTables(NamedTuple):
     period: float
     """At which the edges repeat for ever, in the past too [s]; inf: they happen once."""
     curve_a: np.ndarray
-    """How solenoid A follows a switch, see `valve.solenoid.opening_curve`."""
+    """How solenoid A follows a switch, see `apesim.valve.solenoid.opening_curve`."""
     curve_b: np.ndarray
     groove: np.ndarray
-    """See `valve.groove.area_table`."""
+    """See `apesim.valve.groove.area_table`."""
 
     def kinks(self, start, end):
         """Times at which a switch happens or a solenoid's curve bends, up to end and with it [s]."""

@@ -10,7 +10,7 @@ from apesim.kernel import kernel
 from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
 from apesim.periodic import periodic_orbit
 from apesim.slots import enter, events, observe, power, rates, respond, watch
-from valve.actuator import (
+from apesim.valve.actuator import (
     GAS_SCALE,
     MODES,
     PHASE,
@@ -23,11 +23,11 @@ from valve.actuator import (
     in_domain,
     state_of,
 )
-from valve.chamber import filled
-from valve.line import LINE_FLOW, before_solenoids, has_line, line_changes, line_enters, line_event, line_feed
-from valve.measures import Travel, closing_stroke, opening_stroke, travel_of
-from valve.motion import actuator_enters, actuator_events, actuator_responds, actuator_watches
-from valve.piston import HELD_CLOSED, is_moving
+from apesim.valve.chamber import filled
+from apesim.valve.line import LINE_FLOW, before_solenoids, has_line, line_changes, line_enters, line_event, line_feed
+from apesim.valve.measures import Travel, closing_stroke, opening_stroke, travel_of
+from apesim.valve.motion import actuator_enters, actuator_events, actuator_responds, actuator_watches
+from apesim.valve.piston import HELD_CLOSED, is_moving
 
 LINE_MASS, LINE_ENERGY = range(STATES, STATES + 2)
 """States of the supply line; they belong to the ledger, of no size, where there is none."""
@@ -68,7 +68,7 @@ class BenchRun(NamedTuple):
     """One run of the bench."""
 
     opening: object
-    """`valve.measures.Stroke`"""
+    """`apesim.valve.measures.Stroke`"""
     closing: object
     control_air: float
     """Through the supply sides of both solenoids [kg]."""
@@ -98,7 +98,7 @@ def control_air(p, y):
 
 @kernel
 def supply_of(p, y):
-    """What `valve.actuator.state_of` wants to know."""
+    """What `apesim.valve.actuator.state_of` wants to know."""
     pressure, temperature = control_air(p, y)[1]
     return pressure, temperature, p.supply[2]
 
@@ -192,7 +192,7 @@ def bench_of(machine, edges, period=inf, intake_pressure=None, edges_b=None):
 
     Returns
     -------
-    Bench, valve.actuator.ActuatorTables
+    Bench, apesim.valve.actuator.ActuatorTables
     """
     actuator, tables = actuator_of(machine, edges, period, edges_b)
     before_groove = machine.ambient.pressure if intake_pressure is None else intake_pressure
@@ -205,7 +205,7 @@ def accuracy_of(p, tolerance=TOLERANCE):
 
 
 def closed_at_start(p):
-    """State and mode of a bench at rest: valve closed, see `valve.actuator.closed_at_rest`, supply line full.
+    """State and mode of a bench at rest: valve closed, see `apesim.valve.actuator.closed_at_rest`, supply line full.
 
     Returns
     -------

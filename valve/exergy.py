@@ -14,12 +14,12 @@ from apesim.kernel import kernel
 from apesim.march import LOG_HEAD
 from apesim.restriction import flow_in
 from apesim.scratch import zeros
-from valve.actuator import LINE_REGIME, PHASE, REGIME, solenoid_flows, state_of, with_shares
-from valve.line import has_line
-from valve.motion import MET_CLOSED, MET_OPEN
-from valve.piston import HELD_CLOSED, HELD_OPEN, dry_friction_force, is_moving, land
-from valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
-from valve.terms import (
+from apesim.valve.actuator import LINE_REGIME, PHASE, REGIME, solenoid_flows, state_of, with_shares
+from apesim.valve.line import has_line
+from apesim.valve.motion import MET_CLOSED, MET_OPEN
+from apesim.valve.piston import HELD_CLOSED, HELD_OPEN, dry_friction_force, is_moving, land
+from apesim.valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
+from apesim.valve.terms import (
     DRY,
     ENERGY_A,
     ENERGY_B,
@@ -45,7 +45,7 @@ from valve.terms import (
     HEAT_TRANSFER,
     VALVE_RATES,
 ) = range(11)
-"""Rates of the exergy ledger that the valve adds to, see `engine.exergy.TERMS`; how many there are."""
+"""Rates of the exergy ledger that the valve adds to, see `apesim.engine.exergy.TERMS`; how many there are."""
 
 
 @kernel
@@ -54,14 +54,14 @@ def add_valve_rates(actuator, t, y, mode, source, supply, r):
 
     Parameters
     ----------
-    actuator : valve.actuator.Actuator
+    actuator : apesim.valve.actuator.Actuator
     t : float
         [s]
     y, mode : float array
     source : tuple of float
         Pressure and temperature of the control air before its line [Pa abs, K].
     supply : tuple of float
-        See `valve.actuator.state_of`.
+        See `apesim.valve.actuator.state_of`.
     r : (>= VALVE_RATES,) float array
         What is added to.
 
@@ -113,7 +113,7 @@ def add_valve_rates(actuator, t, y, mode, source, supply, r):
 
 
 def valve_stored(actuator, y, supply):
-    """Exergy of the air in both chambers, of springs and of motion; supply: see `valve.actuator.state_of` [J]."""
+    """Exergy of the air in both chambers, of springs, of motion [J]; supply: see `apesim.valve.actuator.state_of`."""
     gas, ambient, valve = actuator.gas, actuator.ambient, actuator.valve
     state = state_of(actuator, y, supply)
     springs = valve.spring_rate * state.position * (state.position - valve.stroke)
@@ -128,7 +128,7 @@ def impact_loss(actuator, log):
 
     Parameters
     ----------
-    actuator : valve.actuator.Actuator
+    actuator : apesim.valve.actuator.Actuator
     log : (l, 3 + i) float array
         See `apesim.march.march`.
     """

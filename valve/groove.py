@@ -7,7 +7,7 @@ import numpy as np
 
 from apesim.kernel import kernel
 from apesim.quantities import NO_CURVE, Choice, Curve, Quantity
-from valve.ports import Ports, ports_table
+from apesim.valve.ports import Ports, ports_table
 
 LINE, PORTS = 0, 1
 
@@ -59,8 +59,8 @@ def area_table(groove, stroke):
     Returns
     -------
     (j, 2) float array
-        Lift [m] and effective area [m2]; linear in between (with ports: see `valve.ports.ports_table`), zero before
-        the first knot, constant after the last.
+        Lift [m] and effective area [m2]; linear in between (with ports: see `apesim.valve.ports.ports_table`), zero
+        before the first knot, constant after the last.
     """
     if len(groove.area_curve):
         return np.ascontiguousarray(groove.area_curve)

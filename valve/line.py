@@ -2,9 +2,9 @@
 
 from apesim.kernel import kernel
 from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
-from valve.actuator import LINE_REGIME
-from valve.chamber import chamber_state
-from valve.motion import BRANCHED
+from apesim.valve.actuator import LINE_REGIME
+from apesim.valve.chamber import chamber_state
+from apesim.valve.motion import BRANCHED
 
 LINE_FLOW = BRANCHED + 1
 """Event: the flow into the line, into another regime."""
@@ -49,7 +49,7 @@ def line_feed(actuator, mode, source, line, valve):
     mode : (>= MODES,) float array
     source, line : tuple of float
         Pressure and temperature before and in the line.
-    valve : valve.actuator.ActuatorRates
+    valve : apesim.valve.actuator.ActuatorRates
 
     Returns
     -------

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.march import LOG_HEAD, WATCH
-from valve.motion import CORNER, LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
-from valve.piston import HELD_CLOSED, HELD_OPEN
+from apesim.valve.motion import CORNER, LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
+from apesim.valve.piston import HELD_CLOSED, HELD_OPEN
 
 NEVER = float("nan")
 
@@ -132,7 +132,7 @@ def travel_of(log, phase, opening, closing):
     log : (l, 3 + n) float array
         Of the run, or of one cycle of a periodic state, see `apesim.march.march`.
     phase : int
-        Of the piston at its start, see `valve.piston`.
+        Of the piston at its start, see `apesim.valve.piston`.
     opening, closing : Stroke
 
     Returns

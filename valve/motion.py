@@ -4,7 +4,7 @@ regimes of flow."""
 from apesim.effect import add_laws, restitution
 from apesim.kernel import kernel
 from apesim.scratch import zeros
-from valve.actuator import (
+from apesim.valve.actuator import (
     AREA,
     AREA_SLOPE,
     BRANCHES,
@@ -20,11 +20,21 @@ from valve.actuator import (
     X_B_SLOPE,
     state_of,
 )
-from valve.groove import piece_line, piece_of
-from valve.piston import HELD_CLOSED, HELD_OPEN, STUCK, TO_OPEN, is_moving, land, overcome, smooth_force, start_moving
-from valve.solenoid import energised_fraction
-from valve.solenoid_flow import FLOWS, open_shares, solenoid_changes, solenoid_events, solenoids_enter
-from valve.terms import BRANCH, BREAKAWAY, FORCE, TERMS
+from apesim.valve.groove import piece_line, piece_of
+from apesim.valve.piston import (
+    HELD_CLOSED,
+    HELD_OPEN,
+    STUCK,
+    TO_OPEN,
+    is_moving,
+    land,
+    overcome,
+    smooth_force,
+    start_moving,
+)
+from apesim.valve.solenoid import energised_fraction
+from apesim.valve.solenoid_flow import FLOWS, open_shares, solenoid_changes, solenoid_events, solenoids_enter
+from apesim.valve.terms import BRANCH, BREAKAWAY, FORCE, TERMS
 
 MET_CLOSED, MET_OPEN, LEFT, TURNED, CORNER, FLOW = range(6)
 """Events: contact with the closed and the open stop, start from rest, speed through zero, corner of the groove's

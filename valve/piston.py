@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from valve.solenoid import Solenoid
+from apesim.valve.solenoid import Solenoid
 
 HELD_CLOSED, TO_CLOSED, STUCK, TO_OPEN, HELD_OPEN = 2, 1, 0, -1, -2
 """Phases of the piston. The sign of a moving piston's phase is that of its speed."""

@@ -3,14 +3,14 @@
 from typing import NamedTuple
 
 from apesim.air import Ambient, Gas
-from valve.piston import Valve
-from valve.solenoid_flow import FLOWS
+from apesim.valve.piston import Valve
+from apesim.valve.solenoid_flow import FLOWS
 
 FORCE, DRY, BREAKAWAY, MASS_A, ENERGY_A, MASS_B, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY, BRANCH, FLOW_SHARE = range(12)
 """Force on the piston [N], to closed; dry friction while moving and what holds at rest [N], both without sign; mass
 [kg/s] and energy [W] into chamber A and chamber B; what of the energies is heat [W], and the exergy of both heats at
 the temperature of the walls that they come from [W]; branches of the laws, see `apesim.effect.note_branch`; from
-FLOW_SHARE on, the share by which each flow of `valve.solenoid_flow` is larger."""
+FLOW_SHARE on, the share by which each flow of `apesim.valve.solenoid_flow` is larger."""
 TERMS = FLOW_SHARE + FLOWS
 
 
@@ -40,4 +40,4 @@ class ValveState(NamedTuple):
     vent_pressure: float
     """Behind the vents of the solenoids [Pa abs]."""
     stretch: float
-    """See `valve.actuator.Actuator`."""
+    """See `apesim.valve.actuator.Actuator`."""

@@ -4,7 +4,7 @@ from enum import IntEnum
 
 from apesim.error_bounds import MAX_CLOSURE, MAX_QUADRATURE_CHANGE
 from apesim.march import LOG_HEAD
-from valve.measures import Travel
+from apesim.valve.measures import Travel
 
 
 class BenchWarning(IntEnum):
@@ -44,7 +44,7 @@ def travel_text(travel, stroke, lowest, highest):
 
     Parameters
     ----------
-    travel : valve.measures.Travel
+    travel : apesim.valve.measures.Travel
     stroke, lowest, highest : float
         Of the piston, and its lifts [m].
 
@@ -77,7 +77,7 @@ def judge_bench(run):
 
     Parameters
     ----------
-    run : valve.bench.BenchRun
+    run : apesim.valve.bench.BenchRun
         One that did not end early.
 
     Returns

@@ -7,7 +7,7 @@ nothing else.
 from typing import NamedTuple
 
 from apesim.effect import acting, unserved
-from engine.effects import (
+from apesim.engine.effects import (
     blow_by,
     clearance_error,
     cylinder_wall_heat,
@@ -23,8 +23,8 @@ from engine.effects import (
     tabulated_groove,
     tdc_error,
 )
-from valve import effects as valve_library
-from valve.effects import VALVE_EFFECTS, ValveTables
+from apesim.valve import effects as valve_library
+from apesim.valve.effects import VALVE_EFFECTS, ValveTables
 
 ENGINE_EFFECTS = (
     intake_pipe_loss.EFFECT,

@@ -3,10 +3,10 @@
 from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect, law
+from apesim.engine.cylinder import BRANCH, ENERGY, MASS
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 from apesim.restriction import leak
-from engine.cylinder import BRANCH, ENERGY, MASS
 
 
 class BlowBy(NamedTuple):

@@ -5,11 +5,11 @@ from typing import Annotated, NamedTuple
 
 from apesim.air import heat_capacity
 from apesim.effect import Effect, law
+from apesim.engine.cylinder import ENERGY, HEAT, WALL_EXERGY
+from apesim.engine.kinematics import piston_face
 from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.quantities import Choice, Quantity
-from engine.cylinder import ENERGY, HEAT, WALL_EXERGY
-from engine.kinematics import piston_face
 
 WOSCHNI, HOHENBERG, ANNAND, COMPRESSOR = range(4)
 PRANDTL = 0.71

@@ -18,12 +18,12 @@ def adjust(effect, cycle, tables):
     Parameters
     ----------
     effect : ExhaustRestriction
-    cycle : engine.cycle_state.Cycle
-    tables : engine.cycle_state.CycleTables
+    cycle : apesim.engine.cycle_state.Cycle
+    tables : apesim.engine.cycle_state.CycleTables
 
     Returns
     -------
-    engine.cycle_state.Cycle, engine.cycle_state.CycleTables
+    apesim.engine.cycle_state.Cycle, apesim.engine.cycle_state.CycleTables
     """
     engine = cycle.engine
     exhaust = engine.exhaust._replace(effective_area=(1.0 - effect.share) * engine.exhaust.effective_area)

@@ -18,12 +18,12 @@ def adjust(effect, cycle, tables):
     Parameters
     ----------
     effect : FrictionTorque
-    cycle : engine.cycle_state.Cycle
-    tables : engine.cycle_state.CycleTables
+    cycle : apesim.engine.cycle_state.Cycle
+    tables : apesim.engine.cycle_state.CycleTables
 
     Returns
     -------
-    engine.cycle_state.Cycle, engine.cycle_state.CycleTables
+    apesim.engine.cycle_state.Cycle, apesim.engine.cycle_state.CycleTables
     """
     engine = cycle.engine
     friction = engine.friction._replace(constant=engine.friction.constant + effect.fmep)

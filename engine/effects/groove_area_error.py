@@ -6,8 +6,8 @@ import numpy as np
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
-from valve.groove import lap_of
-from valve.ports import ports_area
+from apesim.valve.groove import lap_of
+from apesim.valve.ports import ports_area
 
 PIECES = 32
 
@@ -24,7 +24,7 @@ def in_pieces(cycle, table, pieces):
 
     Parameters
     ----------
-    cycle : engine.cycle_state.Cycle
+    cycle : apesim.engine.cycle_state.Cycle
     table : (j, 2) float array
         Lift [m] and effective area [m2].
     pieces : int
@@ -32,7 +32,7 @@ def in_pieces(cycle, table, pieces):
 
     Returns
     -------
-    engine.cycle_state.Cycle
+    apesim.engine.cycle_state.Cycle
         Its groove that of the table.
     (k, 2) float array
     """
@@ -74,12 +74,12 @@ def adjust(effect, cycle, tables):
     Parameters
     ----------
     effect : GrooveAreaError
-    cycle : engine.cycle_state.Cycle
-    tables : engine.cycle_state.CycleTables
+    cycle : apesim.engine.cycle_state.Cycle
+    tables : apesim.engine.cycle_state.CycleTables
 
     Returns
     -------
-    engine.cycle_state.Cycle, engine.cycle_state.CycleTables
+    apesim.engine.cycle_state.Cycle, apesim.engine.cycle_state.CycleTables
     """
     table, stroke, ports = tables.valve.groove, cycle.actuator.valve.stroke, cycle.ports
     if effect.taper:

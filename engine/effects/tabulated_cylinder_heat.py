@@ -3,11 +3,11 @@
 from math import pi
 
 from apesim.effect import Effect, law
+from apesim.engine.cylinder import ENERGY, HEAT, WALL_EXERGY
 from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.nodes import round_the_nodes, table
 from apesim.quantities import Quantity
-from engine.cylinder import ENERGY, HEAT, WALL_EXERGY
 
 PLACES = range(0, 360, 30)
 """Crank angle [deg]."""

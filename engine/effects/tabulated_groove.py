@@ -3,10 +3,10 @@
 import numpy as np
 
 from apesim.effect import Effect
+from apesim.engine.effects.groove_area_error import in_pieces
 from apesim.nodes import table
 from apesim.quantities import Quantity
-from engine.effects.groove_area_error import in_pieces
-from valve.groove import lap_of
+from apesim.valve.groove import lap_of
 
 PLACES = 0, 25, 50, 75, 100
 """Share of the travel from the lap on [%]."""
@@ -23,12 +23,12 @@ def adjust(effect, cycle, tables):
     Parameters
     ----------
     effect : TabulatedGroove
-    cycle : engine.cycle_state.Cycle
-    tables : engine.cycle_state.CycleTables
+    cycle : apesim.engine.cycle_state.Cycle
+    tables : apesim.engine.cycle_state.CycleTables
 
     Returns
     -------
-    engine.cycle_state.Cycle, engine.cycle_state.CycleTables
+    apesim.engine.cycle_state.Cycle, apesim.engine.cycle_state.CycleTables
     """
     cycle, table = in_pieces(cycle, tables.valve.groove, len(PLACES) - 1)
     lap = lap_of(table)

@@ -5,13 +5,13 @@ from math import nan
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.indicators import COUNTS, INDICATORS
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
-from engine.breathing import DEGREE, TURN
-from engine.indicators import COUNTS, INDICATORS
-from studies.assessment.causes import CAUSES, EXERGY, LATENESS, LOSSES, MEASURES, ORDERS, REAL, VALVES, losses
-from studies.assessment.valves import CYCLES, OUTCOMES, Outcome, assess, without_valves
-from studies.timing.solve import corrected, start_after
+from apesim.studies.assessment.causes import CAUSES, EXERGY, LATENESS, LOSSES, MEASURES, ORDERS, REAL, VALVES, losses
+from apesim.studies.assessment.valves import CYCLES, OUTCOMES, Outcome, assess, without_valves
+from apesim.studies.timing.solve import corrected, start_after
 
 TIMINGS = (FIXED, CORRECTED) = ("fixed", "corrected")
 
@@ -21,7 +21,7 @@ def commanded(machine, speeds, timing):
 
     Yields
     ------
-    engine.machine.Machine or None
+    apesim.engine.machine.Machine or None
         None where the targets are out of reach.
     """
     before = []
@@ -40,7 +40,7 @@ def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     speeds : sequence of float
         [rad/s]
     timing : str

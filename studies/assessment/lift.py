@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from apesim.engine.breathing import TURN
+from apesim.engine.cycle import TRACE
 from apesim.march import LOG_HEAD
-from engine.breathing import TURN
-from engine.cycle import TRACE
-from valve.groove import area_table, lap_of
+from apesim.valve.groove import area_table, lap_of
 
 LIFT = TRACE.index("lift [m]")
 PEAK = 1e-6
@@ -20,8 +20,8 @@ def constant_speed_lift(machine, run, opens, closes):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    run : engine.steady.SteadyRun
+    machine : apesim.engine.machine.Machine
+    run : apesim.engine.steady.SteadyRun
         Periodic.
     opens, closes : float
         Angles at which the real lift crosses the lap [rad].
@@ -50,8 +50,8 @@ def lift_curve_of(machine, run):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    run : engine.steady.SteadyRun
+    machine : apesim.engine.machine.Machine
+    run : apesim.engine.steady.SteadyRun
         Periodic.
 
     Returns

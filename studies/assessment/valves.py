@@ -6,17 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.cycle_state import WORK
+from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
+from apesim.engine.indicators import JOULE_PER_KWH, indicators, ratio, valve_motion
+from apesim.engine.operating_point import accuracy_at, cycle_of
+from apesim.engine.steady import run_steady
 from apesim.march import Status
 from apesim.periodic import Drive
-from engine.breathing import DEGREE, TURN
-from engine.cycle_state import WORK
-from engine.cylinder import CAM, EPV, IDEAL_VALVE
-from engine.indicators import JOULE_PER_KWH, indicators, ratio, valve_motion
-from engine.operating_point import accuracy_at, cycle_of
-from engine.steady import run_steady
-from studies.assessment.causes import EXERGY, LATENESS, MEASURES, REAL, VALVES
-from studies.assessment.lift import LIFT, constant_speed_lift, lift_curve_of, shift_flanks, single_opening
-from valve.groove import area_table, lap_of
+from apesim.studies.assessment.causes import EXERGY, LATENESS, MEASURES, REAL, VALVES
+from apesim.studies.assessment.lift import LIFT, constant_speed_lift, lift_curve_of, shift_flanks, single_opening
+from apesim.valve.groove import area_table, lap_of
 
 CYCLES = 8
 """Over which the change from cycle to cycle is looked for."""
@@ -96,7 +96,7 @@ def assess(machine, speed):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
         Its intake is the electro-pneumatic valve, whatever it says.
     speed : float
         [rad/s]

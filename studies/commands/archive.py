@@ -9,11 +9,11 @@ from apesim.archive.comparison import diff, machine_differences, provenance_diff
 from apesim.archive.inspection import export, info, verify
 from apesim.archive.migration import MIGRATED
 from apesim.archive.shards import gaps_in_words, merge, missing_runs, runs_planned
+from apesim.studies.commands.archived import digest_line
+from apesim.studies.commands.tables import table_of
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.output import publish
 from apesim.terminal import visible
-from studies.commands.archived import digest_line
-from studies.commands.tables import table_of
-from studies.console import DONE, INCOMPLETE
-from studies.output import publish
 
 MAX_SHOWN = 20
 """Differences that are shown one by one: a screen of them."""
@@ -37,7 +37,7 @@ def other_machine(machine_file, settings, paths):
     if not machine_file and not settings:
         return []
     from apesim.quantities.settings import dumps
-    from studies.commands.machine import load_machine
+    from apesim.studies.commands.machine import load_machine
 
     given = dumps(load_machine(machine_file, settings))
     return [

@@ -5,9 +5,9 @@ import time
 from pathlib import Path
 
 from apesim.archive import command_line, read_digest
-from studies.aside import aside
-from studies.commands.tables import warm_up
-from studies.output import publish, refuse_folder, refuse_to_replace
+from apesim.studies.aside import aside
+from apesim.studies.commands.tables import warm_up
+from apesim.studies.output import publish, refuse_folder, refuse_to_replace
 
 
 def computed(console, what, first, compute, out, overwrite, draw):
@@ -15,7 +15,7 @@ def computed(console, what, first, compute, out, overwrite, draw):
 
     Parameters
     ----------
-    console : studies.console.Console
+    console : apesim.studies.console.Console
     what : str
         In a word, for the progress.
     first : tuple

@@ -2,14 +2,14 @@
 
 import numpy as np
 
+from apesim.engine.steady import run_steady
 from apesim.quantities import Culprit, InputError, parse_range
-from engine.steady import run_steady
-from studies.assessment.causes import ENTERS, EXERGY, LOSSES, MEASURES
-from studies.commands.archived import computed, summary
-from studies.commands.given import SPEED
-from studies.commands.tables import number, table_of
-from studies.commands.timing import machine_with_targets
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.assessment.causes import ENTERS, EXERGY, LOSSES, MEASURES
+from apesim.studies.commands.archived import computed, summary
+from apesim.studies.commands.given import SPEED
+from apesim.studies.commands.tables import number, table_of
+from apesim.studies.commands.timing import machine_with_targets
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
 HEADINGS = (
     *("ideal", "lateness first", "then speed", "speed first", "then lateness", "lateness mean", "speed mean"),
@@ -66,8 +66,8 @@ def assess_command(console, machine_file, settings, speed, timing, out, overwrit
     int
         Exit code.
     """
-    from studies.assessment.grid import TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
-    from studies.figures.assessment import assessment_figures
+    from apesim.studies.assessment.grid import TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
+    from apesim.studies.figures.assessment import assessment_figures
 
     machine = machine_with_targets(machine_file, settings, None)
     speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
@@ -104,7 +104,7 @@ def points_of(archive):
         For each point its scalars, ``valves`` with measures and exergy of each, ``losses`` with what each cause costs
         in each order, and ``whole``.
     """
-    from studies.assessment.valves import Outcome
+    from apesim.studies.assessment.valves import Outcome
 
     v = {name: variable.values for name, variable in archive.variables.items()}
     points = []

@@ -7,12 +7,12 @@ import numpy as np
 
 from apesim.air import gas_of
 from apesim.quantities import Culprit, InputError, Quantity, parse
-from studies.aside import aside
-from studies.commands.given import TEMPERATURE
-from studies.commands.machine import load_machine
-from studies.commands.tables import table_of, write_traces
-from studies.console import COMMAND_LINE, DONE
-from studies.output import refuse_to_replace
+from apesim.studies.aside import aside
+from apesim.studies.commands.given import TEMPERATURE
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import table_of, write_traces
+from apesim.studies.console import COMMAND_LINE, DONE
+from apesim.studies.output import refuse_to_replace
 
 VOLUME = Quantity("cm^3", 1, 1e6, "command line", typical="500 cm^3")
 
@@ -22,7 +22,7 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
 
     Parameters
     ----------
-    console : studies.console.Console
+    console : apesim.studies.console.Console
     machine_file : path or None
     settings : list of str or None
         ``KEY=VALUE``
@@ -44,8 +44,8 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
     int
         Exit code.
     """
-    from studies.discharge import Vessel, discharge
-    from studies.discharge.evaluation import HEADER
+    from apesim.studies.discharge import Vessel, discharge
+    from apesim.studies.discharge.evaluation import HEADER
 
     machine = load_machine(machine_file, settings)
     volume = parse(volume, VOLUME, where="--volume", file=COMMAND_LINE)
@@ -74,14 +74,14 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
 
 def _drawn(vessel, found, folder):
     """The figures."""
-    from studies.figures.discharge import discharge_figures
+    from apesim.studies.figures.discharge import discharge_figures
 
     return discharge_figures(vessel, found, folder)
 
 
 def _read(files, ambient_pressure):
     """The records of some files; raises `InputError` with the culprits of all of them."""
-    from studies.discharge import read_test
+    from apesim.studies.discharge import read_test
 
     records, culprits = [], []
     for file in files:
@@ -98,7 +98,7 @@ def _read(files, ambient_pressure):
 
 def _data(found, vessel):
     """The result as a dictionary."""
-    from studies.discharge.evaluation import CUT_OFF, METHOD
+    from apesim.studies.discharge.evaluation import CUT_OFF, METHOD
 
     rows = zip(found.records, found.fits, found.ends, found.noise, strict=True)
     return {

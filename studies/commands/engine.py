@@ -4,19 +4,19 @@ import time
 
 import numpy as np
 
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cycle import TRACE
+from apesim.engine.cylinder import INTAKES
+from apesim.engine.exergy import ENTERS, LEAVES, TERMS, exergy_entering
+from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
+from apesim.engine.steady import run_steady
+from apesim.engine.warnings import judge_point
 from apesim.march import Status
 from apesim.quantities import parse
-from engine.breathing import DEGREE
-from engine.cycle import TRACE
-from engine.cylinder import INTAKES
-from engine.exergy import ENTERS, LEAVES, TERMS, exergy_entering
-from engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
-from engine.steady import run_steady
-from engine.warnings import judge_point
-from studies.commands.given import SPEED
-from studies.commands.machine import load_machine
-from studies.commands.tables import number, table_of, warm_up, write_traces
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.commands.given import SPEED
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import number, table_of, warm_up, write_traces
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
 SHOWN = (
     ("brake torque", "brake_torque_Nm", 1.0, "N m"),
@@ -104,7 +104,7 @@ def exergy_table(ledger):
     Parameters
     ----------
     ledger : dict
-        See `engine.exergy.exergy_ledger`.
+        See `apesim.engine.exergy.exergy_ledger`.
 
     Returns
     -------

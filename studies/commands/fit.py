@@ -5,14 +5,14 @@ from math import inf, isnan
 
 from apesim.quantities import Choice, Culprit, InputError, Quantity, Wrong, parse, quoted, unit
 from apesim.quantities.settings import schema
-from studies.aside import aside
-from studies.commands.machine import load_machine
-from studies.commands.tables import table_of, warm_up
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.identify import Free, identify, judge
-from studies.measured import CHECK, GATE, VALVE, read_measured
-from valve.bench import run_bench
-from valve.effects import ValveEffects
+from apesim.studies.aside import aside
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import table_of, warm_up
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.identify import Free, identify, judge
+from apesim.studies.measured import CHECK, GATE, VALVE, read_measured
+from apesim.valve.bench import run_bench
+from apesim.valve.effects import ValveEffects
 
 METHODS = ("least-squares", "ga")
 METHOD = Choice(METHODS, "command line")
@@ -28,7 +28,7 @@ def fit_command(console, machine_file, settings, folder, free, method):
 
     Parameters
     ----------
-    console : studies.console.Console
+    console : apesim.studies.console.Console
     machine_file : path or None
     settings : list of str or None
         ``KEY=VALUE``
@@ -122,7 +122,7 @@ def free_parameters(machine, texts, method="least-squares"):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     texts : sequence of str
         E.g. ``valve.viscous_friction=100 N s/m:120 N s/m``; without bounds, the declared range of the key holds.
     method : str

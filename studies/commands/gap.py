@@ -1,7 +1,7 @@
 """Commands of the missing effect."""
 
-from studies.commands.tables import table_of
-from studies.gap.library import library
+from apesim.studies.commands.tables import table_of
+from apesim.studies.gap.library import library
 
 
 def effects_command(console, machine_file, settings):
@@ -9,7 +9,7 @@ def effects_command(console, machine_file, settings):
 
     Parameters
     ----------
-    console : studies.console.Console
+    console : apesim.studies.console.Console
     machine_file, settings
         Not looked at: the library is the same for every machine.
     """

@@ -5,27 +5,27 @@ import time
 from pathlib import Path
 
 from apesim.archive import ArchiveError, replace_file
+from apesim.engine.effects import ALL_EFFECTS
 from apesim.quantities import Culprit, InputError
 from apesim.quantities.settings import dumps
-from engine.effects import ALL_EFFECTS
-from studies.aside import aside
-from studies.commands.machine import load_machine
-from studies.commands.tables import table_of, warm_up
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
-from studies.gap.child import child_of, lineage_of
-from studies.gap.explain import explain
-from studies.gap.gate import gate
-from studies.gap.latent import branches
-from studies.gap.model_space import model_space
-from studies.gap.next_test import next_test
-from studies.gap.problem import EndedEarly
-from studies.gap.record import record
-from studies.gap.verdict import TOLERANCE
-from studies.gap.work import Work
-from studies.measured import read_measured
-from studies.measured.prediction import predict, run_of, with_value
-from studies.output import make_folder
-from studies.pool import Team, workers_for
+from apesim.studies.aside import aside
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import table_of, warm_up
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
+from apesim.studies.gap.child import child_of, lineage_of
+from apesim.studies.gap.explain import explain
+from apesim.studies.gap.gate import gate
+from apesim.studies.gap.latent import branches
+from apesim.studies.gap.model_space import model_space
+from apesim.studies.gap.next_test import next_test
+from apesim.studies.gap.problem import EndedEarly
+from apesim.studies.gap.record import record
+from apesim.studies.gap.verdict import TOLERANCE
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import read_measured
+from apesim.studies.measured.prediction import predict, run_of, with_value
+from apesim.studies.output import make_folder
+from apesim.studies.pool import Team, workers_for
 
 MARCHES = 4000
 """That a search takes, or more."""
@@ -36,7 +36,7 @@ def explain_command(console, machine_file, settings, folder, out, without, toler
 
     Parameters
     ----------
-    console : studies.console.Console
+    console : apesim.studies.console.Console
     machine_file : path or None
     settings : list of str or None
         ``KEY=VALUE``
@@ -92,10 +92,10 @@ def given(machine_file, settings, folder, without):
 
     Returns
     -------
-    machine : engine.machine.Machine
-    measured : studies.measured.Measured
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
     warnings : list of str
-        See `studies.gap.gate.gate`.
+        See `apesim.studies.gap.gate.gate`.
 
     Raises
     ------
@@ -141,9 +141,9 @@ def check_names(names):
 
 def _found(machine, measured, parent, out, work, options):
     """The findings as they are, and as plain data; the child and the report are written."""
-    from studies.figures.gap import draw_gap
-    from studies.gap.comparison import compare
-    from studies.gap.report import added_to, page, tried
+    from apesim.studies.figures.gap import draw_gap
+    from apesim.studies.gap.comparison import compare
+    from apesim.studies.gap.report import added_to, page, tried
 
     findings = explain(machine, measured, work=work, **options)
     work.tell("writing the report", 0, 1)

@@ -2,13 +2,13 @@
 
 import time
 
-from studies.aside import aside
-from studies.commands.gap_explain import first_march, given, limit_text
-from studies.commands.tables import table_of
-from studies.console import DONE, INCOMPLETE
-from studies.gap.isolability import isolability
-from studies.gap.problem import EndedEarly
-from studies.gap.record import noise_told
+from apesim.studies.aside import aside
+from apesim.studies.commands.gap_explain import first_march, given, limit_text
+from apesim.studies.commands.tables import table_of
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.gap.isolability import isolability
+from apesim.studies.gap.problem import EndedEarly
+from apesim.studies.gap.record import noise_told
 
 HEADER = ("effect", "seen from (5 deviations)", "kept", "hardly told from", "what would help")
 
@@ -18,7 +18,7 @@ def isolability_command(console, machine_file, settings, folder, without):
 
     Parameters
     ----------
-    console : studies.console.Console
+    console : apesim.studies.console.Console
     machine_file : path or None
     settings : list of str or None
         ``KEY=VALUE``

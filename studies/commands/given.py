@@ -1,7 +1,7 @@
 """Quantities that several commands take on the command line."""
 
 from apesim.quantities import Pressure, Quantity, parse_range
-from studies.console import COMMAND_LINE
+from apesim.studies.console import COMMAND_LINE
 
 TIME = Quantity("ms", 0.01, 60000, "command line", typical="50 ms")
 SPEED = Quantity("rpm", 1, 30000, "command line", typical="1000 rpm")

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps, load, overruled, schema
-from engine.machine import Machine
 
 
 def load_machine(machine_file, settings):

@@ -1,15 +1,15 @@
 """Command `apesim engine optimise`."""
 
+from apesim.engine.steady import run_steady
 from apesim.quantities import Choice, Culprit, InputError, parse, parse_range
-from engine.steady import run_steady
-from studies.commands.archived import computed, summary
-from studies.commands.fit import free_parameters
-from studies.commands.given import SPEED
-from studies.commands.tables import number, table_of
-from studies.commands.timing import machine_with_targets
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.optimise.landscape import Goal
-from studies.optimise.table import (
+from apesim.studies.commands.archived import computed, summary
+from apesim.studies.commands.fit import free_parameters
+from apesim.studies.commands.given import SPEED
+from apesim.studies.commands.tables import number, table_of
+from apesim.studies.commands.timing import machine_with_targets
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.optimise.landscape import Goal
+from apesim.studies.optimise.table import (
     BOUNDS,
     NAMES,
     archive_of,
@@ -37,7 +37,7 @@ def optimise_command(console, machine_file, settings, goal, speed, free, out, jo
     int
         Exit code.
     """
-    from studies.figures.optimise import optimise_figures
+    from apesim.studies.figures.optimise import optimise_figures
 
     machine = machine_with_targets(machine_file, settings, None)
     goal = GOALS[parse(goal, GOAL, where="--for", file=COMMAND_LINE)]

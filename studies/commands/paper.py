@@ -8,15 +8,15 @@ from functools import partial
 from apesim.archive import command_line, read_digest
 from apesim.quantities import parse_range
 from apesim.quantities.settings import dumps
-from studies.aside import aside
-from studies.commands.archived import digest_line
-from studies.commands.given import PRESSURE, TEMPERATURE
-from studies.commands.machine import load_machine
-from studies.commands.tables import table_of, warm_up, write_traces
-from studies.console import DONE, INCOMPLETE, plain
-from studies.output import make_folder, publish
-from studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve
-from valve.bench import run_bench
+from apesim.studies.aside import aside
+from apesim.studies.commands.archived import digest_line
+from apesim.studies.commands.given import PRESSURE, TEMPERATURE
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import table_of, warm_up, write_traces
+from apesim.studies.console import DONE, INCOMPLETE, plain
+from apesim.studies.output import make_folder, publish
+from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve
+from apesim.valve.bench import run_bench
 
 
 def paper_command(console, machine_file, settings, folder, overwrite):
@@ -27,15 +27,15 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     int
         Exit code.
     """
-    from studies.discharge import discharge
-    from studies.figures.paper import captions_of, paper_figures
-    from studies.paper.area import claims_by_area
-    from studies.paper.claim import range_in_words
-    from studies.paper.claims import all_claims
-    from studies.paper.discharge import discharge_tests
-    from studies.paper.friction import friction_table, map_friction
-    from studies.paper.page import write_page
-    from studies.paper.subject import differences
+    from apesim.studies.discharge import discharge
+    from apesim.studies.figures.paper import captions_of, paper_figures
+    from apesim.studies.paper.area import claims_by_area
+    from apesim.studies.paper.claim import range_in_words
+    from apesim.studies.paper.claims import all_claims
+    from apesim.studies.paper.discharge import discharge_tests
+    from apesim.studies.paper.friction import friction_table, map_friction
+    from apesim.studies.paper.page import write_page
+    from apesim.studies.paper.subject import differences
 
     machine = load_machine(machine_file, settings)
     make_folder(folder, overwrite)

@@ -3,16 +3,16 @@
 import numpy as np
 
 from apesim.quantities import Choice, Quantity, parse, parse_range
-from studies.commands.archived import computed, summary
-from studies.commands.given import PRESSURE, TEMPERATURE, TIME
-from studies.commands.machine import load_machine
-from studies.commands.tables import table_of
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.soft_landing.braking import ADDED, APART, BRAKE, RELEASE, SPEED, SWITCHED, front_of, widest_soft
-from studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS
-from studies.soft_landing.results import archive_of
-from studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, SPACING, faults_of, soft_landings
-from valve.bench import run_bench
+from apesim.studies.commands.archived import computed, summary
+from apesim.studies.commands.given import PRESSURE, TEMPERATURE, TIME
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import table_of
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.soft_landing.braking import ADDED, APART, BRAKE, RELEASE, SPEED, SWITCHED, front_of, widest_soft
+from apesim.studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS
+from apesim.studies.soft_landing.results import archive_of
+from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, SPACING, faults_of, soft_landings
+from apesim.valve.bench import run_bench
 
 ANY = "any"
 TOLD = {BOTH: "A and B", ONLY_A: "A", ONLY_B: "B"}
@@ -34,7 +34,7 @@ def soft_landing_command(
     int
         Exit code.
     """
-    from studies.figures.soft_landing import soft_landing_figures
+    from apesim.studies.figures.soft_landing import soft_landing_figures
 
     machine = load_machine(machine_file, settings)
     pressures = parse_range(pressure, PRESSURE, machine.ambient.pressure, where="--pressure", file=COMMAND_LINE)

@@ -6,13 +6,13 @@ import sys
 
 from apesim.archive import command_line, read_digest
 from apesim.archive.grid import axes_of, places_of
+from apesim.engine.cylinder import EPV, INTAKES
 from apesim.quantities import Choice, Culprit, InputError, parse, parse_range
-from engine.cylinder import EPV, INTAKES
-from studies.commands.archived import summary
-from studies.commands.given import SPEED
-from studies.commands.machine import load_machine
-from studies.commands.tables import number, table_of, warm_up
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.commands.archived import summary
+from apesim.studies.commands.given import SPEED
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import number, table_of, warm_up
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
 
 INTAKE = Choice(INTAKES, "command line")
 TIMING = Choice(("fixed", "corrected", "both"), "command line")
@@ -30,10 +30,10 @@ def sweep_command(
     int
         Exit code.
     """
-    from studies.cluster import connected
-    from studies.figures.sweep import sweep_figures
-    from studies.sweep import run_sweep, vary
-    from studies.sweep.results import warnings_of
+    from apesim.studies.cluster import connected
+    from apesim.studies.figures.sweep import sweep_figures
+    from apesim.studies.sweep import run_sweep, vary
+    from apesim.studies.sweep.results import warnings_of
 
     machine = load_machine(machine_file, settings)
     speeds = _once(parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE), "--speed", _in_rpm)
@@ -78,7 +78,7 @@ def sweep_command(
 
 
 def _in_rpm(speed):
-    from studies.sweep.plan import rpm
+    from apesim.studies.sweep.plan import rpm
 
     return f"{rpm(speed):g} r/min"
 
@@ -93,7 +93,7 @@ def _once(values, option, name):
 
 def _timings(text, intakes):
     """Codes of the timings of an option; `InputError` where there is nothing to correct."""
-    from studies.sweep import TIMINGS
+    from apesim.studies.sweep import TIMINGS
 
     code = parse(text, TIMING, where="--timing", file=COMMAND_LINE)
     if TIMING.options[code] == "corrected" and EPV not in intakes:
@@ -123,7 +123,7 @@ def sweep_table(archive):
     -------
     rich.table.Table
     """
-    from studies.sweep.results import has_incomplete_stroke
+    from apesim.studies.sweep.results import has_incomplete_stroke
 
     (_, actuations), *axes = axes_of(archive).items()
     incomplete = has_incomplete_stroke(archive)
@@ -154,7 +154,7 @@ def sweep_table(archive):
 
 def head_and_cells(name, texts):
     """Head and cells of a column of texts: a unit that all share stands in the head."""
-    from studies.sweep.plan import in_one_unit
+    from apesim.studies.sweep.plan import in_one_unit
 
     cells, unit = in_one_unit(texts)
     name = name.removesuffix("_rpm").replace("_", " ")  # breaks at spaces only

@@ -15,7 +15,7 @@ def warm_up(console, march, *arguments, **options):
 
     Parameters
     ----------
-    console : studies.console.Console
+    console : apesim.studies.console.Console
     march : function
     """
     with when_compiling(lambda: console.message(COMPILING)):

@@ -4,15 +4,15 @@ from math import isnan
 from pathlib import Path
 
 from apesim.archive import ArchiveError
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cylinder import EPV, INTAKES
 from apesim.quantities import Culprit, InputError, Quantity, parse_range
-from engine.breathing import DEGREE
-from engine.cylinder import EPV, INTAKES
-from studies.commands.archived import computed, summary
-from studies.commands.given import SPEED, supplies_of
-from studies.commands.machine import load_machine
-from studies.commands.tables import number, table_of
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.output import refuse_to_replace
+from apesim.studies.commands.archived import computed, summary
+from apesim.studies.commands.given import SPEED, supplies_of
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import number, table_of
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.output import refuse_to_replace
 
 FAR_OFF = 1.0 * DEGREE
 """A law over all speeds that is off by more is not worth telling [rad]."""
@@ -74,12 +74,12 @@ def timing_command(
     int
         Exit code.
     """
-    from studies.figures.timing import timing_figures
-    from studies.timing.export import as_json, export, exports_of
-    from studies.timing.grid import faults_of_timing, map_timing
-    from studies.timing.header import error_text
-    from studies.timing.solve import corrected
-    from studies.timing.table import Axes
+    from apesim.studies.figures.timing import timing_figures
+    from apesim.studies.timing.export import as_json, export, exports_of
+    from apesim.studies.timing.grid import faults_of_timing, map_timing
+    from apesim.studies.timing.header import error_text
+    from apesim.studies.timing.solve import corrected
+    from apesim.studies.timing.table import Axes
 
     machine = machine_with_targets(machine_file, settings, target)
     speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
@@ -127,7 +127,7 @@ def _rows(archive, ambient_pressure):
 
 
 def _why_not(code):
-    from studies.timing.solve import Reason
+    from apesim.studies.timing.solve import Reason
 
     reason = Reason(code)
     return "" if reason == Reason.REACHED else reason.words

@@ -7,12 +7,12 @@ import numpy as np
 
 from apesim.march import TOLERANCE, Status
 from apesim.quantities import Culprit, InputError, Quantity, parse
-from studies.commands.given import PRESSURE, TEMPERATURE, TIME
-from studies.commands.machine import load_machine
-from studies.commands.tables import number, table_of, warm_up, write_traces
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from valve.bench import TRACE, run_bench
-from valve.warnings import judge_bench
+from apesim.studies.commands.given import PRESSURE, TEMPERATURE, TIME
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import number, table_of, warm_up, write_traces
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.valve.bench import TRACE, run_bench
+from apesim.valve.warnings import judge_bench
 
 RATE = Quantity("Hz", 0.1, 1000, "command line", typical="10 Hz")
 

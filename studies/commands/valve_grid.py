@@ -1,14 +1,14 @@
 """Commands that compute the valve over pressure and temperature of its control air."""
 
 from apesim.quantities import Quantity, parse, parse_range
-from studies.commands.archived import computed, summary
-from studies.commands.given import TIME, supplies_of
-from studies.commands.limit_summary import summary_json, summary_lines
-from studies.commands.machine import load_machine
-from studies.commands.tables import number, table_of
-from studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from studies.limit_points import lowest_run, own_run
-from valve.bench import run_bench
+from apesim.studies.commands.archived import computed, summary
+from apesim.studies.commands.given import TIME, supplies_of
+from apesim.studies.commands.limit_summary import summary_json, summary_lines
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.commands.tables import number, table_of
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.limit_points import lowest_run, own_run
+from apesim.valve.bench import run_bench
 
 DUTY = Quantity("", 0.01, 0.99, "command line", typical="0.5")
 TIMES = ("opening_delay_s", "opening_stroke_time_s", "closing_delay_s", "closing_stroke_time_s")
@@ -28,8 +28,8 @@ def map_command(console, machine_file, settings, pressure, temperature, pulse, o
     int
         Exit code.
     """
-    from studies.figures.valve import map_figures
-    from studies.valve_map import faults_of_map, map_valve
+    from apesim.studies.figures.valve import map_figures
+    from apesim.studies.valve_map import faults_of_map, map_valve
 
     machine = load_machine(machine_file, settings)
     grid = supplies_of(machine, pressure, temperature)
@@ -61,8 +61,8 @@ def limit_command(console, machine_file, settings, pressure, temperature, duty, 
     int
         Exit code.
     """
-    from studies.figures.valve import limit_figures
-    from studies.limit import CRITERION, faults_of_limits, is_complete, limit_map
+    from apesim.studies.figures.valve import limit_figures
+    from apesim.studies.limit import CRITERION, faults_of_limits, is_complete, limit_map
 
     machine = load_machine(machine_file, settings)
     grid = supplies_of(machine, pressure, temperature)

@@ -7,9 +7,9 @@ In the order in which they build on one another: vessel (the law), records (the 
 opening (the curve), collapse (of the curves of several tests), evaluation.
 """
 
-from studies.discharge.area import fit_area
-from studies.discharge.evaluation import Discharge, discharge, figure_arrays
-from studies.discharge.records import Record, read_test
-from studies.discharge.vessel import Vessel
+from apesim.studies.discharge.area import fit_area
+from apesim.studies.discharge.evaluation import Discharge, discharge, figure_arrays
+from apesim.studies.discharge.records import Record, read_test
+from apesim.studies.discharge.vessel import Vessel
 
 __all__ = ["Discharge", "Record", "Vessel", "discharge", "figure_arrays", "fit_area", "read_test"]

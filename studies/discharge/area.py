@@ -1,7 +1,7 @@
 """The effective area of a valve over time, from the noisy pressures of all its discharge tests at once.
 
 Nothing noisy is differentiated: S(t), straight between knots, is fitted through the forward law of
-`studies.discharge.vessel` to all samples of all tests.
+`apesim.studies.discharge.vessel` to all samples of all tests.
 
 - Smoothing: S is a random walk from S(0) = 0, whose steps have the variance ``rate * h``. The rate is that of the
   largest marginal likelihood (empirical Bayes, fixed-point iteration), times `UNDERSMOOTHED`, so that smoothing takes
@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.discharge.records import noise_before
-from studies.discharge.vessel import Descent
+from apesim.studies.discharge.records import noise_before
+from apesim.studies.discharge.vessel import Descent
 
 DEVIATIONS = 1.959964
 """Half the width of a 95 % interval, in standard deviations."""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.discharge.area import DEVIATIONS
+from apesim.studies.discharge.area import DEVIATIONS
 
 
 class Collapse(NamedTuple):

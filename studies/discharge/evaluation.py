@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.quantities import Culprit, InputError
-from studies.discharge.area import AreaFit, fit_area
-from studies.discharge.collapse import collapse_of
-from studies.discharge.opening import WIDEST, opening_curve, plateau, told_until
-from studies.discharge.records import LEAST_RATIO, fitted_part, noise_before
+from apesim.studies.discharge.area import AreaFit, fit_area
+from apesim.studies.discharge.collapse import collapse_of
+from apesim.studies.discharge.opening import WIDEST, opening_curve, plateau, told_until
+from apesim.studies.discharge.records import LEAST_RATIO, fitted_part, noise_before
 
 CUT_OFF = f"told while p > {LEAST_RATIO:g} p_ambient and half the 95 % band is below {WIDEST:.0%} of the full area"
 METHOD = (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from studies.discharge.area import DEVIATIONS, monotone
+from apesim.studies.discharge.area import DEVIATIONS, monotone
 
 WIDEST = 0.2
 """Half the band over the full area, beyond which an area is not told."""

@@ -3,9 +3,9 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.assessment.causes import CAUSES, ENTERS, EXERGY, ORDERS
-from studies.figures.conditions import conditions_of
-from studies.figures.style import draw
+from apesim.studies.assessment.causes import CAUSES, ENTERS, EXERGY, ORDERS
+from apesim.studies.figures.conditions import conditions_of
+from apesim.studies.figures.style import draw
 
 COLOURS = {"lateness": "#2a6f97", "finite_speed": "#e0a030", "fluctuation": "#7a4e9c", "control_air": "#c1440e"}
 NAMES = {
@@ -39,7 +39,7 @@ def assessment_figures(archive, folder):
     Parameters
     ----------
     archive : Archive
-        See `studies.assessment.grid.assess_speeds`.
+        See `apesim.studies.assessment.grid.assess_speeds`.
     folder : path
         Made if it does not exist.
 

@@ -4,8 +4,8 @@ import textwrap
 import tomllib
 
 from apesim.archive.comparison import machine_differences
+from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
-from engine.machine import Machine
 
 MAX_KEYS = 8
 """Keys that are told one by one: two lines of a figure."""
@@ -49,7 +49,7 @@ def conditions_of_vessel(vessel):
 
     Parameters
     ----------
-    vessel : studies.discharge.Vessel
+    vessel : apesim.studies.discharge.Vessel
 
     Returns
     -------

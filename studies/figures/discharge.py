@@ -3,9 +3,9 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.discharge import figure_arrays
-from studies.figures.conditions import conditions_of_vessel
-from studies.figures.style import draw
+from apesim.studies.discharge import figure_arrays
+from apesim.studies.figures.conditions import conditions_of_vessel
+from apesim.studies.figures.style import draw
 
 
 def discharge_figures(vessel, found, folder):
@@ -13,8 +13,8 @@ def discharge_figures(vessel, found, folder):
 
     Parameters
     ----------
-    vessel : studies.discharge.Vessel
-    found : studies.discharge.Discharge
+    vessel : apesim.studies.discharge.Vessel
+    found : apesim.studies.discharge.Discharge
     folder : path
         Made if it does not exist.
 
@@ -35,7 +35,7 @@ def pressures(found):
 
     Parameters
     ----------
-    found : studies.discharge.Discharge
+    found : apesim.studies.discharge.Discharge
 
     Returns
     -------
@@ -63,7 +63,7 @@ def areas(found, true=None):
 
     Parameters
     ----------
-    found : studies.discharge.Discharge
+    found : apesim.studies.discharge.Discharge
     true : function, optional
         The area [m2] at times [s], where it is known.
 

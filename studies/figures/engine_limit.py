@@ -3,12 +3,12 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from engine.breathing import DEGREE
-from studies.design_rule import PAPER_RPM, RPM, DesignRule
-from studies.figures.conditions import SUPPLY, conditions_of
-from studies.figures.lines import draw_own_point, over_pressure
-from studies.figures.style import draw
-from studies.limit_points import Point, own_run
+from apesim.engine.breathing import DEGREE
+from apesim.studies.design_rule import PAPER_RPM, RPM, DesignRule
+from apesim.studies.figures.conditions import SUPPLY, conditions_of
+from apesim.studies.figures.lines import draw_own_point, over_pressure
+from apesim.studies.figures.style import draw
+from apesim.studies.limit_points import Point, own_run
 
 SOLID_AND_DASHED = ("-", "--")
 
@@ -19,7 +19,7 @@ def engine_limit_figures(archive, ambient_pressure, folder):
     Parameters
     ----------
     archive : Archive
-        See `studies.engine_limit.map_engine_limit`.
+        See `apesim.studies.engine_limit.map_engine_limit`.
     ambient_pressure : float
         Gauge pressures stand above it [Pa abs].
     folder : path

@@ -3,8 +3,8 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.figures.conditions import conditions_of
-from studies.figures.style import draw
+from apesim.studies.figures.conditions import conditions_of
+from apesim.studies.figures.style import draw
 
 LOOKS = {
     "uncorrected": ("0.55", "uncorrected"),
@@ -19,7 +19,7 @@ def optimise_figures(archive, ambient_pressure, folder):
     Parameters
     ----------
     archive : Archive
-        See `studies.optimise.table.archive_of`.
+        See `apesim.studies.optimise.table.archive_of`.
     ambient_pressure : float
         Gauge pressures stand above it [Pa abs].
     folder : path

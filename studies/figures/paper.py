@@ -3,15 +3,15 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.figures.conditions import SUPPLY, conditions_of
-from studies.figures.discharge import areas, pressures
-from studies.figures.style import draw
-from studies.figures.valve import contours, velocities
-from studies.paper.discharge import NOISE, RATE, area_at
-from studies.paper.friction import PAPERS, SEARCHED, conditions_in_words
-from studies.paper.statements import STATEMENTS
-from studies.valve_map import with_supply
-from valve.bench import run_bench
+from apesim.studies.figures.conditions import SUPPLY, conditions_of
+from apesim.studies.figures.discharge import areas, pressures
+from apesim.studies.figures.style import draw
+from apesim.studies.figures.valve import contours, velocities
+from apesim.studies.paper.discharge import NOISE, RATE, area_at
+from apesim.studies.paper.friction import PAPERS, SEARCHED, conditions_in_words
+from apesim.studies.paper.statements import STATEMENTS
+from apesim.studies.valve_map import with_supply
+from apesim.valve.bench import run_bench
 
 PULSE = 50e-3
 TEMPERATURE = 287.0
@@ -44,12 +44,12 @@ def paper_figures(machine, archive, found, frictions, folder):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     archive : Archive
         The map over the paper's grid.
-    found : studies.discharge.Discharge
+    found : apesim.studies.discharge.Discharge
         Of the model's own discharge tests.
-    frictions : studies.paper.friction.FrictionMap
+    frictions : apesim.studies.paper.friction.FrictionMap
     folder : path
         Made if it does not exist.
 
@@ -118,7 +118,7 @@ def friction_map(found):
 
     Parameters
     ----------
-    found : studies.paper.friction.FrictionMap
+    found : apesim.studies.paper.friction.FrictionMap
 
     Returns
     -------

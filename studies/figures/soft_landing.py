@@ -3,8 +3,8 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.figures.conditions import conditions_of
-from studies.figures.style import draw
+from apesim.studies.figures.conditions import conditions_of
+from apesim.studies.figures.style import draw
 
 STROKES = {"opening": "C0", "closing": "C1"}
 BRAKES = {"softest": ("#d55e00", "-"), "sturdy": ("#0072b2", "--")}
@@ -19,7 +19,7 @@ def soft_landing_figures(archive, ambient_pressure, folder):
     Parameters
     ----------
     archive : Archive
-        See `studies.soft_landing.results.archive_of`.
+        See `apesim.studies.soft_landing.results.archive_of`.
     ambient_pressure : float
         Gauge pressures stand above it [Pa abs].
     folder : path

@@ -100,7 +100,7 @@ def draw(figures, folder, conditions=""):
     folder : path
         Made if it does not exist.
     conditions : str
-        What they were made at, see `studies.figures.conditions.conditions_of`.
+        What they were made at, see `apesim.studies.figures.conditions.conditions_of`.
 
     Returns
     -------

@@ -4,10 +4,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from apesim.archive.grid import axes_of, places_of
-from studies.figures.conditions import conditions_of
-from studies.figures.style import draw
-from studies.sweep.plan import in_one_unit
-from studies.sweep.results import has_incomplete_stroke
+from apesim.studies.figures.conditions import conditions_of
+from apesim.studies.figures.style import draw
+from apesim.studies.sweep.plan import in_one_unit
+from apesim.studies.sweep.results import has_incomplete_stroke
 
 COLOURS = {"epv": "#c1440e", "epv corrected": "#1b9e77", "cam": "#2a6f97", "ideal": "#3a3a3a"}
 NAMES = {"epv": "EPV, uncorrected", "epv corrected": "EPV, corrected", "cam": "cam", "ideal": "ideal valve"}

@@ -3,9 +3,9 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from engine.breathing import DEGREE, TURN
-from studies.figures.conditions import SUPPLY, conditions_of
-from studies.figures.style import draw
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.studies.figures.conditions import SUPPLY, conditions_of
+from apesim.studies.figures.style import draw
 
 
 def timing_figures(timing_map, ambient_pressure, folder):
@@ -13,7 +13,7 @@ def timing_figures(timing_map, ambient_pressure, folder):
 
     Parameters
     ----------
-    timing_map : studies.timing.grid.TimingMap
+    timing_map : apesim.studies.timing.grid.TimingMap
     ambient_pressure : float
         Gauge pressures stand above it [Pa abs].
     folder : path
@@ -57,7 +57,7 @@ def advances(timing_map, ambient_pressure):
 
     Parameters
     ----------
-    timing_map : studies.timing.grid.TimingMap
+    timing_map : apesim.studies.timing.grid.TimingMap
     ambient_pressure : float
         [Pa abs]
 
@@ -89,7 +89,7 @@ def won_back(timing_map, ambient_pressure):
 
     Parameters
     ----------
-    timing_map : studies.timing.grid.TimingMap
+    timing_map : apesim.studies.timing.grid.TimingMap
     ambient_pressure : float
         [Pa abs]
 
@@ -120,7 +120,7 @@ def shortcut(timing_map, ambient_pressure):
 
     Parameters
     ----------
-    timing_map : studies.timing.grid.TimingMap
+    timing_map : apesim.studies.timing.grid.TimingMap
     ambient_pressure : float
         [Pa abs]
 
@@ -148,7 +148,7 @@ def temperature_law(timing_map, ambient_pressure):
 
     Parameters
     ----------
-    timing_map : studies.timing.grid.TimingMap
+    timing_map : apesim.studies.timing.grid.TimingMap
     ambient_pressure : float
         [Pa abs]
 

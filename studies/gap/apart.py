@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from studies.gap.detect import ALARM
-from studies.gap.heldout import is_at, points_of
+from apesim.studies.gap.detect import ALARM
+from apesim.studies.gap.heldout import is_at, points_of
 
 LEAST = 0.01
 """Share of a parameter's variance that it has to be less sure by, where one operating point alone tells it."""
@@ -16,7 +16,7 @@ class Apart(NamedTuple):
     """What one operating point alone says of a parameter, against all together."""
 
     parameter: object
-    """`studies.gap.parameters.Parameter`"""
+    """`apesim.studies.gap.parameters.Parameter`"""
     run: object
     """The first of the operating point."""
     x: float
@@ -33,7 +33,7 @@ def apart(model):
 
     Parameters
     ----------
-    model : studies.gap.refit.Model
+    model : apesim.studies.gap.refit.Model
 
     Returns
     -------

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.candidates import Candidate, strength
-from studies.gap.descent import Fitted, descend
-from studies.gap.problem import Problem
-from studies.gap.refit import Model
-from studies.gap.score import imitated
+from apesim.studies.gap.candidates import Candidate, strength
+from apesim.studies.gap.descent import Fitted, descend
+from apesim.studies.gap.problem import Problem
+from apesim.studies.gap.refit import Model
+from apesim.studies.gap.score import imitated
 
 REACH = 2.0
 """Nodes over which what one says of its neighbours fades to 1/e."""
@@ -46,7 +46,7 @@ class Balance(NamedTuple):
     fitted: Fitted
     """Where the nodes are, or where a fit is to start."""
     model: object = None
-    """`studies.gap.refit.Model`, fitted through the simulator; None: it is not yet."""
+    """`apesim.studies.gap.refit.Model`, fitted through the simulator; None: it is not yet."""
 
     @property
     def gain(self):
@@ -92,11 +92,11 @@ def balances(base, effects, work):
 
     Parameters
     ----------
-    base : studies.gap.refit.Model
+    base : apesim.studies.gap.refit.Model
         The calibrated machine.
     effects : sequence of apesim.effect.Effect
         The library; what is not tabulated, or on already, is left out.
-    work : studies.gap.work.Work
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
@@ -114,7 +114,7 @@ def straight(base, effect):
 
     Parameters
     ----------
-    base : studies.gap.refit.Model
+    base : apesim.studies.gap.refit.Model
     effect : apesim.effect.Effect
 
     Returns

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from studies.gap.descent import descend
-from studies.gap.noise_source import noise_of
-from studies.gap.nuisances import nuisances_of
-from studies.gap.problem import Problem, unless_ended
-from studies.gap.refit import Model
-from studies.measured import FIT, GATE
+from apesim.studies.gap.descent import descend
+from apesim.studies.gap.noise_source import noise_of
+from apesim.studies.gap.nuisances import nuisances_of
+from apesim.studies.gap.problem import Problem, unless_ended
+from apesim.studies.gap.refit import Model
+from apesim.studies.measured import FIT, GATE
 
 STARTS = 8
 """Further starts of a calibration."""
@@ -21,7 +21,7 @@ def uncalibrated(machine, measured):
 
     Returns
     -------
-    studies.gap.problem.Problem
+    apesim.studies.gap.problem.Problem
     warnings : list of str
     """
     nuisances = nuisances_of(machine, measured)
@@ -35,8 +35,8 @@ def calibrate(machine, measured):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    measured : studies.measured.Measured
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
 
     Returns
     -------
@@ -57,7 +57,7 @@ def elsewhere(base, work):
     Parameters
     ----------
     base : Model
-    work : studies.gap.work.Work
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------

@@ -3,9 +3,9 @@
 from itertools import product
 from typing import NamedTuple
 
-from engine.effects import intake_pipe_loss
-from studies.gap.parameters import DECLARED, Parameter
-from valve.effects import supply_droop
+from apesim.engine.effects import intake_pipe_loss
+from apesim.studies.gap.parameters import DECLARED, Parameter
+from apesim.valve.effects import supply_droop
 
 SHAPES = {
     "coulomb_friction": ("breakaway",),
@@ -86,7 +86,7 @@ def candidates_of(machine, bench, effects):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     bench : {"valve", "engine"}
     effects : sequence of apesim.effect.Effect
         The library.

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from apesim.archive import sha256
 from apesim.quantities.settings import dumps
-from studies.gap.effect_rows import interval_text
-from studies.measured.sensors import FILE
+from apesim.studies.gap.effect_rows import interval_text
+from apesim.studies.measured.sensors import FILE
 
 
 def lineage_of(measured, parent_text):
@@ -14,7 +14,7 @@ def lineage_of(measured, parent_text):
 
     Parameters
     ----------
-    measured : studies.measured.Measured
+    measured : apesim.studies.measured.Measured
     parent_text : str
         The machine file that the search began with.
     """
@@ -26,9 +26,9 @@ def child_of(findings, data):
 
     Parameters
     ----------
-    findings : studies.gap.explain.Findings
+    findings : apesim.studies.gap.explain.Findings
     data : dict
-        Content of ``verdict.json``, see `studies.gap.record`, with ``lineage``.
+        Content of ``verdict.json``, see `apesim.studies.gap.record`, with ``lineage``.
 
     Returns
     -------

@@ -5,17 +5,17 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.quantities import unit
-from studies.gap.noise import noise_for
-from studies.gap.problem import Problem
-from studies.measured import CHECK, ENGINE, FIT, GATE
-from studies.measured.sensors import SENSORS
+from apesim.studies.gap.noise import noise_for
+from apesim.studies.gap.problem import Problem
+from apesim.studies.measured import CHECK, ENGINE, FIT, GATE
+from apesim.studies.measured.sensors import SENSORS
 
 
 class Compared(NamedTuple):
     """One signal of one run."""
 
     block: object
-    """`studies.gap.problem.Block`, as it was measured."""
+    """`apesim.studies.gap.problem.Block`, as it was measured."""
     noise: float
     """Standard deviation [SI]."""
     before: np.ndarray
@@ -26,7 +26,7 @@ class Compared(NamedTuple):
     """What the calibrated machine leaves, made white [standard deviations], shape (n,)."""
     left_after: np.ndarray | None
     marks: dict
-    """Instants that divide the run, see `studies.measured.prediction.Prediction`."""
+    """Instants that divide the run, see `apesim.studies.measured.prediction.Prediction`."""
 
     @property
     def role(self):
@@ -44,7 +44,7 @@ def compare(findings):
 
     Parameters
     ----------
-    findings : studies.gap.explain.Findings
+    findings : apesim.studies.gap.explain.Findings
 
     Returns
     -------
@@ -103,7 +103,7 @@ def shown_of(block):
 
     Parameters
     ----------
-    block : studies.gap.problem.Block
+    block : apesim.studies.gap.problem.Block
     """
     sensors = SENSORS[block.run.bench]
     quantity = (sensors.traces | sensors.means)[block.sensor]

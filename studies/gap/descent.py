@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.problem import EndedEarly
+from apesim.studies.gap.problem import EndedEarly
 
 STEPS_MOST = 40
 CONVERGED = 0.02
@@ -28,7 +28,7 @@ class Fitted(NamedTuple):
     x: np.ndarray
     """(p,)"""
     errors: np.ndarray
-    """(n + p,), see `studies.gap.problem.Problem.errors`."""
+    """(n + p,), see `apesim.studies.gap.problem.Problem.errors`."""
     jacobian: np.ndarray
     """(n + p, p), at x or close to it."""
     converged: bool
@@ -55,7 +55,7 @@ def descend(problem, x, jacobian=None):
 
     Parameters
     ----------
-    problem : studies.gap.problem.Problem
+    problem : apesim.studies.gap.problem.Problem
     x : (p,) float array
         Where to start.
     jacobian : (n + p, p) float array, optional

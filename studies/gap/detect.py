@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.noise_draws import scatter
+from apesim.studies.gap.noise_draws import scatter
 
 NOISES = 500
 """That may be the true one."""
@@ -37,13 +37,13 @@ def detect(columns, local, errors, parts):
 
     Parameters
     ----------
-    columns : list of studies.gap.score.Column
+    columns : list of apesim.studies.gap.score.Column
     local : (n + p, m) float array
         Shapes of no known cause, one for each signal and phase, free of what nuisances can imitate.
     errors : (n + p,) float array
         What is left at the calibrated machine.
     parts : list of (Noise, slice)
-        See `studies.gap.noise_draws.parts_of`.
+        See `apesim.studies.gap.noise_draws.parts_of`.
 
     Returns
     -------

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from studies.gap.candidates import SHAPES
-from studies.gap.intervals import shaped
-from studies.gap.parameters import DECLARED, corrections, shown
-from studies.profile_likelihood import End, EndKind
+from apesim.studies.gap.candidates import SHAPES
+from apesim.studies.gap.intervals import shaped
+from apesim.studies.gap.parameters import DECLARED, corrections, shown
+from apesim.studies.profile_likelihood import End, EndKind
 
 NORMAL_95 = 1.959963984540054
 LOW, HIGH = SIDES = "low", "high"
@@ -51,7 +51,7 @@ def ends_of(model, j):
 
     Returns
     -------
-    sequence of studies.profile_likelihood.End
+    sequence of apesim.studies.profile_likelihood.End
         By profile likelihood where the effect has a shape, none where that was not sought; else by the curvature, where
         a parameter on which the data do not depend is held on neither side.
     """

@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.breathing import TURN
-from studies.gap.comparison import label_of
-from studies.gap.noise import white
-from studies.gap.nuisances import nuisances_of
-from studies.gap.problem import Problem
-from studies.measured import ENGINE, VALVE, Measured
-from studies.measured.prediction import MEANS
+from apesim.engine.breathing import TURN
+from apesim.studies.gap.comparison import label_of
+from apesim.studies.gap.noise import white
+from apesim.studies.gap.nuisances import nuisances_of
+from apesim.studies.gap.problem import Problem
+from apesim.studies.measured import ENGINE, VALVE, Measured
+from apesim.studies.measured.prediction import MEANS
 
 GAUGE = np.array([0.1, 0.2, 0.4, 0.6, 0.8, 1.0]) * 1e6
 """Supply pressures above ambient [Pa]."""
@@ -45,7 +45,7 @@ class Experiment(NamedTuple):
 
     text: str
     run: object
-    """`studies.measured.MeasuredRun`, its values zero."""
+    """`apesim.studies.measured.MeasuredRun`, its values zero."""
     added: tuple
     """Sensors that are not there yet."""
 
@@ -55,7 +55,7 @@ def experiments_of(measured, ambient_pressure):
 
     Parameters
     ----------
-    measured : studies.measured.Measured
+    measured : apesim.studies.measured.Measured
     ambient_pressure : float
         [Pa]
 
@@ -119,14 +119,14 @@ def problem_of(experiment, machine, parameters, noise):
     Parameters
     ----------
     experiment : Experiment
-    machine : engine.machine.Machine
-    parameters : list of studies.gap.parameters.Parameter
+    machine : apesim.engine.machine.Machine
+    parameters : list of apesim.studies.gap.parameters.Parameter
     noise : dict
         As it was found; a new sensor has its usual one.
 
     Returns
     -------
-    studies.gap.problem.Problem
+    apesim.studies.gap.problem.Problem
     """
     alone = Measured("", {}, (experiment.run,), experiment.run.bench)
     known = {parameter.key for parameter in parameters}

@@ -5,27 +5,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.effects import ALL_EFFECTS
-from studies.gap.apart import apart, too_far
-from studies.gap.balance import balances
-from studies.gap.calibrate import calibrate, elsewhere
-from studies.gap.candidates import candidates_of
-from studies.gap.comparison import label_of
-from studies.gap.descent import descend
-from studies.gap.detect import Detection, detect
-from studies.gap.gate import OWN_ERROR, gate, own_error
-from studies.gap.heldout import HeldOut, all_left_over, compared, held_out, leave_one_out, points_of
-from studies.gap.intervals import is_shaped, with_profiles
-from studies.gap.localise import localise
-from studies.gap.noise import noise_for
-from studies.gap.noise_draws import parts_of
-from studies.gap.noise_source import from_what_nothing_explains, hum_of_what_nothing_explains, is_known, may_hum
-from studies.gap.phases import local_shapes
-from studies.gap.refit import Model
-from studies.gap.score import bank, imitated, scores
-from studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, remaining, singles
-from studies.gap.tabulate import Tables, Tabulated, likelier, tabulate
-from studies.gap.verdict import (
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.studies.gap.apart import apart, too_far
+from apesim.studies.gap.balance import balances
+from apesim.studies.gap.calibrate import calibrate, elsewhere
+from apesim.studies.gap.candidates import candidates_of
+from apesim.studies.gap.comparison import label_of
+from apesim.studies.gap.descent import descend
+from apesim.studies.gap.detect import Detection, detect
+from apesim.studies.gap.gate import OWN_ERROR, gate, own_error
+from apesim.studies.gap.heldout import HeldOut, all_left_over, compared, held_out, leave_one_out, points_of
+from apesim.studies.gap.intervals import is_shaped, with_profiles
+from apesim.studies.gap.localise import localise
+from apesim.studies.gap.noise import noise_for
+from apesim.studies.gap.noise_draws import parts_of
+from apesim.studies.gap.noise_source import from_what_nothing_explains, hum_of_what_nothing_explains, is_known, may_hum
+from apesim.studies.gap.phases import local_shapes
+from apesim.studies.gap.refit import Model
+from apesim.studies.gap.score import bank, imitated, scores
+from apesim.studies.gap.select import AMBIGUOUS, Choice, alone_again, beside, pairs, released, remaining, singles
+from apesim.studies.gap.tabulate import Tables, Tabulated, likelier, tabulate
+from apesim.studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
     NAMED,
@@ -39,9 +39,9 @@ from studies.gap.verdict import (
     with_alarm,
     without_alarm,
 )
-from studies.gap.work import Work
-from studies.measured import CHECK, GATE, VALVE
-from valve.effects import VALVE_EFFECTS
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import CHECK, GATE, VALVE
+from apesim.valve.effects import VALVE_EFFECTS
 
 BLAMING = NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION
 """Verdicts that one or several names come with."""
@@ -56,11 +56,11 @@ class Look(NamedTuple):
     columns: list
     """The bank."""
     marks: list
-    """Instants that divide each run, as the machine file says; see `studies.gap.problem.Problem.marks`."""
+    """Instants that divide each run, as the machine file says; see `apesim.studies.gap.problem.Problem.marks`."""
     scores: list
     """The best first."""
     local: np.ndarray
-    """See `studies.gap.phases.local_shapes`."""
+    """See `apesim.studies.gap.phases.local_shapes`."""
     detection: Detection
 
 
@@ -96,7 +96,7 @@ class Findings(NamedTuple):
     checked: HeldOut | None = None
     """Of `best` on the check runs; None: there are none."""
     apart: Sequence = ()
-    """Where each operating point alone leads the parameters of `best`; see `studies.gap.apart.apart`."""
+    """Where each operating point alone leads the parameters of `best`; see `apesim.studies.gap.apart.apart`."""
     simulations: int = 0
 
     @property
@@ -117,11 +117,11 @@ def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    measured : studies.measured.Measured
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
     without : sequence of str
         Effects of the library that are not to be considered.
-    work : studies.gap.work.Work, optional
+    work : apesim.studies.gap.work.Work, optional
         Who shares it, and who is told of it; what is found does not depend on it.
     tolerance : float
         Size of a gap, over the noise, that does not matter.
@@ -133,7 +133,7 @@ def explain(machine, measured, without=(), work=None, tolerance=TOLERANCE):
     Raises
     ------
     InputError
-        See `studies.gap.gate.gate`.
+        See `apesim.studies.gap.gate.gate`.
     """
     work = work or Work()
     warnings = gate(measured)
@@ -180,7 +180,7 @@ def searched(findings, look, library_size, work):
     look : Look
     library_size : int
         Number of candidates.
-    work : studies.gap.work.Work
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
@@ -310,7 +310,7 @@ def explanations(look, library_size, work):
     look : Look
     library_size : int
         Number of candidates.
-    work : studies.gap.work.Work
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
@@ -351,7 +351,7 @@ def left_by(model, look):
 
     Returns
     -------
-    studies.gap.detect.Detection
+    apesim.studies.gap.detect.Detection
     """
     again, local = beside(look.columns, model), look.local
     wider = imitated(model.fitted.jacobian).removed(np.vstack([local, np.zeros((model.added, local.shape[1]))]))
@@ -367,7 +367,7 @@ def hold_out(base, choices, measured, noise, work):
     -------
     choices : list of Choice
         The best first.
-    judged : studies.gap.heldout.HeldOut or None
+    judged : apesim.studies.gap.heldout.HeldOut or None
         None: there is nothing to hold out.
     """
     runs = measured.of(GATE)

@@ -4,8 +4,8 @@ import numpy as np
 
 from apesim.march import TOLERANCE
 from apesim.quantities import Culprit, InputError
-from studies.measured import CHECK, FIT, GATE
-from studies.measured.sensors import FILE
+from apesim.studies.measured import CHECK, FIT, GATE
+from apesim.studies.measured.sensors import FILE
 
 SATURATED = 0.05
 """Share of samples at the very largest or smallest value, from which a sensor may be at its end."""
@@ -18,7 +18,7 @@ def gate(measured):
 
     Parameters
     ----------
-    measured : studies.measured.Measured
+    measured : apesim.studies.measured.Measured
 
     Returns
     -------
@@ -81,7 +81,7 @@ def own_error(problem, x):
 
     Parameters
     ----------
-    problem : studies.gap.problem.Problem
+    problem : apesim.studies.gap.problem.Problem
     x : (p,) float array
     """
     usual, sharp = (problem.predicted(x, tolerance) for tolerance in (TOLERANCE, 0.1 * TOLERANCE))

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.descent import descend
-from studies.gap.problem import Problem
-from studies.gap.refit import Model
+from apesim.studies.gap.descent import descend
+from apesim.studies.gap.problem import Problem
+from apesim.studies.gap.refit import Model
 
 WINDOWS = 50
 """Of each channel of each run."""
@@ -92,10 +92,10 @@ def left_over(model, runs, noise):
 
     Parameters
     ----------
-    model : studies.gap.refit.Model
-    runs : sequence of studies.measured.MeasuredRun
+    model : apesim.studies.gap.refit.Model
+    runs : sequence of apesim.studies.measured.MeasuredRun
     noise : dict
-        See `studies.gap.noise_source.noise_of`.
+        See `apesim.studies.gap.noise_source.noise_of`.
 
     Returns
     -------
@@ -122,10 +122,10 @@ class Anchored(Problem):
 
     Parameters
     ----------
-    model : studies.gap.refit.Model
-    runs : sequence of studies.measured.MeasuredRun
+    model : apesim.studies.gap.refit.Model
+    runs : sequence of apesim.studies.measured.MeasuredRun
     noise : dict
-        See `studies.gap.noise_source.noise_of`.
+        See `apesim.studies.gap.noise_source.noise_of`.
     """
 
     def __init__(self, model, runs, noise):

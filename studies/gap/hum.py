@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import detrend
 
-from studies.gap.noise import autoregressive, beside, drifting, sines
+from apesim.studies.gap.noise import autoregressive, beside, drifting, sines
 
 MAINS = (50.0, 60.0)
 """Frequencies at which hum is looked for [Hz]."""
@@ -131,7 +131,7 @@ def _without_hum(records, frequencies):
     left : list of (n,) float array
         Stretches of the noise alone.
     fitted : list of (n, k) float array
-        What was fitted to each of them, see `studies.gap.noise.autoregressive`.
+        What was fitted to each of them, see `apesim.studies.gap.noise.autoregressive`.
     amplitudes : list of (m,) float array
         Of the sines of each record.
     fall : float

@@ -6,9 +6,9 @@ curvature at the optimum knows nothing of that, and misleads about the strength 
 
 import numpy as np
 
-from studies.gap.descent import descend
-from studies.gap.problem import EndedEarly
-from studies.profile_likelihood import Likelihood, find_end, first_better
+from apesim.studies.gap.descent import descend
+from apesim.studies.gap.problem import EndedEarly
+from apesim.studies.profile_likelihood import Likelihood, find_end, first_better
 
 CLOSE = 0.05
 """Deviations from those of an interval's end, within which a point is the end: a fortieth of half an interval."""
@@ -25,7 +25,7 @@ class Held:
 
     Parameters
     ----------
-    problem : studies.gap.problem.Problem
+    problem : apesim.studies.gap.problem.Problem
     number : int
         Of the parameter.
     value : float
@@ -42,7 +42,7 @@ class Held:
         return np.insert(x, self.number, self.value)
 
     def errors(self, x):
-        """See `studies.gap.problem.Problem.errors`."""
+        """See `apesim.studies.gap.problem.Problem.errors`."""
         return self.problem.errors(self.whole(x))
 
     def jacobian(self, x, errors):
@@ -55,12 +55,12 @@ def with_profiles(model, work):
 
     Parameters
     ----------
-    model : studies.gap.refit.Model
-    work : studies.gap.work.Work
+    model : apesim.studies.gap.refit.Model
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
-    model : studies.gap.refit.Model
+    model : apesim.studies.gap.refit.Model
         Fitted anew where a profile meets a point that leaves less; without intervals where that does not end.
     simulations : int
     """
@@ -120,7 +120,7 @@ def _copy(problem):
 
 
 def _held(problem, jacobian, start, j):
-    """Least squares from a start with parameter j held; see `studies.profile_likelihood.Likelihood.hold`."""
+    """Least squares from a start with parameter j held; see `apesim.studies.profile_likelihood.Likelihood.hold`."""
     held = Held(problem, j, start[j])
     try:
         found = descend(held, start[held.others], jacobian[:, held.others])

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from studies.gap.calibrate import uncalibrated
-from studies.gap.candidates import candidates_of
-from studies.gap.descent import Fitted
-from studies.gap.experiments import experiments_of, problem_of
-from studies.gap.explain import library
-from studies.gap.limits import DETECTED, clearest, detection_limits, sharpened
-from studies.gap.problem import EndedEarly
-from studies.gap.score import ALIKE, bank, cosine, imitated
-from studies.gap.work import Work
+from apesim.studies.gap.calibrate import uncalibrated
+from apesim.studies.gap.candidates import candidates_of
+from apesim.studies.gap.descent import Fitted
+from apesim.studies.gap.experiments import experiments_of, problem_of
+from apesim.studies.gap.explain import library
+from apesim.studies.gap.limits import DETECTED, clearest, detection_limits, sharpened
+from apesim.studies.gap.problem import EndedEarly
+from apesim.studies.gap.score import ALIKE, bank, cosine, imitated
+from apesim.studies.gap.work import Work
 
 
 def isolability(machine, measured, without=(), report=None):
@@ -18,8 +18,8 @@ def isolability(machine, measured, without=(), report=None):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    measured : studies.measured.Measured
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
     without : sequence of str
         Effects of the library that are left out.
     report : callable, optional
@@ -32,12 +32,12 @@ def isolability(machine, measured, without=(), report=None):
         ``kept`` (the share that is left once the uncertain numbers of the machine are fitted), ``class`` (others that
         the data would hardly tell from it) and ``helped_by``, see `_help`.
     noise : dict
-        See `studies.gap.noise_source.noise_of`.
+        See `apesim.studies.gap.noise_source.noise_of`.
     warnings : list of str
 
     Raises
     ------
-    studies.gap.problem.EndedEarly
+    apesim.studies.gap.problem.EndedEarly
         The machine itself cannot be simulated.
     """
     work = Work(tell=report)
@@ -83,8 +83,8 @@ def _widened(experiment, problem, jacobian, wanted):
 
     Parameters
     ----------
-    experiment : studies.gap.experiments.Experiment
-    problem : studies.gap.problem.Problem
+    experiment : apesim.studies.gap.experiments.Experiment
+    problem : apesim.studies.gap.problem.Problem
         Of the nuisances and the data that there are.
     jacobian : (n, p) float array
         Of those data.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.nodes import at_node, round_the_nodes
-from studies.gap.parameters import shown
+from apesim.studies.gap.parameters import shown
 
 SEEN = 0.01
 """Share of its range from which a branch of a table counts as moved."""
@@ -101,7 +101,7 @@ def branches(model):
 
     Parameters
     ----------
-    model : studies.gap.refit.Model
+    model : apesim.studies.gap.refit.Model
         With the table as its last candidate.
 
     Returns

@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
+from apesim.engine.effects import ALL_EFFECTS
 from apesim.quantities.settings import schema
-from engine.effects import ALL_EFFECTS
-from valve.effects import VALVE_EFFECTS
+from apesim.valve.effects import VALVE_EFFECTS
 
 
 class Parameter(NamedTuple):

@@ -5,9 +5,9 @@ from math import copysign, inf, log
 
 import numpy as np
 
-from engine.effects import ALL_EFFECTS
-from studies.gap.problem import EndedEarly
-from studies.gap.score import ALIKE, Column, cosine, imitated
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.studies.gap.problem import EndedEarly
+from apesim.studies.gap.score import ALIKE, Column, cosine, imitated
 
 DETECTED = 5.0
 """Deviations at which an effect counts as visible."""
@@ -30,11 +30,11 @@ def clearest(columns):
 
     Parameters
     ----------
-    columns : list of studies.gap.score.Column
+    columns : list of apesim.studies.gap.score.Column
 
     Returns
     -------
-    dict of studies.gap.score.Column
+    dict of apesim.studies.gap.score.Column
     """
     alike: dict = {}
     for column in columns:
@@ -63,14 +63,14 @@ def sharpened(problem, fitted, column):
 
     Parameters
     ----------
-    problem : studies.gap.problem.Problem
+    problem : apesim.studies.gap.problem.Problem
         Of the nuisances.
-    fitted : studies.gap.descent.Fitted
-    column : studies.gap.score.Column
+    fitted : apesim.studies.gap.descent.Fitted
+    column : apesim.studies.gap.score.Column
 
     Returns
     -------
-    studies.gap.score.Column
+    apesim.studies.gap.score.Column
         For the end of the range, where it is not seen even there.
     """
     probe, space = column.probe, imitated(fitted.jacobian)
@@ -102,7 +102,7 @@ def detection_limits(columns):
 
     Parameters
     ----------
-    columns : list of studies.gap.score.Column
+    columns : list of apesim.studies.gap.score.Column
 
     Returns
     -------

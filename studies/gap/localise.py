@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.phases import PHASES, phases
+from apesim.studies.gap.phases import PHASES, phases
 
 WINDOW = 8
 """Samples over which noise is averaged, where the gap is seen only through it."""
@@ -27,7 +27,7 @@ def localise(problem, marks, gap, noisy):
 
     Parameters
     ----------
-    problem : studies.gap.problem.Problem
+    problem : apesim.studies.gap.problem.Problem
     marks : list of dict
         Of each run.
     gap : (n,) float array

@@ -14,15 +14,15 @@ from itertools import combinations
 from math import log
 
 from apesim.quantities.units import unit
-from studies.gap.parameters import value_at, value_of
+from apesim.studies.gap.parameters import value_at, value_of
 
 ESTIMATE = "estimate"
 CALIBRATED = "calibrated_machine"
 """Name of the model that adds nothing."""
 PROBLEM, PARAMETERS, SPACE = "petab_problem.yaml", "parameters.tsv", "model_space.tsv"
 CRITERION = "BIC"
-"""The heavier of those that count parameters. The search has its own penalty, see `studies.gap.select.penalty`, and
-looks at runs held out: the best model by this one need not be the verdict."""
+"""The heavier of those that count parameters. The search has its own penalty, see
+`apesim.studies.gap.select.penalty`, and looks at runs held out: the best model by this one need not be the verdict."""
 NOTE = """\
 # Values in SI; units stand in parameters.tsv.
 # NLLH: half the sum of squares over the noise, priors included; a constant that all models share is left out.
@@ -34,7 +34,7 @@ def model_space(findings):
 
     Parameters
     ----------
-    findings : studies.gap.explain.Findings
+    findings : apesim.studies.gap.explain.Findings
 
     Returns
     -------
@@ -69,7 +69,7 @@ def open_to_the_search(findings):
 
     Returns
     -------
-    list of studies.gap.candidates.Candidate
+    list of apesim.studies.gap.candidates.Candidate
     """
     return list({column.probe.candidate.name: column.probe.candidate for column in findings.columns}.values())
 

@@ -5,11 +5,11 @@ from math import ceil
 import numpy as np
 from scipy.linalg import block_diag
 
-from studies.gap.experiments import experiments_of, problem_of
-from studies.gap.library import library
-from studies.gap.limits import DETECTED, detection_limits
-from studies.gap.problem import EndedEarly
-from studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, FAINT, NAMED_CLASS, NO_GAP, REFUSED
+from apesim.studies.gap.experiments import experiments_of, problem_of
+from apesim.studies.gap.library import library
+from apesim.studies.gap.limits import DETECTED, detection_limits
+from apesim.studies.gap.problem import EndedEarly
+from apesim.studies.gap.verdict import AMBIGUOUS_VERDICT, CALIBRATION, FAINT, NAMED_CLASS, NO_GAP, REFUSED
 
 RIVALS = 3
 """That an experiment has to split from the best."""
@@ -25,7 +25,7 @@ def next_test(findings):
 
     Parameters
     ----------
-    findings : studies.gap.explain.Findings
+    findings : apesim.studies.gap.explain.Findings
 
     Returns
     -------
@@ -121,11 +121,11 @@ def missed(experiment, truth, rival, noise, starts):
 
     Parameters
     ----------
-    experiment : studies.gap.experiments.Experiment
-    truth, rival : studies.gap.refit.Model
+    experiment : apesim.studies.gap.experiments.Experiment
+    truth, rival : apesim.studies.gap.refit.Model
     noise : dict
     starts : dict
-        See `studies.gap.problem.Problem.starts`.
+        See `apesim.studies.gap.problem.Problem.starts`.
     """
     problem, x, new = _problem(experiment, rival, noise, starts)
     errors = problem.errors(x)

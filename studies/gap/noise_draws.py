@@ -6,7 +6,7 @@ from scipy.fft import next_fast_len, rfft
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from studies.gap.noise import noise_for
+from apesim.studies.gap.noise import noise_for
 
 MEMORY = 2000
 """Samples after which noise has forgotten."""
@@ -25,7 +25,7 @@ def draws_of(noise, number, rng):
 
     Parameters
     ----------
-    noise : studies.gap.noise.Noise
+    noise : apesim.studies.gap.noise.Noise
     number : int
     rng : numpy.random.Generator
 

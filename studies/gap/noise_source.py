@@ -8,8 +8,8 @@ from math import log
 
 import numpy as np
 
-from studies.gap.hum import Records, going_on, mains_in, with_hum
-from studies.gap.noise import ENOUGH, STRETCH, noise_for, white
+from apesim.studies.gap.hum import Records, going_on, mains_in, with_hum
+from apesim.studies.gap.noise import ENOUGH, STRETCH, noise_for, white
 
 LIKE = 1.5
 """Ratio of sampling intervals that count as one."""
@@ -43,7 +43,7 @@ def noise_of(blocks, predicted, stated):
 
     Parameters
     ----------
-    blocks : list of studies.gap.problem.Block
+    blocks : list of apesim.studies.gap.problem.Block
     predicted : list of (n,) float array
         What the model gives for each.
     stated : dict
@@ -156,7 +156,7 @@ def from_what_nothing_explains(blocks, noise, left, explained):
 
     Parameters
     ----------
-    blocks : list of studies.gap.problem.Block
+    blocks : list of apesim.studies.gap.problem.Block
     noise : dict
         See `noise_of`; changed.
     left : list of (n,) float array
@@ -191,7 +191,7 @@ def hum_of_what_nothing_explains(blocks, noise, predicted, left):
 
     Parameters
     ----------
-    blocks : list of studies.gap.problem.Block
+    blocks : list of apesim.studies.gap.problem.Block
     noise : dict
         See `noise_of`; one that `may_hum`; changed.
     predicted, left : list of (n,) float array

@@ -5,7 +5,7 @@ The priors are standard deviations: what a catalogue, a drawing or a calibration
 
 from typing import NamedTuple
 
-from studies.gap.parameters import DECLARED, Parameter, value_of
+from apesim.studies.gap.parameters import DECLARED, Parameter, value_of
 
 
 class Prior(NamedTuple):
@@ -53,8 +53,8 @@ def nuisances_of(machine, measured):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    measured : studies.measured.Measured
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
 
     Returns
     -------

@@ -3,11 +3,11 @@
 from math import isnan
 from typing import NamedTuple
 
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.engine.machine import Machine
 from apesim.quantities.settings import schema
 from apesim.quantities.units import unit as unit_of
-from engine.effects import ALL_EFFECTS
-from engine.machine import Machine
-from studies.measured.prediction import with_value
+from apesim.studies.measured.prediction import with_value
 
 
 class Parameter(NamedTuple):
@@ -89,14 +89,14 @@ def put(machine, parameters, x):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
         With the supply of a run: a share of its pressure is one of that run's, above ambient, as a gauge errs.
     parameters : sequence of Parameter
     x : sequence of float
 
     Returns
     -------
-    engine.machine.Machine
+    apesim.engine.machine.Machine
     """
     for parameter, number in zip(parameters, x, strict=True):
         value = parameter.value(number)
@@ -116,10 +116,10 @@ def corrections(machine, parameter, x, runs):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     parameter : Parameter
     x : float
-    runs : sequence of studies.measured.MeasuredRun
+    runs : sequence of apesim.studies.measured.MeasuredRun
 
     Returns
     -------

@@ -4,9 +4,9 @@ from math import isnan
 
 import numpy as np
 
-from engine.breathing import TURN
-from studies.measured import ENGINE
-from studies.measured.prediction import MEANS
+from apesim.engine.breathing import TURN
+from apesim.studies.measured import ENGINE
+from apesim.studies.measured.prediction import MEANS
 
 PHASES = (
     "dead time",
@@ -28,9 +28,9 @@ def phases(block, marks):
 
     Parameters
     ----------
-    block : studies.gap.problem.Block
+    block : apesim.studies.gap.problem.Block
     marks : dict
-        See `studies.measured.prediction.Prediction`.
+        See `apesim.studies.measured.prediction.Prediction`.
     """
     times = block.times
     if block.sensor in MEANS:
@@ -75,10 +75,10 @@ def local_shapes(problem, marks, space):
 
     Parameters
     ----------
-    problem : studies.gap.problem.Problem
+    problem : apesim.studies.gap.problem.Problem
     marks : list of dict
         Of each run.
-    space : studies.gap.score.Nuisances
+    space : apesim.studies.gap.score.Nuisances
 
     Returns
     -------

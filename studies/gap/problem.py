@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.engine.effects import ALL_EFFECTS
 from apesim.march import TOLERANCE
-from engine.effects import ALL_EFFECTS
-from studies.gap.noise import noise_for, whitened
-from studies.gap.parameters import put
-from studies.measured.prediction import predict, run_of, start_of
+from apesim.studies.gap.noise import noise_for, whitened
+from apesim.studies.gap.parameters import put
+from apesim.studies.measured.prediction import predict, run_of, start_of
 
 STEP = 0.01
 """Of the first finite difference, in units of x."""
@@ -31,7 +31,7 @@ class Block(NamedTuple):
     number: int
     """Of the run."""
     run: object
-    """`studies.measured.MeasuredRun`"""
+    """`apesim.studies.measured.MeasuredRun`"""
     sensor: str
     times: np.ndarray
     """[s], shape (n,)"""
@@ -75,11 +75,11 @@ class Problem:
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    runs : sequence of studies.measured.MeasuredRun
+    machine : apesim.engine.machine.Machine
+    runs : sequence of apesim.studies.measured.MeasuredRun
     parameters : sequence of Parameter
     noise : dict
-        See `studies.gap.noise_source.noise_of`.
+        See `apesim.studies.gap.noise_source.noise_of`.
     """
 
     def __init__(self, machine, runs, parameters, noise=None):
@@ -184,7 +184,7 @@ class Problem:
         return found
 
     def marks(self, x):
-        """Instants that divide the stroke or cycle of each run, see `studies.measured.prediction`."""
+        """Instants that divide the stroke or cycle of each run, see `apesim.studies.measured.prediction`."""
         return [prediction.marks for _, prediction in self._predictions(x)]
 
     def whiten(self, arrays):

@@ -4,11 +4,11 @@ from math import sqrt
 
 import numpy as np
 
-from studies.gap.comparison import label_of
-from studies.gap.effect_rows import effects_of, value_text
-from studies.gap.limits import detection_limits
-from studies.gap.parameters import SENSED, value_at
-from studies.gap.verdict import (
+from apesim.studies.gap.comparison import label_of
+from apesim.studies.gap.effect_rows import effects_of, value_text
+from apesim.studies.gap.limits import detection_limits
+from apesim.studies.gap.parameters import SENSED, value_at
+from apesim.studies.gap.verdict import (
     AMBIGUOUS_VERDICT,
     CALIBRATION,
     FAINT,
@@ -31,7 +31,7 @@ def record(findings):
 
     Parameters
     ----------
-    findings : studies.gap.explain.Findings
+    findings : apesim.studies.gap.explain.Findings
 
     Returns
     -------

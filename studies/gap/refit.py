@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.candidates import probes_of
-from studies.gap.descent import Fitted, descend
-from studies.gap.parameters import corrections
-from studies.gap.problem import EndedEarly, Problem
-from studies.gap.score import imitated
-from studies.measured.prediction import with_value
+from apesim.studies.gap.candidates import probes_of
+from apesim.studies.gap.descent import Fitted, descend
+from apesim.studies.gap.parameters import corrections
+from apesim.studies.gap.problem import EndedEarly, Problem
+from apesim.studies.gap.score import imitated
+from apesim.studies.measured.prediction import with_value
 
 STARTS = (0.25, 0.5, 1.0)
 """Of a strength, over its range, beside the size that the score suggests and the probes."""
@@ -32,8 +32,8 @@ class Model(NamedTuple):
     released: str = ""
     """Key of a nuisance whose prior was taken away."""
     profiles: dict | None = None
-    """Both ends of the intervals of effects that have a shape, `studies.profile_likelihood.End` in x, by key; None: not
-    sought, see `studies.gap.intervals`."""
+    """Both ends of the intervals of effects that have a shape, `apesim.studies.profile_likelihood.End` in x, by key;
+    None: not sought, see `apesim.studies.gap.intervals`."""
 
     @property
     def names(self):

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import jinja2
 import numpy as np
 
-from studies.gap.comparison import label_of, shown_of, size_of
-from studies.gap.effect_rows import interval_text, value_text
-from studies.gap.library import library
-from studies.gap.page import TEMPLATE
-from studies.measured import CHECK, GATE
+from apesim.studies.gap.comparison import label_of, shown_of, size_of
+from apesim.studies.gap.effect_rows import interval_text, value_text
+from apesim.studies.gap.library import library
+from apesim.studies.gap.page import TEMPLATE
+from apesim.studies.measured import CHECK, GATE
 
 CANDIDATES = 12
 """Candidates that are shown."""
@@ -36,7 +36,7 @@ def tried(findings):
 
     Parameters
     ----------
-    findings : studies.gap.explain.Findings
+    findings : apesim.studies.gap.explain.Findings
 
     Returns
     -------
@@ -70,10 +70,10 @@ def page(findings, data, compared, figures):
 
     Parameters
     ----------
-    findings : studies.gap.explain.Findings
+    findings : apesim.studies.gap.explain.Findings
     data : dict
         Content of ``verdict.json``, with ``next_test`` and ``lineage``.
-    compared : list of studies.gap.comparison.Compared
+    compared : list of apesim.studies.gap.comparison.Compared
     figures : dict of str
         SVG by name.
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.breathing import TURN
-from studies.measured import ENGINE
+from apesim.engine.breathing import TURN
+from apesim.studies.measured import ENGINE
 
 SECTIONS = (
     ("before", 4),
@@ -25,7 +25,7 @@ class ResidualMap(NamedTuple):
     """Rows are signals of runs, columns parts of the stroke or cycle."""
 
     rows: list
-    """`studies.gap.comparison.Compared`"""
+    """`apesim.studies.gap.comparison.Compared`"""
     sections: list
     """Name and number of columns of each; a cycle has one, from 0 to 360 deg."""
     before: np.ndarray
@@ -39,7 +39,7 @@ def residual_map(compared):
 
     Parameters
     ----------
-    compared : list of studies.gap.comparison.Compared
+    compared : list of apesim.studies.gap.comparison.Compared
 
     Returns
     -------

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.candidates import probes_of
-from studies.gap.problem import EndedEarly
+from apesim.studies.gap.candidates import probes_of
+from apesim.studies.gap.problem import EndedEarly
 
 SEEN_LEAST = 0.02
 """Standard deviations of a probe: less is not told from the march's own error."""
@@ -80,11 +80,11 @@ def bank(problem, fitted, candidates, work, stage="scoring"):
 
     Parameters
     ----------
-    problem : studies.gap.problem.Problem
+    problem : apesim.studies.gap.problem.Problem
         Of the nuisances, and of the effects that are in the model already.
-    fitted : studies.gap.descent.Fitted
+    fitted : apesim.studies.gap.descent.Fitted
     candidates : sequence of Candidate
-    work : studies.gap.work.Work
+    work : apesim.studies.gap.work.Work
     stage : str
         As whose part it is told.
 
@@ -133,7 +133,7 @@ def freed(columns, fitted, added):
     Parameters
     ----------
     columns : list of Column
-    fitted : studies.gap.descent.Fitted
+    fitted : apesim.studies.gap.descent.Fitted
         Of the larger model.
     added : int
         Parameters that it has more.

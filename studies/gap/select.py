@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.problem import unless_ended
-from studies.gap.refit import at_large, reduced, refit, release
-from studies.gap.score import bank, freed, scores
+from apesim.studies.gap.problem import unless_ended
+from apesim.studies.gap.refit import at_large, reduced, refit, release
+from apesim.studies.gap.score import bank, freed, scores
 
 SINGLES = 12
 """Candidates that are fitted alone for their score."""
@@ -65,7 +65,7 @@ def singles(base, ranked, library, work):
     ranked : list of Score
     library : int
         Number of candidates.
-    work : studies.gap.work.Work
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
@@ -92,7 +92,7 @@ def remaining(base, ranked, found, library, work):
     found : list of Choice
         What was fitted.
     library : int
-    work : studies.gap.work.Work
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
@@ -129,7 +129,7 @@ def pairs(base, columns, ranked, alone, library, work):
     alone : list of Choice
         Singles, the best first.
     library : int
-    work : studies.gap.work.Work
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
@@ -162,7 +162,7 @@ def alone_again(base, pair, library, work):
     base : Model
     pair : Choice
     library : int
-    work : studies.gap.work.Work
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------

@@ -7,14 +7,14 @@ derivatives of noise. It suggests, and names nothing.
 import numpy as np
 
 from apesim.effect import law
-from engine.breathing import DEGREE
-from studies.gap.latent import ROUND, branches
-from studies.gap.parameters import put
-from studies.measured.prediction import run_of
-from valve.actuator import actuator_of
-from valve.bench import run_bench
-from valve.piston import volume_a, volume_b
-from valve.terms import DRY, ENERGY_A, ENERGY_B, FORCE, TERMS, ValveState
+from apesim.engine.breathing import DEGREE
+from apesim.studies.gap.latent import ROUND, branches
+from apesim.studies.gap.parameters import put
+from apesim.studies.measured.prediction import run_of
+from apesim.valve.actuator import actuator_of
+from apesim.valve.bench import run_bench
+from apesim.valve.piston import volume_a, volume_b
+from apesim.valve.terms import DRY, ENERGY_A, ENERGY_B, FORCE, TERMS, ValveState
 
 LOST = 0.05
 """Share of the latent quantity's energy that fewer terms may lose."""
@@ -75,7 +75,7 @@ def suggestion(model):
 
     Parameters
     ----------
-    model : studies.gap.refit.Model
+    model : apesim.studies.gap.refit.Model
         With the table as its last candidate.
 
     Returns

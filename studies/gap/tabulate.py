@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.balance import through_the_simulator
-from studies.gap.heldout import all_left_over, held_out, leave_one_out
-from studies.gap.problem import unless_ended
-from studies.gap.select import priced, term
-from studies.gap.suggest import suggestion
-from studies.measured import CHECK, GATE
+from apesim.studies.gap.balance import through_the_simulator
+from apesim.studies.gap.heldout import all_left_over, held_out, leave_one_out
+from apesim.studies.gap.problem import unless_ended
+from apesim.studies.gap.select import priced, term
+from apesim.studies.gap.suggest import suggestion
+from apesim.studies.measured import CHECK, GATE
 
 FITTED = 4
 """Tables that are fitted through the simulator, the best by a straight model."""
@@ -24,16 +24,16 @@ class Tabulated(NamedTuple):
     """A table that is added in place of a law."""
 
     balance: object
-    """`studies.gap.balance.Balance`, fitted"""
+    """`apesim.studies.gap.balance.Balance`, fitted"""
     judged: object
-    """`studies.gap.heldout.HeldOut` on the check runs, without any on the gate runs, without either with operating
-    points left out one at a time; None: there is one alone."""
+    """`apesim.studies.gap.heldout.HeldOut` on the check runs, without any on the gate runs, without either with
+    operating points left out one at a time; None: there is one alone."""
     suggestion: str
     """Form in physical variables; "" where none is found."""
 
     @property
     def model(self):
-        """`studies.gap.refit.Model`"""
+        """`apesim.studies.gap.refit.Model`"""
         return self.balance.model
 
 
@@ -42,11 +42,11 @@ class Tables:
 
     Parameters
     ----------
-    base : studies.gap.refit.Model
+    base : apesim.studies.gap.refit.Model
         The calibrated machine.
     ranked : list of Balance
-        See `studies.gap.balance.balances`.
-    work : studies.gap.work.Work
+        See `apesim.studies.gap.balance.balances`.
+    work : apesim.studies.gap.work.Work
     """
 
     def __init__(self, base, ranked, work):
@@ -86,9 +86,9 @@ def tabulate(tables, measured, noise):
     Parameters
     ----------
     tables : Tables
-    measured : studies.measured.Measured
+    measured : apesim.studies.measured.Measured
     noise : dict
-        See `studies.gap.noise_source.noise_of`.
+        See `apesim.studies.gap.noise_source.noise_of`.
 
     Returns
     -------
@@ -120,7 +120,7 @@ def likelier(tables, model, library):
     Parameters
     ----------
     tables : Tables
-    model : studies.gap.refit.Model
+    model : apesim.studies.gap.refit.Model
         The explanation.
     library : int
         Number of candidates.

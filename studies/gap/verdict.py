@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.gap.candidates import TWINS
-from studies.gap.detect import ALARM
-from studies.gap.refit import release
-from studies.gap.score import ALIKE, cosine
-from studies.gap.select import AMBIGUOUS, Choice
+from apesim.studies.gap.candidates import TWINS
+from apesim.studies.gap.detect import ALARM
+from apesim.studies.gap.refit import release
+from apesim.studies.gap.score import ALIKE, cosine
+from apesim.studies.gap.select import AMBIGUOUS, Choice
 
 NO_GAP, NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION, REFUSED = VERDICTS = (
     "NO_GAP",
@@ -51,7 +51,7 @@ class Verdict(NamedTuple):
 
     verdict: str
     best: object
-    """`studies.gap.select.Choice` that is named or comes nearest; None where there is no gap."""
+    """`apesim.studies.gap.select.Choice` that is named or comes nearest; None where there is no gap."""
     rivals: tuple
     """Choices that these data do not tell from it, the best first, without it."""
     reason: str
@@ -111,7 +111,7 @@ def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
         Singles, pairs and released priors, the least penalised cost first.
     size : float
         Of the gap where it is largest, over the noise.
-    judged : studies.gap.heldout.HeldOut or None
+    judged : apesim.studies.gap.heldout.HeldOut or None
         The best choice on runs that it was not fitted to; None: there are none.
     left : float
         Chance of noise alone to leave as much as the best choice does.

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from studies.options import (
+from apesim.studies.options import (
     ArchivePath,
     Common,
     Overwrite,
@@ -21,7 +21,7 @@ archive = typer.Typer(
 @command(archive)
 def info(common: Common, path: ArchivePath):
     """What an archive holds and where it comes from."""
-    from studies.commands.archive import show_info
+    from apesim.studies.commands.archive import show_info
 
     return show_info(*common, path)
 
@@ -29,7 +29,7 @@ def info(common: Common, path: ArchivePath):
 @command(archive)
 def verify(common: Common, path: ArchivePath):
     """Check every checksum, unit and axis; exit code 3 if anything is wrong."""
-    from studies.commands.archive import show_faults
+    from apesim.studies.commands.archive import show_faults
 
     return show_faults(*common, path)
 
@@ -44,7 +44,7 @@ def diff(
     show_all: Annotated[bool, typer.Option("--all", help="Show every difference, not only the first 20.")] = False,
 ):
     """Compare two archives, sweeps by the coordinates of their runs; exit code 3 if they differ."""
-    from studies.commands.archive import show_differences
+    from apesim.studies.commands.archive import show_differences
 
     return show_differences(*common, path, other, rtol, atol, show_all)
 
@@ -54,7 +54,7 @@ def export(
     common: Common, path: ArchivePath, out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder to make.")]
 ):
     """Write an archive as CSV, TOML and JSON files."""
-    from studies.commands.archive import export_archive
+    from apesim.studies.commands.archive import export_archive
 
     return export_archive(*common, path, out)
 
@@ -67,6 +67,6 @@ def merge(
     overwrite: Overwrite = False,
 ):
     """Join the archives of `--shard` jobs."""
-    from studies.commands.archive import merge_archives
+    from apesim.studies.commands.archive import merge_archives
 
     return merge_archives(*common, paths, out, overwrite)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from studies.options import (
+from apesim.studies.options import (
     Common,
     Figures,
     Jobs,
@@ -26,7 +26,7 @@ def engine_run(
     common: Common, speed: Annotated[str, typer.Option(metavar="N", help='E.g. "1000 rpm".')], csv: Traces = None
 ):
     """One operating point at its periodic steady state."""
-    from studies.commands.engine import engine_point
+    from apesim.studies.commands.engine import engine_point
 
     return engine_point(*common, speed, csv)
 
@@ -61,7 +61,7 @@ def engine_sweep(
     figures: Figures = True,
 ):
     """The main job: speeds, intakes, timings and any keys into an archive, figures and a table."""
-    from studies.commands.sweep import sweep_command
+    from apesim.studies.commands.sweep import sweep_command
 
     return sweep_command(*common, speed, vary, timing, intake, out, jobs, dask, shard, resume, overwrite, figures)
 
@@ -84,7 +84,7 @@ def engine_timing(
     figures: Figures = True,
 ):
     """Command angles that make the valve really open and close at its targets."""
-    from studies.commands.timing import timing_command
+    from apesim.studies.commands.timing import timing_command
 
     return timing_command(*common, target, speed, pressure, temperature, out, jobs, overwrite, figures)
 
@@ -106,7 +106,7 @@ def engine_limit(
 
     For the machine's own supply and targets, and over a grid; with the time from lap to lap that decides it.
     """
-    from studies.commands.engine_limit import engine_limit_command
+    from apesim.studies.commands.engine_limit import engine_limit_command
 
     return engine_limit_command(*common, pressure, temperature, duration, out, jobs, overwrite, figures)
 
@@ -127,7 +127,7 @@ def engine_assess(
 
     What lateness and finite speed cost depends on which of them comes first: both orders, and their mean.
     """
-    from studies.commands.assessment import assess_command
+    from apesim.studies.commands.assessment import assess_command
 
     return assess_command(*common, speed, timing, out, overwrite, figures)
 
@@ -153,6 +153,6 @@ def engine_optimise(
     In the coupled periodic state. For both, the Pareto front stands beside the two optima: commands than which no
     others give more torque with no more air. Exit code 3 where no commands give brake work.
     """
-    from studies.commands.optimise import optimise_command
+    from apesim.studies.commands.optimise import optimise_command
 
     return optimise_command(*common, goal, speed, free, out, jobs, overwrite, figures)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from studies.options import Common, Jobs, Overwrite, command
+from apesim.studies.options import Common, Jobs, Overwrite, command
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with measured.toml.")]
 Without = Annotated[
@@ -17,7 +17,7 @@ gap = typer.Typer(no_args_is_help=True, help="Effects that the model leaves out.
 @command(gap)
 def effects(common: Common):
     """The library of effects: slot, parameters with their ranges, equation, source, where it is seen."""
-    from studies.commands.gap import effects_command
+    from apesim.studies.commands.gap import effects_command
 
     return effects_command(*common)
 
@@ -35,7 +35,7 @@ def explain(
     overwrite: Overwrite = False,
 ):
     """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink."""
-    from studies.commands.gap_explain import explain_command
+    from apesim.studies.commands.gap_explain import explain_command
 
     return explain_command(*common, folder, out, without or (), tolerance, jobs, overwrite)
 
@@ -43,6 +43,6 @@ def explain(
 @command(gap)
 def isolability(common: Common, folder: Folder, without: Without = None):
     """Tell which effects the sensors and runs of a folder could show, from which size on, and what would help."""
-    from studies.commands.gap_isolability import isolability_command
+    from apesim.studies.commands.gap_isolability import isolability_command
 
     return isolability_command(*common, folder, without or ())

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from studies.options import (
+from apesim.studies.options import (
     Common,
     Figures,
     Jobs,
@@ -36,7 +36,7 @@ def valve_run(
     csv: Traces = None,
 ):
     """One bench run: delay time, full stroke time, seating speed, fluctuation, control air."""
-    from studies.commands.valve import bench_run
+    from apesim.studies.commands.valve import bench_run
 
     return bench_run(*common, supply, temperature, pulse, until, repeat, csv)
 
@@ -52,7 +52,7 @@ def valve_map(
     figures: Figures = True,
 ):
     """Delay time, stroke time, seating speed, fluctuation over pressure and temperature."""
-    from studies.commands.valve_grid import map_command
+    from apesim.studies.commands.valve_grid import map_command
 
     return map_command(*common, pressure, temperature, pulse, out, overwrite, figures)
 
@@ -72,7 +72,7 @@ def valve_limit(
 
     For the machine's own control air and commands, whose duty is their share of a turn, and over a grid.
     """
-    from studies.commands.valve_grid import limit_command
+    from apesim.studies.commands.valve_grid import limit_command
 
     return limit_command(*common, pressure, temperature, duty, out, jobs, overwrite, figures)
 
@@ -102,7 +102,7 @@ def valve_soft_landing(
     for any spacing; the softest, and the sturdiest at 5 % more and less pressure and 10 K more and less. Exit code 3
     where no brake within the spacing lowers the seating speed at that cost.
     """
-    from studies.commands.soft_landing import soft_landing_command
+    from apesim.studies.commands.soft_landing import soft_landing_command
 
     return soft_landing_command(
         *common, pressure, temperature, cost, spacing, solenoids, pulse, out, overwrite, figures
@@ -122,7 +122,7 @@ def valve_discharge(
     figures: Figures = True,
 ):
     """Effective area of a solenoid valve from discharge tests (Eq. 10), with its uncertainty."""
-    from studies.commands.discharge import discharge_command
+    from apesim.studies.commands.discharge import discharge_command
 
     return discharge_command(*common, files, volume, temperature, out, overwrite, figures)
 
@@ -144,6 +144,6 @@ def valve_fit(
     Runs of the role "fit" are fitted. Those of the role "gate" are not: one that contradicts the fitted model beyond
     noise refuses it (exit code 3; the parameters are told all the same). Those of the role "check" are only reported.
     """
-    from studies.commands.fit import fit_command
+    from apesim.studies.commands.fit import fit_command
 
     return fit_command(*common, folder, free, method)

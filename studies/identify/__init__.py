@@ -16,11 +16,11 @@ Runs that are not fitted are judged afterwards, by what is left between them and
 In the order in which they build on one another: noise, simulation, profile, genetic, fit, shift, gate.
 """
 
-from studies.identify.fit import Identified, identify
-from studies.identify.gate import Judgement, judge
-from studies.identify.noise import whiten
-from studies.identify.shift import time_shift
-from studies.identify.simulation import Free
+from apesim.studies.identify.fit import Identified, identify
+from apesim.studies.identify.gate import Judgement, judge
+from apesim.studies.identify.noise import whiten
+from apesim.studies.identify.shift import time_shift
+from apesim.studies.identify.simulation import Free
 
 __all__ = [
     "Free",

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.quantities import Culprit, InputError
-from studies.identify.genetic import genetic
-from studies.identify.noise import is_white, noise_model, rough_noise
-from studies.identify.profile import FINE, intervals_of, minimise
-from studies.identify.simulation import SUPPLY, Problem
-from studies.measured import FIT
+from apesim.studies.identify.genetic import genetic
+from apesim.studies.identify.noise import is_white, noise_model, rough_noise
+from apesim.studies.identify.profile import FINE, intervals_of, minimise
+from apesim.studies.identify.simulation import SUPPLY, Problem
+from apesim.studies.measured import FIT
 
 STARTS = 3
 ALIKE, COUPLED = 0.99, 0.98
@@ -66,10 +66,10 @@ def identify(machine, measured, free, method="least-squares", report=None):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    measured : studies.measured.Measured
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
     free : sequence of Free
-        See `studies.commands.fit.free_parameters`.
+        See `apesim.studies.commands.fit.free_parameters`.
     method : {"least-squares", "ga"}
     report : callable, optional
         ``report(done, total)``, told of the number of simulations.

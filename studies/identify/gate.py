@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.identify.noise import BELIEVED, rough_noise
-from studies.identify.shift import time_shift
-from studies.identify.simulation import Problem, carries
-from studies.measured import FIT
+from apesim.studies.identify.noise import BELIEVED, rough_noise
+from apesim.studies.identify.shift import time_shift
+from apesim.studies.identify.simulation import Problem, carries
+from apesim.studies.measured import FIT
 
 CHANCE = 1e-3
 """Of noise alone to contradict a model by one of the runs it is judged by."""
@@ -41,7 +41,7 @@ def judge(found, measured, free, runs):
     Parameters
     ----------
     found : Identified
-    measured : studies.measured.Measured
+    measured : apesim.studies.measured.Measured
     free : sequence of Free
     runs : sequence of MeasuredRun
         Of `measured`.

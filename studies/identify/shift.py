@@ -4,8 +4,8 @@ from math import inf
 
 import numpy as np
 
-from studies.identify.simulation import fitted_for
-from studies.measured.prediction import predict
+from apesim.studies.identify.simulation import fitted_for
+from apesim.studies.measured.prediction import predict
 
 FLIGHT = 0.1, 0.9
 """Shares of the stroke between which the piston counts as in flight."""
@@ -17,7 +17,7 @@ def time_shift(found, run):
     Parameters
     ----------
     found : Identified
-    run : studies.measured.MeasuredRun
+    run : apesim.studies.measured.MeasuredRun
 
     Returns
     -------

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.quantities import Quantity
-from studies.identify.noise import FITTED, whiten
-from studies.measured.prediction import predict, run_of, with_value
+from apesim.studies.identify.noise import FITTED, whiten
+from apesim.studies.measured.prediction import predict, run_of, with_value
 
 STEP = 1e-3
 """Of a finite difference, as a share of a parameter's scale."""
@@ -55,8 +55,8 @@ class Problem:
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    runs : sequence of studies.measured.MeasuredRun
+    machine : apesim.engine.machine.Machine
+    runs : sequence of apesim.studies.measured.MeasuredRun
     free : sequence of Free
     report : callable, optional
         Told of the number of simulations after each.

@@ -31,7 +31,7 @@ Inside all is SI and absolute. In the order in which they build on one another: 
 can be measured), reading (the folder), prediction (what a machine would have shown).
 """
 
-from studies.measured.reading import read_measured
-from studies.measured.runs import CHECK, ENGINE, FIT, GATE, VALVE, Measured, MeasuredRun
+from apesim.studies.measured.reading import read_measured
+from apesim.studies.measured.runs import CHECK, ENGINE, FIT, GATE, VALVE, Measured, MeasuredRun
 
 __all__ = ["CHECK", "ENGINE", "FIT", "GATE", "VALVE", "Measured", "MeasuredRun", "read_measured"]

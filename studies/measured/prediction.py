@@ -6,20 +6,20 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.effect import sensed
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.cycle import TRACE as ENGINE_TRACE
+from apesim.engine.cycle_state import GROOVE, SUPPLIED, WORK
+from apesim.engine.cylinder import EPV
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.engine.indicators import friction_pressure, peak_pressure, valve_angles, valve_motion
+from apesim.engine.kinematics import swept_volume
+from apesim.engine.steady import known_state, run_steady
 from apesim.march import TOLERANCE, Status
 from apesim.periodic import Known
 from apesim.reading import Reading
-from engine.breathing import DEGREE, TURN
-from engine.cycle import TRACE as ENGINE_TRACE
-from engine.cycle_state import GROOVE, SUPPLIED, WORK
-from engine.cylinder import EPV
-from engine.effects import ALL_EFFECTS
-from engine.indicators import friction_pressure, peak_pressure, valve_angles, valve_motion
-from engine.kinematics import swept_volume
-from engine.steady import known_state, run_steady
-from studies.measured.runs import ENGINE
-from valve.bench import TRACE as VALVE_TRACE
-from valve.bench import run_bench
+from apesim.studies.measured.runs import ENGINE
+from apesim.valve.bench import TRACE as VALVE_TRACE
+from apesim.valve.bench import run_bench
 
 VALVE_COLUMNS, ENGINE_COLUMNS = (
     {header.split(" [")[0]: column for column, header in enumerate(trace)} for trace in (VALVE_TRACE, ENGINE_TRACE)
@@ -73,9 +73,9 @@ def start_of(machine, run):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
         With the supply and the command of the run, see `run_of`.
-    run : studies.measured.MeasuredRun
+    run : apesim.studies.measured.MeasuredRun
 
     Returns
     -------
@@ -90,9 +90,9 @@ def predict(machine, run, sensors=None, start=None, tolerance=TOLERANCE, memory=
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
         With the supply and the command of the run, see `run_of`.
-    run : studies.measured.MeasuredRun
+    run : apesim.studies.measured.MeasuredRun
     sensors : iterable of str, optional
         Those of the run, if left out.
     start : apesim.periodic.Known, optional

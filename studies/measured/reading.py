@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from apesim.engine.machine import window_fault
 from apesim.quantities import Culprit, InputError, Wrong, culprit, quoted
 from apesim.quantities.files import path_below, text_of
-from engine.machine import window_fault
-from studies.columns import TIME, read_columns
-from studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Measured, MeasuredRun
-from studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
+from apesim.studies.columns import TIME, read_columns
+from apesim.studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Measured, MeasuredRun
+from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
 
 TOP_KEYS = ("bench", "sensor", "run")
 TEXT_KEYS = ("data", "name")

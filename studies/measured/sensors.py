@@ -4,8 +4,8 @@ from math import pi
 from typing import NamedTuple
 
 from apesim.quantities import Choice, Pressure, Quantity
-from studies.columns import TIME
-from studies.measured.runs import ENGINE, ROLES, VALVE
+from apesim.studies.columns import TIME
+from apesim.studies.measured.runs import ENGINE, ROLES, VALVE
 
 FILE = "measured.toml"
 ANGLE = "crank_angle"

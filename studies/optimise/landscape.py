@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.indicators import indicators, valve_travel
+from apesim.engine.steady import run_steady
 from apesim.march import Status
 from apesim.periodic import PERIODIC_TOLERANCE
-from engine.breathing import DEGREE, TURN
-from engine.indicators import indicators, valve_travel
-from engine.steady import run_steady
-from studies.timing.solve import SKETCH, SKETCH_ANGLE_STEP
+from apesim.studies.timing.solve import SKETCH, SKETCH_ANGLE_STEP
 
 ENERGISE = (-240.0 * DEGREE, 60.0 * DEGREE)
 DURATION = (5.0 * DEGREE, 300.0 * DEGREE)
@@ -27,7 +27,7 @@ RECORDED = (
     "peak_lift_m",
     "period_cycles",
 )
-"""Of `engine.indicators.INDICATORS`, what is kept of every point."""
+"""Of `apesim.engine.indicators.INDICATORS`, what is kept of every point."""
 
 
 class Goal(IntEnum):
@@ -61,13 +61,13 @@ def point_of(machine, speed, place=(), steady=PERIODIC_TOLERANCE):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     speed : float
         [rad/s]
     place : tuple of float
         See `Point`.
     steady : float
-        See `engine.steady.run_steady`.
+        See `apesim.engine.steady.run_steady`.
 
     Returns
     -------
@@ -84,8 +84,8 @@ def judged(machine, run, place=()):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    run : engine.steady.SteadyRun
+    machine : apesim.engine.machine.Machine
+    run : apesim.engine.steady.SteadyRun
     place : tuple of float
         See `Point`.
 
@@ -110,7 +110,7 @@ class Landscape:
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
         With an electro-pneumatic intake.
     speed : float
         [rad/s]

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import NonlinearConstraint, direct, minimize
 
-from studies.optimise.landscape import Goal, Landscape, Point, point_of
-from studies.timing.solve import SKETCH
+from apesim.studies.optimise.landscape import Goal, Landscape, Point, point_of
+from apesim.studies.timing.solve import SKETCH
 
 SKETCHES = 80
 """With which a range of two dimensions is searched for each goal; a third takes three times as many."""
@@ -45,7 +45,7 @@ def optimise(machine, speed, goals, pressures=None):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
         With an electro-pneumatic intake.
     speed : float
         [rad/s]

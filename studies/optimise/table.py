@@ -5,13 +5,13 @@ from math import nan
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.indicators import INDICATORS
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
-from engine.breathing import DEGREE, TURN
-from engine.indicators import INDICATORS
-from studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal
-from studies.optimise.search import FINE, Optimum, optimise
-from studies.pool import run_tasks, workers_for
+from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal
+from apesim.studies.optimise.search import FINE, Optimum, optimise
+from apesim.studies.pool import run_tasks, workers_for
 
 RPM = TURN / 60.0
 SECONDS_A_GOAL, SECONDS_A_FRONT = 1.0, 3.0
@@ -48,7 +48,7 @@ def optima_over_speed(machine, speeds, goals, pressures=None, jobs=None, report=
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
         With an electro-pneumatic intake.
     speeds : sequence of float
         [rad/s]
@@ -84,7 +84,7 @@ def archive_of(machine, optima, goals, pressures=None, command=""):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     optima : list of Optimum
     goals : sequence of Goal
     pressures : pair of float or None

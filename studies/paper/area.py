@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from studies.paper.claim import grid_of
-from studies.paper.design import works_at_30_hz
-from studies.paper.motion import computed, valve_claims
-from studies.valve_map import map_valve
+from apesim.studies.paper.claim import grid_of
+from apesim.studies.paper.design import works_at_30_hz
+from apesim.studies.paper.motion import computed, valve_claims
+from apesim.studies.valve_map import map_valve
 
 AREAS = tuple(np.arange(3.0, 12.51, 0.5) * 1e-6)
 """From a quarter of the solenoids' 4 mm bore to all of it, beyond which no effective area lies [m2]."""
@@ -22,7 +22,7 @@ def claims_by_area(machine, pressures, temperatures, areas=AREAS, report=None):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
         Its own area is judged beside the others.
     pressures : sequence of float
         [Pa abs]
@@ -35,7 +35,7 @@ def claims_by_area(machine, pressures, temperatures, areas=AREAS, report=None):
 
     Returns
     -------
-    dict of dict of studies.paper.claim.Claim
+    dict of dict of apesim.studies.paper.claim.Claim
         By area [m2], ascending, and key.
     """
     tried, found = sorted({*areas, machine.valve.solenoid.effective_area}), {}

@@ -28,7 +28,7 @@ class Claim(NamedTuple):
     """On `judged_on`: of another valve than the paper's, it says whether that one does the same."""
     remark: str
     judged_on: str = ""
-    """Whose valve, see `studies.paper.subject`."""
+    """Whose valve, see `apesim.studies.paper.subject`."""
     depends_on: tuple = ()
     """Names of what the paper does not print and what turns the verdict within `range`."""
     range: dict | None = None
@@ -53,7 +53,7 @@ def grid_of(archive, ambient_pressure):
     Parameters
     ----------
     archive : Archive
-        See `studies.valve_map.map_valve`.
+        See `apesim.studies.valve_map.map_valve`.
     ambient_pressure : float
         [Pa abs]
 

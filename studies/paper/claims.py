@@ -1,9 +1,9 @@
 """What the paper says, and what its equations give."""
 
-from studies.paper import design, engine, equations, friction, numerics
-from studies.paper.claim import AREA, grid_of, range_of, with_range
-from studies.paper.motion import computed, valve_claims
-from studies.paper.subject import PAPERS, engine_subject_of, subject_of
+from apesim.studies.paper import design, engine, equations, friction, numerics
+from apesim.studies.paper.claim import AREA, grid_of, range_of, with_range
+from apesim.studies.paper.motion import computed, valve_claims
+from apesim.studies.paper.subject import PAPERS, engine_subject_of, subject_of
 
 
 def all_claims(machine, archive, found, by_area, frictions):
@@ -11,14 +11,14 @@ def all_claims(machine, archive, found, by_area, frictions):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     archive : Archive
-        The map over the paper's grid, see `studies.valve_map.map_valve`.
-    found : studies.discharge.Discharge
+        The map over the paper's grid, see `apesim.studies.valve_map.map_valve`.
+    found : apesim.studies.discharge.Discharge
         Of the model's own discharge tests.
     by_area : dict
-        See `studies.paper.area.claims_by_area`.
-    frictions : studies.paper.friction.FrictionMap
+        See `apesim.studies.paper.area.claims_by_area`.
+    frictions : apesim.studies.paper.friction.FrictionMap
 
     Returns
     -------

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from studies.paper.claim import NOT_COMPUTABLE, Claim, verdict_of
-from studies.valve_map import with_supply
-from valve.bench import run_bench
+from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, verdict_of
+from apesim.studies.valve_map import with_supply
+from apesim.valve.bench import run_bench
 
 SIZE = 0.41
 """Largest change of the delay time with temperature, by the paper [ms]."""
@@ -74,7 +74,7 @@ def emptying_times(machine):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
 
     Returns
     -------

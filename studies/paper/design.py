@@ -1,11 +1,11 @@
 """What the paper says of the valve's design and experiments: working frequency, friction, springs, measured curves."""
 
-from studies.limit import is_complete, working_limit
-from studies.paper.claim import NOT_COMPUTABLE, Claim, verdict_of
-from studies.valve_map import PULSE, with_supply
-from valve.bench import run_bench
-from valve.effects.chamber_wall_heat import ChamberWallHeat
-from valve.effects.coulomb_friction import CoulombFriction
+from apesim.studies.limit import is_complete, working_limit
+from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, verdict_of
+from apesim.studies.valve_map import PULSE, with_supply
+from apesim.valve.bench import run_bench
+from apesim.valve.effects.chamber_wall_heat import ChamberWallHeat
+from apesim.valve.effects.coulomb_friction import CoulombFriction
 
 MEASURED = (0.16, 0.4, 0.49)
 """The paper's pressures of control air in experiments [MPa gauge]."""

@@ -1,15 +1,16 @@
 """Discharge tests of the model's own solenoid (Fig. 3): the paper's measured ones survive as a figure only.
 
 A vessel is emptied by mass and energy balance through the solenoid as it opens, without Eqs. 9 and 10, which are what
-the tests are to show. Seeded noise is put on its pressure; what is made of the tests is made by `studies.discharge`.
+the tests are to show. Seeded noise is put on its pressure; what is made of the tests is made by
+`apesim.studies.discharge`.
 """
 
 import numpy as np
 
 from apesim.air import gas_of, internal_energy, temperature_of
 from apesim.restriction import flow_between
-from studies.discharge import Record, Vessel
-from valve.solenoid import followed, opening_curve
+from apesim.studies.discharge import Record, Vessel
+from apesim.valve.solenoid import followed, opening_curve
 
 GAUGE = (0.4e6, 0.6e6, 0.8e6)
 """The paper's initial pressures [Pa gauge]."""
@@ -42,7 +43,7 @@ def emptied(machine, vessel, initial_pressure, times):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     vessel : Vessel
     initial_pressure : float
         [Pa abs]
@@ -89,7 +90,7 @@ def discharge_tests(machine, noise=NOISE, rate=RATE, seed=0):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     noise : float
         Standard deviation [Pa].
     rate : float

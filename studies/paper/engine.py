@@ -4,14 +4,14 @@ from functools import cache
 
 import numpy as np
 
-from engine.breathing import DEGREE
-from engine.cylinder import EPV
-from studies.engine_limit import RPM, WITHIN, Failure, engine_limit, judged, lasting
-from studies.paper.area import AREAS, with_area
-from studies.paper.claim import Claim, range_of, verdict_of, with_range
-from studies.paper.design import RATE
-from studies.timing.solve import corrected
-from studies.valve_map import with_supply
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cylinder import EPV
+from apesim.studies.engine_limit import RPM, WITHIN, Failure, engine_limit, judged, lasting
+from apesim.studies.paper.area import AREAS, with_area
+from apesim.studies.paper.claim import Claim, range_of, verdict_of, with_range
+from apesim.studies.paper.design import RATE
+from apesim.studies.timing.solve import corrected
+from apesim.studies.valve_map import with_supply
 
 GAUGE = 1.0e6
 """Pressure of the supply in the engine: the paper names none [Pa gauge]."""

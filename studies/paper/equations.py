@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from studies.discharge.vessel import effective_area
-from studies.paper.claim import Claim, verdict_of
-from studies.paper.discharge import AFTER, GAUGE, emptied, vessel_of
-from studies.valve_map import PULSE
-from valve.bench import run_bench
-from valve.solenoid import opening_curve
+from apesim.studies.discharge.vessel import effective_area
+from apesim.studies.paper.claim import Claim, verdict_of
+from apesim.studies.paper.discharge import AFTER, GAUGE, emptied, vessel_of
+from apesim.studies.valve_map import PULSE
+from apesim.valve.bench import run_bench
+from apesim.valve.solenoid import opening_curve
 
 FINE = 100e3
 """Samples a second of a discharge without noise, to be differentiated."""
@@ -18,7 +18,7 @@ class Emptying:
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     gauge : float
         Initial pressure [Pa gauge].
     """

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.paper.area import with_area
-from studies.paper.claim import AREA, Claim, range_of, verdict_of, with_range
-from studies.paper.statements import STATEMENTS
-from studies.paper.stroke import least_difference
-from studies.valve_map import PULSE, with_supply
-from valve.bench import run_bench
+from apesim.studies.paper.area import with_area
+from apesim.studies.paper.claim import AREA, Claim, range_of, verdict_of, with_range
+from apesim.studies.paper.statements import STATEMENTS
+from apesim.studies.paper.stroke import least_difference
+from apesim.studies.valve_map import PULSE, with_supply
+from apesim.valve.bench import run_bench
 
 PAPERS = 111.08
 """The paper's viscous friction [N s/m]."""
@@ -18,7 +18,7 @@ SEARCHED = (100.0, 120.0)
 """Where its genetic algorithm looked for it (Table 2) [N s/m]."""
 FRICTIONS = (*np.arange(0.0, 101.0, 10.0), PAPERS, 120.0)
 AREAS = (*np.arange(3.0, 11.1, 1.0) * 1e-6, 12.5e-6)
-"""Effective areas of the solenoids, as far as `studies.paper.area.AREAS` [m2]."""
+"""Effective areas of the solenoids, as far as `apesim.studies.paper.area.AREAS` [m2]."""
 RAMPS = (0.1e-3, 1.5e-3, 8e-3)
 """Ramp times of the solenoids: next to none, the default, a period of their 120 Hz [s]."""
 PRESSURES = np.arange(0.1, 2.0, 0.2) * 1e6
@@ -26,7 +26,7 @@ PRESSURES = np.arange(0.1, 2.0, 0.2) * 1e6
 TEMPERATURES = (250.0, 287.0, 322.0)
 """The ends of the paper's range, and its T_0 [K]."""
 MEASURES = ("delay", "stroke_time", "seating_speed", "fluctuation", "reverses")
-"""Fields of `valve.measures.Stroke` that the statements are about."""
+"""Fields of `apesim.valve.measures.Stroke` that the statements are about."""
 
 
 class FrictionMap(NamedTuple):
@@ -79,7 +79,7 @@ def map_friction(
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     frictions : sequence of float
         Ascending [N s/m].
     areas : sequence of float

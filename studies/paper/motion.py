@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from studies.paper import delay, design, stroke
-from studies.paper.claim import NOT_COMPUTABLE
+from apesim.studies.paper import delay, design, stroke
+from apesim.studies.paper.claim import NOT_COMPUTABLE
 
 
 def valve_claims(machine, grid, chosen=False):
@@ -11,8 +11,8 @@ def valve_claims(machine, grid, chosen=False):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    grid : studies.paper.claim.Grid
+    machine : apesim.engine.machine.Machine
+    grid : apesim.studies.paper.claim.Grid
     chosen : bool
         Whether its area was chosen by the paper's size of the temperature's effect.
 

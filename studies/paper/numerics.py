@@ -4,12 +4,12 @@ import numpy as np
 
 from apesim.march import EVENTS
 from apesim.slots import enter, events, rates, respond
-from studies.paper.claim import Claim, verdict_of
-from studies.paper.design import MEASURED
-from studies.paper.stroke import HIGH
-from studies.valve_map import PULSE, with_supply
-from valve.bench import bench_of, closed_at_start, run_bench
-from valve.motion import MET_OPEN
+from apesim.studies.paper.claim import Claim, verdict_of
+from apesim.studies.paper.design import MEASURED
+from apesim.studies.paper.stroke import HIGH
+from apesim.studies.valve_map import PULSE, with_supply
+from apesim.valve.bench import bench_of, closed_at_start, run_bench
+from apesim.valve.motion import MET_OPEN
 
 STEP = 0.01e-3
 """Step of the paper's Runge-Kutta method [s]."""
@@ -24,7 +24,7 @@ def fixed_step_opening(machine, step):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     step : float
         [s]
 

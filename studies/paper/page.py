@@ -6,9 +6,9 @@ from pathlib import Path
 import jinja2
 
 from apesim.archive import ArchiveError
-from studies.paper.claim import range_in_words
-from studies.paper.friction import PAPERS, conditions_in_words
-from studies.paper.statements import STATEMENTS
+from apesim.studies.paper.claim import range_in_words
+from apesim.studies.paper.friction import PAPERS, conditions_in_words
+from apesim.studies.paper.statements import STATEMENTS
 
 TEMPLATE = """<!doctype html>
 <html lang="en">
@@ -77,12 +77,12 @@ def write_page(claims, captions, different, frictions, folder):
 
     Parameters
     ----------
-    claims : list of studies.paper.claim.Claim
+    claims : list of apesim.studies.paper.claim.Claim
     captions : dict of str
         By name of the figure.
     different : list of str
-        By what the valve is another one than the paper's, see `studies.paper.subject.differences`.
-    frictions : studies.paper.friction.FrictionMap
+        By what the valve is another one than the paper's, see `apesim.studies.paper.subject.differences`.
+    frictions : apesim.studies.paper.friction.FrictionMap
     folder : path
 
     Returns

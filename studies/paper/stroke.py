@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from studies.paper.claim import Claim, verdict_of
-from studies.paper.delay import KNEE
-from studies.valve_map import PULSE, with_supply
-from valve.bench import run_bench
+from apesim.studies.paper.claim import Claim, verdict_of
+from apesim.studies.paper.delay import KNEE
+from apesim.studies.valve_map import PULSE, with_supply
+from apesim.valve.bench import run_bench
 
 HIGH = 1.9e6
 """The paper's highest pressure [Pa gauge]."""
@@ -39,7 +39,7 @@ def least_difference(run):
 
     Parameters
     ----------
-    run : valve.bench.BenchRun
+    run : apesim.valve.bench.BenchRun
 
     Returns
     -------

@@ -16,7 +16,7 @@ def differences(machine, sections=SECTIONS):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     sections : sequence of str
         Compared with the default machine's.
 

@@ -9,8 +9,8 @@ from math import ceil, inf
 
 import numpy as np
 
-from studies.soft_landing.landing import SOLENOIDS, apart_of, land
-from valve.solenoid import opening_curve
+from apesim.studies.soft_landing.landing import SOLENOIDS, apart_of, land
+from apesim.valve.solenoid import opening_curve
 
 RESOLUTION = 0.01e-3
 """Of the edges [s]."""

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.march import LOG_HEAD, WATCH
-from valve.bench import run_bench
-from valve.measures import NEVER
-from valve.motion import MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT
+from apesim.valve.bench import run_bench
+from apesim.valve.measures import NEVER
+from apesim.valve.motion import MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT
 
 OPENING, CLOSING = STROKES = ("opening", "closing")
 BOTH, ONLY_A, ONLY_B = SOLENOIDS = ("both", "a", "b")
@@ -32,7 +32,7 @@ class Task(NamedTuple):
     """A stroke that is to land softly."""
 
     machine: object
-    """`engine.machine.Machine`"""
+    """`apesim.engine.machine.Machine`"""
     dwell: float
     """From each command edge to the next [s]."""
     stroke: str
@@ -55,7 +55,7 @@ class Task(NamedTuple):
         return before_a + own * switched_a, before_b + own * switched_b
 
     def run(self, brake=(), until=None, sample=1e-4):
-        """Run the bench with a brake, to the end of the closing unless told otherwise; `valve.bench.BenchRun`."""
+        """Run the bench with a brake, to the end of the closing unless told otherwise, as a `BenchRun`."""
         edges_a, edges_b = self.edges(brake)
         return run_bench(self.machine, self.dwell, until, sample=sample, brakes=edges_a, brakes_b=edges_b)
 

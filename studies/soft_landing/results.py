@@ -7,7 +7,7 @@ import numpy as np
 from apesim.archive import Archive, Variable
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
-from studies.soft_landing.braking import (
+from apesim.studies.soft_landing.braking import (
     ADDED,
     APART,
     BRAKE,
@@ -19,9 +19,9 @@ from studies.soft_landing.braking import (
     front_of,
     widest_soft,
 )
-from studies.soft_landing.landing import OPENING, SOLENOIDS, STROKES
-from studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS
-from valve.solenoid import energised_fraction, opening_curve
+from apesim.studies.soft_landing.landing import OPENING, SOLENOIDS, STROKES
+from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS
+from apesim.valve.solenoid import energised_fraction, opening_curve
 
 STEP = 0.02e-3
 """Of the added time over which the fronts stand [s]."""
@@ -35,14 +35,14 @@ def archive_of(machine, results, spacing, cost, command="", solenoids=SOLENOIDS)
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     results : list of Result
     spacing, cost : float
         [s]
     command : str
         The command line.
     solenoids : sequence of str
-        Tried to brake with, see `studies.soft_landing.strokes.soften`.
+        Tried to brake with, see `apesim.studies.soft_landing.strokes.soften`.
 
     Returns
     -------

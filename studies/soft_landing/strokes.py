@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.march import LOG_HEAD, WATCH
-from studies.soft_landing.braking import (
+from apesim.studies.soft_landing.braking import (
     APART,
     SWITCHED,
     front_of,
@@ -14,9 +14,9 @@ from studies.soft_landing.braking import (
     sturdiest,
     widest_soft,
 )
-from studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS, STROKES, Landing, Task, apart_of, land
-from studies.valve_map import with_supply
-from valve.motion import MET_CLOSED, MET_OPEN, SPEED_EXTREMUM
+from apesim.studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS, STROKES, Landing, Task, apart_of, land
+from apesim.studies.valve_map import with_supply
+from apesim.valve.motion import MET_CLOSED, MET_OPEN, SPEED_EXTREMUM
 
 PRESSURES = "0.4:1.6:0.6 MPa gauge"
 SPACING = 1.0 / (2.0 * 120.0)
@@ -35,7 +35,7 @@ class Choice(NamedTuple):
     """A brake, and what becomes of it under other conditions."""
 
     row: np.ndarray
-    """See `studies.soft_landing.braking.BRAKE`."""
+    """See `apesim.studies.soft_landing.braking.BRAKE`."""
     landings: tuple
     """A `Landing` for each pressure factor and temperature offset, row by row."""
     added: np.ndarray
@@ -43,7 +43,7 @@ class Choice(NamedTuple):
 
     @property
     def solenoids(self):
-        """Those it switches, one of `studies.soft_landing.landing.SOLENOIDS`."""
+        """Those it switches, one of `apesim.studies.soft_landing.landing.SOLENOIDS`."""
         return SOLENOIDS[int(self.row[SWITCHED])]
 
 
@@ -56,7 +56,7 @@ class Result(NamedTuple):
     """Lowest speed of the unbraked piston between its peak and contact [m/s]: the most that the fluctuation alone could
     give, if the stop stood there."""
     brakes: np.ndarray
-    """Of all solenoids tried, see `studies.soft_landing.braking.search`."""
+    """Of all solenoids tried, see `apesim.studies.soft_landing.braking.search`."""
     choices: dict
     """`Choice` or None by limit and kind."""
 
@@ -149,7 +149,7 @@ def soften(task, spacing, cost, solenoids=SOLENOIDS):
     cost : float
         Added time allowed [s].
     solenoids : sequence of str
-        Tried to brake with, of `studies.soft_landing.landing.SOLENOIDS`.
+        Tried to brake with, of `apesim.studies.soft_landing.landing.SOLENOIDS`.
 
     Returns
     -------
@@ -178,7 +178,7 @@ def soft_landings(machine, pressures, temperature, dwell, spacing=SPACING, cost=
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
     pressures : sequence of float
         [Pa abs]
     temperature : float

@@ -5,9 +5,9 @@ points), compute (run them), results (as an archive), completion (until none is 
 being killed).
 """
 
-from studies.sweep.plan import CORRECTED, FIXED, TIMINGS
-from studies.sweep.results import STATUS_MEANINGS
-from studies.sweep.run import SweepResult, run_sweep
-from studies.sweep.variation import vary
+from apesim.studies.sweep.plan import CORRECTED, FIXED, TIMINGS
+from apesim.studies.sweep.results import STATUS_MEANINGS
+from apesim.studies.sweep.run import SweepResult, run_sweep
+from apesim.studies.sweep.variation import vary
 
 __all__ = ["CORRECTED", "FIXED", "STATUS_MEANINGS", "TIMINGS", "SweepResult", "run_sweep", "vary"]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from apesim.archive import Archive, ArchiveError
 from apesim.archive.shards import gaps_in_words, read_shards, write_shard
-from studies.sweep.plan import CORRECTED, FIXED
+from apesim.studies.sweep.plan import CORRECTED, FIXED
 
 SECONDS_A_POINT = {FIXED: 0.03, CORRECTED: 0.12}
 SHARD_SECONDS = 1.0
@@ -40,7 +40,7 @@ def complete(folder, points, plan_hash, *, run, to_archive, report):
     ----------
     folder : path
         Of the shards.
-    points : sequence of studies.sweep.plan.Point
+    points : sequence of apesim.studies.sweep.plan.Point
     plan_hash : str
     run : function
         Computes lists of points; yields each with its results, None where it killed its worker.

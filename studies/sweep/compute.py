@@ -4,15 +4,15 @@ from math import nan
 
 import numpy as np
 
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.cycle import TRACE
+from apesim.engine.cylinder import EPV
+from apesim.engine.indicators import INDICATORS, indicators
+from apesim.engine.steady import run_steady
+from apesim.engine.warnings import EngineWarning, judge_point
 from apesim.march import Status
-from engine.breathing import DEGREE, TURN
-from engine.cycle import TRACE
-from engine.cylinder import EPV
-from engine.indicators import INDICATORS, indicators
-from engine.steady import run_steady
-from engine.warnings import EngineWarning, judge_point
-from studies.sweep.plan import CORRECTED, rpm
-from studies.timing import corrected
+from apesim.studies.sweep.plan import CORRECTED, rpm
+from apesim.studies.timing import corrected
 
 ANGLE_STEP = 0.5 * DEGREE
 ROWS = round(TURN / ANGLE_STEP)
@@ -30,7 +30,7 @@ def compute(points):
 
     Parameters
     ----------
-    points : sequence of studies.sweep.plan.Point
+    points : sequence of apesim.studies.sweep.plan.Point
 
     Returns
     -------

@@ -4,11 +4,11 @@ import re
 from itertools import product
 from typing import NamedTuple
 
+from apesim.engine.breathing import TURN
+from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
+from apesim.engine.machine import Machine
 from apesim.quantities.units import NUMBER
-from engine.breathing import TURN
-from engine.cylinder import CAM, EPV, IDEAL_VALVE
-from engine.machine import Machine
-from studies.sweep.variation import Variation
+from apesim.studies.sweep.variation import Variation
 
 TIMINGS = (FIXED, CORRECTED) = (0, 1)
 TIMING_NAMES = ("fixed", "corrected")
@@ -52,7 +52,7 @@ def actuations_of(intakes, timings):
     Parameters
     ----------
     intakes : sequence of int
-        Codes of `engine.cylinder.INTAKES`.
+        Codes of `apesim.engine.cylinder.INTAKES`.
     timings : sequence of int
 
     Returns
@@ -69,11 +69,11 @@ def plan(variation, speeds, intakes, timings=(FIXED,)):
 
     Parameters
     ----------
-    variation : studies.sweep.variation.Variation
+    variation : apesim.studies.sweep.variation.Variation
     speeds : sequence of float
         [rad/s]
     intakes : sequence of int
-        Codes of `engine.cylinder.INTAKES`.
+        Codes of `apesim.engine.cylinder.INTAKES`.
     timings : sequence of int
         Of the electro-pneumatic valve.
 

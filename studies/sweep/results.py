@@ -4,16 +4,16 @@ import numpy as np
 
 from apesim.archive import Archive, Variable
 from apesim.archive.grid import axes_of, places_of
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cycle import TRACE
+from apesim.engine.cylinder import INTAKES
+from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.march import Status
 from apesim.quantities import Choice, Curve, split_header
-from engine.breathing import DEGREE
-from engine.cycle import TRACE
-from engine.cylinder import INTAKES
-from engine.indicators import COUNTS, FLAGS, INDICATORS
-from studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
-from studies.sweep.plan import ACTUATIONS, TIMING_NAMES, actuation_of
-from studies.sweep.variation import stored
-from studies.timing import Reason
+from apesim.studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
+from apesim.studies.sweep.plan import ACTUATIONS, TIMING_NAMES, actuation_of
+from apesim.studies.sweep.variation import stored
+from apesim.studies.timing import Reason
 
 STATUS_MEANINGS = ", ".join(f"{int(status)} {status.name.lower().replace('_', ' ')}" for status in Status)
 REASON_MEANINGS = ", ".join(f"{int(reason)} {reason.name.lower().replace('_', ' ')}" for reason in Reason)
@@ -51,10 +51,10 @@ def archive_of(points, results, variation, machine, provenance):
 
     Parameters
     ----------
-    points : sequence of studies.sweep.plan.Point
+    points : sequence of apesim.studies.sweep.plan.Point
     results : list of tuple
-        See `studies.sweep.compute.compute`.
-    variation : studies.sweep.variation.Variation
+        See `apesim.studies.sweep.compute.compute`.
+    variation : apesim.studies.sweep.variation.Variation
         Of the machines that the points are taken from.
     machine : str
         TOML text of the machine before anything is varied.
@@ -155,7 +155,7 @@ def flagged(archive, warning):
     Parameters
     ----------
     archive : Archive
-    warning : engine.warnings.EngineWarning
+    warning : apesim.engine.warnings.EngineWarning
 
     Returns
     -------

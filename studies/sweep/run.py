@@ -12,17 +12,17 @@ from typing import NamedTuple
 
 from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, read, write
 from apesim.archive.shards import lock, merge, missing_runs, plan_hash, read_shards, remove_shards, shards_folder
+from apesim.engine.operating_point import cycle_of
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
-from engine.operating_point import cycle_of
-from studies.cluster import run_on_cluster
-from studies.output import refuse_folder, refuse_to_replace
-from studies.pool import run_tasks, workers_for
-from studies.sweep.completion import complete, keep, seconds_of
-from studies.sweep.compute import compute
-from studies.sweep.plan import FIXED, plan
-from studies.sweep.results import archive_of, faults_of
-from studies.sweep.variation import Variation
+from apesim.studies.cluster import run_on_cluster
+from apesim.studies.output import refuse_folder, refuse_to_replace
+from apesim.studies.pool import run_tasks, workers_for
+from apesim.studies.sweep.completion import complete, keep, seconds_of
+from apesim.studies.sweep.compute import compute
+from apesim.studies.sweep.plan import FIXED, plan
+from apesim.studies.sweep.results import archive_of, faults_of
+from apesim.studies.sweep.variation import Variation
 
 
 class SweepResult(NamedTuple):
@@ -69,11 +69,11 @@ def run_sweep(
     timings : sequence of int
         `FIXED` and `CORRECTED` commands of the electro-pneumatic valve.
     variation : Variation, optional
-        Machines to run instead, see `studies.sweep.variation.vary`.
+        Machines to run instead, see `apesim.studies.sweep.variation.vary`.
     jobs : int, optional
         Processes; as many as the work is worth if left out.
     cluster : distributed.Client, optional
-        Where to compute instead, see `studies.cluster.connected`.
+        Where to compute instead, see `apesim.studies.cluster.connected`.
     shard : tuple of int, optional
         (i, N): only every N-th point from the i-th, i = 1...N; `apesim archive merge` joins the archives.
     resume : bool
@@ -152,7 +152,7 @@ def run_sweep(
 
 
 def _run_here(jobs, chunks):
-    """As `studies.pool.run_tasks`, in as many processes as the work is worth."""
+    """As `apesim.studies.pool.run_tasks`, in as many processes as the work is worth."""
     return run_tasks(compute, chunks, workers_for(seconds_of(itertools.chain(*chunks)), jobs))
 
 

@@ -4,10 +4,10 @@ from itertools import product
 from math import prod
 from typing import NamedTuple
 
+from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Culprit, Curve, InputError, Pressure, Quantity, parse_range, quoted, unit
 from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import load, misassigned, schema
-from engine.machine import Machine
 
 VARY = "--vary"
 INTAKE_KEY, AMBIENT_KEY = "engine.intake", "ambient.pressure"

@@ -6,6 +6,6 @@ temperature), grid (all of it over speed, pressure and temperature), header (a t
 (CSV, JSON and that header).
 """
 
-from studies.timing.solve import Reason, Timing, corrected
+from apesim.studies.timing.solve import Reason, Timing, corrected
 
 __all__ = ["Reason", "Timing", "corrected"]

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from apesim.archive import ArchiveError
-from engine.breathing import DEGREE, TURN
-from studies.console import plain
-from studies.timing.grid import CRITERION
-from studies.timing.header import c_header, error_text
-from studies.timing.solve import Reason
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.studies.console import plain
+from apesim.studies.timing.grid import CRITERION
+from apesim.studies.timing.header import c_header, error_text
+from apesim.studies.timing.solve import Reason
 
 
 def as_json(timing_map):
@@ -19,7 +19,7 @@ def as_json(timing_map):
 
     Parameters
     ----------
-    timing_map : studies.timing.grid.TimingMap
+    timing_map : apesim.studies.timing.grid.TimingMap
 
     Returns
     -------
@@ -98,7 +98,7 @@ def export(timing_map, out):
 
     Parameters
     ----------
-    timing_map : studies.timing.grid.TimingMap
+    timing_map : apesim.studies.timing.grid.TimingMap
     out : path
         The archive; the endings become ``.csv``, ``.json`` and ``.h``.
 

@@ -7,19 +7,19 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.indicators import indicators
+from apesim.engine.machine import Command, Machine
+from apesim.engine.steady import run_steady
 from apesim.kernel import sources_hash
 from apesim.march import Status
 from apesim.quantities.settings import dumps
-from engine.breathing import DEGREE, TURN
-from engine.indicators import indicators
-from engine.machine import Command, Machine
-from engine.steady import run_steady
-from studies.pool import run_tasks, workers_for
-from studies.timing.law import laws_of
-from studies.timing.open_loop import open_loop_delays
-from studies.timing.solve import Reason, corrected, look, start_after, wrapped
-from studies.timing.table import Axes, InterpolationError, centres, interpolation_error
-from studies.valve_map import with_supply
+from apesim.studies.pool import run_tasks, workers_for
+from apesim.studies.timing.law import laws_of
+from apesim.studies.timing.open_loop import open_loop_delays
+from apesim.studies.timing.solve import Reason, corrected, look, start_after, wrapped
+from apesim.studies.timing.table import Axes, InterpolationError, centres, interpolation_error
+from apesim.studies.valve_map import with_supply
 
 SECONDS_A_POINT = 0.12
 CHECKS_MOST, SEED = 60, 20090
@@ -83,7 +83,7 @@ class TimingMap(NamedTuple):
     """(speeds, pressures, temperatures) [rad]; NaN out of reach."""
     release_advance: np.ndarray
     laws: dict
-    """``advance`` and ``release_advance``: lists of `studies.timing.law.Law`."""
+    """``advance`` and ``release_advance``: lists of `apesim.studies.timing.law.Law`."""
     error: InterpolationError
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from apesim.archive import sha256
-from engine.breathing import DEGREE, TURN
+from apesim.engine.breathing import DEGREE, TURN
 
 HEADER = """\
 /* Command angles of an electro-pneumatic intake valve, so that it really opens and closes at its targets.
@@ -111,7 +111,7 @@ def c_header(timing_map):
 
     Parameters
     ----------
-    timing_map : studies.timing.grid.TimingMap
+    timing_map : apesim.studies.timing.grid.TimingMap
 
     Returns
     -------

@@ -64,7 +64,7 @@ def laws_of(axes, angles):
 
     Parameters
     ----------
-    axes : studies.timing.table.Axes
+    axes : apesim.studies.timing.table.Axes
     angles : (i, j, k) float array
         Advance [rad]; NaN out of reach.
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from valve.bench import run_bench
-from valve.groove import area_table, lap_of
+from apesim.valve.bench import run_bench
+from apesim.valve.groove import area_table, lap_of
 
 PULSE = 0.2
 """Long enough for the chambers to come to rest before the release [s]."""
@@ -31,7 +31,7 @@ def open_loop_delays(machine):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
+    machine : apesim.engine.machine.Machine
 
     Returns
     -------

@@ -6,17 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.cycle import TRACE
+from apesim.engine.cylinder import EPV
+from apesim.engine.indicators import valve_angles
+from apesim.engine.machine import Machine
+from apesim.engine.steady import SteadyRun, run_steady
 from apesim.march import LOG_HEAD, Status
 from apesim.periodic import PERIODIC_TOLERANCE
-from engine.breathing import DEGREE, TURN
-from engine.cycle import TRACE
-from engine.cylinder import EPV
-from engine.indicators import valve_angles
-from engine.machine import Machine
-from engine.steady import SteadyRun, run_steady
-from studies.timing.open_loop import lap_of_machine, open_loop_delays
-from valve.motion import CORNER
-from valve.solenoid import opening_curve
+from apesim.studies.timing.open_loop import lap_of_machine, open_loop_delays
+from apesim.valve.motion import CORNER
+from apesim.valve.solenoid import opening_curve
 
 TOLERANCE = 5e-4 * DEGREE
 """To which the targets are met, where they can be [rad]."""
@@ -91,7 +91,7 @@ class Timing(NamedTuple):
     run: SteadyRun | None
     """The periodic state with these commands; None out of reach."""
     angles: dict
-    """See `engine.indicators.valve_angles`; empty out of reach."""
+    """See `apesim.engine.indicators.valve_angles`; empty out of reach."""
     advance: float
     """Target less command of the opening [rad]; NaN out of reach. Of the turns that it could be, the first that leaves
     the solenoids their dead time."""
@@ -145,7 +145,7 @@ def look(machine, speed, energise, pulse, steady=PERIODIC_TOLERANCE):
     energise, pulse : float
         Command angle, and how long it holds [rad].
     steady : float
-        See `engine.steady.run_steady`.
+        See `apesim.engine.steady.run_steady`.
 
     Returns
     -------
@@ -189,7 +189,7 @@ def corrected(machine, speed, start=None, steady=PERIODIC_TOLERANCE):
     start : tuple of float, optional
         Energise and pulse to start from [rad].
     steady : float
-        See `engine.steady.run_steady`; with `SKETCH` the targets are met within `NEAR`, at a third of the time.
+        See `apesim.engine.steady.run_steady`; with `SKETCH` the targets are met within `NEAR`, at a third of the time.
 
     Returns
     -------

@@ -13,14 +13,14 @@ if __name__ == "__main__":
 
 from machines import RPM, machine
 
+from apesim.engine import cycle_state
+from apesim.engine.breathing import DEGREE
+from apesim.engine.operating_point import accuracy_at, cycle_of
+from apesim.engine.steady import run_steady
 from apesim.march import LOG_HEAD, LOG_ROWS, Accuracy, march
-from engine import cycle_state
-from engine.breathing import DEGREE
-from engine.operating_point import accuracy_at, cycle_of
-from engine.steady import run_steady
-from valve import actuator, bench
-from valve.measures import closing_stroke, opening_stroke
-from valve.motion import MET_CLOSED, MET_OPEN
+from apesim.valve import actuator, bench
+from apesim.valve.measures import closing_stroke, opening_stroke
+from apesim.valve.motion import MET_CLOSED, MET_OPEN
 
 TOLERANCES = 10.0 ** -np.arange(4.0, 11.25, 0.5)
 FINEST = 1e-13

@@ -14,15 +14,15 @@ from machines import AMBIENT, RPM, machine, settled
 from scipy.optimize import brentq
 
 from apesim.air import CANTERA, IDEAL
-from engine.breathing import DEGREE
-from engine.cycle_state import EXHAUST_BACK, GROOVE, GROOVE_BACK, SUPPLIED, WORK
-from engine.exergy import ENTERS, LEAVES, exergy_closure, exergy_ledger
-from engine.friction import Friction
-from engine.ideal_work import full_admission_work, isentropic_work
-from engine.indicators import closure, indicators
-from engine.kinematics import crank_of, cylinder_volume
-from engine.steady import run_steady
-from valve.supply import REGULATOR
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cycle_state import EXHAUST_BACK, GROOVE, GROOVE_BACK, SUPPLIED, WORK
+from apesim.engine.exergy import ENTERS, LEAVES, exergy_closure, exergy_ledger
+from apesim.engine.friction import Friction
+from apesim.engine.ideal_work import full_admission_work, isentropic_work
+from apesim.engine.indicators import closure, indicators
+from apesim.engine.kinematics import crank_of, cylinder_volume
+from apesim.engine.steady import run_steady
+from apesim.valve.supply import REGULATOR
 
 CLOSURE = 1e-9
 EXERGY_CLOSURE = 1e-6
@@ -78,7 +78,7 @@ def machines(draw):
 
 
 def ideal_work(law, a_machine, run):
-    """By a law of `engine.ideal_work`, of all the air that the engine takes from the supply [J]."""
+    """By a law of `apesim.engine.ideal_work`, of all the air that the engine takes from the supply [J]."""
     air = run.end[GROOVE] + (run.end[SUPPLIED] if run.p.control_from_receiver else 0.0)
     supply = a_machine.supply
     return air * law(run.p.actuator.gas, supply.temperature, supply.pressure / a_machine.ambient.pressure)

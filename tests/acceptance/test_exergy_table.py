@@ -6,9 +6,9 @@ Stated error: 0.5 % of each number or 0.2 J, as it is printed to 0.1 J.
 import pytest
 from machines import RPM, machine, settled
 
-from engine.exergy import ENTERS, LEAVES
-from engine.indicators import indicators
-from studies.timing import corrected
+from apesim.engine.exergy import ENTERS, LEAVES
+from apesim.engine.indicators import indicators
+from apesim.studies.timing import corrected
 
 ERROR, AMOUNT = 5e-3, 0.2
 COLUMNS = ("engine_air", "indicated_work", "feed", "groove", "exhaust", "mixing", "control_air")

@@ -15,8 +15,8 @@ import pytest
 from machines import settled
 
 import apesim
-from studies.cli import app
-from studies.console import main_of
+from apesim.studies.cli import app
+from apesim.studies.console import main_of
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 MACHINE, PAGE = EXAMPLES / "huang.toml", EXAMPLES / "huang.md"

@@ -11,10 +11,10 @@ import pytest
 from machines import machine, settled
 
 from apesim.air import CANTERA
-from engine.breathing import DEGREE
-from engine.cycle import TRACE
-from engine.cycle_state import EXHAUST_BACK, GROOVE, GROOVE_BACK, WORK
-from engine.kinematics import cylinder_volume
+from apesim.engine.breathing import DEGREE
+from apesim.engine.cycle import TRACE
+from apesim.engine.cycle_state import EXHAUST_BACK, GROOVE, GROOVE_BACK, WORK
+from apesim.engine.kinematics import cylinder_volume
 
 ERROR, WORK_ERROR = 2e-5, 1e-4
 STEP = 0.02

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from machines import agrees, machine, reference, settled
 
-from engine.indicators import indicators
+from apesim.engine.indicators import indicators
 
 ERROR, ANGLE_ERROR = 2e-5, 1e-3
 COLUMNS = {

@@ -6,7 +6,7 @@ A pulse of 50 ms from rest at the defaults. Stated error: 2e-5 of each number at
 import pytest
 from machines import agrees, machine, reference
 
-from valve.bench import run_bench
+from apesim.valve.bench import run_bench
 
 ERROR = 2e-5
 COLUMNS = {

@@ -8,8 +8,8 @@ from machines import RPM, machine
 from truth.periodic import opening_and_closing
 from truth.reading import engine_of
 
-from engine.breathing import DEGREE
-from studies.timing import corrected
+from apesim.engine.breathing import DEGREE
+from apesim.studies.timing import corrected
 
 TARGETS = (-5.0, 70.0)
 NEAR = 0.1

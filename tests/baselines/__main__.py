@@ -9,9 +9,9 @@ from math import exp
 from pathlib import Path
 from time import perf_counter
 
-from studies.commands.machine import load_machine
-from studies.gap.explain import library
-from studies.measured import read_measured
+from apesim.studies.commands.machine import load_machine
+from apesim.studies.gap.explain import library
+from apesim.studies.measured import read_measured
 
 from .fits import one_parameter_fits
 from .sparse import missing_force

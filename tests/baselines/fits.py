@@ -3,11 +3,11 @@
 import numpy as np
 from scipy.optimize import least_squares
 
-from studies.gap.candidates import candidates_of
-from studies.gap.nuisances import nuisances_of
-from studies.gap.parameters import put
-from studies.measured import FIT
-from studies.measured.prediction import predict, run_of, start_of
+from apesim.studies.gap.candidates import candidates_of
+from apesim.studies.gap.nuisances import nuisances_of
+from apesim.studies.gap.parameters import put
+from apesim.studies.measured import FIT
+from apesim.studies.measured.prediction import predict, run_of, start_of
 
 STARTS = (0.1, 0.5)
 """Of a strength, over the upper end of its range; a fit begins with the better."""
@@ -68,8 +68,8 @@ def one_parameter_fits(machine, measured, effects):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    measured : studies.measured.Measured
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
     effects : sequence of apesim.effect.Effect
 
     Returns

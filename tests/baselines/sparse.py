@@ -4,7 +4,7 @@ import numpy as np
 from pysindy import STLSQ, SmoothedFiniteDifference
 from scipy.ndimage import binary_erosion
 
-from studies.measured import FIT
+from apesim.studies.measured import FIT
 
 WINDOW = 1.5e-3
 """Of the smoothing cubic [s]."""
@@ -32,8 +32,8 @@ def missing_force(machine, measured):
 
     Parameters
     ----------
-    machine : engine.machine.Machine
-    measured : studies.measured.Measured
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
         With lift and both chambers; no force can be had without.
 
     Returns

@@ -20,14 +20,14 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from machines import RPM, machine
 
+from apesim.engine import cycle, cycle_state
+from apesim.engine.operating_point import accuracy_at, cycle_of
+from apesim.engine.steady import run_steady
 from apesim.march import EVENTS, LOG_HEAD, LOG_ROWS, TOLERANCE, march
 from apesim.slots import enter, events, rates, respond
-from engine import cycle, cycle_state
-from engine.operating_point import accuracy_at, cycle_of
-from engine.steady import run_steady
-from valve import actuator, bench
-from valve.motion import CORNER, FLOW, MET_CLOSED, MET_OPEN
-from valve.solenoid_flow import FLOWS
+from apesim.valve import actuator, bench
+from apesim.valve.motion import CORNER, FLOW, MET_CLOSED, MET_OPEN
+from apesim.valve.solenoid_flow import FLOWS
 
 PULSE, END = 50e-3, 100e-3
 FIXED_STEP = 0.01e-3
@@ -200,7 +200,7 @@ def command_time(arguments, cache, repeats):
     for _ in range(repeats):
         start = time.perf_counter()
         done = subprocess.run(
-            [sys.executable, "-c", "from studies.cli import main; main()", *arguments],
+            [sys.executable, "-c", "from apesim.studies.cli import main; main()", *arguments],
             env=environment,
             capture_output=True,
             text=True,

@@ -8,7 +8,7 @@ nothing else.
 from typing import NamedTuple
 
 from apesim.effect import acting
-from valve.effects import (
+from apesim.valve.effects import (
     bounce,
     chamber_wall_heat,
     coulomb_friction,

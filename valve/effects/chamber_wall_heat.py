@@ -7,7 +7,7 @@ from apesim.effect import Effect, law
 from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY
+from apesim.valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY
 
 
 class ChamberWallHeat(NamedTuple):

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from valve.terms import BREAKAWAY, DRY
+from apesim.valve.terms import BREAKAWAY, DRY
 
 
 class CoulombFriction(NamedTuple):

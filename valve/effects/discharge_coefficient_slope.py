@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
-from valve.terms import FLOW_SHARE
+from apesim.valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
+from apesim.valve.terms import FLOW_SHARE
 
 
 class DischargeCoefficientSlope(NamedTuple):

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect, law, note_branch
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from valve.terms import BRANCH, FORCE
+from apesim.valve.terms import BRANCH, FORCE
 
 
 class EndCushion(NamedTuple):

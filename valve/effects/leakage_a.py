@@ -6,7 +6,7 @@ from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 from apesim.restriction import leak
-from valve.terms import BRANCH, ENERGY_A, MASS_A
+from apesim.valve.terms import BRANCH, ENERGY_A, MASS_A
 
 
 class LeakageA(NamedTuple):

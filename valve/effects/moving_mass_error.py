@@ -18,12 +18,12 @@ def adjust(effect, actuator, tables):
     Parameters
     ----------
     effect : MovingMassError
-    actuator : valve.actuator.Actuator
-    tables : valve.actuator.ActuatorTables
+    actuator : apesim.valve.actuator.Actuator
+    tables : apesim.valve.actuator.ActuatorTables
 
     Returns
     -------
-    valve.actuator.Actuator, valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
     """
     valve = actuator.valve
     valve = valve._replace(moving_mass=(1.0 + effect.share) * valve.moving_mass)

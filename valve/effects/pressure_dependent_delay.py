@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Pressure, Quantity
-from valve.solenoid import shifted
+from apesim.valve.solenoid import shifted
 
 
 class PressureDependentDelay(NamedTuple):
@@ -22,12 +22,12 @@ def adjust(effect, actuator, tables):
     Parameters
     ----------
     effect : PressureDependentDelay
-    actuator : valve.actuator.Actuator
-    tables : valve.actuator.ActuatorTables
+    actuator : apesim.valve.actuator.Actuator
+    tables : apesim.valve.actuator.ActuatorTables
 
     Returns
     -------
-    valve.actuator.Actuator, valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
     """
     time = effect.slope * (actuator.control_pressure - effect.reference)
     return actuator, tables._replace(curve_a=shifted(tables.curve_a, time), curve_b=shifted(tables.curve_b, time))

@@ -23,12 +23,12 @@ def adjust(effect, actuator, tables):
     Parameters
     ----------
     effect : SlowRamp
-    actuator : valve.actuator.Actuator
-    tables : valve.actuator.ActuatorTables
+    actuator : apesim.valve.actuator.Actuator
+    tables : apesim.valve.actuator.ActuatorTables
 
     Returns
     -------
-    valve.actuator.Actuator, valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
     """
 
     def slower(curve):

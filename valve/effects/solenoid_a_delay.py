@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
-from valve.solenoid import shifted
+from apesim.valve.solenoid import shifted
 
 
 class SolenoidADelay(NamedTuple):
@@ -19,12 +19,12 @@ def adjust(effect, actuator, tables):
     Parameters
     ----------
     effect : SolenoidADelay
-    actuator : valve.actuator.Actuator
-    tables : valve.actuator.ActuatorTables
+    actuator : apesim.valve.actuator.Actuator
+    tables : apesim.valve.actuator.ActuatorTables
 
     Returns
     -------
-    valve.actuator.Actuator, valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
     """
     return actuator, tables._replace(curve_a=shifted(tables.curve_a, effect.time))
 

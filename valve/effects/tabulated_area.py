@@ -4,8 +4,8 @@ from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
-from valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
-from valve.terms import FLOW_SHARE
+from apesim.valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
+from apesim.valve.terms import FLOW_SHARE
 
 PLACES = 20, 40, 60, 80, 100
 """Lower over higher pressure [%]."""

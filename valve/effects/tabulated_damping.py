@@ -6,7 +6,7 @@ from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
-from valve.terms import BREAKAWAY, DRY
+from apesim.valve.terms import BREAKAWAY, DRY
 
 PLACES = 0, 100, 300, 700, 1500, 3100
 """Speed [mm/s]: equally spaced in log2(1 + v/(100 mm/s))."""

@@ -24,7 +24,7 @@ def bent(curve, times, all_times):
     Parameters
     ----------
     curve : (j, 2) float array
-        See `valve.solenoid.opening_curve`.
+        See `apesim.valve.solenoid.opening_curve`.
     times : sequence of float
         At the openings `PLACES` [s].
     all_times : float
@@ -49,12 +49,12 @@ def adjust(effect, actuator, tables):
     Parameters
     ----------
     effect : TabulatedDelay
-    actuator : valve.actuator.Actuator
-    tables : valve.actuator.ActuatorTables
+    actuator : apesim.valve.actuator.Actuator
+    tables : apesim.valve.actuator.ActuatorTables
 
     Returns
     -------
-    valve.actuator.Actuator, valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
     """
     above = (actuator.control_pressure - actuator.ambient.pressure) / 1e3
     both = float(np.interp(above, PRESSURES, effect[10:]))

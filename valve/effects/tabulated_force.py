@@ -4,7 +4,7 @@ from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
-from valve.terms import BREAKAWAY, DRY, FORCE
+from apesim.valve.terms import BREAKAWAY, DRY, FORCE
 
 PLACES = range(0, 101, 10)
 """Share of the stroke [%]."""

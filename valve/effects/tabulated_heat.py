@@ -5,7 +5,7 @@ from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
-from valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY
+from apesim.valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY
 
 PLACES = "minus_80", "minus_40", 0, 40, 80
 """Temperature of the air above ambient [K]."""

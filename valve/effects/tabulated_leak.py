@@ -5,7 +5,7 @@ from apesim.kernel import kernel
 from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
 from apesim.restriction import leak
-from valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B
+from apesim.valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B
 
 PLACES = 0, 50, 100
 """Share of the stroke [%]."""

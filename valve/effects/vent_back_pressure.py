@@ -18,12 +18,12 @@ def adjust(effect, actuator, tables):
     Parameters
     ----------
     effect : VentBackPressure
-    actuator : valve.actuator.Actuator
-    tables : valve.actuator.ActuatorTables
+    actuator : apesim.valve.actuator.Actuator
+    tables : apesim.valve.actuator.ActuatorTables
 
     Returns
     -------
-    valve.actuator.Actuator, valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
     """
     return actuator._replace(vent_pressure=actuator.vent_pressure + effect.pressure), tables
 
