@@ -7,7 +7,6 @@ holds a regime through a step, its law carried on smoothly beyond the ends, and 
 from math import inf, sqrt
 
 from apesim.air import ANR_DENSITY, enthalpy, heat_capacity_ratio
-from apesim.effect import note_branch
 from apesim.flow_function import (
     NEARLY_EQUAL,
     choked_flow_function,
@@ -180,34 +179,6 @@ def flow_between(gas, area, pressure_1, temperature_1, pressure_2, temperature_2
         return 0.0, 0.0
     sides = pressure_1, temperature_1, pressure_2, temperature_2
     return flow_in(gas, regime_between(gas, sides), area, sides)
-
-
-@kernel
-def leak(gas, area, sides, balance, branch):
-    """Flow of an effect's own between two volumes (Eq. 7), its regime noted.
-
-    Parameters
-    ----------
-    gas : Gas
-    area : float
-        Effective area [m2].
-    sides : tuple of float
-        See `regime_between`.
-    balance : (n,) float array
-        What the effect adds to.
-    branch : int
-        See `apesim.effect.note_branch`.
-
-    Returns
-    -------
-    mass_flow, enthalpy_flow : float
-        See `flow_between`.
-    """
-    if area <= 0.0:
-        return 0.0, 0.0
-    regime = regime_between(gas, sides)
-    note_branch(balance, branch, NEAR if abs(regime) == NEAR else regime)
-    return flow_in(gas, regime, area, sides)
 
 
 def iso6358_flow(conductance, critical, pressure_up, pressure_down, temperature=293.15):

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from apesim.engine.angles import DEGREE, TURN
 from apesim.kernel import kernel
 from apesim.quantities import NO_CURVE, Curve, Quantity
 from apesim.valve.groove import piece_line, piece_of
@@ -15,8 +16,6 @@ ROWS_MOST = 2000
 """Of a cam's lift curve: every row ends a step of the march."""
 LIFT_MOST = 0.1
 """Of a cam [m]."""
-DEGREE = pi / 180.0
-TURN = 2.0 * pi
 
 
 def window_faults(window):

@@ -5,7 +5,8 @@ mdot T_0 (s_down - s_up); mixing, heat through a wall and friction destroy their
 states of a cycle, or an impact of its log; none is what is left over.
 """
 
-from apesim.engine.cycle_state import (
+from apesim.engine.cycle.flows import breathing, effects_of, exchange_sides, piped
+from apesim.engine.cycle.state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_FLOW,
@@ -28,8 +29,6 @@ from apesim.engine.cycle_state import (
     supply_of,
 )
 from apesim.engine.cylinder import EPV
-from apesim.engine.gas_exchange import breathing, effects_of, exchange_sides, piped
-from apesim.error_bounds import closure_of
 from apesim.exergy import (
     exergy_brought,
     exergy_stored,
@@ -41,6 +40,7 @@ from apesim.exergy import (
     throttling_loss,
 )
 from apesim.kernel import kernel
+from apesim.march.error_bounds import closure_of
 from apesim.scratch import zeros
 from apesim.valve.exergy import (
     CHAMBER_MIXING,
@@ -106,7 +106,7 @@ def add_exergy_rates(p, t, y, mode, cylinder, dy):
 
     Parameters
     ----------
-    p : apesim.engine.cycle_state.Cycle
+    p : apesim.engine.cycle.state.Cycle
     t : float
         [s]
     y, mode : float array
@@ -165,7 +165,7 @@ def stored(p, t, y):
 
     Parameters
     ----------
-    p : apesim.engine.cycle_state.Cycle
+    p : apesim.engine.cycle.state.Cycle
     t : float
         [s]
     y : (SIZE,) float array
@@ -219,7 +219,7 @@ def exergy_entering(terms):
 
 
 def exergy_closure(run, terms):
-    """Exergy that the ledger of a run does not account for, see `apesim.error_bounds.closure_of`."""
+    """Exergy that the ledger of a run does not account for, see `apesim.march.error_bounds.closure_of`."""
     enters, leaves = (sum(terms[name] for name in names) for names in (ENTERS, LEAVES))
     left = enters - leaves - terms["stored"] - terms["indicated_work"]
     return closure_of(left, exergy_entering(terms), stored(run.p, 0.0, run.start))

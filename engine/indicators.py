@@ -6,8 +6,9 @@ from math import nan
 import numpy as np
 
 from apesim.air import ANR_DENSITY, enthalpy, temperature_at_enthalpy, temperature_of
-from apesim.engine.breathing import DEGREE, TURN, cam_angles
-from apesim.engine.cycle_state import (
+from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.breathing import cam_angles
+from apesim.engine.cycle.state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_BACK,
@@ -43,9 +44,9 @@ from apesim.engine.exergy import TERMS, exergy_closure, exergy_ledger
 from apesim.engine.friction import friction_mean_effective_pressure, mean_piston_speed
 from apesim.engine.ideal_work import full_admission_work, isentropic_work, isothermal_work
 from apesim.engine.kinematics import cylinder_volume, swept_volume
-from apesim.error_bounds import closure_of
 from apesim.exergy import flow_exergy
-from apesim.march import LOG_HEAD
+from apesim.march.adaptive import LOG_HEAD
+from apesim.march.error_bounds import closure_of
 from apesim.valve.actuator import PHASE
 from apesim.valve.chamber import chamber_state
 from apesim.valve.groove import area_table, lap_of
@@ -233,7 +234,7 @@ def friction_pressure(run, peak):
 def closure(run):
     """Mass and energy that the cycle's ledger does not account for, relative to what goes through the engine.
 
-    See `apesim.error_bounds.closure_of`.
+    See `apesim.march.error_bounds.closure_of`.
 
     Returns
     -------

@@ -4,7 +4,7 @@ from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
 from apesim.air import Air, Ambient
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import Engine
 from apesim.engine.effects import Effects, unserved_effects
 from apesim.quantities import Quantity

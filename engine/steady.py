@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
-from apesim.engine.cycle_state import GROOVE, SIZE, STATES, WORK, Cycle
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of, with_exergy
+from apesim.engine.cycle.rates import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
+from apesim.engine.cycle.state import GROOVE, SIZE, STATES, WORK, Cycle
 from apesim.engine.exergy import RATES
-from apesim.engine.operating_point import accuracy_at, charged_at_rest, cycle_of, with_exergy
-from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, WATCH, Status, march
-from apesim.periodic import CYCLES_MOST, PERIODIC_TOLERANCE, Orbit, known_orbit, periodic_orbit
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, WATCH, Status, march
+from apesim.march.periodic import CYCLES_MOST, PERIODIC_TOLERANCE, Orbit, known_orbit, periodic_orbit
 from apesim.valve.actuator import PHASE
 from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
 from apesim.valve.piston import HELD_CLOSED
@@ -27,20 +27,20 @@ class SteadyRun(NamedTuple):
     end: np.ndarray
     """State at its end, and the cycle's ledger; with a period of 2 cycles, their mean change added to the start."""
     log: np.ndarray
-    """See `apesim.march.march`; without the extrema below."""
+    """See `apesim.march.adaptive.march`; without the extrema below."""
     extrema: np.ndarray
     """Rows of the log at extrema of the receiver's pressure and of the cylinder's temperature."""
     angles: np.ndarray
     """Crank angles of the trace [rad], (n,)."""
     trace: np.ndarray
-    """Columns `apesim.engine.cycle.TRACE`, (n, 11)."""
+    """Columns `apesim.engine.cycle.rates.TRACE`, (n, 11)."""
     work_by_quadrature: float
     """[J]"""
     exergy_end: np.ndarray
     """The same as `end` of a march of the cycle that holds the exergy ledger to the tolerance, too, with the rates of
     `apesim.engine.exergy` integrated behind it [J], (SIZE + RATES,)."""
     work_change: float
-    """Of the cycle's work at tenfold tolerance, see `apesim.march.Accuracy.tenfold`; relative."""
+    """Of the cycle's work at tenfold tolerance, see `apesim.march.adaptive.Accuracy.tenfold`; relative."""
     air_change: float
     """The same of the air through the groove."""
     tolerance: float
@@ -78,7 +78,7 @@ def run_steady(
         Of the first row of the trace, from the energising [rad].
     angles : (n,) float array, optional
         Of the rows of the trace, ascending within the turn from the energising on [rad]; they go before a step.
-    start : apesim.periodic.Known, optional
+    start : apesim.march.periodic.Known, optional
         See `known_state`.
     doubted : bool
         Whether to march two more cycles, one at tenfold tolerance for the changes of work and air, and one for the
@@ -149,7 +149,7 @@ def known_state(machine, speed):
 
     Returns
     -------
-    apesim.periodic.Known or None
+    apesim.march.periodic.Known or None
         None where it does not settle to a period of one cycle.
     """
     p, tables, kinks = cycle_of(machine, speed)

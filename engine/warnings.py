@@ -3,11 +3,11 @@
 from enum import IntEnum
 
 from apesim.air import CP_UP_TO
-from apesim.engine.cycle import TRACE
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import valve_travel
-from apesim.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
-from apesim.march import LOG_HEAD
+from apesim.march.adaptive import LOG_HEAD
+from apesim.march.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
 from apesim.valve.measures import Travel
 from apesim.valve.warnings import closure_text, control_text, quadrature_text, travel_text
 

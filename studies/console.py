@@ -11,7 +11,7 @@ from concurrent.futures import wait
 
 import typer
 
-from apesim.studies.aside import aside
+from apesim.studies.execution.own_thread import call_in_thread
 from apesim.terminal import visible
 
 DONE, FAULT_OF_OURS, BAD_INPUT, INCOMPLETE, INTERRUPTED = 0, 1, 2, 3, 130
@@ -83,7 +83,7 @@ class Console:
             yield report
 
     def run(self, what, function, *arguments, **options):
-        """Call a function aside, see `apesim.studies.aside`.
+        """Call a function in a thread of its own, see `apesim.studies.execution.own_thread`.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ class Console:
         object
             What the function returns.
         """
-        future = aside(function, *arguments, **options)
+        future = call_in_thread(function, *arguments, **options)
         wait([future], PATIENCE)
         if future.done() or self.quiet or not sys.stderr.isatty():
             return future.result()
@@ -243,8 +243,8 @@ def _known(error):
         if isinstance(error, ArchiveError):
             _tell(error)
             return INCOMPLETE if isinstance(error, DamagedError | IncompleteError) else BAD_INPUT
-    if "apesim.studies.pool" in sys.modules:
-        from apesim.studies.pool import Died
+    if "apesim.studies.execution.pool" in sys.modules:
+        from apesim.studies.execution.pool import Died
 
         if isinstance(error, Died):
             _tell(error)

@@ -10,7 +10,7 @@ import numpy as np
 
 from apesim.engine import indicators as engine_indicators
 from apesim.engine import steady
-from apesim.engine.breathing import TURN
+from apesim.engine.angles import TURN
 from apesim.engine.cylinder import INTAKES
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Culprit, InputError, Pressure, Quantity, Wrong, quoted

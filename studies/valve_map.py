@@ -6,7 +6,7 @@ import numpy as np
 
 from apesim.archive import Archive, Variable
 from apesim.kernel import sources_hash
-from apesim.march import Status
+from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
 from apesim.studies.sweep import STATUS_MEANINGS
 from apesim.valve.bench import run_bench

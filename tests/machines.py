@@ -8,7 +8,7 @@ from math import inf, isnan, nan, pi
 from pathlib import Path
 from typing import get_type_hints
 
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import INTAKES
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady

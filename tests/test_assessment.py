@@ -10,8 +10,9 @@ from machines import RPM, machine, settled
 
 from apesim.archive import write
 from apesim.archive.inspection import verify
-from apesim.engine.breathing import DEGREE, lift_crossings
-from apesim.engine.cycle import TRACE
+from apesim.engine.angles import DEGREE
+from apesim.engine.breathing import lift_crossings
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.exergy import TERMS
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import run_steady

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from apesim.air import Air, Ambient
 from apesim.effect import NoEffects
-from apesim.march import Status
+from apesim.march.adaptive import Status
 from apesim.valve.actuator import STATES, actuator_of, closed_at_rest
 from apesim.valve.bench import TRACE, bench_of, run_bench
 from apesim.valve.effects import ValveEffects

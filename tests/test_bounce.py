@@ -4,7 +4,7 @@ from test_bench import LIFT, VELOCITY
 from test_motion import marched
 from test_valve_effects import PULSE, machine_with, run_with
 
-from apesim.march import LOG_HEAD, Status
+from apesim.march.adaptive import LOG_HEAD, Status
 from apesim.valve.actuator import PHASE
 from apesim.valve.bench import run_bench
 from apesim.valve.effects.bounce import Bounce

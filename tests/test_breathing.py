@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.breathing import (
-    DEGREE,
     ROWS_MOST,
-    TURN,
     Cam,
     Exhaust,
     cam_angles,

@@ -10,8 +10,8 @@ from distributed import LocalCluster
 from apesim.engine.cylinder import CAM, EPV
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from apesim.studies import cluster as cluster_module
-from apesim.studies.cluster import connected, run_on_cluster
+from apesim.studies.execution import cluster as cluster_module
+from apesim.studies.execution.cluster import connected, run_on_cluster
 from apesim.studies.sweep import TIMINGS, run_sweep
 
 RPM = np.pi / 30.0

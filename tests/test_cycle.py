@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from machines import AMBIENT, RPM, machine, settled
 
-from apesim.engine.breathing import DEGREE, raised_cosine
-from apesim.engine.cycle import TRACE, cycle_enters, cycle_rates, cycle_responds
-from apesim.engine.cycle_state import (
+from apesim.engine.angles import DEGREE
+from apesim.engine.breathing import raised_cosine
+from apesim.engine.cycle.flows import exchange_enters
+from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+from apesim.engine.cycle.rates import TRACE, cycle_enters, cycle_rates, cycle_responds
+from apesim.engine.cycle.state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     EXHAUST_BACK,
@@ -34,9 +37,7 @@ from apesim.engine.cycle_state import (
     WORK,
     supply_of,
 )
-from apesim.engine.gas_exchange import exchange_enters
 from apesim.engine.kinematics import cylinder_volume
-from apesim.engine.operating_point import charged_at_rest, cycle_of
 from apesim.restriction import CHOKED, SHUT
 from apesim.valve.actuator import AREA, AREA_SLOPE, PHASE, PIECE, REGIME, X_A, X_B, state_of
 from apesim.valve.motion import CORNER

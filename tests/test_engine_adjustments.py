@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from machines import RPM, machine, settled
 
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.operating_point import cycle_of
 from apesim.engine.effects.clearance_error import ClearanceError
 from apesim.engine.effects.exhaust_restriction import ExhaustRestriction
 from apesim.engine.effects.exhaust_timing import ExhaustTiming
@@ -12,7 +13,6 @@ from apesim.engine.effects.friction_torque import FrictionTorque
 from apesim.engine.effects.groove_area_error import GrooveAreaError
 from apesim.engine.indicators import indicators
 from apesim.engine.kinematics import cylinder_volume
-from apesim.engine.operating_point import cycle_of
 from apesim.valve.groove import PORTS
 from apesim.valve.ports import ports_area
 

@@ -6,16 +6,16 @@ from machines import AMBIENT, RPM, machine, settled
 
 from apesim.air import Ambient, gas_of
 from apesim.effect import law
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle import BRANCHED, TRACE
-from apesim.engine.cycle_state import OTHER_ENERGY, OTHER_MASS, STATES
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
+from apesim.engine.cycle.rates import BRANCHED, TRACE
+from apesim.engine.cycle.state import OTHER_ENERGY, OTHER_MASS, STATES
 from apesim.engine.cylinder import ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, CylinderState
 from apesim.engine.effects.blow_by import BlowBy
 from apesim.engine.effects.cylinder_wall_heat import ANNAND, COMPRESSOR, HOHENBERG, WOSCHNI, CylinderWallHeat
 from apesim.engine.effects.seat_leak import SeatLeak
 from apesim.engine.indicators import indicators
-from apesim.engine.operating_point import accuracy_at, cycle_of
-from apesim.march import LOG_HEAD, LOG_ROWS, march
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, march
 from apesim.restriction import CHOKED
 
 FINE = 0.05 * DEGREE

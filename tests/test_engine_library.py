@@ -6,13 +6,13 @@ from machines import settled, turned_on
 from test_engine_effects import SPEED, with_effects
 
 from apesim.effect import NoEffects
+from apesim.engine.cycle.operating_point import cycle_of
 from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
 from apesim.engine.effects.exhaust_timing import ExhaustTiming
 from apesim.engine.effects.seat_leak import SeatLeak
 from apesim.engine.effects.tabulated_cylinder_heat import TabulatedCylinderHeat
 from apesim.engine.indicators import indicators
 from apesim.engine.machine import Machine
-from apesim.engine.operating_point import cycle_of
 from apesim.quantities.settings import dumps, load
 from apesim.valve.effects import ValveLaws, ValveTables
 from apesim.valve.effects.bounce import Bounce

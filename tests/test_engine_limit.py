@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from apesim.archive.inspection import verify
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
-from apesim.studies.design_rule import MAX_WINDOW, PAPER_RPM, DesignRule, fit_rule, rule_columns
-from apesim.studies.engine_limit import (
+from apesim.studies.figures.engine_limit import engine_limit_figures
+from apesim.studies.limit.design_rule import MAX_WINDOW, PAPER_RPM, DesignRule, fit_rule, rule_columns
+from apesim.studies.limit.engine_limit import (
     CRITERION,
     RESOLUTION,
     STEP_UP,
@@ -22,7 +23,6 @@ from apesim.studies.engine_limit import (
     lasting,
     map_engine_limit,
 )
-from apesim.studies.figures.engine_limit import engine_limit_figures
 from apesim.studies.timing.solve import Reason, corrected
 from apesim.studies.valve_map import with_supply
 from tests.machines import RPM, changed, machine, settled

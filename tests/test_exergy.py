@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from machines import AMBIENT, RPM, changed, machine, settled, turned_on
 
 from apesim.air import CANTERA, Air, Ambient, enthalpy, gas_of
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle import TRACE
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.exergy import LEAVES, TERMS, exergy_closure, exergy_ledger
 from apesim.engine.indicators import indicators

@@ -10,12 +10,12 @@ from truth.valve import Bench, noise, simulate
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import load
 from apesim.studies.console import plain
+from apesim.studies.execution.pool import Team
 from apesim.studies.gap.effect_rows import effects_of
 from apesim.studies.gap.explain import explain
 from apesim.studies.gap.record import record
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import read_measured
-from apesim.studies.pool import Team
 from apesim.valve.effects import VALVE_EFFECTS
 
 AMBIENT = 101325.0

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from machines import AMBIENT, RPM, machine, settled
 
-from apesim.engine.breathing import DEGREE, raised_cosine
-from apesim.engine.cycle import TRACE
+from apesim.engine.angles import DEGREE
+from apesim.engine.breathing import raised_cosine
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import INDICATORS, indicators
 from apesim.engine.steady import run_steady

@@ -153,7 +153,7 @@ def test_where_no_cache_folder_can_be_made_one_is_made_for_this_process(root):
 ALONE = """
 from apesim.kernel import cache_folder
 from apesim.studies import cli
-from apesim.studies.pool import Team
+from apesim.studies.execution.pool import Team
 
 if __name__ == "__main__":
     own = cache_folder()
@@ -269,8 +269,8 @@ def test_a_march_compiles_what_its_machine_needs_once_and_tells_it(tmp_path):
     engine, again, bench, bench_again = [told(kind) for kind in ("engine", "engine", "bench", "bench")]
     assert again == bench_again == []
     assert engine[0] == bench[0] == "told"
-    assert {"apesim.march.march", "apesim.engine.cycle.cycle_rates"} <= set(engine)
-    assert {"apesim.march.march", "apesim.valve.bench.bench_rates"} <= set(bench)
+    assert {"apesim.march.adaptive.march", "apesim.engine.cycle.rates.cycle_rates"} <= set(engine)
+    assert {"apesim.march.adaptive.march", "apesim.valve.bench.bench_rates"} <= set(bench)
     assert not [name for name in engine if name.startswith("apesim.valve.bench.")]
     assert not [name for name in bench if name.startswith("apesim.engine.")]
 
@@ -320,10 +320,10 @@ def test_the_type_of_the_first_argument_chooses_the_body(shape, expected):
 
 
 UNREGISTERED = """
-from apesim.march import march
-from apesim.periodic import NO_TIMES, NO_TRACE
+from apesim.march.adaptive import march
+from apesim.march.periodic import NO_TIMES, NO_TRACE
 from apesim.engine.machine import Machine
-from apesim.engine.operating_point import accuracy_at, charged_at_rest, cycle_of
+from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of
 
 p, tables, kinks = cycle_of(Machine(), 100.0)
 y, mode = charged_at_rest(p)

@@ -8,8 +8,15 @@ from machines import changed
 
 from apesim.engine.machine import Machine
 from apesim.studies.figures.valve import limit_figures
-from apesim.studies.limit import CRITERION, RESOLUTION, faults_of_limits, is_complete, limit_map, working_limit
-from apesim.studies.limit_points import Point
+from apesim.studies.limit.points import Point
+from apesim.studies.limit.valve_limit import (
+    CRITERION,
+    RESOLUTION,
+    faults_of_limits,
+    is_complete,
+    limit_map,
+    working_limit,
+)
 from apesim.studies.valve_map import with_supply
 
 AMBIENT = Machine().ambient.pressure

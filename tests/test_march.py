@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from apesim import march as module
 from apesim.kernel import cache_folder, kernel
-from apesim.march import EVENTS_MOST, KINK, LOG_HEAD, REMEDIES, WATCH, Accuracy, Status, march
-from apesim.slots import enter, events, observe, power, rates, respond, watch
+from apesim.march import adaptive as module
+from apesim.march.adaptive import EVENTS_MOST, KINK, LOG_HEAD, REMEDIES, WATCH, Accuracy, Status, march
+from apesim.march.slots import enter, events, observe, power, rates, respond, watch
 
 compiled_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="plain Python takes minutes over this")
 

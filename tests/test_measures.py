@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from apesim.march import KINK, WATCH
+from apesim.march.adaptive import KINK, WATCH
 from apesim.valve.measures import Stroke, closing_stroke, opening_stroke
 from apesim.valve.motion import LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
 

@@ -6,7 +6,7 @@ from test_bench import BenchMachine
 
 from apesim.air import internal_energy
 from apesim.flow_function import NEARLY_EQUAL
-from apesim.march import EVENTS, KINK, LOG_HEAD, LOG_ROWS, WATCH, Status, march
+from apesim.march.adaptive import EVENTS, KINK, LOG_HEAD, LOG_ROWS, WATCH, Status, march
 from apesim.restriction import ROOM
 from apesim.valve.actuator import (
     AREA,

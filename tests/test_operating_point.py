@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from machines import AMBIENT, RPM, machine
 
-from apesim.engine.breathing import DEGREE, cam_corners
-from apesim.engine.cycle_state import CYLINDER_ENERGY, CYLINDER_MASS, RECEIVER_ENERGY, RECEIVER_MASS, SIZE
+from apesim.engine.angles import DEGREE
+from apesim.engine.breathing import cam_corners
+from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+from apesim.engine.cycle.state import CYLINDER_ENERGY, CYLINDER_MASS, RECEIVER_ENERGY, RECEIVER_MASS, SIZE
 from apesim.engine.kinematics import cylinder_volume
-from apesim.engine.operating_point import charged_at_rest, cycle_of
 from apesim.valve.actuator import PHASE
 from apesim.valve.piston import HELD_CLOSED
 

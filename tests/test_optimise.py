@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from apesim.archive.inspection import verify
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.engine.indicators import indicators
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady

@@ -89,7 +89,7 @@ def test_the_wheel_holds_one_package(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     assert {re.sub(r"-.*", "", name.split("/")[0]) for name in names} == {"apesim"}
     top = {name.split("/")[1] for name in names if name.startswith("apesim/") and name.count("/") > 1}
-    assert top == {"archive", "quantities", "valve", "engine", "studies"}
+    assert top == {"archive", "march", "quantities", "valve", "engine", "studies"}
 
 
 def test_the_wheel_works_in_a_folder_that_holds_an_engine_py(installed, tmp_path):

@@ -10,7 +10,7 @@ from machines import changed
 from apesim.engine.machine import Machine
 from apesim.studies.discharge import discharge
 from apesim.studies.figures.paper import captions_of, paper_figures
-from apesim.studies.limit import Limit, is_complete
+from apesim.studies.limit.valve_limit import Limit, is_complete
 from apesim.studies.paper import delay, design, engine, equations, numerics, stroke
 from apesim.studies.paper.area import claims_by_area, with_area
 from apesim.studies.paper.claim import AREA, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED, grid_of, range_in_words

@@ -7,9 +7,9 @@ import pytest
 from test_march import NoTables, cached_apart
 
 from apesim.kernel import kernel
-from apesim.march import Accuracy, Status
-from apesim.periodic import BURST, NOISE, distance, known_orbit, periodic_orbit
-from apesim.slots import enter, rates
+from apesim.march.adaptive import Accuracy, Status
+from apesim.march.periodic import BURST, NOISE, distance, known_orbit, periodic_orbit
+from apesim.march.slots import enter, rates
 
 TOLERANCE = 1e-7
 

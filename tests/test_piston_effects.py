@@ -8,7 +8,7 @@ from test_bench import LIFT
 from test_motion import marched
 from test_valve_effects import INTAKE, PULSE, machine_with, rates_at, run_with
 
-from apesim.march import LOG_HEAD
+from apesim.march.adaptive import LOG_HEAD
 from apesim.valve.actuator import state_of
 from apesim.valve.bench import bench_of, run_bench
 from apesim.valve.effects.coulomb_friction import CoulombFriction

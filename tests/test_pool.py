@@ -12,7 +12,7 @@ import pytest
 import typer
 
 from apesim.studies.console import INCOMPLETE, main_of
-from apesim.studies.pool import Died, Team, run_tasks, workers_for
+from apesim.studies.execution.pool import Died, Team, run_tasks, workers_for
 
 
 def square(number):
@@ -133,7 +133,7 @@ def test_a_short_job_is_not_worth_a_second_process():
 LONG = """
 import time
 from pathlib import Path
-from apesim.studies.pool import run_tasks
+from apesim.studies.execution.pool import run_tasks
 
 def long(path):
     Path(path).touch()

@@ -7,7 +7,7 @@ from truth.engine import CYLINDER_PRESSURE, Engine
 from truth.periodic import periodic, results
 from truth.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, simulate
 
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.steady import known_state, run_steady
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of, start_of, with_value

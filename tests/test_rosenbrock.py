@@ -6,10 +6,10 @@ import pytest
 from test_march import cached_apart, compiled_only, run
 
 from apesim.kernel import kernel
-from apesim.march import MAX_SHORT_STEPS, STEPS_MOST, Status
-from apesim.rosenbrock import implicit_error, implicit_interpolant, implicit_stages
-from apesim.slots import rates
-from apesim.stepper import dense
+from apesim.march.adaptive import MAX_SHORT_STEPS, STEPS_MOST, Status
+from apesim.march.dormand_prince import dense
+from apesim.march.rosenbrock import implicit_error, implicit_interpolant, implicit_stages
+from apesim.march.slots import rates
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -6,7 +6,7 @@ from machines import changed, machine, turned_on
 from scipy.integrate import quad
 from test_prediction import ENERGISE, TIMES, engine_run, valve_run
 
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.effects.speed_ripple import SpeedRipple, true_angle
 from apesim.engine.effects.tdc_error import TdcError

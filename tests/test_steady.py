@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from machines import RPM, machine, settled
 
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle_state import (
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of
+from apesim.engine.cycle.state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     RECEIVER_ENERGY,
@@ -16,10 +17,9 @@ from apesim.engine.cycle_state import (
     STATES,
 )
 from apesim.engine.indicators import indicators
-from apesim.engine.operating_point import accuracy_at, charged_at_rest, cycle_of
 from apesim.engine.steady import run_steady
-from apesim.march import LOG_HEAD, TOLERANCE, march
-from apesim.periodic import PERIODIC_TOLERANCE, distance, periodic_orbit
+from apesim.march.adaptive import LOG_HEAD, TOLERANCE, march
+from apesim.march.periodic import PERIODIC_TOLERANCE, distance, periodic_orbit
 
 COARSE = 5.0 * DEGREE
 ROUNDING = 1e-12

@@ -9,7 +9,7 @@ from rich.console import Console as Terminal
 from apesim.archive import ArchiveError, read
 from apesim.archive.grid import read_grid
 from apesim.archive.inspection import verify
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
 from apesim.engine.indicators import indicators
 from apesim.engine.machine import Machine

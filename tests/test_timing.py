@@ -12,7 +12,7 @@ import pytest
 
 from apesim.archive import read
 from apesim.archive.inspection import verify
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.quantities.settings import dumps, load

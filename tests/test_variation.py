@@ -14,8 +14,8 @@ from apesim.archive import ArchiveError, read, write
 from apesim.archive.grid import axes_of, places_of, read_grid
 from apesim.archive.inspection import verify
 from apesim.archive.shards import merge
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle import TRACE
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
 from apesim.engine.indicators import INDICATORS, indicators
 from apesim.engine.machine import Machine

@@ -6,8 +6,10 @@ from machines import RPM, machine, settled
 from scipy.integrate import solve_ivp
 from test_bench import BenchMachine, naive_flow
 
-from apesim.engine.cycle import FLOW, cycle_rates
-from apesim.engine.cycle_state import (
+from apesim.engine.cycle.flows import FLOWS
+from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of
+from apesim.engine.cycle.rates import FLOW, cycle_rates
+from apesim.engine.cycle.state import (
     CYLINDER_MASS,
     FED,
     GROOVE,
@@ -24,11 +26,9 @@ from apesim.engine.cycle_state import (
     SUPPLIED,
 )
 from apesim.engine.effects.intake_pipe_loss import IntakePipeLoss
-from apesim.engine.gas_exchange import FLOWS
 from apesim.engine.indicators import indicators
 from apesim.engine.machine import Machine
-from apesim.engine.operating_point import accuracy_at, charged_at_rest, cycle_of
-from apesim.periodic import distance, periodic_orbit
+from apesim.march.periodic import distance, periodic_orbit
 from apesim.quantities import InputError
 from apesim.quantities.settings import load
 from apesim.valve import bench

@@ -8,12 +8,12 @@ from machines import RPM, machine, settled
 from scipy.optimize import brentq
 
 from apesim.air import CANTERA, CP_UP_TO
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle_state import EXHAUSTED, EXHAUSTED_ENTHALPY, WORK
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.state import EXHAUSTED, EXHAUSTED_ENTHALPY, WORK
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import SUMMARIES, EngineWarning, judge_point
-from apesim.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
+from apesim.march.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
 from apesim.studies.optimise.landscape import judged
 from apesim.valve.bench import run_bench
 from apesim.valve.measures import Travel

@@ -35,6 +35,8 @@ flow into the supply line; how many modes there are."""
 GAS_SCALE = 1e-30
 SCALE = (9e-3, 1.0, GAS_SCALE, GAS_SCALE, GAS_SCALE, GAS_SCALE)
 """Scale of the error of each state beside its own size: the paper's stroke, 1 m/s; gas states are relative."""
+MAX_STEP = 0.5e-3
+"""Longest step [s]: no contact and start from rest of a valve fit into it unseen."""
 
 
 class Actuator(NamedTuple):

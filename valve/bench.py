@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.error_bounds import closure_of
 from apesim.kernel import kernel
-from apesim.march import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
-from apesim.periodic import periodic_orbit
-from apesim.slots import enter, events, observe, power, rates, respond, watch
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
+from apesim.march.error_bounds import closure_of
+from apesim.march.periodic import periodic_orbit
+from apesim.march.slots import enter, events, observe, power, rates, respond, watch
 from apesim.valve.actuator import (
     GAS_SCALE,
+    MAX_STEP,
     MODES,
     PHASE,
     SCALE,
@@ -43,8 +44,6 @@ LINE_MASS, LINE_ENERGY = range(STATES, STATES + 2)
     WORK,
 ) = range(STATES + 2, STATES + 11)
 SIZE = STATES + 11
-STEP_MOST = 0.5e-3
-"""Longest step [s]: no contact and start from rest of a valve fit into it unseen."""
 TRACE = (
     "lift [m]",
     "velocity [m/s]",
@@ -79,11 +78,11 @@ class BenchRun(NamedTuple):
     trace: np.ndarray
     """Columns `TRACE`, shape (n, 6)."""
     orbit: object
-    """`apesim.periodic.Orbit` of a repeated pulse, else None."""
+    """`apesim.march.periodic.Orbit` of a repeated pulse, else None."""
     log: np.ndarray
-    """Of the march, see `apesim.march.march`; of a repeated pulse, two periods."""
+    """Of the march, see `apesim.march.adaptive.march`; of a repeated pulse, two periods."""
     status: int
-    """`apesim.march.Status`"""
+    """`apesim.march.adaptive.Status`"""
     steps: int
     travel: Travel
     p: Bench
@@ -106,7 +105,7 @@ def supply_of(p, y):
 @rates.for_type(Bench)
 @kernel
 def bench_rates(p, t, y, mode, dy):
-    """Rates of the bench; see `apesim.march.rates`."""
+    """Rates of the bench; see `apesim.march.adaptive.rates`."""
     if not in_domain(p.actuator, y):
         return False
     if has_line(p.actuator) and (y[LINE_MASS] <= 0.0 or y[LINE_ENERGY] <= 0.0):
@@ -200,8 +199,8 @@ def bench_of(machine, edges, period=inf, intake_pressure=None, edges_b=None):
 
 
 def accuracy_of(p, tolerance=TOLERANCE):
-    """`apesim.march.Accuracy` of a bench; its supply line is among the states where it has one."""
-    return Accuracy(tolerance, STEP_MOST, np.array(SCALE + 2 * (GAS_SCALE,) if has_line(p.actuator) else SCALE))
+    """`apesim.march.adaptive.Accuracy` of a bench; its supply line is among the states where it has one."""
+    return Accuracy(tolerance, MAX_STEP, np.array(SCALE + 2 * (GAS_SCALE,) if has_line(p.actuator) else SCALE))
 
 
 def closed_at_start(p):
@@ -300,8 +299,8 @@ def closure(start, y, quadrature):
     Returns
     -------
     dict
-        ``mass`` and ``energy`` relative to what was supplied, see `apesim.error_bounds.closure_of`; ``work`` relative
-        to its own size.
+        ``mass`` and ``energy`` relative to what was supplied, see `apesim.march.error_bounds.closure_of`; ``work``
+        relative to its own size.
     """
     d = y - start
     mass = d[2] + d[4] + d[LINE_MASS] - (d[LINE_FED] - d[VENTED] + d[OTHER_MASS])

@@ -11,7 +11,7 @@ from apesim.exergy import (
     throttling_loss,
 )
 from apesim.kernel import kernel
-from apesim.march import LOG_HEAD
+from apesim.march.adaptive import LOG_HEAD
 from apesim.restriction import flow_in
 from apesim.scratch import zeros
 from apesim.valve.actuator import LINE_REGIME, PHASE, REGIME, solenoid_flows, state_of, with_shares
@@ -130,7 +130,7 @@ def impact_loss(actuator, log):
     ----------
     actuator : apesim.valve.actuator.Actuator
     log : (l, 3 + i) float array
-        See `apesim.march.march`.
+        See `apesim.march.adaptive.march`.
     """
     lost = 0.0
     for row in log[(log[:, 1] == MET_CLOSED) | (log[:, 1] == MET_OPEN)]:

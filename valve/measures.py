@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march import LOG_HEAD, WATCH
+from apesim.march.adaptive import LOG_HEAD, WATCH
 from apesim.valve.motion import CORNER, LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
 from apesim.valve.piston import HELD_CLOSED, HELD_OPEN
 
@@ -54,7 +54,7 @@ def stroke_of(log, command, until, began, met):
     Parameters
     ----------
     log : (l, 3 + n) float array
-        Of a march, see `apesim.march.march`; columns 3 and 4 are position and speed.
+        Of a march, see `apesim.march.adaptive.march`; columns 3 and 4 are position and speed.
     command, until : float
         The edge, and where the search ends [s].
     began : tuple of int
@@ -130,7 +130,7 @@ def travel_of(log, phase, opening, closing):
     Parameters
     ----------
     log : (l, 3 + n) float array
-        Of the run, or of one cycle of a periodic state, see `apesim.march.march`.
+        Of the run, or of one cycle of a periodic state, see `apesim.march.adaptive.march`.
     phase : int
         Of the piston at its start, see `apesim.valve.piston`.
     opening, closing : Stroke

@@ -2,8 +2,8 @@
 
 from enum import IntEnum
 
-from apesim.error_bounds import MAX_CLOSURE, MAX_QUADRATURE_CHANGE
-from apesim.march import LOG_HEAD
+from apesim.march.adaptive import LOG_HEAD
+from apesim.march.error_bounds import MAX_CLOSURE, MAX_QUADRATURE_CHANGE
 from apesim.valve.measures import Travel
 
 

@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect, law
 from apesim.engine.cylinder import BRANCH, ENERGY, MASS
 from apesim.kernel import kernel
+from apesim.leak import leak
 from apesim.quantities import Quantity
-from apesim.restriction import leak
 
 
 class BlowBy(NamedTuple):

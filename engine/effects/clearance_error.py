@@ -18,12 +18,12 @@ def adjust(effect, cycle, tables):
     Parameters
     ----------
     effect : ClearanceError
-    cycle : apesim.engine.cycle_state.Cycle
-    tables : apesim.engine.cycle_state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+    tables : apesim.engine.cycle.state.CycleTables
 
     Returns
     -------
-    apesim.engine.cycle_state.Cycle, apesim.engine.cycle_state.CycleTables
+    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
     """
     clearance = (1.0 + effect.share) * cycle.crank.clearance
     return cycle._replace(crank=cycle.crank._replace(clearance=clearance)), tables

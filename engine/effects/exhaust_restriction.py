@@ -18,12 +18,12 @@ def adjust(effect, cycle, tables):
     Parameters
     ----------
     effect : ExhaustRestriction
-    cycle : apesim.engine.cycle_state.Cycle
-    tables : apesim.engine.cycle_state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+    tables : apesim.engine.cycle.state.CycleTables
 
     Returns
     -------
-    apesim.engine.cycle_state.Cycle, apesim.engine.cycle_state.CycleTables
+    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
     """
     engine = cycle.engine
     exhaust = engine.exhaust._replace(effective_area=(1.0 - effect.share) * engine.exhaust.effective_area)

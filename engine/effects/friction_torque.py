@@ -18,12 +18,12 @@ def adjust(effect, cycle, tables):
     Parameters
     ----------
     effect : FrictionTorque
-    cycle : apesim.engine.cycle_state.Cycle
-    tables : apesim.engine.cycle_state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+    tables : apesim.engine.cycle.state.CycleTables
 
     Returns
     -------
-    apesim.engine.cycle_state.Cycle, apesim.engine.cycle_state.CycleTables
+    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
     """
     engine = cycle.engine
     friction = engine.friction._replace(constant=engine.friction.constant + effect.fmep)

@@ -24,7 +24,7 @@ def in_pieces(cycle, table, pieces):
 
     Parameters
     ----------
-    cycle : apesim.engine.cycle_state.Cycle
+    cycle : apesim.engine.cycle.state.Cycle
     table : (j, 2) float array
         Lift [m] and effective area [m2].
     pieces : int
@@ -32,7 +32,7 @@ def in_pieces(cycle, table, pieces):
 
     Returns
     -------
-    apesim.engine.cycle_state.Cycle
+    apesim.engine.cycle.state.Cycle
         Its groove that of the table.
     (k, 2) float array
     """
@@ -74,12 +74,12 @@ def adjust(effect, cycle, tables):
     Parameters
     ----------
     effect : GrooveAreaError
-    cycle : apesim.engine.cycle_state.Cycle
-    tables : apesim.engine.cycle_state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+    tables : apesim.engine.cycle.state.CycleTables
 
     Returns
     -------
-    apesim.engine.cycle_state.Cycle, apesim.engine.cycle_state.CycleTables
+    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
     """
     table, stroke, ports = tables.valve.groove, cycle.actuator.valve.stroke, cycle.ports
     if effect.taper:

@@ -5,9 +5,9 @@ from math import pi
 from apesim.effect import Effect, law
 from apesim.engine.cylinder import BRANCH, ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS
 from apesim.kernel import kernel
+from apesim.leak import leak
 from apesim.nodes import round_the_nodes, table
 from apesim.quantities import Quantity
-from apesim.restriction import leak
 
 PLACES = range(0, 360, 30)
 """Crank angle [deg]."""

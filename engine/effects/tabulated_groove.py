@@ -23,12 +23,12 @@ def adjust(effect, cycle, tables):
     Parameters
     ----------
     effect : TabulatedGroove
-    cycle : apesim.engine.cycle_state.Cycle
-    tables : apesim.engine.cycle_state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+    tables : apesim.engine.cycle.state.CycleTables
 
     Returns
     -------
-    apesim.engine.cycle_state.Cycle, apesim.engine.cycle_state.CycleTables
+    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
     """
     cycle, table = in_pieces(cycle, tables.valve.groove, len(PLACES) - 1)
     lap = lap_of(table)

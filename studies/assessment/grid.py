@@ -5,7 +5,7 @@ from math import nan
 import numpy as np
 
 from apesim.archive import Archive, Variable
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import COUNTS, INDICATORS
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from apesim.engine.breathing import TURN
-from apesim.engine.cycle import TRACE
-from apesim.march import LOG_HEAD
+from apesim.engine.angles import TURN
+from apesim.engine.cycle.rates import TRACE
+from apesim.march.adaptive import LOG_HEAD
 from apesim.valve.groove import area_table, lap_of
 
 LIFT = TRACE.index("lift [m]")

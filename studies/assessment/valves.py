@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.engine.breathing import DEGREE, TURN
-from apesim.engine.cycle_state import WORK
+from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
+from apesim.engine.cycle.state import WORK
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
 from apesim.engine.indicators import JOULE_PER_KWH, indicators, ratio, valve_motion
-from apesim.engine.operating_point import accuracy_at, cycle_of
 from apesim.engine.steady import run_steady
-from apesim.march import Status
-from apesim.periodic import Drive
+from apesim.march.adaptive import Status
+from apesim.march.periodic import Drive
 from apesim.studies.assessment.causes import EXERGY, LATENESS, MEASURES, REAL, VALVES
 from apesim.studies.assessment.lift import LIFT, constant_speed_lift, lift_curve_of, shift_flanks, single_opening
 from apesim.valve.groove import area_table, lap_of

@@ -5,8 +5,8 @@ import time
 from pathlib import Path
 
 from apesim.archive import command_line, read_digest
-from apesim.studies.aside import aside
 from apesim.studies.commands.tables import warm_up
+from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.output import publish, refuse_folder, refuse_to_replace
 
 
@@ -36,7 +36,7 @@ def computed(console, what, first, compute, out, overwrite, draw):
     warm_up(console, *first)
     start = time.perf_counter()
     with console.progress(what) as report:
-        archive = aside(compute, command=command_line(["apesim", *sys.argv[1:]]), report=report).result()
+        archive = call_in_thread(compute, command=command_line(["apesim", *sys.argv[1:]]), report=report).result()
     wall = time.perf_counter() - start
     publish(archive, out, overwrite)
     drawn = draw(archive, out.with_suffix(".figures"))

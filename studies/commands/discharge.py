@@ -7,11 +7,11 @@ import numpy as np
 
 from apesim.air import gas_of
 from apesim.quantities import Culprit, InputError, Quantity, parse
-from apesim.studies.aside import aside
 from apesim.studies.commands.given import TEMPERATURE
 from apesim.studies.commands.machine import load_machine
 from apesim.studies.commands.tables import table_of, write_traces
 from apesim.studies.console import COMMAND_LINE, DONE
+from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.output import refuse_to_replace
 
 VOLUME = Quantity("cm^3", 1, 1e6, "command line", typical="500 cm^3")
@@ -56,7 +56,7 @@ def discharge_command(console, machine_file, settings, files, volume, temperatur
         refuse_to_replace(out)
     start = time.perf_counter()
     vessel = Vessel(volume, temperature, machine.ambient.pressure, gas_of(machine.air))
-    found = aside(discharge, vessel, records).result()
+    found = call_in_thread(discharge, vessel, records).result()
     wall = time.perf_counter() - start
     write_traces(out, HEADER, found.curve * np.array([1e3, 1.0, 1e6, 1e6, 1e6]))
     drawn = _drawn(vessel, found, out.with_suffix(".figures")) if figures else []

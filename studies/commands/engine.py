@@ -4,14 +4,14 @@ import time
 
 import numpy as np
 
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle import TRACE
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import INTAKES
 from apesim.engine.exergy import ENTERS, LEAVES, TERMS, exergy_entering
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import judge_point
-from apesim.march import Status
+from apesim.march.adaptive import Status
 from apesim.quantities import parse
 from apesim.studies.commands.given import SPEED
 from apesim.studies.commands.machine import load_machine

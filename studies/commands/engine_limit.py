@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.quantities import Quantity, parse_range
 from apesim.studies.commands.archived import computed, summary
 from apesim.studies.commands.given import supplies_of
@@ -10,8 +10,8 @@ from apesim.studies.commands.limit_summary import summary_json, summary_lines
 from apesim.studies.commands.tables import number, table_of
 from apesim.studies.commands.timing import machine_with_targets
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.design_rule import RPM
-from apesim.studies.limit_points import lowest_run, own_run
+from apesim.studies.limit.design_rule import RPM
+from apesim.studies.limit.points import lowest_run, own_run
 
 HEADER = (
     *("MPa gauge", "K", "window [deg]", "limit [r/min]", "[Hz]", "lap to lap [ms]", "then fails"),
@@ -30,8 +30,8 @@ def engine_limit_command(
     int
         Exit code.
     """
-    from apesim.studies.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
     from apesim.studies.figures.engine_limit import engine_limit_figures
+    from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
 
     machine = machine_with_targets(machine_file, settings, None)
     grid = supplies_of(machine, pressure, temperature)

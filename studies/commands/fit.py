@@ -5,10 +5,10 @@ from math import inf, isnan
 
 from apesim.quantities import Choice, Culprit, InputError, Quantity, Wrong, parse, quoted, unit
 from apesim.quantities.settings import schema
-from apesim.studies.aside import aside
 from apesim.studies.commands.machine import load_machine
 from apesim.studies.commands.tables import table_of, warm_up
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.identify import Free, identify, judge
 from apesim.studies.measured import CHECK, GATE, VALVE, read_measured
 from apesim.valve.bench import run_bench
@@ -50,7 +50,7 @@ def fit_command(console, machine_file, settings, folder, free, method):
     warm_up(console, run_bench, machine, 10e-3)
     start = time.perf_counter()
     with console.progress("simulations") as report:
-        found = aside(identify, machine, measured, free, method, report).result()
+        found = call_in_thread(identify, machine, measured, free, method, report).result()
     judged = {role: judge(found, measured, free, measured.of(role)) for role in (GATE, CHECK)}
     wall = time.perf_counter() - start
     for one in judged[GATE]:

@@ -8,10 +8,11 @@ from apesim.archive import ArchiveError, replace_file
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.quantities import Culprit, InputError
 from apesim.quantities.settings import dumps
-from apesim.studies.aside import aside
 from apesim.studies.commands.machine import load_machine
 from apesim.studies.commands.tables import table_of, warm_up
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
+from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.execution.pool import Team, workers_for
 from apesim.studies.gap.child import child_of, lineage_of
 from apesim.studies.gap.explain import explain
 from apesim.studies.gap.gate import gate
@@ -25,7 +26,6 @@ from apesim.studies.gap.work import Work
 from apesim.studies.measured import read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
 from apesim.studies.output import make_folder
-from apesim.studies.pool import Team, workers_for
 
 MARCHES = 4000
 """That a search takes, or more."""
@@ -67,7 +67,7 @@ def explain_command(console, machine_file, settings, folder, out, without, toler
         with console.stages("explaining") as report, Team(jobs) as team:
             options = {"without": without, "tolerance": TOLERANCE if tolerance is None else tolerance}
             work = Work(team, report)
-            findings, told = aside(_found, machine, measured, parent, out, work, options).result()
+            findings, told = call_in_thread(_found, machine, measured, parent, out, work, options).result()
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE

@@ -2,10 +2,10 @@
 
 import time
 
-from apesim.studies.aside import aside
 from apesim.studies.commands.gap_explain import first_march, given, limit_text
 from apesim.studies.commands.tables import table_of
 from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.gap.isolability import isolability
 from apesim.studies.gap.problem import EndedEarly
 from apesim.studies.gap.record import noise_told
@@ -37,7 +37,7 @@ def isolability_command(console, machine_file, settings, folder, without):
     start = time.perf_counter()
     try:
         with console.stages("isolability") as report:
-            rows, noise, more = aside(isolability, machine, measured, without, report).result()
+            rows, noise, more = call_in_thread(isolability, machine, measured, without, report).result()
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE

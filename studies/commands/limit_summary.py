@@ -4,8 +4,8 @@ from math import isnan
 
 import numpy as np
 
-from apesim.studies.design_rule import FORMULA, PAPER_RPM
-from apesim.studies.limit_points import Point, lowest_run, own_run
+from apesim.studies.limit.design_rule import FORMULA, PAPER_RPM
+from apesim.studies.limit.points import Point, lowest_run, own_run
 
 OVER_ALL = "over all pressures and temperatures"
 

@@ -8,12 +8,12 @@ from functools import partial
 from apesim.archive import command_line, read_digest
 from apesim.quantities import parse_range
 from apesim.quantities.settings import dumps
-from apesim.studies.aside import aside
 from apesim.studies.commands.archived import digest_line
 from apesim.studies.commands.given import PRESSURE, TEMPERATURE
 from apesim.studies.commands.machine import load_machine
 from apesim.studies.commands.tables import table_of, warm_up, write_traces
 from apesim.studies.console import DONE, INCOMPLETE, plain
+from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.output import make_folder, publish
 from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve
 from apesim.valve.bench import run_bench
@@ -54,7 +54,7 @@ def paper_command(console, machine_file, settings, folder, overwrite):
         return vessel, archive, frictions, claims, paper_figures(machine, archive, found, frictions, folder)
 
     with console.stages("paper") as report:
-        vessel, archive, frictions, claims, drawn = aside(compute, report).result()
+        vessel, archive, frictions, claims, drawn = call_in_thread(compute, report).result()
     publish(archive, folder / "valve_map.h5", overwrite=True)
     digest = read_digest(folder / "valve_map.h5")
     told = [plain(claim._asdict()) for claim in claims]

@@ -30,7 +30,7 @@ def sweep_command(
     int
         Exit code.
     """
-    from apesim.studies.cluster import connected
+    from apesim.studies.execution.cluster import connected
     from apesim.studies.figures.sweep import sweep_figures
     from apesim.studies.sweep import run_sweep, vary
     from apesim.studies.sweep.results import warnings_of

@@ -4,7 +4,7 @@ from math import isnan
 from pathlib import Path
 
 from apesim.archive import ArchiveError
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import EPV, INTAKES
 from apesim.quantities import Culprit, InputError, Quantity, parse_range
 from apesim.studies.commands.archived import computed, summary

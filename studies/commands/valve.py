@@ -5,7 +5,7 @@ from math import nan
 
 import numpy as np
 
-from apesim.march import TOLERANCE, Status
+from apesim.march.adaptive import TOLERANCE, Status
 from apesim.quantities import Culprit, InputError, Quantity, parse
 from apesim.studies.commands.given import PRESSURE, TEMPERATURE, TIME
 from apesim.studies.commands.machine import load_machine

@@ -7,7 +7,7 @@ from apesim.studies.commands.limit_summary import summary_json, summary_lines
 from apesim.studies.commands.machine import load_machine
 from apesim.studies.commands.tables import number, table_of
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.limit_points import lowest_run, own_run
+from apesim.studies.limit.points import lowest_run, own_run
 from apesim.valve.bench import run_bench
 
 DUTY = Quantity("", 0.01, 0.99, "command line", typical="0.5")
@@ -62,7 +62,7 @@ def limit_command(console, machine_file, settings, pressure, temperature, duty, 
         Exit code.
     """
     from apesim.studies.figures.valve import limit_figures
-    from apesim.studies.limit import CRITERION, faults_of_limits, is_complete, limit_map
+    from apesim.studies.limit.valve_limit import CRITERION, faults_of_limits, is_complete, limit_map
 
     machine = load_machine(machine_file, settings)
     grid = supplies_of(machine, pressure, temperature)

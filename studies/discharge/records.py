@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.quantities import Culprit, InputError
-from apesim.studies.columns import read_columns
+from apesim.studies.measured.columns import read_columns
 
 COLUMNS = {"time": "ms", "pressure": "kPa abs"}
 FEWEST_BEFORE, FEWEST_AFTER = 10, 20

@@ -3,12 +3,12 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from apesim.engine.breathing import DEGREE
-from apesim.studies.design_rule import PAPER_RPM, RPM, DesignRule
+from apesim.engine.angles import DEGREE
 from apesim.studies.figures.conditions import SUPPLY, conditions_of
 from apesim.studies.figures.lines import draw_own_point, over_pressure
 from apesim.studies.figures.style import draw
-from apesim.studies.limit_points import Point, own_run
+from apesim.studies.limit.design_rule import PAPER_RPM, RPM, DesignRule
+from apesim.studies.limit.points import Point, own_run
 
 SOLID_AND_DASHED = ("-", "--")
 
@@ -19,7 +19,7 @@ def engine_limit_figures(archive, ambient_pressure, folder):
     Parameters
     ----------
     archive : Archive
-        See `apesim.studies.engine_limit.map_engine_limit`.
+        See `apesim.studies.limit.engine_limit.map_engine_limit`.
     ambient_pressure : float
         Gauge pressures stand above it [Pa abs].
     folder : path

@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from apesim.studies.limit_points import own_run
+from apesim.studies.limit.points import own_run
 
 
 def over_pressure(axis, v, column, parameter, label, ambient_pressure, brightest):

@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.studies.figures.conditions import SUPPLY, conditions_of
 from apesim.studies.figures.style import draw
 

@@ -4,11 +4,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from apesim.studies.design_rule import PAPER_RPM
 from apesim.studies.figures.conditions import SUPPLY, conditions_of
 from apesim.studies.figures.lines import draw_own_point, over_pressure
 from apesim.studies.figures.style import draw
-from apesim.studies.limit_points import Point, own_run
+from apesim.studies.limit.design_rule import PAPER_RPM
+from apesim.studies.limit.points import Point, own_run
 
 MAPS = {
     "delay_time": ("delay_s", 1e3, "delay time [ms]"),
@@ -174,7 +174,7 @@ def limit_figures(archive, ambient_pressure, folder):
     Parameters
     ----------
     archive : Archive
-        See `apesim.studies.limit.limit_map`.
+        See `apesim.studies.limit.valve_limit.limit_map`.
     ambient_pressure : float
         [Pa abs]
     folder : path

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from apesim.march import TOLERANCE
+from apesim.march.adaptive import TOLERANCE
 from apesim.quantities import Culprit, InputError
 from apesim.studies.measured import CHECK, FIT, GATE
 from apesim.studies.measured.sensors import FILE

@@ -4,7 +4,7 @@ from math import isnan
 
 import numpy as np
 
-from apesim.engine.breathing import TURN
+from apesim.engine.angles import TURN
 from apesim.studies.measured import ENGINE
 from apesim.studies.measured.prediction import MEANS
 

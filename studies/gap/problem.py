@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.engine.effects import ALL_EFFECTS
-from apesim.march import TOLERANCE
+from apesim.march.adaptive import TOLERANCE
 from apesim.studies.gap.noise import noise_for, whitened
 from apesim.studies.gap.parameters import put
 from apesim.studies.measured.prediction import predict, run_of, start_of

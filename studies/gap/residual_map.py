@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.engine.breathing import TURN
+from apesim.engine.angles import TURN
 from apesim.studies.measured import ENGINE
 
 SECTIONS = (

@@ -7,7 +7,7 @@ derivatives of noise. It suggests, and names nothing.
 import numpy as np
 
 from apesim.effect import law
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.studies.gap.latent import ROUND, branches
 from apesim.studies.gap.parameters import put
 from apesim.studies.measured.prediction import run_of

@@ -1,6 +1,6 @@
 """How the work of a stage is done: by whom, and who is told of it."""
 
-from apesim.studies.pool import Team
+from apesim.studies.execution.pool import Team
 
 
 class Work:
@@ -8,7 +8,7 @@ class Work:
 
     Parameters
     ----------
-    team : apesim.studies.pool.Team, optional
+    team : apesim.studies.execution.pool.Team, optional
         Without, all is done in this process.
     tell : callable, optional
         Told of each stage: its name, how far it is, of how much.
@@ -19,5 +19,5 @@ class Work:
         self.tell = tell or (lambda stage, done, whole: None)
 
     def each(self, stage, function, items):
-        """What a function makes of tuples of arguments, in their order, see `apesim.studies.pool.Team.map`."""
+        """Results of a function for tuples of arguments, in order, see `apesim.studies.execution.pool.Team.map`."""
         return self.team.map(function, items, lambda *at: self.tell(stage, *at))

@@ -6,16 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.effect import sensed
-from apesim.engine.breathing import DEGREE, TURN
-from apesim.engine.cycle import TRACE as ENGINE_TRACE
-from apesim.engine.cycle_state import GROOVE, SUPPLIED, WORK
+from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.cycle.rates import TRACE as ENGINE_TRACE
+from apesim.engine.cycle.state import GROOVE, SUPPLIED, WORK
 from apesim.engine.cylinder import EPV
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.indicators import friction_pressure, peak_pressure, valve_angles, valve_motion
 from apesim.engine.kinematics import swept_volume
 from apesim.engine.steady import known_state, run_steady
-from apesim.march import TOLERANCE, Status
-from apesim.periodic import Known
+from apesim.march.adaptive import TOLERANCE, Status
+from apesim.march.periodic import Known
 from apesim.reading import Reading
 from apesim.studies.measured.runs import ENGINE
 from apesim.valve.bench import TRACE as VALVE_TRACE
@@ -79,7 +79,7 @@ def start_of(machine, run):
 
     Returns
     -------
-    apesim.periodic.Known or None
+    apesim.march.periodic.Known or None
         None on a valve's bench, which starts from rest, and where an engine does not settle to every cycle alike.
     """
     return known_state(machine, run.speed) if run.bench == ENGINE else None
@@ -95,7 +95,7 @@ def predict(machine, run, sensors=None, start=None, tolerance=TOLERANCE, memory=
     run : apesim.studies.measured.MeasuredRun
     sensors : iterable of str, optional
         Those of the run, if left out.
-    start : apesim.periodic.Known, optional
+    start : apesim.march.periodic.Known, optional
         From `start_of`, of this run with a machine a little different: the outcome is the same, and comes sooner.
     tolerance : float
         Of the march.

@@ -13,7 +13,7 @@ import numpy as np
 from apesim.engine.machine import window_fault
 from apesim.quantities import Culprit, InputError, Wrong, culprit, quoted
 from apesim.quantities.files import path_below, text_of
-from apesim.studies.columns import TIME, read_columns
+from apesim.studies.measured.columns import TIME, read_columns
 from apesim.studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Measured, MeasuredRun
 from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
 

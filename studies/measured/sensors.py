@@ -4,7 +4,7 @@ from math import pi
 from typing import NamedTuple
 
 from apesim.quantities import Choice, Pressure, Quantity
-from apesim.studies.columns import TIME
+from apesim.studies.measured.columns import TIME
 from apesim.studies.measured.runs import ENGINE, ROLES, VALVE
 
 FILE = "measured.toml"

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import indicators, valve_travel
 from apesim.engine.steady import run_steady
-from apesim.march import Status
-from apesim.periodic import PERIODIC_TOLERANCE
+from apesim.march.adaptive import Status
+from apesim.march.periodic import PERIODIC_TOLERANCE
 from apesim.studies.timing.solve import SKETCH, SKETCH_ANGLE_STEP
 
 ENERGISE = (-240.0 * DEGREE, 60.0 * DEGREE)

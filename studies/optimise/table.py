@@ -5,13 +5,13 @@ from math import nan
 import numpy as np
 
 from apesim.archive import Archive, Variable
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import INDICATORS
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
+from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal
 from apesim.studies.optimise.search import FINE, Optimum, optimise
-from apesim.studies.pool import run_tasks, workers_for
 
 RPM = TURN / 60.0
 SECONDS_A_GOAL, SECONDS_A_FRONT = 1.0, 3.0

@@ -1,6 +1,6 @@
 """What the paper says of the valve's design and experiments: working frequency, friction, springs, measured curves."""
 
-from apesim.studies.limit import is_complete, working_limit
+from apesim.studies.limit.valve_limit import is_complete, working_limit
 from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, verdict_of
 from apesim.studies.valve_map import PULSE, with_supply
 from apesim.valve.bench import run_bench

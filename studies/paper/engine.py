@@ -4,9 +4,9 @@ from functools import cache
 
 import numpy as np
 
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import EPV
-from apesim.studies.engine_limit import RPM, WITHIN, Failure, engine_limit, judged, lasting
+from apesim.studies.limit.engine_limit import RPM, WITHIN, Failure, engine_limit, judged, lasting
 from apesim.studies.paper.area import AREAS, with_area
 from apesim.studies.paper.claim import Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.design import RATE

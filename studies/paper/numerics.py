@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from apesim.march import EVENTS
-from apesim.slots import enter, events, rates, respond
+from apesim.march.adaptive import EVENTS
+from apesim.march.slots import enter, events, rates, respond
 from apesim.studies.paper.claim import Claim, verdict_of
 from apesim.studies.paper.design import MEASURED
 from apesim.studies.paper.stroke import HIGH

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march import LOG_HEAD, WATCH
+from apesim.march.adaptive import LOG_HEAD, WATCH
 from apesim.valve.bench import run_bench
 from apesim.valve.measures import NEVER
 from apesim.valve.motion import MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT
@@ -66,7 +66,7 @@ def landing_of(log, stroke, command, until):
     Parameters
     ----------
     log : (l, 3 + n) float array
-        Of a bench run, see `apesim.march.march`; columns 3 and 4 are position and speed.
+        Of a bench run, see `apesim.march.adaptive.march`; columns 3 and 4 are position and speed.
     stroke : str
         One of `STROKES`.
     command, until : float

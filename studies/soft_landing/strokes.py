@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march import LOG_HEAD, WATCH
+from apesim.march.adaptive import LOG_HEAD, WATCH
 from apesim.studies.soft_landing.braking import (
     APART,
     SWITCHED,
@@ -83,7 +83,7 @@ def lowest_speed(log, command, contact):
     Parameters
     ----------
     log : (l, 3 + n) float array
-        Of a bench run, see `apesim.march.march`.
+        Of a bench run, see `apesim.march.adaptive.march`.
     command, contact : float
         [s]
 

@@ -4,13 +4,13 @@ from math import nan
 
 import numpy as np
 
-from apesim.engine.breathing import DEGREE, TURN
-from apesim.engine.cycle import TRACE
+from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import INDICATORS, indicators
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import EngineWarning, judge_point
-from apesim.march import Status
+from apesim.march.adaptive import Status
 from apesim.studies.sweep.plan import CORRECTED, rpm
 from apesim.studies.timing import corrected
 

@@ -4,7 +4,7 @@ import re
 from itertools import product
 from typing import NamedTuple
 
-from apesim.engine.breathing import TURN
+from apesim.engine.angles import TURN
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
 from apesim.engine.machine import Machine
 from apesim.quantities.units import NUMBER

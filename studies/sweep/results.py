@@ -4,11 +4,11 @@ import numpy as np
 
 from apesim.archive import Archive, Variable
 from apesim.archive.grid import axes_of, places_of
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle import TRACE
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import INTAKES
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
-from apesim.march import Status
+from apesim.march.adaptive import Status
 from apesim.quantities import Choice, Curve, split_header
 from apesim.studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
 from apesim.studies.sweep.plan import ACTUATIONS, TIMING_NAMES, actuation_of

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, read, write
 from apesim.archive.shards import lock, merge, missing_runs, plan_hash, read_shards, remove_shards, shards_folder
-from apesim.engine.operating_point import cycle_of
+from apesim.engine.cycle.operating_point import cycle_of
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
-from apesim.studies.cluster import run_on_cluster
+from apesim.studies.execution.cluster import run_on_cluster
+from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.output import refuse_folder, refuse_to_replace
-from apesim.studies.pool import run_tasks, workers_for
 from apesim.studies.sweep.completion import complete, keep, seconds_of
 from apesim.studies.sweep.compute import compute
 from apesim.studies.sweep.plan import FIXED, plan
@@ -73,7 +73,7 @@ def run_sweep(
     jobs : int, optional
         Processes; as many as the work is worth if left out.
     cluster : distributed.Client, optional
-        Where to compute instead, see `apesim.studies.cluster.connected`.
+        Where to compute instead, see `apesim.studies.execution.cluster.connected`.
     shard : tuple of int, optional
         (i, N): only every N-th point from the i-th, i = 1...N; `apesim archive merge` joins the archives.
     resume : bool
@@ -152,7 +152,7 @@ def run_sweep(
 
 
 def _run_here(jobs, chunks):
-    """As `apesim.studies.pool.run_tasks`, in as many processes as the work is worth."""
+    """As `apesim.studies.execution.pool.run_tasks`, in as many processes as the work is worth."""
     return run_tasks(compute, chunks, workers_for(seconds_of(itertools.chain(*chunks)), jobs))
 
 

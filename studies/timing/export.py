@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from apesim.archive import ArchiveError
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.studies.console import plain
 from apesim.studies.timing.grid import CRITERION
 from apesim.studies.timing.header import c_header, error_text

@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.archive import Archive, Variable
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import indicators
 from apesim.engine.machine import Command, Machine
 from apesim.engine.steady import run_steady
 from apesim.kernel import sources_hash
-from apesim.march import Status
+from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
-from apesim.studies.pool import run_tasks, workers_for
+from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.timing.law import laws_of
 from apesim.studies.timing.open_loop import open_loop_delays
 from apesim.studies.timing.solve import Reason, corrected, look, start_after, wrapped

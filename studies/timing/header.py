@@ -3,7 +3,7 @@
 import numpy as np
 
 from apesim.archive import sha256
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 
 HEADER = """\
 /* Command angles of an electro-pneumatic intake valve, so that it really opens and closes at its targets.

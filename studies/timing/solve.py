@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.engine.breathing import DEGREE, TURN
-from apesim.engine.cycle import TRACE
+from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import valve_angles
 from apesim.engine.machine import Machine
 from apesim.engine.steady import SteadyRun, run_steady
-from apesim.march import LOG_HEAD, Status
-from apesim.periodic import PERIODIC_TOLERANCE
+from apesim.march.adaptive import LOG_HEAD, Status
+from apesim.march.periodic import PERIODIC_TOLERANCE
 from apesim.studies.timing.open_loop import lap_of_machine, open_loop_delays
 from apesim.valve.motion import CORNER
 from apesim.valve.solenoid import opening_curve

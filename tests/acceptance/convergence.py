@@ -13,11 +13,11 @@ if __name__ == "__main__":
 
 from machines import RPM, machine
 
-from apesim.engine import cycle_state
-from apesim.engine.breathing import DEGREE
-from apesim.engine.operating_point import accuracy_at, cycle_of
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle import state as cycle_state
+from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
 from apesim.engine.steady import run_steady
-from apesim.march import LOG_HEAD, LOG_ROWS, Accuracy, march
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, Accuracy, march
 from apesim.valve import actuator, bench
 from apesim.valve.measures import closing_stroke, opening_stroke
 from apesim.valve.motion import MET_CLOSED, MET_OPEN

@@ -14,8 +14,8 @@ from machines import AMBIENT, RPM, machine, settled
 from scipy.optimize import brentq
 
 from apesim.air import CANTERA, IDEAL
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle_state import EXHAUST_BACK, GROOVE, GROOVE_BACK, SUPPLIED, WORK
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.state import EXHAUST_BACK, GROOVE, GROOVE_BACK, SUPPLIED, WORK
 from apesim.engine.exergy import ENTERS, LEAVES, exergy_closure, exergy_ledger
 from apesim.engine.friction import Friction
 from apesim.engine.ideal_work import full_admission_work, isentropic_work

@@ -11,9 +11,9 @@ import pytest
 from machines import machine, settled
 
 from apesim.air import CANTERA
-from apesim.engine.breathing import DEGREE
-from apesim.engine.cycle import TRACE
-from apesim.engine.cycle_state import EXHAUST_BACK, GROOVE, GROOVE_BACK, WORK
+from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.state import EXHAUST_BACK, GROOVE, GROOVE_BACK, WORK
 from apesim.engine.kinematics import cylinder_volume
 
 ERROR, WORK_ERROR = 2e-5, 1e-4

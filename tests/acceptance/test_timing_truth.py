@@ -8,7 +8,7 @@ from machines import RPM, machine
 from truth.periodic import opening_and_closing
 from truth.reading import engine_of
 
-from apesim.engine.breathing import DEGREE
+from apesim.engine.angles import DEGREE
 from apesim.studies.timing import corrected
 
 TARGETS = (-5.0, 70.0)

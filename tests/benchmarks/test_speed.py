@@ -20,11 +20,12 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from machines import RPM, machine
 
-from apesim.engine import cycle, cycle_state
-from apesim.engine.operating_point import accuracy_at, cycle_of
+from apesim.engine.cycle import rates as cycle
+from apesim.engine.cycle import state as cycle_state
+from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
 from apesim.engine.steady import run_steady
-from apesim.march import EVENTS, LOG_HEAD, LOG_ROWS, TOLERANCE, march
-from apesim.slots import enter, events, rates, respond
+from apesim.march.adaptive import EVENTS, LOG_HEAD, LOG_ROWS, TOLERANCE, march
+from apesim.march.slots import enter, events, rates, respond
 from apesim.valve import actuator, bench
 from apesim.valve.motion import CORNER, FLOW, MET_CLOSED, MET_OPEN
 from apesim.valve.solenoid_flow import FLOWS

@@ -4,8 +4,8 @@ from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
+from apesim.leak import leak
 from apesim.quantities import Quantity
-from apesim.restriction import leak
 from apesim.valve.terms import BRANCH, ENERGY_B, MASS_B
 
 

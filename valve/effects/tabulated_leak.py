@@ -2,9 +2,9 @@
 
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
+from apesim.leak import leak
 from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
-from apesim.restriction import leak
 from apesim.valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B
 
 PLACES = 0, 50, 100

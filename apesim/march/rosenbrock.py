@@ -9,7 +9,7 @@ same stages as the states, so that balances close as they do in explicit steps.
 import numpy as np
 
 from apesim.kernel import kernel
-from apesim.stepper import slopes
+from apesim.march.dormand_prince import slopes
 
 GAMMA = 0.25
 STAGES = 6
@@ -175,7 +175,7 @@ def implicit_error(y, trial, u, tolerance, scale):
 
 @kernel(inline=False)
 def implicit_interpolant(y, trial, u, c):
-    """Coefficients of the dense output of a step into c, (5, n), as `apesim.stepper.dense` reads them."""
+    """Coefficients of the dense output of a step into c, (5, n), as `apesim.march.dormand_prince.dense` reads them."""
     for i in range(c.shape[1]):
         c[0, i] = y[i]
         c[1, i] = trial[i] - y[i]

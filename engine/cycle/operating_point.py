@@ -5,8 +5,9 @@ from math import isinf
 import numpy as np
 
 from apesim.effect import adjusted, chosen, kind_of_march, volume_of
-from apesim.engine.breathing import DEGREE, TURN, cam_corners, window_corners
-from apesim.engine.cycle_state import (
+from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.breathing import cam_corners, window_corners
+from apesim.engine.cycle.state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
     LINE_ENERGY,
@@ -26,10 +27,9 @@ from apesim.engine.cylinder import CAM, EPV
 from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
 from apesim.engine.exergy import RATES
 from apesim.engine.kinematics import crank_of, cylinder_volume, swept_volume
-from apesim.march import TOLERANCE, Accuracy
-from apesim.valve.actuator import GAS_SCALE, PHASE, actuator_of, closed_at_rest
+from apesim.march.adaptive import TOLERANCE, Accuracy
+from apesim.valve.actuator import GAS_SCALE, MAX_STEP, PHASE, actuator_of, closed_at_rest
 from apesim.valve.actuator import STATES as VALVE_STATES
-from apesim.valve.bench import STEP_MOST
 from apesim.valve.chamber import filled
 from apesim.valve.line import has_line
 from apesim.valve.piston import HELD_CLOSED
@@ -105,9 +105,9 @@ def kinks_of_cycle(p, tables, period):
 
 
 def accuracy_at(p, tolerance=TOLERANCE):
-    """`apesim.march.Accuracy` of an engine; supply line and intake pipe are among its states where it has them."""
+    """`apesim.march.adaptive.Accuracy` of an engine; its supply line and intake pipe are states where it has them."""
     more = 4 if has_pipe(p) else 2 if has_line(p.actuator) else 0
-    return Accuracy(tolerance, min(STEP_MOST, TURN_MOST / p.speed), np.array(SCALE + more * (GAS_SCALE,)))
+    return Accuracy(tolerance, min(MAX_STEP, TURN_MOST / p.speed), np.array(SCALE + more * (GAS_SCALE,)))
 
 
 def with_exergy(p, accuracy):
@@ -119,11 +119,11 @@ def with_exergy(p, accuracy):
     Parameters
     ----------
     p : Cycle
-    accuracy : apesim.march.Accuracy
+    accuracy : apesim.march.adaptive.Accuracy
 
     Returns
     -------
-    apesim.march.Accuracy
+    apesim.march.adaptive.Accuracy
         For a state of (SIZE + RATES,), see `apesim.engine.exergy`.
     """
     energy = EXERGY_SCALE * max(p.supply[0], p.actuator.ambient.pressure) * swept_volume(p.engine)

@@ -1,8 +1,8 @@
 """The one adaptive march in time, with located events.
 
-A machine is a NamedTuple of parameters; for its type it registers the kernels of `apesim.slots`, and the march of that
-machine is chosen when it is compiled. Its steps are those of `apesim.stepper`; in a stretch that proves stiff, and to
-the end of that march, those of `apesim.rosenbrock`.
+A machine is a NamedTuple of parameters; for its type it registers the kernels of `apesim.march.slots`, and the march
+of that machine is chosen when it is compiled. Its steps are those of `apesim.march.dormand_prince`; in a stretch that
+proves stiff, and to the end of that march, those of `apesim.march.rosenbrock`.
 """
 
 from enum import IntEnum
@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.kernel import entry, kernel
-from apesim.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages
-from apesim.slots import enter, events, observe, power, respond, watch
-from apesim.stepper import dense, interpolant, slopes, stages, step_error
+from apesim.march.dormand_prince import dense, interpolant, slopes, stages, step_error
+from apesim.march.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages
+from apesim.march.slots import enter, events, observe, power, respond, watch
 
 
 class Status(IntEnum):

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.archive import Archive, Variable
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.kernel import sources_hash
-from apesim.periodic import PERIODIC_TOLERANCE
+from apesim.march.periodic import PERIODIC_TOLERANCE
 from apesim.quantities.settings import dumps
-from apesim.studies.design_rule import RPM, WITHIN, rule_columns
-from apesim.studies.limit_points import Point, point_column, with_own
-from apesim.studies.pool import run_tasks, workers_for
+from apesim.studies.execution.pool import run_tasks, workers_for
+from apesim.studies.limit.design_rule import RPM, WITHIN, rule_columns
+from apesim.studies.limit.points import Point, point_column, with_own
 from apesim.studies.timing.solve import SKETCH, Reason, Timing, corrected, start_after
 from apesim.studies.valve_map import with_supply
 

@@ -3,8 +3,20 @@
 import numpy as np
 
 from apesim.air import heat_capacity
-from apesim.engine.breathing import TURN, lift_line
-from apesim.engine.cycle_state import (
+from apesim.engine.angles import TURN
+from apesim.engine.breathing import lift_line
+from apesim.engine.cycle.flows import (
+    FLOWS,
+    breathing,
+    effects_of,
+    exchange_changes,
+    exchange_enters,
+    exchange_events,
+    groove_enters,
+    intake_lift,
+    piped,
+)
+from apesim.engine.cycle.state import (
     BRANCHES,
     CYLINDER_ENERGY,
     CYLINDER_MASS,
@@ -48,19 +60,8 @@ from apesim.engine.cycle_state import (
 )
 from apesim.engine.cylinder import CAM, EPV, indicated_power
 from apesim.engine.exergy import add_exergy_rates
-from apesim.engine.gas_exchange import (
-    FLOWS,
-    breathing,
-    effects_of,
-    exchange_changes,
-    exchange_enters,
-    exchange_events,
-    groove_enters,
-    intake_lift,
-    piped,
-)
 from apesim.kernel import kernel
-from apesim.slots import enter, events, observe, power, rates, respond, watch
+from apesim.march.slots import enter, events, observe, power, rates, respond, watch
 from apesim.valve import actuator as valve_actuator
 from apesim.valve.actuator import PHASE, PIECE, ActuatorRates, actuator_rates, state_of
 from apesim.valve.groove import piece_of
@@ -120,7 +121,7 @@ def branches_of(p, t, y):
 @rates.for_type(Cycle)
 @kernel
 def cycle_rates(p, t, y, mode, dy):
-    """Rates of the engine, and where there is room for it, of its exergy ledger; see `apesim.slots.rates`."""
+    """Rates of the engine, and where there is room for it, of its exergy ledger; see `apesim.march.slots.rates`."""
     if not in_domain(p, y):
         return False
     cylinder, slope = cylinder_state(p, t, y)

@@ -6,7 +6,7 @@ The interpolant is that of Hairer, Norsett and Wanner, Solving Ordinary Differen
 import numpy as np
 
 from apesim.kernel import kernel
-from apesim.slots import rates
+from apesim.march.slots import rates
 
 
 @kernel(inline=False)

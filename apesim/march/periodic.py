@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march import LOG_HEAD, Status, march
+from apesim.march.adaptive import LOG_HEAD, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
 CYCLES_MOST = 600

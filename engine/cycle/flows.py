@@ -3,7 +3,7 @@ effects let into the cylinder."""
 
 from apesim.effect import add_laws
 from apesim.engine.breathing import raised_cosine
-from apesim.engine.cycle_state import (
+from apesim.engine.cycle.state import (
     EXHAUST_FLOW,
     FEED_FLOW,
     GROOVE_FLOW,

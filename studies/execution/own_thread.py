@@ -4,7 +4,7 @@ import threading
 from concurrent.futures import Future
 
 
-def aside(function, *arguments, **options):
+def call_in_thread(function, *arguments, **options):
     """Call a function in a thread of its own, so that Ctrl-C is heard at once, and where nothing compiled is at work.
 
     Parameters

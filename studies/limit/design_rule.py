@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.archive import Variable
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 
 RPM = TURN / 60.0
 WITHIN = 0.5 * DEGREE

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.archive import Archive, Variable
-from apesim.engine.breathing import DEGREE, TURN
+from apesim.engine.angles import DEGREE, TURN
 from apesim.kernel import sources_hash
-from apesim.march import Status
+from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
-from apesim.studies.design_rule import WITHIN, rule_columns
-from apesim.studies.limit_points import point_column, with_own
-from apesim.studies.pool import run_tasks, workers_for
+from apesim.studies.execution.pool import run_tasks, workers_for
+from apesim.studies.limit.design_rule import WITHIN, rule_columns
+from apesim.studies.limit.points import point_column, with_own
 from apesim.studies.valve_map import supply_columns, with_supply
 from apesim.valve.bench import run_bench
 from apesim.valve.groove import area_table, lap_of

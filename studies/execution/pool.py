@@ -9,7 +9,7 @@ import threading
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
-from apesim.studies.aside import aside
+from apesim.studies.execution.own_thread import call_in_thread
 
 TRIES = 2
 """A task that kills its worker so often is set aside."""
@@ -80,7 +80,7 @@ class Team:
         """
         if self.jobs == 1:
             for item in items:
-                yield item, aside(task, item).result()
+                yield item, call_in_thread(task, item).result()
             return
         waiting = [(item, 0) for item in items]
         while waiting:
