@@ -156,9 +156,11 @@ def test_where_every_worker_dies_the_runs_are_named_and_shards_are_kept(apesim, 
     assert "sweep.h5: runs 0-5 are missing, their worker processes died; free memory" in err
     assert not Path("sweep.h5").exists()
     shards = shards_folder(Path.cwd() / "sweep.h5")
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
     with pytest.raises(KeyboardInterrupt):
         monkeypatch.setattr(run_module, "compute", compute)
         sweep("sweep.h5", report=at_point(2, lambda: signal.raise_signal(signal.SIGINT)))
+    signal.signal(signal.SIGINT, before)
     monkeypatch.setattr(run_module, "compute", die)
     code, out, err = apesim("engine", "sweep", *FAST, "--jobs", "2", "--resume", "--json")
     assert code == 3 and "runs 2-5 are missing" in err
