@@ -16,7 +16,9 @@ import pytest
 from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parent.parent
-TRACKED = ("pyproject.toml", "README.md", "LICENSE", "apesim", "valve", "engine", "studies")
+FOLDERS = "apesim", "valve", "engine", "studies"
+LAYERS = "apesim", "apesim.valve", "apesim.engine", "apesim.studies"
+TRACKED = "pyproject.toml", "README.md", "LICENSE", *FOLDERS
 RUN = "valve", "run", "--pulse", "20 ms", "--json"
 
 
@@ -74,9 +76,6 @@ def installed(wheel, tmp_path_factory):
     return environment
 
 
-LAYERS = "apesim", "apesim.valve", "apesim.engine", "apesim.studies"
-
-
 def decoys(folder):
     """Files of a user's own with names of our layers and modules, any of which ends a program that imports it."""
     (folder / "studies").mkdir(parents=True)
@@ -108,7 +107,7 @@ def test_worker_processes_start_in_a_folder_that_holds_an_engine_py(installed, t
 
 def test_python_started_in_a_checkout_finds_the_checkout_after_a_plain_install(installed, source):
     where = installed.where(*LAYERS, folder=source)
-    assert where == [source / layer / "__init__.py" for layer in ("apesim", "valve", "engine", "studies")]
+    assert where == [source / layer / "__init__.py" for layer in FOLDERS]
 
 
 @pytest.mark.parametrize("mode", ["lenient", "strict"])
@@ -118,7 +117,7 @@ def test_an_editable_install_follows_the_checkout(source, tmp_path, mode):
     folder = decoys(tmp_path / "own")
     assert '"control_air_kg"' in environment.run("apesim", *RUN, folder=folder)
     where = [path.resolve() for path in environment.where(*LAYERS, folder=folder)]
-    assert where == [source / layer / "__init__.py" for layer in ("apesim", "valve", "engine", "studies")]
+    assert where == [source / layer / "__init__.py" for layer in FOLDERS]
 
 
 def test_a_package_of_others_that_is_called_valve_stays_apart(installed, tmp_path):
@@ -137,9 +136,7 @@ def test_a_package_of_others_that_is_called_valve_stays_apart(installed, tmp_pat
 
 def test_every_package_is_listed():
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
-    there = [
-        path.parent.relative_to(ROOT).parts for layer in TRACKED[3:] for path in (ROOT / layer).rglob("__init__.py")
-    ]
+    there = [path.parent.relative_to(ROOT).parts for layer in FOLDERS for path in (ROOT / layer).rglob("__init__.py")]
     assert sorted(listed) == sorted(".".join(parts if parts[0] == "apesim" else ("apesim", *parts)) for parts in there)
 
 

@@ -105,7 +105,7 @@ def supply_of(p, y):
 @rates.for_type(Bench)
 @kernel
 def bench_rates(p, t, y, mode, dy):
-    """Rates of the bench; see `apesim.march.adaptive.rates`."""
+    """Rates of the bench; see `apesim.march.slots.rates`."""
     if not in_domain(p.actuator, y):
         return False
     if has_line(p.actuator) and (y[LINE_MASS] <= 0.0 or y[LINE_ENERGY] <= 0.0):
