@@ -1,8 +1,8 @@
-"""Units of crank angles, which are radians inside."""
+"""Units of crank angles: angles are in radians inside, in degrees at the border."""
 
 from math import pi
 
 DEGREE = pi / 180.0
-"""A degree [rad]."""
+"""One degree [rad]."""
 TURN = 2.0 * pi
-"""A turn of the crank [rad]."""
+"""One turn of the crank [rad]."""

@@ -1,7 +1,8 @@
-"""What the cylinder breathes through: the intake's cam, the exhaust valve, and the receiver before the groove."""
+"""Breathing of the cylinder: the cam of the intake, the exhaust valve, and the receiver before the groove."""
 
+from collections.abc import Iterator
 from math import acos, cos, inf, nan, pi
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, Protocol
 
 import numpy as np
 
@@ -11,15 +12,53 @@ from apesim.quantities import NO_CURVE, Curve, Quantity
 from apesim.valve.groove import piece_line, piece_of
 
 VOLUME_MOST = 1.0
-"""Largest finite receiver; up to here a periodic state is found within 2e-6 [m3]."""
+"""Largest finite volume of the receiver [m3]; measured: up to here a periodic state is found within 2e-6."""
 ROWS_MOST = 2000
-"""Of a cam's lift curve: every row ends a step of the march."""
+"""Most rows of a cam's lift curve: every row ends a step of the march, so more rows cost time only."""
 LIFT_MOST = 0.1
-"""Of a cam [m]."""
+"""Highest lift of a cam [m]; the upper end of the range of `Cam.lift`."""
 
 
-def window_faults(window):
-    """Faults of a window with flanks."""
+class Window(Protocol):
+    """Angles between which a cam opens a valve, with a flank at each end."""
+
+    @property
+    def opens(self) -> float:
+        """Angle at which the opening flank begins [rad]."""
+
+    @property
+    def closes(self) -> float:
+        """Angle at which the closing flank ends [rad]."""
+
+    @property
+    def flank(self) -> float:
+        """Angle that each flank takes [rad]."""
+
+
+def window_faults(window: Window) -> Iterator[tuple[str, str, str]]:
+    """Find what is wrong with a window that a cam opens, beyond the ranges of its single keys.
+
+    Parameters
+    ----------
+    window : Window
+        Opening, closing and flank [rad]; a `Cam` or an `Exhaust`.
+
+    Yields
+    ------
+    key : str
+        Key of the machine file at which the fault is shown.
+    wrong : str
+        What is wrong.
+    right : str
+        What would be right.
+
+    Examples
+    --------
+    >>> list(window_faults(Exhaust()))
+    []
+    >>> list(window_faults(Exhaust(opens=1.0, closes=1.0)))
+    [('closes', 'is the angle at which it opens', 'an angle after it')]
+    """
     duration = (window.closes - window.opens) % TURN
     if window.opens == window.closes:
         yield "closes", "is the angle at which it opens", "an angle after it"
@@ -27,8 +66,27 @@ def window_faults(window):
         yield "flank", "two flanks are longer than the window", f"at most {duration / 2.0 / DEGREE:g} deg"
 
 
-def lift_curve_faults(curve):
-    """Faults of a cam's lift curve."""
+def lift_curve_faults(curve: np.ndarray) -> Iterator[tuple[str, str, str]]:
+    """Find what is wrong with the lift curve of a cam, beyond the range of its single values.
+
+    Parameters
+    ----------
+    curve : (n, 2) float array
+        Crank angle [rad], ascending, and lift [m].
+
+    Yields
+    ------
+    key, wrong, right : str
+        Key of the machine file, what is wrong with it, and what would be right.
+
+    Examples
+    --------
+    >>> list(lift_curve_faults(np.array([[0.0, 0.0], [1.0, 9e-3], [2.0, 0.0]])))
+    []
+    >>> [(key, wrong, right)] = lift_curve_faults(np.array([[0.0, 0.0], [1.0, 9e-3], [2.0, 1e-3]]))
+    >>> wrong
+    'does not start and end closed'
+    """
     angle, lift = curve.T
     if len(curve) > ROWS_MOST:
         yield "lift_curve", f"has {len(curve)} rows", f"at most {ROWS_MOST}"
@@ -42,7 +100,7 @@ def lift_curve_faults(curve):
 
 
 class Cam(NamedTuple):
-    """A cam in place of the electro-pneumatic valve (intake = "cam"), through the same groove."""
+    """Cam of the intake, in place of the electro-pneumatic valve (intake = "cam"); it opens the same groove."""
 
     opens: Annotated[float, Quantity("deg", -360, 360, "chosen: the intended opening")] = -5.0 * DEGREE
     closes: Annotated[float, Quantity("deg", -360, 720, "chosen: the intended closing")] = 70.0 * DEGREE
@@ -56,60 +114,145 @@ class Cam(NamedTuple):
         ),
     ] = NO_CURVE
 
-    def faults(self):
-        """Faults that no single key shows."""
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the cam, beyond the ranges of its single keys.
+
+        Returns
+        -------
+        iterator of (str, str, str)
+            Key of the machine file, what is wrong with it, and what would be right.
+
+        Examples
+        --------
+        >>> list(Cam().faults())
+        []
+        """
         return lift_curve_faults(self.lift_curve) if len(self.lift_curve) else window_faults(self)
 
-    def overruled(self):
-        """Keys that are not looked at, and by what."""
+    def overruled(self) -> Iterator[tuple[str, str]]:
+        """Find the keys that another key makes void.
+
+        Yields
+        ------
+        key : str
+            Key of the cam that is not used.
+        reason : str
+            Why it is not used.
+
+        Examples
+        --------
+        >>> list(Cam().overruled())
+        []
+        >>> cam = Cam(lift_curve=np.array([[0.0, 0.0], [1.0, 9e-3], [2.0, 0.0]]))
+        >>> [key for key, reason in cam.overruled()]
+        ['opens', 'closes', 'lift', 'flank']
+        """
         if len(self.lift_curve):
             yield from ((key, "engine.cam.lift_curve is given") for key in ("opens", "closes", "lift", "flank"))
 
 
 class Exhaust(NamedTuple):
-    """The exhaust valve, driven by a cam."""
+    """Exhaust valve, driven by a cam with raised-cosine flanks."""
 
     effective_area: Annotated[float, Quantity("mm^2", 0.1, 10000, "chosen")] = 500.0e-6
     opens: Annotated[float, Quantity("deg", -360, 720, "chosen")] = 165.0 * DEGREE
     closes: Annotated[float, Quantity("deg", -360, 720, "chosen")] = 340.0 * DEGREE
     flank: Annotated[float, Quantity("deg", 0.1, 180, "chosen; raised cosine, inside the window")] = 25.0 * DEGREE
 
-    faults = window_faults
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the exhaust valve's window, see `window_faults`.
+
+        Returns
+        -------
+        iterator of (str, str, str)
+            Key of the machine file, what is wrong with it, and what would be right.
+
+        Examples
+        --------
+        >>> list(Exhaust().faults())
+        []
+        """
+        return window_faults(self)
 
 
 class Receiver(NamedTuple):
-    """The vessel between regulator and groove."""
+    """Receiver: the vessel between regulator and groove, from which the engine breathes."""
 
     volume: Annotated[
         float, Quantity("L", 0.01, inf, 'chosen; "inf": intake pressure is constant, there is no receiver')
     ] = 1.0e-3
     feed_area: Annotated[float, Quantity("mm^2", 0.1, 10000, "chosen; from the regulator, effective")] = 200.0e-6
 
-    def faults(self):
-        """Faults that the range does not show."""
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the receiver, beyond the ranges of its single keys.
+
+        Yields
+        ------
+        key, wrong, right : str
+            Key of the machine file, what is wrong with it, and what would be right.
+
+        Examples
+        --------
+        >>> list(Receiver().faults())
+        []
+        >>> [right for key, wrong, right in Receiver(volume=50.0).faults()]
+        ['at most 1000 L, or "inf"']
+        """
         if VOLUME_MOST < self.volume < inf:
             wrong = "is so large that its pressure takes millions of cycles to settle"
             yield "volume", wrong, f'at most {VOLUME_MOST * 1e3:g} L, or "inf"'
 
 
 @kernel
-def within_turn(angle):
-    """An angle brought into 0...2 pi [rad]; the remainder operator is several times slower."""
-    return angle - np.floor(angle / TURN) * TURN
-
-
-@kernel
-def raised_cosine(angle, opens, closes, flank):
-    """Share of the full opening, 0...1, of a window with raised-cosine flanks inside it.
+def within_turn(angle: float) -> float:
+    """Bring an angle into the turn from 0 to 2 pi, ``phi - 2 pi floor(phi/(2 pi))``.
 
     Parameters
     ----------
-    angle, opens, closes, flank : float
-        [rad]; the window repeats every turn.
+    angle : float
+        Any angle [rad].
 
     Returns
     -------
     float
+        The angle within a turn, from 0 up to 2 pi [rad].
+
+    Examples
+    --------
+    >>> print(round(within_turn(-0.5 * pi) / pi, 9), "pi,", round(within_turn(4.5 * pi) / pi, 9), "pi")
+    1.5 pi, 0.5 pi
+    """
+    # The remainder operator gives the same, and takes several times as long.
+    return angle - np.floor(angle / TURN) * TURN
+
+
+@kernel
+def raised_cosine(angle: float, opens: float, closes: float, flank: float) -> float:
+    """Share of the full opening that a cam's window gives at a crank angle.
+
+    ``x = (1 - cos(pi d/f))/2`` on a flank, with the angle d from the near end of the window and the flank's angle f;
+    1 between the flanks, 0 outside the window. This shape is chosen; lift and slope are continuous.
+
+    Parameters
+    ----------
+    angle : float
+        Crank angle [rad].
+    opens, closes : float
+        Ends of the window [rad]; the window repeats every turn.
+    flank : float
+        Angle that each flank takes, inside the window [rad]; at most half of the window.
+
+    Returns
+    -------
+    float
+        Share of the full opening, from 0 to 1.
+
+    Examples
+    --------
+    Half of the lift is reached in the middle of a flank, the full lift at its end:
+
+    >>> [round(raised_cosine(angle, 0.0, 2.0, 0.4), 9) for angle in (-0.1, 0.2, 0.4, 1.0, 1.8)]
+    [0.0, 0.5, 1.0, 1.0, 0.5]
     """
     duration = within_turn(closes - opens)
     since = within_turn(angle - opens)
@@ -121,31 +264,80 @@ def raised_cosine(angle, opens, closes, flank):
     return 0.5 * (1.0 - cos(pi * near / flank))
 
 
-def window_corners(window):
-    """Angles at which a window or a flank of it begins or ends [rad]."""
+def window_corners(window: Window) -> np.ndarray:
+    """Find the angles at which a window or one of its flanks begins or ends.
+
+    Parameters
+    ----------
+    window : Window
+        Opening, closing and flank [rad]; a `Cam` or an `Exhaust`.
+
+    Returns
+    -------
+    (4,) float array
+        Begin and end of the opening flank, begin and end of the closing flank [rad].
+
+    Examples
+    --------
+    >>> (window_corners(Exhaust()) / DEGREE).round(6).tolist()
+    [165.0, 190.0, 315.0, 340.0]
+    """
     return np.array([window.opens, window.opens + window.flank, window.closes - window.flank, window.closes])
 
 
-def angle_to_lift(cam, lift):
-    """Angle from the foot of a cam's flank to a lift [rad]; NaN where the cam does not lift beyond it."""
+def angle_to_lift(cam: Cam, lift: float) -> float:
+    """Angle from the foot of a cam's flank to the point where the cam has a given lift.
+
+    ``d = (f/pi) arccos(1 - 2 L/L_max)``, the inverse of `raised_cosine` on a flank of the angle f.
+
+    Parameters
+    ----------
+    cam : Cam
+        Cam with raised-cosine flanks; a lift curve is not used.
+    lift : float
+        Lift L [m].
+
+    Returns
+    -------
+    float
+        Angle [rad]; NaN where the cam does not lift beyond the given lift, or the lift is below 0.
+
+    Examples
+    --------
+    >>> round(angle_to_lift(Cam(lift=9e-3, flank=0.4), 4.5e-3), 9)
+    0.2
+    >>> angle_to_lift(Cam(lift=9e-3), 9e-3)
+    nan
+    """
     return cam.flank / pi * acos(1.0 - 2.0 * lift / cam.lift) if 0.0 <= lift < cam.lift else nan
 
 
 @kernel
-def lift_line(curve, angle):
-    """Lift on the piece of a cam's curve that an angle lies in, as a line over the angle.
+def lift_line(curve: np.ndarray, angle: float) -> tuple[float, float]:
+    """Line of a cam's lift over the crank angle, on the piece of its curve that an angle lies in.
 
     Parameters
     ----------
     curve : (n, 2) float array
         Crank angle [rad] and lift [m], 0 in the first and last row; it repeats every turn.
     angle : float
-        [rad]
+        Crank angle [rad]; it must not lie on a row of the curve.
 
     Returns
     -------
-    lift, slope : float
-        At angle 0 [m], and per angle [m/rad].
+    lift : float
+        Lift of the line at crank angle 0 [m].
+    slope : float
+        Slope of the line [m/rad].
+
+    Examples
+    --------
+    A cam that lifts 8 mm over the first radian, one turn later:
+
+    >>> curve = np.array([[0.0, 0.0], [1.0, 8e-3], [2.0, 0.0]])
+    >>> lift, slope = lift_line(curve, TURN + 0.25)
+    >>> print(round((lift + slope * (TURN + 0.25)) * 1e3, 9), "mm,", round(slope * 1e3, 9), "mm/rad")
+    2.0 mm, 8.0 mm/rad
     """
     since = angle - curve[0, 0]
     turns = since - within_turn(since)
@@ -153,23 +345,45 @@ def lift_line(curve, angle):
     return lift - slope * turns, slope
 
 
-def lift_crossings(curve, lift):
-    """Angles at which a cam's curve rises through a lift, and at which it falls through it [rad], ascending."""
+def lift_crossings(curve: np.ndarray, lift: float) -> tuple[np.ndarray, np.ndarray]:
+    """Find the angles at which a cam's curve rises through a lift, and those at which it falls through it.
+
+    Parameters
+    ----------
+    curve : (n, 2) float array
+        Crank angle [rad], ascending, and lift [m]; linear between its rows.
+    lift : float
+        Lift that is crossed [m].
+
+    Returns
+    -------
+    rises : (j,) float array
+        Crank angles at which the lift rises through the given one [rad], ascending.
+    falls : (k,) float array
+        Crank angles at which the lift falls through the given one [rad], ascending.
+
+    Examples
+    --------
+    >>> rises, falls = lift_crossings(np.array([[0.0, 0.0], [1.0, 8e-3], [2.0, 0.0]]), 2e-3)
+    >>> rises.tolist(), falls.tolist()
+    ([0.25], [1.75])
+    """
     above = curve[:, 1] > lift
 
-    def passing(pieces):
+    def crossings(pieces: np.ndarray) -> np.ndarray:
         (angle, low), (angle_after, high) = curve[:-1][pieces].T, curve[1:][pieces].T
         return angle + (lift - low) / (high - low) * (angle_after - angle)
 
-    return passing(above[1:] & ~above[:-1]), passing(above[:-1] & ~above[1:])
+    return crossings(above[1:] & ~above[:-1]), crossings(above[:-1] & ~above[1:])
 
 
-def cam_angles(cam, lap):
-    """Where a cam opens and closes.
+def cam_angles(cam: Cam, lap: float) -> tuple[float, float, float, float, float]:
+    """Find the angles at which a cam opens and closes the groove, and its highest lift.
 
     Parameters
     ----------
     cam : Cam
+        Cam of the intake, with raised-cosine flanks or a lift curve.
     lap : float
         Lift at which the groove begins to open [m].
 
@@ -180,12 +394,20 @@ def cam_angles(cam, lap):
     full_open, closed : float
         Angles at which the lift reaches its peak, and zero again [rad].
     peak : float
-        [m]
+        Highest lift [m].
+
+    Examples
+    --------
+    Without a lap the groove opens and closes at the ends of the cam's window:
+
+    >>> opens, closes, full_open, closed, peak = cam_angles(Cam(), 0.0)
+    >>> [round(angle / DEGREE, 6) for angle in (opens, closes, full_open, closed)]
+    [-5.0, 70.0, 20.0, 70.0]
     """
     curve = cam.lift_curve
     if not len(curve):
-        aside = angle_to_lift(cam, lap)
-        return cam.opens + aside, cam.closes - aside, cam.opens + cam.flank, cam.closes, cam.lift
+        from_foot = angle_to_lift(cam, lap)
+        return cam.opens + from_foot, cam.closes - from_foot, cam.opens + cam.flank, cam.closes, cam.lift
     rises, falls = lift_crossings(curve, lap)
     opens = rises[0] if len(rises) else nan
     closes = falls[falls > opens][0] if len(rises) else nan
@@ -193,25 +415,32 @@ def cam_angles(cam, lap):
     return opens, closes, angle[np.argmax(lift)], angle[np.flatnonzero(lift)[-1] + 1], lift.max()
 
 
-def cam_corners(cam, knots):
-    """Angles at which a cam's window, flank or piece of its curve, or the lift's passing a knot of the groove's table
-    begins or ends.
+def cam_corners(cam: Cam, knots: np.ndarray) -> np.ndarray:
+    """Find the angles at which the groove's area under a cam has a corner, where a step of the march has to end.
+
+    These are the ends of the window and of its flanks, or the rows of a lift curve, and the crossings of the knots.
 
     Parameters
     ----------
     cam : Cam
+        Cam of the intake, with raised-cosine flanks or a lift curve.
     knots : (j,) float array
-        Lifts [m].
+        Lifts at which the groove's table of areas has a row [m].
 
     Returns
     -------
-    float array
-        [rad]
+    (n,) float array
+        Crank angles, in no order [rad].
+
+    Examples
+    --------
+    >>> (cam_corners(Cam(), np.array([4.5e-3])) / DEGREE).round(6).tolist()
+    [-5.0, 20.0, 45.0, 70.0, 7.5, 57.5]
     """
     if len(cam.lift_curve):
         return np.concatenate(
             (cam.lift_curve[:, 0], *(side for knot in knots for side in lift_crossings(cam.lift_curve, knot)))
         )
     passed = knots[(knots > 0.0) & (knots < cam.lift)]
-    sides = np.array([angle_to_lift(cam, knot) for knot in passed])
-    return np.concatenate((window_corners(cam), cam.opens + sides, cam.closes - sides))
+    from_foot = np.array([angle_to_lift(cam, knot) for knot in passed])
+    return np.concatenate((window_corners(cam), cam.opens + from_foot, cam.closes - from_foot))

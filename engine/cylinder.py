@@ -1,5 +1,6 @@
-"""The gas in the cylinder: one zone, mass and energy balance over crank angle."""
+"""Cylinder of the engine: its keys in a machine file, and its gas, one zone with balances of mass and energy."""
 
+from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 from apesim.air import Ambient, Gas
@@ -10,10 +11,11 @@ from apesim.quantities import Choice, Quantity
 
 EPV, CAM, IDEAL_VALVE = 0, 1, 2
 INTAKES = ("epv", "cam", "ideal")
+"""Kinds of intake, as a machine file names them: electro-pneumatic valve, cam, ideal valve."""
 
 
 class Engine(NamedTuple):
-    """One cylinder, two-stroke: one intake event a revolution."""
+    """Engine with one cylinder, two-stroke: one intake event a revolution."""
 
     bore: Annotated[float, Quantity("mm", 5, 1000, "chosen")] = 85.0e-3
     stroke: Annotated[float, Quantity("mm", 5, 2000, "chosen")] = 88.0e-3
@@ -28,42 +30,87 @@ class Engine(NamedTuple):
     receiver: Receiver = Receiver()
     friction: Friction = Friction()
 
-    def faults(self):
-        """Faults that no single key shows."""
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the engine's dimensions, beyond the ranges of their single keys.
+
+        Yields
+        ------
+        key, wrong, right : str
+            Key of the machine file, what is wrong with it, and what would be right.
+
+        Examples
+        --------
+        >>> list(Engine().faults())
+        []
+        >>> [wrong for key, wrong, right in Engine(rod_length=0.04).faults()]
+        ['the crank cannot turn']
+        """
         if self.rod_length <= 0.5 * self.stroke + abs(self.pin_offset):
-            least = (0.5 * self.stroke + abs(self.pin_offset)) * 1e3
-            yield "rod_length", "the crank cannot turn", f"more than half the stroke plus the pin offset, {least:g} mm"
+            shortest = (0.5 * self.stroke + abs(self.pin_offset)) * 1e3
+            yield (
+                "rod_length",
+                "the crank cannot turn",
+                f"more than half the stroke plus the pin offset, {shortest:g} mm",
+            )
 
 
 MASS, ENERGY, GROOVE_MASS, GROOVE_ENERGY, HEAT, WALL_EXERGY, BRANCH, TERMS = range(8)
-"""Terms that effects add to: mass [kg/s] and energy [W] into the cylinder, from outside and past the groove; what of
-the energy from outside is heat, and its exergy at the temperature of the wall that it comes from [W]; branches of the
-laws, see `apesim.effect.note_branch`; how many there are."""
+"""Terms of the cylinder's balance that effects add to.
+
+MASS [kg/s] and ENERGY [W] come from outside, GROOVE_MASS [kg/s] and GROOVE_ENERGY [W] past the groove. HEAT [W] is the
+part of ENERGY that is heat, WALL_EXERGY [W] the exergy of that heat at the temperature of its wall. BRANCH holds the
+branches of the laws, see `apesim.effect.note_branch`; TERMS is how many terms there are."""
 
 
 class CylinderState(NamedTuple):
-    """State of the cylinder at an instant, as its effects see it."""
+    """State of the cylinder at an instant, as the laws of its effects see it."""
 
     gas: Gas
     ambient: Ambient
     engine: Engine
     speed: float
-    """[rad/s]"""
+    """Speed of the crank [rad/s]."""
     angle: float
-    """[rad]"""
+    """Crank angle [rad]."""
     volume: float
-    """[m3]"""
+    """Volume of the cylinder [m3]."""
     pressure: float
-    """[Pa abs]"""
+    """Pressure in the cylinder [Pa abs]."""
     temperature: float
-    """[K]"""
+    """Temperature in the cylinder [K]."""
     intake_pressure: float
-    """Before the groove [Pa abs]."""
+    """Pressure before the groove [Pa abs]."""
     intake_temperature: float
-    """[K]"""
+    """Temperature before the groove [K]."""
 
 
 @kernel
-def indicated_power(pressure, ambient_pressure, slope, speed):
-    """(p - p_0) dV/dt [W]."""
+def indicated_power(pressure: float, ambient_pressure: float, slope: float, speed: float) -> float:
+    """Indicated power of the cylinder at an instant, ``P = (p - p_0) dV/dphi omega``.
+
+    At a speed of 1 rad/s it is the indicated torque [N m].
+
+    Parameters
+    ----------
+    pressure : float
+        Pressure p in the cylinder [Pa abs].
+    ambient_pressure : float
+        Pressure p_0 on the other side of the piston [Pa abs].
+    slope : float
+        Slope dV/dphi of the cylinder's volume over the crank angle [m3/rad].
+    speed : float
+        Speed omega of the crank [rad/s].
+
+    Returns
+    -------
+    float
+        Indicated power [W].
+
+    Examples
+    --------
+    1 MPa above ambient, 0.2 L/rad and 100 rad/s make 20 kW:
+
+    >>> round(indicated_power(1.1e6, 0.1e6, 0.2e-3, 100.0), 6)
+    20000.0
+    """
     return (pressure - ambient_pressure) * slope * speed

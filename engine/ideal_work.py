@@ -1,17 +1,74 @@
-"""The work that an ideal machine takes from compressed air: what efficiencies are related to, and bounds."""
+"""Ideal work: what an ideal machine takes from compressed air, the denominators of efficiencies."""
 
 from math import log
 
-from apesim.air import enthalpy, heat_capacity
+from apesim.air import Gas, enthalpy, heat_capacity
 
 
-def isothermal_work(gas, temperature, ratio):
-    """Work of isothermal expansion to ambient pressure, R T ln r [J/kg]; exergy for a supply at ambient temperature."""
+def isothermal_work(gas: Gas, temperature: float, ratio: float) -> float:
+    """Work of isothermal expansion of compressed air to ambient pressure, ``w = R T ln(r)``.
+
+    It is the flow exergy of the air only where the air has the ambient's temperature.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        The working gas.
+    temperature : float
+        Temperature T of the air before the expansion, and during it [K].
+    ratio : float
+        Pressure of the air over ambient pressure r, both absolute; above 0.
+
+    Returns
+    -------
+    float
+        Specific work [J/kg].
+
+    Raises
+    ------
+    ValueError
+        If the pressure ratio is not above 0.
+
+    Examples
+    --------
+    287.05 J/(kg K) * 293.15 K * ln(10) = 193.8 kJ/kg:
+
+    >>> from apesim.air import Air, gas_of
+    >>> round(isothermal_work(gas_of(Air()), 293.15, 10.0) / 1e3, 1)
+    193.8
+    """
     return gas.gas_constant * temperature * log(ratio)
 
 
-def isentropic_work(gas, temperature, ratio):
-    """Work of isentropic expansion to ambient pressure, h(T) - h(T_s) [J/kg]; no adiabatic machine takes more."""
+def isentropic_work(gas: Gas, temperature: float, ratio: float) -> float:
+    """Work of isentropic expansion of compressed air to ambient pressure, ``w = h(T) - h(T_s)``.
+
+    ``T_s`` is the temperature after the expansion. With a constant heat capacity it is ``T r^((1 - k)/k)``, with the
+    ratio k of the heat capacities; else it is found by Newton's method from the integral of cp/(R T), which is ln(r).
+    No adiabatic machine without back-flow takes more.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        The working gas.
+    temperature : float
+        Temperature T of the air before the expansion [K].
+    ratio : float
+        Pressure of the air over ambient pressure r, both absolute; above 0.
+
+    Returns
+    -------
+    float
+        Specific work [J/kg].
+
+    Examples
+    --------
+    With cp = 3.5 R, 1004.7 J/(kg K) * 293.15 K * (1 - 10^(-2/7)) = 142.0 kJ/kg:
+
+    >>> from apesim.air import Air, gas_of
+    >>> round(isentropic_work(gas_of(Air()), 293.15, 10.0) / 1e3, 1)
+    142.0
+    """
     if not gas.perfect:
         k = gas.heat_capacity_ratio
         return enthalpy(gas, temperature) * (1.0 - ratio ** ((1.0 - k) / k))
@@ -21,12 +78,63 @@ def isentropic_work(gas, temperature, ratio):
     return enthalpy(gas, temperature) - enthalpy(gas, cold)
 
 
-def entropy_fall(gas, cold, hot):
-    """Integral of cp/(R T) from cold to hot, which is ln r along an isentrope."""
+def entropy_fall(gas: Gas, cold: float, hot: float) -> float:
+    """Integral of cp/(R T) over the temperature; along an isentrope it is the logarithm of the pressure ratio.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        The working gas; its cp/R is a polynomial in the temperature.
+    cold, hot : float
+        Ends of the integral [K], above 0.
+
+    Returns
+    -------
+    float
+        The integral from cold to hot, without unit.
+
+    Raises
+    ------
+    ValueError
+        If the temperatures are not of one sign.
+
+    Examples
+    --------
+    With cp = 3.5 R, cooling to half the temperature takes 3.5 ln(2) = 2.426:
+
+    >>> from apesim.air import Air, gas_of
+    >>> round(entropy_fall(gas_of(Air()), 150.0, 300.0), 3)
+    2.426
+    """
     terms = (gas.a1, gas.a2 / 2.0, gas.a3 / 3.0, gas.a4 / 4.0)
     return gas.a0 * log(hot / cold) + sum(a * (hot**n - cold**n) for n, a in enumerate(terms, start=1))
 
 
-def full_admission_work(gas, temperature, ratio):
-    """Work of admission over the whole stroke without expansion, R T (1 - 1/r) [J/kg]: a reference, no bound."""
+def full_admission_work(gas: Gas, temperature: float, ratio: float) -> float:
+    """Work of admission over the whole stroke, without expansion: ``w = R T (1 - 1/r)``.
+
+    It is a reference for an air motor without cut-off, and no bound: a machine that expands the air takes more.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        The working gas.
+    temperature : float
+        Temperature T of the air before the admission [K].
+    ratio : float
+        Pressure of the air over ambient pressure r, both absolute; not 0.
+
+    Returns
+    -------
+    float
+        Specific work [J/kg].
+
+    Examples
+    --------
+    287.05 J/(kg K) * 293.15 K * 0.9 = 75.7 kJ/kg:
+
+    >>> from apesim.air import Air, gas_of
+    >>> round(full_admission_work(gas_of(Air()), 293.15, 10.0) / 1e3, 1)
+    75.7
+    """
     return gas.gas_constant * temperature * (1.0 - 1.0 / ratio)
