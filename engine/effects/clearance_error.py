@@ -1,29 +1,47 @@
 """Clearance volume that differs from the machine file's."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
+if TYPE_CHECKING:
+    from apesim.engine.cycle.state import Cycle, CycleTables
+
 
 class ClearanceError(NamedTuple):
-    """An error of the clearance volume."""
+    """Error of the clearance volume, as a share of it."""
 
     share: Annotated[float, Quantity("", -0.08, 0.08, "gasket and deposits")] = 0.0
 
 
-def adjust(effect, cycle, tables):
-    """Change the clearance volume by a share.
+def adjust(effect: ClearanceError, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
+    """Change the clearance volume by a share, ``V_c' = (1 + share) V_c``.
 
     Parameters
     ----------
     effect : ClearanceError
+        Parameters of the effect.
     cycle : apesim.engine.cycle.state.Cycle
+        Machine at a speed, as numbers for the kernels.
     tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine.
 
     Returns
     -------
-    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+        Machine with the effect.
+    tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine with the effect.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
+    >>> larger, _ = adjust(ClearanceError(share=0.05), cycle, tables)
+    >>> round(larger.crank.clearance / cycle.crank.clearance, 9)
+    1.05
     """
     clearance = (1.0 + effect.share) * cycle.crank.clearance
     return cycle._replace(crank=cycle.crank._replace(clearance=clearance)), tables

@@ -1,22 +1,26 @@
-"""Heat from the walls into the gas, which is colder than they are."""
+"""Heat from the walls into the gas of the cylinder, which is colder than they are."""
 
 from math import pi
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.air import heat_capacity
 from apesim.effect import Effect, law
-from apesim.engine.cylinder import ENERGY, HEAT, WALL_EXERGY
+from apesim.engine.cylinder import ENERGY, HEAT, WALL_EXERGY, CylinderState
 from apesim.engine.kinematics import piston_face
 from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.quantities import Choice, Quantity
 
 WOSCHNI, HOHENBERG, ANNAND, COMPRESSOR = range(4)
+"""Correlations of the heat transfer coefficient."""
 PRANDTL = 0.71
+"""Prandtl number of air, taken as constant."""
 
 
 class CylinderWallHeat(NamedTuple):
-    """A coefficient over two piston areas and the liner: a constant plus a share of a correlation."""
+    """Heat transfer coefficient over two piston areas and the liner: a constant, plus a factor times a correlation."""
 
     h: Annotated[float, Quantity("W/(m^2 K)", 0, 500, "constant part")] = 0.0
     factor: Annotated[float, Quantity("", 0, 5, "on the correlation")] = 0.0
@@ -25,26 +29,129 @@ class CylinderWallHeat(NamedTuple):
 
 
 @kernel
-def viscosity(temperature):
-    """Sutherland's law for air [Pa s]."""
+def viscosity(temperature: float) -> float:
+    """Dynamic viscosity of air by Sutherland's law.
+
+    ``mu = mu_0 (T/T_0)^1.5 (T_0 + C)/(T + C)`` with mu_0 = 17.16 uPa s, T_0 = 273.15 K and C = 110.4 K.
+
+    Parameters
+    ----------
+    temperature : float
+        Temperature T of the air [K].
+
+    Returns
+    -------
+    float
+        Dynamic viscosity [Pa s].
+
+    Examples
+    --------
+    >>> round(viscosity(273.15) * 1e6, 2)
+    17.16
+    """
     return 1.716e-5 * (temperature / 273.15) ** 1.5 * (273.15 + 110.4) / (temperature + 110.4)
 
 
 @kernel
-def woschni(pressure, temperature, bore, piston_speed):
-    """Woschni 1967 (SAE 670931) without combustion: 3.26 B^-0.2 p^0.8 T^-0.55 w^0.8, p in kPa, w = 2.28 S_p."""
+def woschni(pressure: float, temperature: float, bore: float, piston_speed: float) -> float:
+    """Heat transfer coefficient by Woschni's correlation, without its term of combustion.
+
+    ``h = 3.26 B^-0.2 p^0.8 T^-0.55 (2.28 S_p)^0.8`` (Woschni 1967, SAE 670931), with the bore B in m, the pressure p
+    in kPa, the temperature T in K and the mean piston speed S_p in m/s.
+
+    Parameters
+    ----------
+    pressure : float
+        Pressure in the cylinder [Pa abs].
+    temperature : float
+        Temperature in the cylinder [K].
+    bore : float
+        Bore of the cylinder [m].
+    piston_speed : float
+        Mean piston speed [m/s].
+
+    Returns
+    -------
+    float
+        Heat transfer coefficient [W/(m2 K)].
+
+    Examples
+    --------
+    With B = 1 m, p = 1 kPa, T = 1 K and 2.28 S_p = 1 m/s the factor of the correlation is left:
+
+    >>> round(woschni(1e3, 1.0, 1.0, 1.0 / 2.28), 9)
+    3.26
+    """
     return 3.26 * bore**-0.2 * (pressure / 1e3) ** 0.8 * temperature**-0.55 * (2.28 * piston_speed) ** 0.8
 
 
 @kernel
-def hohenberg(pressure, temperature, volume, piston_speed):
-    """Hohenberg 1979 (SAE 790825): 130 V^-0.06 p^0.8 T^-0.4 (S_p + 1.4)^0.8, p in bar."""
+def hohenberg(pressure: float, temperature: float, volume: float, piston_speed: float) -> float:
+    """Heat transfer coefficient by Hohenberg's correlation.
+
+    ``h = 130 V^-0.06 p^0.8 T^-0.4 (S_p + 1.4)^0.8`` (Hohenberg 1979, SAE 790825), with the volume V in m3, the
+    pressure p in bar, the temperature T in K and the mean piston speed S_p in m/s.
+
+    Parameters
+    ----------
+    pressure : float
+        Pressure in the cylinder [Pa abs].
+    temperature : float
+        Temperature in the cylinder [K].
+    volume : float
+        Volume of the cylinder [m3].
+    piston_speed : float
+        Mean piston speed [m/s].
+
+    Returns
+    -------
+    float
+        Heat transfer coefficient [W/(m2 K)].
+
+    Examples
+    --------
+    With V = 1 m3, p = 1 bar, T = 1 K and S_p + 1.4 m/s = 1 m/s the factor of the correlation is left:
+
+    >>> round(hohenberg(1e5, 1.0, 1.0, -0.4), 6)
+    130.0
+    """
     return 130.0 * volume**-0.06 * (pressure / 1e5) ** 0.8 * temperature**-0.4 * (piston_speed + 1.4) ** 0.8
 
 
 @kernel
-def nusselt(state, piston_speed, a, b, c):
-    """Coefficient of Nu = a Re^b Pr^c over the bore, with the mean piston speed."""
+def nusselt(state: CylinderState, piston_speed: float, a: float, b: float, c: float) -> float:
+    """Heat transfer coefficient by a correlation of the Nusselt number, ``Nu = a Re^b Pr^c``.
+
+    ``h = Nu lambda/B`` and ``Re = rho S_p B/mu``, with the bore B, the mean piston speed S_p, the density rho, the
+    viscosity mu and the conductivity ``lambda = mu cp/Pr`` of the air in the cylinder.
+
+    Parameters
+    ----------
+    state : apesim.engine.cylinder.CylinderState
+        State of the cylinder.
+    piston_speed : float
+        Mean piston speed [m/s].
+    a, b, c : float
+        Factor, exponent of the Reynolds number and exponent of the Prandtl number.
+
+    Returns
+    -------
+    float
+        Heat transfer coefficient [W/(m2 K)].
+
+    Examples
+    --------
+    Nu = 1 is the conductivity over the bore, 18.47 uPa s * 1004.7 J/(kg K)/0.71/85 mm = 0.307 W/(m2 K) at 300 K:
+
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cylinder import TERMS
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
+    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> print(round(nusselt(state._replace(temperature=300.0), 3.0, 1.0, 0.0, 0.0), 3))
+    0.307
+    """
     mu = viscosity(state.temperature)
     density = state.pressure / (state.gas.gas_constant * state.temperature)
     conductivity = mu * heat_capacity(state.gas, state.temperature) / PRANDTL
@@ -53,8 +160,38 @@ def nusselt(state, piston_speed, a, b, c):
 
 
 @kernel
-def correlated(effect, state):
-    """Heat transfer coefficient of the chosen correlation [W/(m2 K)]."""
+def correlated_coefficient(effect: CylinderWallHeat, state: CylinderState) -> float:
+    """Heat transfer coefficient by the correlation that the effect names.
+
+    Annand's form (1963, Proc. IMechE 177, 973) is ``Nu = 0.5 Re^0.7``, that of compressors (the constants of Adair,
+    Qvale and Pearson 1972) ``Nu = 0.053 Re^0.8 Pr^0.6``. For the others see `woschni` and `hohenberg`.
+
+    Parameters
+    ----------
+    effect : CylinderWallHeat
+        Parameters of the effect; its correlation is used.
+    state : apesim.engine.cylinder.CylinderState
+        State of the cylinder.
+
+    Returns
+    -------
+    float
+        Heat transfer coefficient [W/(m2 K)].
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cylinder import TERMS
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
+    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> speed = state.engine.stroke * state.speed / pi
+    >>> effect = CylinderWallHeat(correlation=HOHENBERG)
+    >>> expected = hohenberg(state.pressure, state.temperature, state.volume, speed)
+    >>> print(correlated_coefficient(effect, state) / expected)
+    1.0
+    """
     speed = state.engine.stroke * state.speed / pi
     if effect.correlation == WOSCHNI:
         return woschni(state.pressure, state.temperature, state.engine.bore, speed)
@@ -67,11 +204,38 @@ def correlated(effect, state):
 
 @law.for_type(CylinderWallHeat)
 @kernel
-def cylinder_wall_heat(effect, state, balance):
-    """Q = h (2 A_p + 4 V/B) (T_w - T)."""
+def cylinder_wall_heat(effect: CylinderWallHeat, state: CylinderState, balance: np.ndarray) -> None:
+    """Add the heat from the walls to the gas of the cylinder.
+
+    ``Q = h (2 A_p + 4 V/B) (T_w - T)``, with the heat transfer coefficient h, the piston's area A_p, the volume V, the
+    bore B, the wall's temperature T_w and the gas's temperature T. The areas are those of piston, head and liner.
+
+    Parameters
+    ----------
+    effect : CylinderWallHeat
+        Parameters of the effect.
+    state : apesim.engine.cylinder.CylinderState
+        State of the cylinder.
+    balance : (TERMS,) float array
+        Balance of the cylinder that is added to, see `apesim.engine.cylinder`.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cylinder import TERMS
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
+    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> state, balance = state._replace(temperature=200.0), np.zeros(TERMS)
+    >>> cylinder_wall_heat(CylinderWallHeat(h=100.0, wall_temperature=300.0), state, balance)
+    >>> area = 2.0 * piston_face(state.engine) + 4.0 * state.volume / state.engine.bore
+    >>> print(round(balance[HEAT] / area, 6))
+    10000.0
+    """
     h = effect.h
     if effect.factor > 0.0:
-        h += effect.factor * correlated(effect, state)
+        h += effect.factor * correlated_coefficient(effect, state)
     area = 2.0 * piston_face(state.engine) + 4.0 * state.volume / state.engine.bore
     heat = h * area * (effect.wall_temperature - state.temperature)
     balance[ENERGY] += heat

@@ -1,29 +1,47 @@
-"""An exhaust that lets through less than the machine file says."""
+"""Exhaust that lets through less than the machine file says."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
+if TYPE_CHECKING:
+    from apesim.engine.cycle.state import Cycle, CycleTables
+
 
 class ExhaustRestriction(NamedTuple):
-    """A share by which the exhaust's effective area is smaller."""
+    """Share by which the effective area of the exhaust is smaller."""
 
     share: Annotated[float, Quantity("", 0, 0.4, "manifold and silencer in series")] = 0.0
 
 
-def adjust(effect, cycle, tables):
-    """Take a share off the exhaust's effective area.
+def adjust(effect: ExhaustRestriction, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
+    """Take a share off the effective area of the exhaust, ``S' = (1 - share) S``.
 
     Parameters
     ----------
     effect : ExhaustRestriction
+        Parameters of the effect.
     cycle : apesim.engine.cycle.state.Cycle
+        Machine at a speed, as numbers for the kernels.
     tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine.
 
     Returns
     -------
-    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+        Machine with the effect.
+    tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine with the effect.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
+    >>> smaller, _ = adjust(ExhaustRestriction(share=0.2), cycle, tables)
+    >>> round(smaller.engine.exhaust.effective_area / cycle.engine.exhaust.effective_area, 9)
+    0.8
     """
     engine = cycle.engine
     exhaust = engine.exhaust._replace(effective_area=(1.0 - effect.share) * engine.exhaust.effective_area)

@@ -1,29 +1,47 @@
-"""An exhaust cam that stands later, or earlier, than the machine file says."""
+"""Exhaust cam that stands later, or earlier, than the machine file says."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
+if TYPE_CHECKING:
+    from apesim.engine.cycle.state import Cycle, CycleTables
+
 
 class ExhaustTiming(NamedTuple):
-    """An angle by which the exhaust opens and closes later."""
+    """Angle by which the exhaust opens and closes later; negative: earlier."""
 
     angle: Annotated[float, Quantity("deg", -8, 8, "a tooth of a belt; lash")] = 0.0
 
 
-def adjust(effect, cycle, tables):
-    """Turn the exhaust cam.
+def adjust(effect: ExhaustTiming, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
+    """Turn the exhaust cam, so that both ends of its window come later by one angle.
 
     Parameters
     ----------
     effect : ExhaustTiming
+        Parameters of the effect.
     cycle : apesim.engine.cycle.state.Cycle
+        Machine at a speed, as numbers for the kernels.
     tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine.
 
     Returns
     -------
-    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+        Machine with the effect.
+    tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine with the effect.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
+    >>> later, _ = adjust(ExhaustTiming(angle=0.1), cycle, tables)
+    >>> round(later.engine.exhaust.opens - cycle.engine.exhaust.opens, 9)
+    0.1
     """
     engine = cycle.engine
     opens, closes = engine.exhaust.opens + effect.angle, engine.exhaust.closes + effect.angle

@@ -1,29 +1,47 @@
-"""Mechanical friction that differs from Chen and Flynn's."""
+"""Mechanical friction that differs from Chen and Flynn's correlation."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
+if TYPE_CHECKING:
+    from apesim.engine.cycle.state import Cycle, CycleTables
+
 
 class FrictionTorque(NamedTuple):
-    """A constant friction mean effective pressure more."""
+    """Constant friction mean effective pressure, beside that of the correlation."""
 
     fmep: Annotated[float, Quantity("kPa", -50, 50, "as large as that of a small engine")] = 0.0
 
 
-def adjust(effect, cycle, tables):
-    """Add to the constant of the friction mean effective pressure.
+def adjust(effect: FrictionTorque, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
+    """Add to the constant of the friction mean effective pressure, ``A' = A + fmep``.
 
     Parameters
     ----------
     effect : FrictionTorque
+        Parameters of the effect.
     cycle : apesim.engine.cycle.state.Cycle
+        Machine at a speed, as numbers for the kernels.
     tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine.
 
     Returns
     -------
-    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+        Machine with the effect.
+    tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine with the effect.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
+    >>> rubbing, _ = adjust(FrictionTorque(fmep=10e3), cycle, tables)
+    >>> round(rubbing.engine.friction.constant - cycle.engine.friction.constant, 6)
+    10000.0
     """
     engine = cycle.engine
     friction = engine.friction._replace(constant=engine.friction.constant + effect.fmep)

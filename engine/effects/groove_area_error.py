@@ -1,6 +1,6 @@
-"""A groove whose effective area differs from the machine file's."""
+"""Effective area of the groove that differs from the machine file's."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
@@ -9,32 +9,47 @@ from apesim.quantities import Quantity
 from apesim.valve.groove import lap_of
 from apesim.valve.ports import ports_area
 
+if TYPE_CHECKING:
+    from apesim.engine.cycle.state import Cycle, CycleTables
+
 PIECES = 32
+"""Pieces of a table in place of ports, from the lap to the stroke; chosen: their areas bend smoothly over the lift."""
 
 
 class GrooveAreaError(NamedTuple):
-    """An error of the effective area, the same at any lift, and one that is largest at half of the open travel."""
+    """Errors of the effective area: one alike at all lifts, and one that is largest at half of the open travel."""
 
     share: Annotated[float, Quantity("", -0.4, 0.4, "discharge coefficients: 0.6 to 0.9")] = 0.0
     taper: Annotated[float, Quantity("", -0.4, 0.4, "at half of the open travel; chamfers, round ports")] = 0.0
 
 
-def in_pieces(cycle, table, pieces):
-    """A groove's table with further rows, so that its areas can be changed over the lift.
+def split_table(cycle: "Cycle", table: np.ndarray, pieces: int) -> tuple["Cycle", np.ndarray]:
+    """Give a groove's table of areas further rows, so that its areas can be changed over the lift.
 
     Parameters
     ----------
     cycle : apesim.engine.cycle.state.Cycle
+        Machine at a speed, as numbers for the kernels.
     table : (j, 2) float array
         Lift [m] and effective area [m2].
     pieces : int
-        Between the lap and the stroke; of a groove with ports `PIECES`.
+        Pieces between the lap and the stroke; a groove with ports gets `PIECES`.
 
     Returns
     -------
-    apesim.engine.cycle.state.Cycle
-        Its groove that of the table.
-    (k, 2) float array
+    cycle : apesim.engine.cycle.state.Cycle
+        Machine whose groove has the area of the table, not that of ports.
+    table : (k, 2) float array
+        Lift [m] and effective area [m2], the same area at every lift.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
+    >>> _, table = split_table(cycle, tables.valve.groove, 2)
+    >>> (table[-3:] * 1e3).round(6).tolist()
+    [[1.0, 0.0], [5.0, 0.075], [9.0, 0.15]]
     """
     between = np.linspace(lap_of(table), cycle.actuator.valve.stroke, (PIECES if cycle.has_ports else pieces) + 1)
     lifts = np.union1d(table[:, 0], between)
@@ -46,20 +61,32 @@ def in_pieces(cycle, table, pieces):
     return cycle._replace(has_ports=0), np.column_stack((lifts, areas))
 
 
-def larger(effect, table, stroke):
-    """A groove's table with its areas times (1 + share)(1 + taper 4 s (1 - s)).
+def scale_areas(effect: GrooveAreaError, table: np.ndarray, stroke: float) -> np.ndarray:
+    """Scale the areas of a groove's table, ``S' = S (1 + share) (1 + taper 4 s (1 - s))``.
+
+    The share s of the open travel is ``(L - lap)/(stroke - lap)`` at the lift L, from 0 to 1.
 
     Parameters
     ----------
     effect : GrooveAreaError
+        Share and taper.
     table : (j, 2) float array
         Lift [m] and effective area [m2].
     stroke : float
-        [m]
+        Stroke of the valve [m].
 
     Returns
     -------
     (j, 2) float array
+        Lift [m] and effective area with the error [m2].
+
+    Examples
+    --------
+    A taper of 0.1 adds a tenth of the area at half of the open travel, and nothing at its end:
+
+    >>> table = np.array([[0.0, 0.0], [1.0, 0.0], [5.0, 75.0], [9.0, 150.0]])
+    >>> scale_areas(GrooveAreaError(taper=0.1), table, 9.0)[:, 1].round(6).tolist()
+    [0.0, 0.0, 82.5, 150.0]
     """
     lap = lap_of(table)
     s = np.clip((table[:, 0] - lap) / (stroke - lap), 0.0, 1.0)
@@ -68,25 +95,40 @@ def larger(effect, table, stroke):
     )
 
 
-def adjust(effect, cycle, tables):
-    """Change the groove's table; with a taper, a table of ports becomes one of 32 pieces.
+def adjust(effect: GrooveAreaError, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
+    """Change the effective area of the groove; with a taper, the area of ports becomes a table of `PIECES`.
 
     Parameters
     ----------
     effect : GrooveAreaError
+        Parameters of the effect.
     cycle : apesim.engine.cycle.state.Cycle
+        Machine at a speed, as numbers for the kernels.
     tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine.
 
     Returns
     -------
-    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+        Machine with the effect.
+    tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine with the effect.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
+    >>> wider, _ = adjust(GrooveAreaError(share=0.1), cycle, tables)
+    >>> round(wider.full_area / cycle.full_area, 9)
+    1.1
     """
     table, stroke, ports = tables.valve.groove, cycle.actuator.valve.stroke, cycle.ports
     if effect.taper:
-        cycle, table = in_pieces(cycle, table, 2)
+        cycle, table = split_table(cycle, table, 2)
     ports = ports._replace(discharge_coefficient=(1.0 + effect.share) * ports.discharge_coefficient)
     cycle = cycle._replace(ports=ports, full_area=(1.0 + effect.share) * cycle.full_area)
-    return cycle, tables._replace(valve=tables.valve._replace(groove=larger(effect, table, stroke)))
+    return cycle, tables._replace(valve=tables.valve._replace(groove=scale_areas(effect, table, stroke)))
 
 
 EFFECT = Effect(

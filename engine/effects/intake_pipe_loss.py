@@ -1,5 +1,6 @@
-"""An intake pipe that throttles between receiver and groove."""
+"""Intake pipe between receiver and groove, which throttles the engine air."""
 
+from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect
@@ -10,19 +11,50 @@ AREA_LEAST = 30e-6
 
 
 class IntakePipeLoss(NamedTuple):
-    """A pipe with a volume of its own, fed from the receiver through an area; the larger, the less it loses."""
+    """Pipe with a gas volume, fed from the receiver through an area; the larger the area, the less it loses."""
 
     area: Annotated[float, Quantity("mm^2", 0, 500, "effective, from 30 mm2 on: bends and fittings; 0: no pipe")] = 0.0
     volume: Annotated[float, Quantity("L", 0.05, 2, "half a metre of 16 mm")] = 0.1e-3
 
-    def faults(self):
-        """Faults that the range does not show."""
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the pipe, beyond the ranges of its single keys.
+
+        Yields
+        ------
+        key, wrong, right : str
+            Key of the machine file, what is wrong with it, and what would be right.
+
+        Examples
+        --------
+        >>> list(IntakePipeLoss().faults())
+        []
+        >>> list(IntakePipeLoss(area=10e-6).faults())
+        [('area', 'starves the engine', '30 to 500 mm^2, or 0 for no pipe')]
+        """
         if 0.0 < self.area < AREA_LEAST:
             yield "area", "starves the engine", "30 to 500 mm^2, or 0 for no pipe"
 
 
-def volume(effect):
-    """Volume of the pipe [m3] and effective area of its feed [m2]."""
+def volume(effect: IntakePipeLoss) -> tuple[float, float]:
+    """Get the gas volume of the pipe and the effective area of its feed.
+
+    Parameters
+    ----------
+    effect : IntakePipeLoss
+        Parameters of the effect.
+
+    Returns
+    -------
+    volume : float
+        Gas volume of the pipe [m3].
+    area : float
+        Effective area of its feed from the receiver [m2].
+
+    Examples
+    --------
+    >>> volume(IntakePipeLoss(area=100e-6, volume=0.2e-3))
+    (0.0002, 0.0001)
+    """
     return effect.volume, effect.area
 
 
@@ -30,7 +62,7 @@ EFFECT = Effect(
     "intake_pipe_loss",
     IntakePipeLoss,
     equation="dm/dt = S psi(r) p_r / sqrt(R T_r) - mdot through the groove; S = area",
-    source="paper, Eqs. 3-8, for a volume of its own",
+    source="EPV paper (doi 10.1631/jzus.A0820373), Eqs. 3-8, for a gas volume of its own",
     seen_in="receiver pressure over the crank angle; cylinder pressure in admission",
     isolated_by="pressure right before the groove against that in the receiver",
     volume=volume,

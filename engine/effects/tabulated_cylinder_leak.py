@@ -1,17 +1,20 @@
-"""Leaks of the cylinder that have no name."""
+"""Leaks of the cylinder as tables over the crank angle, for leaks that no law of the library explains."""
 
 from math import pi
 
+import numpy as np
+
 from apesim.effect import Effect, law
-from apesim.engine.cylinder import BRANCH, ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS
+from apesim.engine.cylinder import BRANCH, ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS, CylinderState
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.nodes import round_the_nodes, table
 from apesim.quantities import Quantity
 
 PLACES = range(0, 360, 30)
-"""Crank angle [deg]."""
+"""Crank angles of the nodes of the leak to ambient [deg]."""
 QUARTERS = range(0, 360, 90)
+"""Crank angles of the nodes of the leak past the groove [deg]."""
 
 TabulatedCylinderLeak = table(
     "TabulatedCylinderLeak",
@@ -24,8 +27,38 @@ TabulatedCylinderLeak.__doc__ = "Effective areas over the crank angle: to ambien
 
 @law.for_type(TabulatedCylinderLeak)
 @kernel
-def tabulated_cylinder_leak(effect, state, balance):
-    """Flows through S(angle) to ambient, and through S_g(angle) from before the groove (Eq. 7)."""
+def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, balance: np.ndarray) -> None:
+    """Add the flows through tabulated areas: to ambient, and from before the groove into the cylinder.
+
+    ``mdot = S(phi) psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper, doi 10.1631/jzus.A0820373), with the effective area S
+    at the crank angle phi. An area below zero to ambient reverses the flow; it takes off a part of the exhaust's.
+
+    Parameters
+    ----------
+    effect : TabulatedCylinderLeak
+        Parameters of the effect.
+    state : apesim.engine.cylinder.CylinderState
+        State of the cylinder.
+    balance : (TERMS,) float array
+        Balance of the cylinder that is added to, see `apesim.engine.cylinder`.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.cycle.state import cylinder_state
+    >>> from apesim.engine.cylinder import TERMS
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
+    >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
+    >>> effect = TabulatedCylinderLeak(*[1e-6] * len(PLACES), *[0.0] * len(QUARTERS))
+    >>> state, balance = state._replace(pressure=2.5e5, temperature=300.0), np.zeros(TERMS)
+
+    A choked flow, 1 mm2 * 0.6847 * 0.25 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.583 g/s, leaves the cylinder:
+
+    >>> tabulated_cylinder_leak(effect, state, balance)
+    >>> print(round(balance[MASS] * 1e3, 3))
+    -0.583
+    """
     turns = 0.5 * state.angle / pi
     out = round_the_nodes(effect[:12], 12.0 * turns)
     sign = -1.0 if out < 0.0 else 1.0

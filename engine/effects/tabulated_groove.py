@@ -1,15 +1,20 @@
-"""An effective area of the groove that has no name."""
+"""Effective area of the groove as a table over the lift, for errors that no law of the library explains."""
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from apesim.effect import Effect
-from apesim.engine.effects.groove_area_error import in_pieces
+from apesim.engine.effects.groove_area_error import split_table
 from apesim.nodes import table
 from apesim.quantities import Quantity
 from apesim.valve.groove import lap_of
 
+if TYPE_CHECKING:
+    from apesim.engine.cycle.state import Cycle, CycleTables
+
 PLACES = 0, 25, 50, 75, 100
-"""Share of the travel from the lap on [%]."""
+"""Shares of the travel from the lap to the stroke at the nodes [%]."""
 
 TabulatedGroove = table(
     "TabulatedGroove", __name__, share=(PLACES, Quantity("", -0.6, 0.6, "discharge coefficients: 0.6 to 0.9"))
@@ -17,20 +22,37 @@ TabulatedGroove = table(
 TabulatedGroove.__doc__ = "Shares by which the groove's effective area is larger, over the lift."
 
 
-def adjust(effect, cycle, tables):
-    """Change the groove's table; a table of ports becomes one of pieces.
+def adjust(effect: tuple[float, ...], cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
+    """Change the effective area of the groove by a table, ``S' = (1 + share(s)) S`` at the share s of the open travel.
+
+    The area of ports becomes a table of pieces.
 
     Parameters
     ----------
     effect : TabulatedGroove
+        Parameters of the effect.
     cycle : apesim.engine.cycle.state.Cycle
+        Machine at a speed, as numbers for the kernels.
     tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine.
 
     Returns
     -------
-    apesim.engine.cycle.state.Cycle, apesim.engine.cycle.state.CycleTables
+    cycle : apesim.engine.cycle.state.Cycle
+        Machine with the effect.
+    tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine with the effect.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
+    >>> wider, _ = adjust(TabulatedGroove(*[0.1] * len(PLACES)), cycle, tables)
+    >>> round(wider.full_area / cycle.full_area, 9)
+    1.1
     """
-    cycle, table = in_pieces(cycle, tables.valve.groove, len(PLACES) - 1)
+    cycle, table = split_table(cycle, tables.valve.groove, len(PLACES) - 1)
     lap = lap_of(table)
     place = 100.0 * (table[:, 0] - lap) / (cycle.actuator.valve.stroke - lap)
     table = np.column_stack((table[:, 0], table[:, 1] * (1.0 + np.interp(place, PLACES, effect))))

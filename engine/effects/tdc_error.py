@@ -1,30 +1,42 @@
-"""A record whose crank angle does not begin at top dead centre."""
+"""Crank angle that is recorded from a point other than top dead centre."""
 
 from math import isnan
 from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
-from apesim.reading import moved
+from apesim.reading import Reading, moved
 
 
 class TdcError(NamedTuple):
-    """An angle by which the record is late."""
+    """Angle by which the record is late."""
 
     angle: Annotated[float, Quantity("deg", -2, 2, "a mark on the flywheel: 0.1 to 1 deg")] = 0.0
 
 
-def sensor(effect, reading):
+def sensor(effect: TdcError, reading: Reading) -> Reading:
     """Record all channels at later crank angles; the solenoids are switched at the true ones.
 
     Parameters
     ----------
     effect : TdcError
+        Parameters of the effect.
     reading : apesim.reading.Reading
+        What the sensors would record without the effect.
 
     Returns
     -------
     apesim.reading.Reading
+        What they record with it; without a speed, as on a bench, the same reading.
+
+    Examples
+    --------
+    A channel that shows the true angle reads 0.9 rad where the record says 1.0 rad:
+
+    >>> import numpy as np
+    >>> reading = Reading(at=lambda times: {"angle": 100.0 * times}, speed=100.0, start=0.0)
+    >>> sensor(TdcError(angle=0.1), reading).at(np.array([0.01]))["angle"].round(9).tolist()
+    [0.9]
     """
     return reading if isnan(reading.speed) else moved(reading, lambda times: times - effect.angle / reading.speed)
 
