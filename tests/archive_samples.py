@@ -1,12 +1,11 @@
 """Small archives for the tests, and what it means that two are the same."""
 
-from pathlib import Path
-
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from tests.folders import SAMPLES
 
-VERSION_1 = Path(__file__).parent / "samples" / "version_1.h5"
+VERSION_1 = SAMPLES / "version_1.h5"
 """`sample()` as apesim 0.1.0 wrote it, before archives had digests."""
 
 MACHINE = '[engine]\nbore = "90 mm"\nstroke = "90 mm"\n# Übermaß\n[valve.solenoid]\ndead_time = "2 ms"\n'

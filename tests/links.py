@@ -8,7 +8,8 @@ import shutil
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+from tests.folders import ROOT
+
 LAYERS = "valve", "engine", "studies"
 
 

@@ -5,17 +5,16 @@ The receiver is infinite unless named, as in the published reference solutions.
 
 import csv
 from math import inf, isnan, nan, pi
-from pathlib import Path
 from typing import get_type_hints
 
 from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import INTAKES
 from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
+from tests.folders import ACCEPTANCE
 
 AMBIENT = 101325.0
 RPM = pi / 30.0
-ACCEPTANCE = Path(__file__).parent / "acceptance"
 
 
 def changed(machine, values):

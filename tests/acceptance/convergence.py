@@ -1,17 +1,11 @@
 """The solver's error against its tolerance, on the bench and over one cycle of the engine.
 
-``python tests/acceptance/convergence.py`` draws ``convergence.png`` beside itself.
+``python -m tests.acceptance.convergence`` draws ``convergence.png`` beside itself.
 """
 
-import sys
 from pathlib import Path
 
 import numpy as np
-
-if __name__ == "__main__":
-    sys.path[:0] = [str(Path(__file__).parents[n]) for n in (1, 2)]
-
-from machines import RPM, machine
 
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle import state as cycle_state
@@ -21,6 +15,7 @@ from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, Accuracy, march
 from apesim.valve import actuator, bench
 from apesim.valve.measures import closing_stroke, opening_stroke
 from apesim.valve.motion import MET_CLOSED, MET_OPEN
+from tests.machines import RPM, machine
 
 TOLERANCES = 10.0 ** -np.arange(4.0, 11.25, 0.5)
 FINEST = 1e-13

@@ -10,7 +10,6 @@ from math import inf, pi
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
-from machines import AMBIENT, RPM, machine, settled
 from scipy.optimize import brentq
 
 from apesim.air import CANTERA, IDEAL
@@ -23,6 +22,7 @@ from apesim.engine.indicators import closure, indicators
 from apesim.engine.kinematics import crank_of, cylinder_volume
 from apesim.engine.steady import run_steady
 from apesim.valve.supply import REGULATOR
+from tests.machines import AMBIENT, RPM, machine, settled
 
 CLOSURE = 1e-9
 EXERGY_CLOSURE = 1e-6

@@ -1,7 +1,8 @@
 """The error is the tolerance's: measured against 1e-13, no model has to be believed."""
 
 import numpy as np
-from convergence import convergence_table
+
+from tests.acceptance.convergence import convergence_table
 
 MOST = 30.0
 """Error over tolerance: the errors of some hundred steps add up."""

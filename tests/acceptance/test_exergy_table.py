@@ -4,11 +4,11 @@ Stated error: 0.5 % of each number or 0.2 J, as it is printed to 0.1 J.
 """
 
 import pytest
-from machines import RPM, machine, settled
 
 from apesim.engine.exergy import ENTERS, LEAVES
 from apesim.engine.indicators import indicators
 from apesim.studies.timing import corrected
+from tests.machines import RPM, machine, settled
 
 ERROR, AMOUNT = 5e-3, 0.2
 COLUMNS = ("engine_air", "indicated_work", "feed", "groove", "exhaust", "mixing", "control_air")

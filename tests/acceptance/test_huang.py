@@ -9,16 +9,16 @@ import shlex
 import sys
 from itertools import pairwise
 from math import pi
-from pathlib import Path
 
 import pytest
-from machines import settled
 
 import apesim
 from apesim.studies.cli import app
 from apesim.studies.console import main_of
+from tests.folders import ROOT
+from tests.machines import settled
 
-EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+EXAMPLES = ROOT / "docs" / "examples"
 MACHINE, PAGE = EXAMPLES / "huang.toml", EXAMPLES / "huang.md"
 TORQUE_SPEED, POWER_SPEED = 465.0, 1320.0
 TORQUE, POWER, COLDEST = 9.99, 0.95, 17.0
@@ -93,7 +93,7 @@ def test_the_example_is_the_published_engine_as_far_as_it_is_published():
 def test_the_command_of_the_page_runs(monkeypatch, capsys):
     command = f'apesim engine run --machine docs/examples/huang.toml --speed "{TORQUE_SPEED:g} rpm"'
     assert command in PAGE.read_text()
-    monkeypatch.chdir(EXAMPLES.parents[1])
+    monkeypatch.chdir(ROOT)
     monkeypatch.setattr(sys, "argv", [*shlex.split(command), "--json"])
     assert main_of(app) == 0
     shown = json.loads(capsys.readouterr().out)

@@ -8,13 +8,13 @@ pressure and temperature, 1e-4 of the work, which is a difference of larger ones
 import cantera as ct
 import numpy as np
 import pytest
-from machines import machine, settled
 
 from apesim.air import CANTERA
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cycle.state import EXHAUST_BACK, GROOVE, GROOVE_BACK, WORK
 from apesim.engine.kinematics import cylinder_volume
+from tests.machines import machine, settled
 
 ERROR, WORK_ERROR = 2e-5, 1e-4
 STEP = 0.02

@@ -7,9 +7,9 @@ there is none.
 
 import numpy as np
 import pytest
-from machines import agrees, machine, reference, settled
 
 from apesim.engine.indicators import indicators
+from tests.machines import agrees, machine, reference, settled
 
 ERROR, ANGLE_ERROR = 2e-5, 1e-3
 COLUMNS = {

@@ -4,9 +4,9 @@ A pulse of 50 ms from rest at the defaults. Stated error: 2e-5 of each number at
 """
 
 import pytest
-from machines import agrees, machine, reference
 
 from apesim.valve.bench import run_bench
+from tests.machines import agrees, machine, reference
 
 ERROR = 2e-5
 COLUMNS = {

@@ -4,12 +4,12 @@
 """
 
 import pytest
-from machines import RPM, machine
-from truth.periodic import opening_and_closing
-from truth.reading import engine_of
 
 from apesim.engine.angles import DEGREE
 from apesim.studies.timing import corrected
+from tests.machines import RPM, machine
+from tests.truth.periodic import opening_and_closing
+from tests.truth.reading import engine_of
 
 TARGETS = (-5.0, 70.0)
 NEAR = 0.1

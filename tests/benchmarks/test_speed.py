@@ -9,16 +9,11 @@ import os
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from machines import RPM, machine
 
 from apesim.engine.cycle import rates as cycle
 from apesim.engine.cycle import state as cycle_state
@@ -29,6 +24,7 @@ from apesim.march.slots import enter, events, rates, respond
 from apesim.valve import actuator, bench
 from apesim.valve.motion import CORNER, FLOW, MET_CLOSED, MET_OPEN
 from apesim.valve.solenoid_flow import FLOWS
+from tests.machines import RPM, machine
 
 PULSE, END = 50e-3, 100e-3
 FIXED_STEP = 0.01e-3

@@ -1,13 +1,14 @@
 """Data like those of the paper's rig, from the independent simulator in ``tests/truth``, with an effect hidden in them.
 
-From a checkout: ``PYTHONPATH=tests python docs/examples/missing_effect/make.py``. The rig differs from the machine file
+From a checkout: ``PYTHONPATH=. python docs/examples/missing_effect/make.py``. The rig differs from the machine file
 as rigs do: friction, effective area, dead time, supply and sensors are a little off, the same in all three sets.
 """
 
 from pathlib import Path
 
 import numpy as np
-from truth.valve import Bench, noise, simulate
+
+from tests.truth.valve import Bench, noise, simulate
 
 HERE = Path(__file__).parent
 AMBIENT = 101325.0

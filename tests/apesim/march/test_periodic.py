@@ -1,0 +1,300 @@
+from math import exp, log
+from typing import NamedTuple
+
+import numba
+import numpy as np
+import pytest
+
+from apesim.kernel import kernel
+from apesim.march.adaptive import Accuracy, Status
+from apesim.march.periodic import BURST, NOISE, distance, known_orbit, periodic_orbit
+from apesim.march.slots import enter, rates
+from tests.apesim.march.test_adaptive import NoTables, cached_apart
+
+TOLERANCE = 1e-7
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_cache():
+    yield from cached_apart(__file__)
+
+
+# --- two machines whose cycle is known ---
+
+
+class Contraction(NamedTuple):
+    """Two states that relax to a fixed point, by a factor a cycle each."""
+
+    first: float = 0.5
+    second: float = 0.99
+    target: float = 3.0
+
+
+@rates.for_type(Contraction)
+@kernel
+def contraction_rates(p, t, y, mode, dy):
+    dy[0] = np.log(p.first) * (y[0] - p.target)
+    dy[1] = np.log(p.second) * (y[1] + y[0] - 2.0 * p.target) - dy[0]
+    if y.shape[0] > 2:
+        dy[2] = 1.0
+    return True
+
+
+class Map(NamedTuple):
+    """y -> fixed + slope (y - fixed) + bend (y - fixed)^2 + rise at the start of a cycle; then nothing happens."""
+
+    slope: float
+    bend: float = 0.0
+    fixed: float = 2.0
+    phase: int = 0
+    """1: the mode changes from cycle to cycle, too."""
+    rise: float = 0.0
+    walls: float = 1e9
+    """Distance from the fixed point beyond which there is no domain."""
+
+
+@enter.for_type(Map)
+@kernel
+def map_enters(p, tables, t, t_end, y, mode):
+    x = y[0] - p.fixed
+    y[0] = p.fixed + p.slope * x + p.bend * x * x + p.rise
+    if p.phase:
+        mode[0] = 1.0 - mode[0]
+
+
+@rates.for_type(Map)
+@kernel
+def map_rates(p, t, y, mode, dy):
+    dy[0] = 0.0
+    return abs(y[0] - p.fixed) < p.walls
+
+
+def settle(machine, y, states=None, most=600, tolerance=TOLERANCE):
+    n = states or len(y)
+    accuracy = Accuracy(tolerance, 10.0, np.ones(n))
+    return periodic_orbit(
+        machine, NoTables(), np.array(y, dtype=float), np.zeros(1), np.array([1.0]), accuracy, most=most
+    )
+
+
+# --- fixed points ---
+
+
+def test_a_fast_contraction_is_found_by_plain_cycles():
+    orbit = settle(Contraction(0.1, 0.2), [5.0, 5.0])
+    assert orbit.converged
+    assert (orbit.period, orbit.status) == (1, Status.DONE)
+    assert orbit.cycles <= BURST
+    # A cycle changes by 1e-8, relative to 1 + 3, and by 0.2 of that and so on for ever after.
+    assert orbit.y == pytest.approx([3.0, 3.0], abs=4e-8 * 0.2 / 0.8 + NOISE * 1e-9)
+
+
+def test_a_slow_contraction_is_found_in_far_fewer_cycles_than_plain_ones_would_take():
+    orbit = settle(Contraction(), [5.0, 5.0])
+    assert orbit.converged
+    assert orbit.period == 1
+    plain = log(1e-8 * 4.0 / (2.0 * 0.01)) / log(0.99)
+    assert plain > 1000
+    assert orbit.cycles < 100
+    # A cycle's own error is a few tolerances of a step; a fixed point multiplies it by 1/(1 - 0.99).
+    assert orbit.y == pytest.approx([3.0, 3.0], abs=4.0 * TOLERANCE / 0.01)
+
+
+def test_a_small_change_is_not_enough_where_there_is_far_to_go():
+    """A cycle changes by 1e-4 of what is to go: by 1e-9 at first, though the fixed point is 1e-5 away."""
+    orbit = settle(Contraction(0.1, 0.9999), [3.0, 3.0 + 4e-5], tolerance=1e-13)
+    assert (orbit.converged, orbit.period) == (True, 1)
+    assert orbit.y == pytest.approx([3.0, 3.0], abs=1e-7)
+    assert orbit.cycles < 60
+
+
+def test_the_ledger_of_the_orbit_is_zero_and_plays_no_part():
+    with_ledger = settle(Contraction(), [5.0, 5.0, 7.0], states=2)
+    assert with_ledger.y[2] == 0.0
+    assert with_ledger.y[:2].tolist() == settle(Contraction(), [5.0, 5.0]).y.tolist()
+
+
+def test_an_orbit_that_starts_at_its_fixed_point_is_seen_at_once():
+    orbit = settle(Contraction(), [3.0, 3.0])
+    assert (orbit.converged, orbit.cycles, orbit.change) == (True, 2, 0.0)
+
+
+def test_the_start_is_left_as_it_was():
+    y = np.array([5.0, 5.0])
+    periodic_orbit(Contraction(), NoTables(), y, np.zeros(1), np.array([1.0]), Accuracy(1e-7, 10.0, np.ones(2)))
+    assert y.tolist() == [5.0, 5.0]
+
+
+def test_slow_alternating_convergence_is_of_period_1():
+    orbit = settle(Map(-0.99), [3.0])
+    assert (orbit.converged, orbit.period) == (True, 1)
+    assert orbit.y[0] == pytest.approx(2.0, abs=1e-5)
+
+
+# --- from a machine near by ---
+
+
+def known(machine, y):
+    accuracy = Accuracy(TOLERANCE, 10.0, np.ones(len(y)))
+    return known_orbit(machine, NoTables(), settle(machine, y), np.array([1.0]), accuracy)
+
+
+def settle_from(start, machine, y):
+    accuracy = Accuracy(TOLERANCE, 10.0, np.ones(len(y)))
+    given = np.array(y, dtype=float), np.zeros(1), np.array([1.0]), accuracy
+    return periodic_orbit(machine, NoTables(), *given, known=start)
+
+
+def test_a_slow_contraction_near_by_takes_a_few_cycles():
+    start = known(Contraction(), [5.0, 5.0])
+    orbit = settle_from(start, Contraction(target=3.01), [5.0, 5.0])
+    assert (orbit.converged, orbit.period, orbit.status) == (True, 1, Status.DONE)
+    assert orbit.cycles <= 4
+    assert orbit.y == pytest.approx([3.01, 3.01], abs=4.0 * TOLERANCE / 0.01)
+
+
+def test_other_slopes_are_learnt_on_the_way():
+    start = known(Contraction(0.5, 0.9), [5.0, 5.0])
+    orbit = settle_from(start, Contraction(0.4, 0.95, 3.1), [5.0, 5.0])
+    assert orbit.cycles <= 8
+    assert orbit.y == pytest.approx([3.1, 3.1], abs=4.0 * TOLERANCE / 0.05)
+
+
+def test_what_was_found_is_the_start_for_the_next():
+    first = settle_from(known(Contraction(0.5, 0.9), [5.0, 5.0]), Contraction(0.4, 0.95, 3.1), [5.0, 5.0])
+    orbit = settle_from(first.known, Contraction(0.4, 0.95, 3.101), [5.0, 5.0])
+    assert orbit.cycles < first.cycles
+    assert orbit.y == pytest.approx([3.101, 3.101], abs=4.0 * TOLERANCE / 0.05)
+    assert settle(Contraction(), [5.0, 5.0]).known is None
+
+
+def test_a_start_too_far_away_is_replaced():
+    far = Map(0.5, walls=0.7, fixed=4.0)
+    orbit = settle_from(known(Map(0.5), [2.3]), far, [4.5])
+    assert orbit.known.y == pytest.approx(orbit.y)
+    assert settle_from(orbit.known, far, [4.5]).cycles <= 2
+
+
+def test_where_the_known_state_does_not_help_the_march_is_the_one_from_rest():
+    far, rest = Map(0.5, walls=0.7, fixed=4.0), [4.5]
+    orbit = settle_from(known(Map(0.5), [2.3]), far, rest)
+    assert (orbit.converged, orbit.y.tolist()) == (True, settle(far, rest).y.tolist())
+
+
+def test_a_state_is_known_only_where_one_near_by_settles_in_the_same_way():
+    """From a slope of -0.99 to one of -1.2 it is not far, and then the state swings for ever."""
+    assert known(Map(-0.3), [2.3]) is not None
+    assert known(Map(-0.99), [2.3]) is None
+    assert known(FLIP, [2.3]) is None
+
+
+# --- period 2 ---
+
+
+FLIP = Map(slope=-1.2, bend=0.4)
+"""A map whose fixed point is unstable and whose orbit of period 2 is not: it draws nearer by 0.16 every two cycles. Of
+x -> -a x + b x^2 the two points add up to (a - 1)/b, with the product (1 - a)/b^2."""
+SWINGS = 2.0 + np.roots([1.0, -0.5, -1.25])
+
+
+@pytest.mark.parametrize("start", [3.39, 2.3])
+def test_a_stable_orbit_of_period_2_is_called_2(start):
+    orbit = settle(FLIP, [start])
+    assert orbit.converged
+    assert orbit.period == 2
+    assert np.abs(SWINGS - orbit.y[0]).min() < 1e-6
+    assert orbit.change == pytest.approx(abs(SWINGS[0] - SWINGS[1]) / (1.0 + SWINGS.max()), rel=1e-6)
+    assert orbit.change_of_two <= 1e-8
+
+
+def test_a_slow_orbit_of_period_2_is_helped_as_one_of_period_1_is():
+    """Just beyond the flip it draws nearer by 2 % a cycle: 900 plain ones."""
+    orbit = settle(Map(slope=-1.01, bend=0.4), [2.3])
+    assert (orbit.converged, orbit.period) == (True, 2)
+    assert orbit.cycles < 150
+    swings = 2.0 + np.roots([1.0, -0.01 / 0.4, -0.01 / 0.16])
+    assert np.abs(swings - orbit.y[0]).min() < 1e-5
+
+
+class Ringing(NamedTuple):
+    """A state that rings far faster than the cycle, undamped, so that no method may step over it."""
+
+    rate: float = 1e5
+
+
+@rates.for_type(Ringing)
+@kernel
+def ringing_rates(p, t, y, mode, dy):
+    dy[0] = -p.rate * y[1]
+    dy[1] = p.rate * y[0]
+    return True
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="ten million steps")
+def test_an_orbit_that_takes_too_many_steps_is_given_up():
+    orbit = settle(Ringing(), [1.0, 0.0])
+    assert orbit.status == Status.TOO_MANY_STEPS
+    assert not orbit.converged
+    assert 1 < orbit.cycles < 30
+
+
+# --- what is not steady ---
+
+
+@pytest.mark.parametrize(
+    ("slope", "start"),
+    [
+        (-1.5, 0.5),
+        (1.5, 0.5),
+        (-1.5, 1e-3),
+        (1.5, 1e-3),
+        (-1.02, 0.5),
+        (1.02, 0.5),
+    ],
+)
+def test_an_unstable_fixed_point_is_not_called_steady(slope, start):
+    orbit = settle(Map(slope), [2.0 + start], most=200)
+    assert not orbit.converged
+    assert orbit.period == 0
+
+
+def test_chaos_is_not_called_steady():
+    # The logistic map of 3.9, its unstable fixed point moved to 2.
+    orbit = settle(Map(slope=2.0 - 3.9, bend=-3.9, fixed=2.0), [2.1 - (1.0 - 1.0 / 3.9) + 0.5], most=300)
+    assert not orbit.converged
+    assert orbit.period == 0
+
+
+def test_a_state_that_drifts_off_does_not_converge_within_the_most_cycles():
+    orbit = settle(Map(slope=1.0, rise=0.5), [3.0], most=100)
+    assert not orbit.converged
+    assert orbit.period == 0
+    # What Newton's method tries may lead past the most cycles: 1 + 1 of a slope, 1 of what was found.
+    assert 100 <= orbit.cycles <= 103
+
+
+def test_a_phase_that_changes_every_cycle_is_of_period_2():
+    orbit = settle(Map(0.5, phase=1), [2.5])
+    assert (orbit.converged, orbit.period) == (True, 2)
+    assert orbit.change == np.inf
+
+
+def test_a_march_that_fails_is_told():
+    orbit = settle(Map(1.5, walls=5.0), [2.5])
+    assert orbit.status == Status.STEP_TOO_SMALL
+    assert not orbit.converged
+    assert orbit.period == 0
+
+
+def test_distance_is_the_largest_change_relative_to_scale_and_size():
+    a, b = np.array([1.0, 100.0, 7.0]), np.array([1.5, 101.0, 9.0])
+    assert distance(a, b, np.array([1.0, 1.0])) == pytest.approx(0.5 / 2.5)
+
+
+def test_the_contraction_is_what_it_says():
+    # One cycle, by hand: x_1 falls by its factor, x_1 + x_2 - 2 target by the other.
+    orbit = settle(Contraction(0.25, 0.5), [5.0, 5.0], most=1)
+    assert orbit.cycles == 1
+    first = 3.0 + 2.0 * exp(log(0.25))
+    assert orbit.y == pytest.approx([first, 6.0 + 4.0 * 0.5 - first], rel=1e-6)
+    assert not orbit.converged

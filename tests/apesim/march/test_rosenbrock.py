@@ -1,0 +1,91 @@
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from apesim.kernel import kernel
+from apesim.march.adaptive import MAX_SHORT_STEPS, STEPS_MOST, Status
+from apesim.march.dormand_prince import dense
+from apesim.march.rosenbrock import implicit_error, implicit_interpolant, implicit_stages
+from apesim.march.slots import rates
+from tests.apesim.march.test_adaptive import cached_apart, compiled_only, run
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_cache():
+    yield from cached_apart(__file__)
+
+
+class Follower(NamedTuple):
+    """What follows sin(t) at a rate, and a vessel that it drains; the ledger counts what has been drained."""
+
+    rate: float
+    bend: float = 1.0
+    """Weight of a quadratic term, without which the solution would hide errors of the Jacobian."""
+
+
+@rates.for_type(Follower)
+@kernel
+def follower_rates(p, t, y, mode, dy):
+    apart = y[0] - sin(t)
+    dy[0] = cos(t) - p.rate * apart - p.bend * apart * (y[0] + sin(t))
+    dy[1] = -y[0] * y[1]
+    dy[2] = y[0] * y[1]
+    return True
+
+
+def drained(t):
+    return np.exp(cos(t) - 1.0)
+
+
+def steps_of(p, count, end=1.0):
+    """States at the end of equal steps from 0, and the largest error of the dense output in the middle of one."""
+    h, y, scale, mode = end / count, np.array([0.0, 1.0, 0.0]), np.ones(2), np.zeros(1)
+    k, u, c, trial, middle = np.zeros((7, 3)), np.zeros((6, 3)), np.zeros((5, 2)), y.copy(), np.empty(2)
+    apart = 0.0
+    for i in range(count):
+        t = i * h
+        rates(p, t, y, mode, k[0])
+        assert implicit_stages(p, t, h, y, mode, scale, k, trial, u)
+        implicit_interpolant(y, trial, u, c)
+        dense(c, 0.5, middle)
+        true = np.array([sin(t + 0.5 * h), drained(t + 0.5 * h)])
+        apart = max(apart, np.abs(middle - true).max())
+        y = trial.copy()
+    return y, apart, implicit_error(y, y, u, 1.0, scale)
+
+
+def test_a_step_is_of_order_four_and_its_dense_output_and_error_estimate_of_order_three():
+    true = np.array([sin(1.0), drained(1.0)])
+    (coarse, dense_coarse, estimate_coarse), (fine, dense_fine, estimate_fine) = (
+        steps_of(Follower(1.0), count) for count in (16, 32)
+    )
+    assert np.abs(coarse[:2] - true).max() / np.abs(fine[:2] - true).max() == pytest.approx(16.0, rel=0.3)
+    assert dense_coarse / dense_fine > 8.0
+    assert estimate_coarse / estimate_fine == pytest.approx(16.0, rel=0.3)
+
+
+@pytest.mark.parametrize("rate", [1.0, 1e4, 1e8])
+def test_the_ledger_closes_however_stiff_the_states_are(rate):
+    y, *_ = steps_of(Follower(rate), 20)
+    assert y[1] + y[2] == pytest.approx(1.0, abs=1e-14)
+    assert y[0] == pytest.approx(sin(1.0), abs=1e-6)
+
+
+@compiled_only
+def test_a_march_that_stability_would_hold_to_tiny_steps_comes_to_its_end():
+    p = Follower(rate=2e7)
+    assert p.rate / 4.0 > STEPS_MOST, "an explicit method of this order needs more than a step per 4 time constants"
+    outcome, y, *_ = run(p, [0.0, 1.0, 0.0], [1.0], tolerance=1e-8, step_most=0.01, states=2, log_rows=0)
+    assert outcome.status == Status.DONE
+    assert outcome.steps < MAX_SHORT_STEPS + 1000
+    assert y == pytest.approx([sin(1.0), drained(1.0), 1.0 - drained(1.0)], abs=1e-7)
+
+
+@compiled_only
+def test_a_march_of_many_short_stretches_is_not_taken_for_a_stiff_one():
+    stretch, count = 0.01, MAX_SHORT_STEPS + 5000
+    kinks, y = stretch * np.arange(1, count + 1), [0.0, 1.0, 0.0]
+    outcome, *_ = run(Follower(rate=1.0), y, kinks, tolerance=1e-11, step_most=1.0, states=2, log_rows=0)
+    assert outcome.steps == count, "a step of order 4 would not do for a stretch at this tolerance"

@@ -1,0 +1,41 @@
+"""What the blind benchmark is compared with finds what it can find, so that its failures are its own."""
+
+import numpy as np
+import pytest
+
+from apesim import load_machine
+from apesim.studies.gap.explain import library
+from apesim.studies.measured import Measured, MeasuredRun
+from apesim.studies.measured.prediction import predict, run_of
+from tests.baselines.fits import one_parameter_fits
+from tests.baselines.sparse import missing_force
+
+AMBIENT = 101325.0
+TIMES = np.arange(0.0, 0.07, 0.1e-3)
+NOISE = {"lift": 0.03e-3, "pressure_a": 2e3, "pressure_b": 2e3}
+
+
+def measured(noise):
+    """Runs of a valve with a side force of 6 N, and a share of the usual noise."""
+    machine, rng, runs = load_machine(None, ["effects.side_force.force=6 N"]), np.random.default_rng(7), []
+    for gauge in (0.16e6, 0.40e6):
+        run = MeasuredRun(f"{gauge:g}", "", gauge + AMBIENT, 287.0, 0.03, "fit", TIMES, dict.fromkeys(NOISE, TIMES))
+        seen = predict(run_of(machine, run), run).channels
+        runs.append(
+            run._replace(channels={k: seen[k] + noise * s * rng.standard_normal(len(TIMES)) for k, s in NOISE.items()})
+        )
+    return Measured("", NOISE, tuple(runs))
+
+
+def test_the_best_one_parameter_fit_finds_a_plain_force():
+    base, rows = one_parameter_fits(load_machine(None, []), measured(1.0), library("valve"))
+    cost, name, parameter, x, _ = rows[0]
+    assert cost < base
+    assert name == "side_force"
+    assert parameter.value(x) == pytest.approx(6.0, abs=2.0)
+
+
+def test_sparse_regression_finds_a_plain_force_where_there_is_no_noise():
+    name, size = missing_force(load_machine(None, []), measured(0.0))[0]
+    assert name == "side_force"
+    assert size == pytest.approx(6.0, rel=0.2)

@@ -1,0 +1,95 @@
+"""What the march is told of a machine at a speed: where its smooth stretches end, and where it starts."""
+
+from math import inf
+
+import numpy as np
+import pytest
+
+from apesim.engine.angles import DEGREE
+from apesim.engine.breathing import cam_corners
+from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+from apesim.engine.cycle.state import CYLINDER_ENERGY, CYLINDER_MASS, RECEIVER_ENERGY, RECEIVER_MASS, SIZE
+from apesim.engine.kinematics import cylinder_volume
+from apesim.valve.actuator import PHASE
+from apesim.valve.piston import HELD_CLOSED
+from tests.machines import AMBIENT, RPM, machine
+
+EXHAUST = (165.0, 190.0, 315.0, 340.0)
+
+
+def kinks_in_degrees(a_machine, rpm):
+    p, _, kinks = cycle_of(a_machine, rpm * RPM)
+    return (p.start + p.speed * kinks) / DEGREE
+
+
+def degrees_of(milliseconds, rpm):
+    return milliseconds * 1e-3 * rpm * 6.0
+
+
+def test_a_cycle_begins_at_the_energising_and_ends_a_turn_later():
+    p, _, kinks = cycle_of(machine(energise=-41.0), 1000.0 * RPM)
+    assert p.start == -41.0 * DEGREE
+    assert kinks[-1] == pytest.approx(60e-3, rel=1e-14)
+    assert np.all(np.diff(kinks) > 0.0)
+    assert kinks[0] > 0.0
+
+
+def test_kinks_of_an_epv_are_both_edges_of_the_solenoids_and_the_exhaust_valve_s_corners():
+    """Dead time and end of ramp, 1.5 and 3 ms after -5 and 70 degrees; the release itself; 600 r/min."""
+    solenoids = [edge + degrees_of(lag, 600.0) for edge in (-5.0, 70.0) for lag in (0.0, 1.5, 3.0)][1:]
+    assert kinks_in_degrees(machine(), 600.0) == pytest.approx(sorted([*solenoids, *EXHAUST, 355.0]), abs=1e-9)
+
+
+def test_kinks_of_a_solenoid_that_follows_after_the_next_energising_are_wrapped_into_the_cycle():
+    """Released 20 degrees before the next energising at 3000 r/min: 1.5 ms are 27 degrees, 3 ms are 54."""
+    found = kinks_in_degrees(machine(energise=-30.0, release=310.0), 3000.0)
+    expected = [-30.0 + 7.0, -30.0 + 27.0, -30.0 + 34.0, -30.0 + 54.0, *EXHAUST[:3], 340.0 - 360.0, 310.0, 330.0]
+    assert found == pytest.approx(sorted(expected), abs=1e-9)
+
+
+def test_kinks_of_a_cam_are_its_corners_and_where_it_passes_the_lap():
+    a_machine = machine(intake="cam")
+    cam = cam_corners(a_machine.engine.cam, np.array([1e-3, 9e-3])) / DEGREE
+    assert len(cam) == 6
+    expected = {round(angle, 6) for angle in [*cam, *EXHAUST, 355.0]} - {-5.0}
+    assert kinks_in_degrees(a_machine, 1000.0) == pytest.approx(sorted(expected), abs=2e-6)
+
+
+def test_kinks_of_a_lift_curve_are_its_rows_and_where_it_passes_the_lap():
+    curve = np.array([[-35.0, 0.0], [-15.0, 2e-3], [25.0, 8e-3], [55.0, 8e-3], [95.0, 0.0]]) * [DEGREE, 1.0]
+    a_machine = machine(intake="cam", engine__cam__lift_curve=curve)
+    expected = sorted([25.0, 55.0, 90.0, 95.0, *EXHAUST, 325.0, 335.0, 345.0, 355.0])
+    assert kinks_in_degrees(a_machine, 1000.0) == pytest.approx(expected, abs=1e-9)
+
+
+def test_kinks_of_the_ideal_valve_are_its_targets():
+    a_machine = machine(intake="ideal", energise=-41.0, targets=(-5.0, 70.0))
+    expected = [340.0 - 360.0, -5.0, 70.0, *EXHAUST[:3], 319.0]
+    assert kinks_in_degrees(a_machine, 1000.0) == pytest.approx(expected, abs=1e-9)
+
+
+def test_the_start_is_at_rest_with_the_cylinder_at_ambient_and_the_receiver_at_supply():
+    a_machine = machine(receiver=2.0, supply=0.7, temperature=280.0)
+    p, _, _ = cycle_of(a_machine, 1000.0 * RPM)
+    y, mode = charged_at_rest(p)
+    assert y.shape == (SIZE,)
+    assert mode[PHASE] == HELD_CLOSED
+    assert (y[0], y[1]) == (9e-3, 0.0)
+    volume = cylinder_volume(p.crank, p.start)[0]
+    assert y[CYLINDER_MASS] == pytest.approx(AMBIENT * volume / (287.05 * 293.15), rel=1e-14)
+    assert y[CYLINDER_ENERGY] == pytest.approx(AMBIENT * volume / 0.4, rel=1e-14)
+    assert y[RECEIVER_MASS] == pytest.approx((0.7e6 + AMBIENT) * 2e-3 / (287.05 * 280.0), rel=1e-14)
+    assert y[RECEIVER_ENERGY] == pytest.approx((0.7e6 + AMBIENT) * 2e-3 / 0.4, rel=1e-14)
+    assert not y[10:].any()
+
+
+def test_an_infinite_receiver_is_none():
+    p, _, _ = cycle_of(machine(receiver=inf), 1000.0 * RPM)
+    assert p.receiver_volume == 0.0
+    assert not charged_at_rest(p)[0][RECEIVER_MASS]
+
+
+def test_control_air_has_its_own_pressure_where_one_is_given():
+    p, _, _ = cycle_of(machine(supply__control_pressure=0.5e6), 1000.0 * RPM)
+    assert p.control == (0.5e6, 287.0)
+    assert p.supply == (1.101325e6, 287.0)
