@@ -3,7 +3,7 @@
 The ground that all layers share, in the order in which they build on one another: kernel (the compile decorator),
 quantities (units, ranges, strict files), air (gas, its states), flow_function, restriction (flow through
 it), exergy (of streams and volumes), effect (what an effect is), leak (through a restriction, as an effect), march (the
-one adaptive march, and periodic states), archive (HDF5).
+one adaptive march, and periodic states), archive (HDF5), results (named numbers and traces).
 
 The layers above it are `apesim.valve`, `apesim.engine` and `apesim.studies`. In a checkout their folders stand beside
 this one; installed, within it.

@@ -1,13 +1,16 @@
 """A machine: everything a machine file can say."""
 
+from collections.abc import Iterable
 from math import pi, sqrt
-from typing import Annotated, NamedTuple
+from os import PathLike
+from typing import Annotated, Any, NamedTuple, Self
 
 from apesim.air import Air, Ambient
 from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import Engine
 from apesim.engine.effects import Effects, unserved_effects
 from apesim.quantities import Quantity
+from apesim.quantities.settings import differences, dumps, load, replaced
 from apesim.valve.groove import Groove
 from apesim.valve.piston import Valve
 from apesim.valve.supply import Supply
@@ -51,6 +54,10 @@ class Command(NamedTuple):
                 yield late, *fault
 
 
+MAX_DIFFERENCES = 8
+"""Keys that a short text of a machine names: it stays below a dozen lines."""
+
+
 class Machine(NamedTuple):
     """An air-powered engine and its electro-pneumatic valve; "the paper" is doi 10.1631/jzus.A0820373."""
 
@@ -62,6 +69,83 @@ class Machine(NamedTuple):
     engine: Engine = Engine()
     command: Command = Command()
     effects: Effects = Effects()
+
+    @classmethod
+    def load(cls, path: str | PathLike[str] | None = None, settings: Iterable[str] = ()) -> Self:
+        """Read a machine from a machine file and settings like those of the command line.
+
+        Parameters
+        ----------
+        path : path, optional
+            Machine file (TOML); the default machine if left out.
+        settings : iterable of str
+            ``KEY=VALUE``, e.g. ``engine.bore=90 mm``; the later one wins.
+
+        Returns
+        -------
+        Machine
+
+        Raises
+        ------
+        InputError
+            With one culprit for each fault.
+
+        Examples
+        --------
+        >>> machine = Machine.load(settings=["engine.bore=90 mm"])
+        >>> machine.engine.bore
+        0.09
+        """
+        return load(cls, path, settings)
+
+    def with_(self, **values: Any) -> Self:
+        """A machine that differs in some keys; it is refused for what a machine file would be refused for.
+
+        Parameters
+        ----------
+        **values : str, float, int or array
+            By the key of the machine file, with underscores for its dots (``engine_bore``) or as it is in a mapping
+            (``**{"engine.bore": ...}``): a text with its unit, or a number in SI, a pressure absolute.
+
+        Returns
+        -------
+        Machine
+            A new one; this one stays as it is.
+
+        Raises
+        ------
+        InputError
+            With one culprit for each fault.
+
+        Examples
+        --------
+        >>> machine = Machine().with_(engine_bore="90 mm", **{"supply.pressure": "0.8 MPa gauge"})
+        >>> machine.engine.bore
+        0.09
+        >>> machine
+        Machine that differs from the default one in
+          supply.pressure = 0.8 MPa gauge
+          engine.bore = 90 mm
+        """
+        return replaced(self, values, "Machine.with_()")
+
+    def to_toml(self) -> str:
+        """The machine as a commented machine file, which `load` reads back.
+
+        Examples
+        --------
+        >>> print(Machine().to_toml().splitlines()[0])
+        # An air-powered engine and its electro-pneumatic valve; "the paper" is doi 10.1631/jzus.A0820373.
+        """
+        return dumps(self)
+
+    def __repr__(self) -> str:
+        found = [f"  {key} = {text}" for key, text in differences(self)]
+        if not found:
+            return "Machine(), the default one"
+        lines = found if len(found) <= MAX_DIFFERENCES else found[: MAX_DIFFERENCES - 1]
+        more = [f"  and {len(found) - len(lines)} keys more, see to_toml()"] * (len(found) > len(lines))
+        return "\n".join(["Machine that differs from the default one in", *lines, *more])
 
     def faults(self):
         """Faults that no single section shows."""

@@ -10,11 +10,12 @@ very float that ``9.0e-6`` is in code, and every float has a text that reads bac
 
 The files, each of which imports only those before it: `culprits` (what is told of bad input), `names` (single names
 of units), `units`, `files` (their text and columns), `declarations` (what a parameter may be), `curves` (two columns of
-numbers), `ranges` (single texts, ranges, lists), `trees` (parameter classes in one another), `printing`, `reading` (a
-tree from parsed TOML) and `settings` (a tree from a file and a command line). Whoever reads or prints whole trees
-imports `apesim.quantities.settings`.
+numbers), `ranges` (single texts, ranges, lists), `arguments` (of a call from Python), `trees` (parameter classes in one
+another), `printing`, `reading` (a tree from parsed TOML), `checking` (a tree made in Python) and `settings` (a tree
+from a file, a command line or another tree). Whoever reads or prints whole trees imports `apesim.quantities.settings`.
 """
 
+from apesim.quantities.arguments import Arguments
 from apesim.quantities.culprits import Culprit, InputError, Wrong, culprit, quoted
 from apesim.quantities.curves import NO_CURVE, Curve
 from apesim.quantities.declarations import Choice, Pressure, Quantity
@@ -24,6 +25,7 @@ from apesim.quantities.units import unit
 
 __all__ = [
     "NO_CURVE",
+    "Arguments",
     "Choice",
     "Culprit",
     "Curve",

@@ -40,7 +40,7 @@ def read(cls, data, file, assigned=frozenset()):
     leaves = {leaf.key: leaf for leaf in schema(cls)}
     culprits = []
     data = _tables(cls, data, file, culprits)
-    culprits += _without_due(cls, data, file, assigned)
+    culprits += absent_due(cls, data, file, assigned)
 
     def place(key):
         return COMMAND_LINE if key in assigned else file
@@ -95,13 +95,13 @@ def _tables(cls, data, file, culprits, section=""):
     return kept
 
 
-def _without_due(cls, data, file, assigned, section=""):
+def absent_due(cls, data, file, assigned, section=""):
     """The culprits of optional sections that are present without any of their due keys."""
     for key, raw in data.items():
         field, path = fields(cls).get(key), joined(section, key)
         if not is_section(field):
             continue
-        yield from _without_due(field, raw, file, assigned, path)
+        yield from absent_due(field, raw, file, assigned, path)
         keys = due(cls).get(key, ())
         strange = [name for name in raw if name not in fields(field)]
         misspelt = any(difflib.get_close_matches(name, keys) for name in strange)  # told as an unknown key

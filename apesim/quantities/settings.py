@@ -1,16 +1,22 @@
 """Settings: a whole tree of parameter classes, from a TOML file and the assignments of a command line."""
 
 import tomllib
+from collections.abc import Collection, Container, Iterator, Mapping
 from pathlib import Path
+from typing import Any, TypeVar
 
-from apesim.quantities.culprits import Culprit, InputError, Wrong, quoted
+from apesim.quantities.arguments import checked_value
+from apesim.quantities.checking import check
+from apesim.quantities.culprits import Culprit, InputError, Wrong, culprit, quoted
 from apesim.quantities.curves import Curve
 from apesim.quantities.files import text_of
 from apesim.quantities.printing import dumps
-from apesim.quantities.reading import COMMAND_LINE, read, unknown
+from apesim.quantities.reading import COMMAND_LINE, absent_due, read, unknown
 from apesim.quantities.trees import fields, is_section, joined, overruled, schema
 
-__all__ = ["COMMAND_LINE", "dumps", "load", "misassigned", "overruled", "read", "schema"]
+__all__ = ["COMMAND_LINE", "differences", "dumps", "load", "misassigned", "overruled", "read", "replaced", "schema"]
+
+Tree = TypeVar("Tree", bound=Any)
 
 
 def load(cls, path=None, assignments=()):
@@ -53,16 +59,126 @@ def load(cls, path=None, assignments=()):
     file = str(path) if path is not None else COMMAND_LINE if assigned else "default"
     try:
         tree = read(cls, data, file, assigned)
-        for key, reason in overruled(tree):
-            if key in assigned:
-                culprits.append(
-                    Culprit(COMMAND_LINE, key, f"is not looked at: {reason}", "change that, or leave it out")
-                )
+        culprits += _ignored(tree, assigned, COMMAND_LINE)
     except InputError as error:
         culprits += error.culprits
     if culprits:
         raise InputError(culprits)
     return tree
+
+
+def _ignored(tree: Any, assigned: Container[str], where: str) -> Iterator[Culprit]:
+    """Culprits of the keys that are assigned and not looked at because of others."""
+    for key, reason in overruled(tree):
+        if key in assigned:
+            yield Culprit(where, key, f"is not looked at: {reason}", "change that, or leave it out")
+
+
+def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
+    """A tree with other values for some keys; it is refused for what a file or a command line would be refused for.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        An instance of a parameter class; it stays as it is.
+    values : mapping of str to str, float, int or array
+        By key, e.g. "engine.bore" or, where that is clear, "engine_bore"; a text with its unit, or a number in SI.
+        Gauge pressures stand above the new ambient pressure, where it is among them.
+    where : str
+        What they are given to, for messages.
+
+    Returns
+    -------
+    NamedTuple
+
+    Raises
+    ------
+    InputError
+        With one culprit for each fault.
+    """
+    cls, culprits, given = type(tree), [], {}
+    leaves = {leaf.key: leaf for leaf in schema(cls)}
+    by_underscores: dict[str, list[str]] = {}
+    for key in leaves:
+        by_underscores.setdefault(key.replace(".", "_"), []).append(key)
+    for name, value in values.items():
+        keys = [name] if name in leaves else by_underscores.get(name, [])
+        if len(keys) == 1 and keys[0] not in given:
+            given[keys[0]] = value
+        elif len(keys) == 1:
+            culprits.append(Culprit(where, keys[0], "is given twice", "give it once"))
+        elif keys:
+            right = " or ".join(f'**{{"{key}": ...}}' for key in keys)
+            culprits.append(Culprit(where, name, "is the name of several keys", f"write {right}"))
+        else:
+            culprits.append(misassigned(cls, _with_dots(cls, name), where))
+    ambient, ambient_key = getattr(getattr(tree, "ambient", None), "pressure", None), "ambient.pressure"
+    for key in sorted(given, key=lambda key: key != ambient_key):
+        declaration, default = leaves[key].declaration, leaves[key].default
+        try:
+            value = checked_value(given[key], declaration, ambient)
+        except Wrong as wrong:
+            culprits.append(culprit(where, key, wrong, declaration, default, ambient))
+            continue
+        ambient = value if key == ambient_key else ambient
+        tree = _with_value(tree, key.split("."), value)
+    if not culprits:
+        culprits += absent_due(cls, _present(tree, given), where, frozenset())
+        culprits += _ignored(tree, given, where)
+    if not culprits:
+        check(tree, cls, where)
+    if culprits:
+        raise InputError(culprits)
+    return tree
+
+
+def _with_dots(cls: type, name: str) -> str:
+    """The key that a name with underscores most likely means: sections that it begins with are told apart by dots."""
+    if "." not in name:
+        for key, field in fields(cls).items():
+            if is_section(field) and name.startswith(f"{key}_"):
+                return joined(key, _with_dots(field, name.removeprefix(f"{key}_")))
+    return name
+
+
+def _with_value(tree: Tree, path: list[str], value: Any) -> Tree:
+    """A tree with another value for one key."""
+    key, *below = path
+    return tree._replace(**{key: _with_value(getattr(tree, key), below, value) if below else value})
+
+
+def _present(tree: Any, assigned: Collection[str]) -> dict[str, Any]:
+    """Nested tables of the sections with assigned keys, as a file holds them: all that differs from the default."""
+    data: dict[str, Any] = {}
+    sections = {key.rpartition(".")[0] for key in assigned}
+    changed = {key for key, _ in differences(tree)}
+    for leaf in schema(type(tree), tree):
+        if leaf.key in assigned or (leaf.key in changed and leaf.key.rpartition(".")[0] in sections):
+            _put(data, leaf.key.split("."), leaf.default)
+    return data
+
+
+def differences(tree: Any) -> Iterator[tuple[str, str]]:
+    """Keys of a tree that are not as by default.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        An instance of a parameter class.
+
+    Yields
+    ------
+    key : str
+    text : str
+        The value with its unit; of a curve, what it is.
+    """
+    ambient = getattr(getattr(tree, "ambient", None), "pressure", None)
+    for standard, leaf in zip(schema(type(tree)), schema(type(tree), tree), strict=True):
+        if leaf.default is standard.default:
+            continue
+        text, usual = (each.declaration.render(each.default, ambient) for each in (leaf, standard))
+        if text != usual:
+            yield leaf.key, f"a curve of {len(leaf.default)} points" if isinstance(text, dict) else text or "not given"
 
 
 def _toml(path):

@@ -1,0 +1,399 @@
+"""Results: what a study hands on, numbers and traces that know their names and units.
+
+A study makes its result class like this. The function computes, and gives every number its name, unit and meaning;
+the class says which numbers come first, and draws where there is something to draw::
+
+    from typing import ClassVar
+
+    from apesim.results import Result, Scalar, Trace, scalars_of
+
+
+    class LeakTest(Result):
+        '''One leak test.'''
+
+        title: ClassVar[str] = "leak test"
+        headline: ClassVar[tuple[str, ...]] = ("leak_area_mm2", "end_pressure")
+
+        def plot(self, ax=None):
+            '''Pressure over time; returns the axes.'''
+            from apesim.studies.figures.style import axes_for  # draws on call only: results import no matplotlib
+
+            ax = axes_for(ax)
+            ax.plot(self.traces["time"], self.traces["pressure"])
+            return ax
+
+
+    LeakTest(
+        scalars=scalars_of(
+            {"leak_area_mm2": 0.3, "end_pressure_Pa": 4.1e5},
+            {"leak_area_mm2": ("mm^2", "area of the leak"), "end_pressure_Pa": ("Pa abs", "pressure at the end")},
+        ),
+        traces={
+            "time": Trace(("time",), times, "s", "time"),
+            "pressure": Trace(("time",), pressures, "Pa abs", "pressure of the vessel"),
+        },
+        conditions={"volume": "0.3 L"},
+    )
+
+One rule for names: a name without a unit is in SI, and what is not in SI says its unit: ``brake_torque``,
+``peak_lift``, but ``speed_rpm``, ``valve_open_deg``, ``specific_air_kg_per_kWh``. JSON and archives write the SI unit
+behind the name, too (``brake_torque_Nm``); a result understands both.
+"""
+
+import difflib
+import html
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+SI_SUFFIXES = ("_Nm", "_kg_per_cycle", "_m_s", "_Pa", "_kg", "_K", "_W", "_J", "_s", "_m")
+"""How JSON and archives write an SI unit behind a name; longer ones first, as "_m_s" ends in "_s"."""
+UNIT_SUFFIXES = {"deg": "_deg", "r/min": "_rpm", "Hz": "_hz"}
+"""How a name says a unit that is not SI."""
+MAX_HEADLINES = 6
+"""Numbers in a short text: with title, conditions, ending and warnings it stays below 12 lines."""
+
+
+def name_of(key: str, unit: str) -> str:
+    """Name of a quantity in Python: without its SI unit, or with another one.
+
+    Parameters
+    ----------
+    key : str
+        As in JSON and archives, e.g. "brake_torque_Nm".
+    unit : str
+        E.g. "N m".
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> name_of("brake_torque_Nm", "N m"), name_of("speed_rpm", "r/min"), name_of("crank_angle", "deg")
+    ('brake_torque', 'speed_rpm', 'crank_angle_deg')
+    """
+    short = without_unit(key)
+    if short != key:
+        return short
+    suffix = UNIT_SUFFIXES.get(unit, "")
+    return key if key.endswith(suffix) else f"{key}{suffix}"
+
+
+def without_unit(key: str) -> str:
+    """A name without the SI unit behind it."""
+    for suffix in SI_SUFFIXES:
+        if key.endswith(suffix):
+            return key.removesuffix(suffix)
+    return key
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """One number of a result.
+
+    Attributes
+    ----------
+    value : float, int, bool or str
+        NaN: undefined.
+    unit : str
+        "1" without any.
+    long_name : str
+        What it is, in one line.
+    """
+
+    value: float
+    unit: str = "1"
+    long_name: str = ""
+
+    def __str__(self) -> str:
+        return " ".join(filter(None, (shown(self.value), "" if self.unit == "1" else self.unit)))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trace:
+    """Numbers along one or more axes; NumPy and matplotlib take it for an array.
+
+    Attributes
+    ----------
+    dims : tuple of str
+        Names of the axes. A trace of one axis with its own name holds the values along it.
+    values : ndarray
+        Read only.
+    unit : str
+    long_name : str
+    """
+
+    dims: tuple[str, ...]
+    values: np.ndarray
+    unit: str = "1"
+    long_name: str = ""
+
+    def __post_init__(self) -> None:
+        values = np.array(self.values)
+        values.flags.writeable = False
+        object.__setattr__(self, "values", values)
+        if values.ndim != len(self.dims):
+            raise ValueError(f"values of {values.ndim} axes, but the names of {len(self.dims)}")
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.array(self.values, dtype=dtype, copy=copy)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, place: Any) -> Any:
+        return self.values[place]
+
+    def __repr__(self) -> str:
+        shape = " x ".join(f"{size} {name}" for size, name in zip(self.values.shape, self.dims, strict=True))
+        ends = ""
+        if self.values.dtype.kind in "fi" and np.isfinite(self.values).any():
+            ends = f", {shown(np.nanmin(self.values))} to {shown(np.nanmax(self.values))}"
+        return f"<Trace [{self.unit}] over {shape}{ends}>"
+
+
+def shown(value: Any) -> str:
+    """A value as a reader wants it: five digits, "yes" and "no", "-" where there is none."""
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, str | int | np.integer):
+        return str(value)
+    return "-" if np.isnan(value) else f"{value:.5g}"
+
+
+def scalars_of(values: Mapping[str, Any], declared: Mapping[str, tuple[str, str]]) -> dict[str, Scalar]:
+    """Scalars by name, from values and declarations by the keys of JSON and archives.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+    declared : mapping of str to pair of str
+        Unit and long name.
+
+    Returns
+    -------
+    dict of str to Scalar
+
+    Raises
+    ------
+    ValueError
+        Two keys make one name.
+    """
+    scalars: dict[str, Scalar] = {}
+    for key, value in values.items():
+        unit, long_name = declared[key]
+        name = name_of(key, unit)
+        if name in scalars:
+            raise ValueError(f"{key}: there is a {name} already")
+        scalars[name] = Scalar(value, unit, long_name)
+    return scalars
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result(Mapping[str, Any]):
+    """Base of all results: ``result["brake_torque"]`` is a number, ``result.traces["lift"]`` an array with its unit.
+
+    Attributes
+    ----------
+    scalars : mapping of str to Scalar
+        In their order for readers.
+    traces : mapping of str to Trace
+        The coordinates among them.
+    conditions : mapping of str to str
+        What was computed, e.g. ``{"speed": "1000 r/min"}``.
+    warnings : tuple of str
+    ending : str
+        How the computation ended, in words; "" where there is nothing to tell.
+    converged : bool or None
+        None where nothing has to converge.
+    machine : str
+        TOML text of the machine; "" without one.
+    """
+
+    title: ClassVar[str] = "result"
+    """What it is the result of, in a few words."""
+    headline: ClassVar[tuple[str, ...]] = ()
+    """Names of the numbers that a short text shows; the first ones if empty."""
+
+    scalars: Mapping[str, Scalar]
+    traces: Mapping[str, Trace] = field(default_factory=dict)
+    conditions: Mapping[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    ending: str = ""
+    converged: bool | None = None
+    machine: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("scalars", "traces", "conditions"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+        object.__setattr__(self, "warnings", tuple(self.warnings))
+
+    def __getitem__(self, name: str) -> Any:
+        scalar = self.scalars.get(name) or self.scalars.get(without_unit(name))
+        if scalar is None:
+            raise KeyError(self._no_such(name))
+        return scalar.value
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.scalars)
+
+    def __len__(self) -> int:
+        return len(self.scalars)
+
+    def __bool__(self) -> bool:
+        return True
+
+    def _no_such(self, name: str) -> str:
+        if name in self.traces:
+            return f"{name} is a trace: write .traces[{name!r}]"
+        with_unit = [known for known in self.scalars if known.startswith(f"{name}_")]
+        near = with_unit or difflib.get_close_matches(name, self.scalars, n=2)
+        return f"no {name}; " + (f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(self)}")
+
+    def _headline(self) -> list[tuple[str, Scalar]]:
+        names = self.headline or tuple(self.scalars)
+        return [(name, self.scalars[name]) for name in names if name in self.scalars][:MAX_HEADLINES]
+
+    def _notes(self) -> list[str]:
+        notes = [self.ending] if self.ending else []
+        if self.warnings:
+            first = self.warnings[0] if len(self.warnings[0]) <= 90 else f"{self.warnings[0][:89]}…"
+            more = f" (and {len(self.warnings) - 1} more in .warnings)" if len(self.warnings) > 1 else ""
+            notes.append(f"warning: {first}{more}")
+        return notes
+
+    def _told_conditions(self) -> str:
+        return ", ".join(f"{name} {text}" for name, text in self.conditions.items())
+
+    def __repr__(self) -> str:
+        conditions = self._told_conditions()
+        lines = [f"{type(self).__name__}: {self.title}" + f" ({conditions})" * bool(conditions)]
+        shown_here = self._headline()
+        width = max((len(name) for name, _ in shown_here), default=0)
+        lines += [f"  {name:{width}}  {scalar}" for name, scalar in shown_here]
+        lines += [f"  {note}" for note in self._notes()]
+        if rest := len(self.scalars) - len(shown_here):
+            lines.append(f"  {rest} more numbers" + f", {len(self.traces)} traces" * bool(self.traces))
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        escape = html.escape
+        conditions = self._told_conditions()
+        caption = escape(f"{self.title}" + f" ({conditions})" * bool(conditions))
+        rows = [
+            f'<tr title="{escape(scalar.long_name)}"><td>{escape(name)}</td>'
+            f'<td style="text-align:right">{escape(shown(scalar.value))}</td>'
+            f"<td>{escape('' if scalar.unit == '1' else scalar.unit)}</td></tr>"
+            for name, scalar in self._headline()
+        ]
+        notes = "".join(f"<div>{escape(note)}</div>" for note in self._notes())
+        return f"<table><caption>{caption}</caption><tbody>{''.join(rows)}</tbody></table>{notes}"
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """All numbers and traces, each with the attributes ``units`` and ``long_name``.
+
+        Returns
+        -------
+        xarray.Dataset
+            Conditions, warnings and the machine's text are attributes.
+
+        Raises
+        ------
+        ImportError
+            xarray is not installed.
+        """
+        xarray = needed("xarray")
+        coordinates, variables = {}, {}
+        for name, trace in self.traces.items():
+            kind = coordinates if trace.dims == (name,) else variables
+            kind[name] = (trace.dims, trace.values, attributes_of(trace))
+        for name, scalar in self.scalars.items():
+            variables[name] = ((), scalar.value, attributes_of(scalar))
+        return xarray.Dataset(variables, coordinates, self._attributes())
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """The traces as a table over their coordinate; without traces, the numbers as a table of one row.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``attrs["units"]`` and ``attrs["long_names"]`` are mappings by column; ``attrs["scalars"]`` holds the
+            numbers.
+
+        Raises
+        ------
+        ImportError
+            pandas is not installed.
+        """
+        pandas = needed("pandas")
+        axes = [name for name, trace in self.traces.items() if trace.dims == (name,)]
+        shared = {name: trace for name, trace in self.traces.items() if trace.dims == tuple(axes[:1])}
+        held: Mapping[str, Scalar | Trace]
+        if shared:
+            held = shared
+            frame = pandas.DataFrame({name: trace.values for name, trace in shared.items()}).set_index(axes[0])
+        else:
+            held = self.scalars
+            frame = pandas.DataFrame([{name: scalar.value for name, scalar in self.scalars.items()}])
+        frame.attrs = self._attributes() | {
+            "units": {name: item.unit for name, item in held.items()},
+            "long_names": {name: item.long_name for name, item in held.items()},
+            "scalars": dict(self),
+        }
+        return frame
+
+    def _attributes(self) -> dict[str, Any]:
+        told = {"title": self.title, **self.conditions, "warnings": "\n".join(self.warnings)}
+        return told | ({"machine": self.machine} if self.machine else {})
+
+
+def attributes_of(item: Scalar | Trace) -> dict[str, str]:
+    """Attributes of a variable of an xarray Dataset."""
+    return {"units": item.unit, "long_name": item.long_name}
+
+
+def needed(package: str) -> Any:
+    """A package that only some users need; raises an `ImportError` that says how to install it."""
+    import importlib
+
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        raise ImportError(f'this needs {package}: python -m pip install "apesim[{package}]"') from None
+
+
+class NotConverged(Exception):
+    """A computation that ended without the state it was to reach.
+
+    Parameters
+    ----------
+    what : str
+        The point that was computed.
+    wrong : str
+        How it ended.
+    right : str
+        What may help.
+    result : Result
+        What was found nevertheless.
+
+    Attributes
+    ----------
+    result : Result
+    remedy : str
+    """
+
+    def __init__(self, what: str, wrong: str, right: str, result: Result) -> None:
+        super().__init__(what, wrong, right, result)
+        self.result, self.remedy = result, right
+        self._line = f"{what}: {wrong}; {right}"
+
+    def __str__(self) -> str:
+        return self._line
