@@ -54,7 +54,7 @@ from apesim.valve.measures import closing_stroke, lap_times, opening_stroke, tra
 
 JOULE_PER_KWH = 3.6e6
 INDICATORS = {
-    "speed_rpm": ("r/min", "speed"),
+    "speed_rpm": ("r/min", "speed, revolutions a minute"),
     "indicated_torque_Nm": ("N m", "mean indicated torque"),
     "brake_torque_Nm": ("N m", "mean brake torque"),
     "indicated_power_W": ("W", "indicated power"),

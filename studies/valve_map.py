@@ -65,9 +65,11 @@ def supply_columns(grid):
     """
     return {
         "run": Variable(("run",), np.arange(len(grid)), "1", "number of the run"),
-        "supply_pressure": Variable(("run",), np.array([p for p, *_ in grid]), "Pa abs", "pressure of the control air"),
+        "supply_pressure": Variable(
+            ("run",), np.array([p for p, *_ in grid]), "Pa abs", "pressure of the control air", coordinate=True
+        ),
         "supply_temperature": Variable(
-            ("run",), np.array([t for _, t, *_ in grid]), "K", "temperature of the control air"
+            ("run",), np.array([t for _, t, *_ in grid]), "K", "temperature of the control air", coordinate=True
         ),
     }
 

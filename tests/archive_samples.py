@@ -7,6 +7,10 @@ from tests.folders import SAMPLES
 
 VERSION_1 = SAMPLES / "version_1.h5"
 """`sample()` as apesim 0.1.0 wrote it, before archives had digests."""
+VERSION_2 = VERSION_1.with_name("version_2.h5")
+"""`sample()` as it was written before archives followed the CF conventions."""
+VERSION_2_SWEEP = VERSION_1.with_name("version_2_sweep.h5")
+"""Three runs of a sweep, some of their results and every 120th sample of their traces, from the same time."""
 
 MACHINE = '[engine]\nbore = "90 mm"\nstroke = "90 mm"\n# Übermaß\n[valve.solenoid]\ndead_time = "2 ms"\n'
 
@@ -46,7 +50,9 @@ def same(a, b):
 
 
 def same_variable(a, b):
-    described = [(v.dims, v.unit, v.description, v.meanings, v.finite, v.kind, v.values.shape) for v in (a, b)]
+    described = [
+        (v.dims, v.unit, v.description, v.meanings, v.finite, v.coordinate, v.kind, v.values.shape) for v in (a, b)
+    ]
     if described[0] != described[1]:
         return False
     return a.values.tolist() == b.values.tolist() if a.kind == "text" else a.values.tobytes() == b.values.tobytes()

@@ -2,12 +2,14 @@
 
 The digest of a dataset is that of a header and of its values as they are stored. The header is UTF-8 text, each line
 ended by a line feed: path, type (f8, i8, i1, or S and the bytes of a text), lengths of the axes with a space between
-them, then NAME=VALUE of those attributes of dimensions, finite, long_name, meanings and units that are there, in this
-order. The values follow row by row, numbers little-endian, texts filled up with NUL.
+them, then NAME=VALUE of those attributes of axes, coordinate, coordinates, dimensions, finite, flag_meanings,
+flag_values (with a space between them), long_name, meanings, reference and units that are there, in this order. The
+values follow row by row, numbers little-endian, texts filled up with NUL.
 
 The dataset /about/digests lists them: for each other dataset a line of its digest, two spaces and its path, sorted by
-path. The root digest is that of the lines format=VALUE and format_version=VALUE followed by this list; it is the root's
-attribute content_sha256. Noted elsewhere it shows any change of the archive; by itself it is no signature.
+path. The root digest is that of the lines NAME=VALUE of those of the root's attributes Conventions, format,
+format_version, history, source and title that are there, followed by this list; it is the root's attribute
+content_sha256. Noted elsewhere it shows any change of the archive; by itself it is no signature.
 """
 
 from __future__ import annotations
@@ -21,9 +23,10 @@ __all__ = ["DIGESTS", "ROOT_DIGEST", "dataset_digest", "digest_list", "root_dige
 
 DIGESTS = "about/digests"
 ROOT_DIGEST = "content_sha256"
+Attribute = str | int | tuple[int, ...]
 
 
-def dataset_digest(path: str, values: np.ndarray, attributes: Mapping[str, str | int]) -> str:
+def dataset_digest(path: str, values: np.ndarray, attributes: Mapping[str, Attribute]) -> str:
     """SHA-256 of one dataset.
 
     Parameters
@@ -57,13 +60,13 @@ def digest_list(digests: Mapping[str, str]) -> str:
     return "".join(f"{digests[path]}  {path}\n" for path in sorted(digests))
 
 
-def root_digest(attributes: Mapping[str, str | int], listed: str) -> str:
+def root_digest(attributes: Mapping[str, Attribute], listed: str) -> str:
     """SHA-256 of a whole archive.
 
     Parameters
     ----------
     attributes : mapping
-        format and format_version.
+        Those of the root, the digest left out.
     listed : str
         See `digest_list`.
 
@@ -75,5 +78,9 @@ def root_digest(attributes: Mapping[str, str | int], listed: str) -> str:
     return hashlib.sha256(("".join(f"{line}\n" for line in _lines(attributes)) + listed).encode()).hexdigest()
 
 
-def _lines(attributes: Mapping[str, str | int]) -> list[str]:
-    return [f"{name}={attributes[name]}" for name in sorted(attributes)]
+def _lines(attributes: Mapping[str, Attribute]) -> list[str]:
+    return [f"{name}={_text(attributes[name])}" for name in sorted(attributes)]
+
+
+def _text(value: Attribute) -> str:
+    return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)

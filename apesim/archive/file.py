@@ -2,42 +2,41 @@
 
 Runs are the leading axis of every result. The layout needs no apesim to be understood::
 
-    /                    attributes format, format_version, content_sha256
+    /                    attributes Conventions, title, source, history, format, format_version, content_sha256
     /run                 run numbers, the leading axis
-    /NAME                one dataset for each variable or axis; attributes units, long_name, dimensions
+    /NAME                one dataset for each variable or axis; attributes units, long_name, axes and others of
+                         `apesim.archive.conventions`
     /about/machine       the machine as TOML text
-    /about/provenance    JSON text: command line, versions, time, hashes
+    /about/provenance    JSON text: the call, versions, commit, processor, time, hashes
     /about/digests       SHA-256 of every other dataset; how they are computed stands in `apesim.archive.digests`
 
 Every dataset is chunked and carries Fletcher-32 checksums, texts included; nothing is pickled. A file
 is built in memory and published by rename: a finished archive is complete or absent, and never changed.
-Archives of format version 1 have no digests, and velocities of the valve alone that are positive as it closes.
+Archives of format version 1 have no digests, and velocities of the valve alone that are positive as it closes; those of
+version 2 have units by our names, "Pa abs" and "r/min", and no attributes of the CF conventions.
 """
 
 from __future__ import annotations
 
-import functools
 import glob
-import importlib.metadata
 import io
 import json
 import math
 import os
-import platform
 import secrets
-import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 import h5py
 import numpy as np
 
-from apesim.archive.digests import DIGESTS, ROOT_DIGEST, dataset_digest, digest_list, root_digest
+from apesim.archive.conventions import dataset_attributes, global_attributes
+from apesim.archive.digests import DIGESTS, ROOT_DIGEST, Attribute, dataset_digest, digest_list, root_digest
 from apesim.archive.migration import migrate
-from apesim.archive.records import FORMAT, FORMAT_VERSION, Archive, Variable, sha256, validate
+from apesim.archive.records import FLAG_ATTRIBUTES, FORMAT, FORMAT_VERSION, Archive, Variable, sha256, validate
+from apesim.archive.surroundings import surroundings
 from apesim.archive.untrusted import (
     SIZE_LIMIT,
     ArchiveError,
@@ -70,8 +69,6 @@ __all__ = [
 ]
 
 CHUNK_BYTES = 2**20
-PACKAGES = ("apesim", "numpy", "numba", "h5py", "cantera")
-"""Whose versions are noted where they are at work; Cantera is where its air is asked for."""
 
 
 def command_line(arguments: Sequence[str]) -> str:
@@ -90,24 +87,6 @@ def command_line(arguments: Sequence[str]) -> str:
         return text
 
     return " ".join("=".join(short(part) for part in argument.split("=")) for argument in arguments)
-
-
-def _surroundings() -> dict[str, str]:
-    known = {
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-        "hdf5": h5py.version.hdf5_version,
-    }
-    versions = {package: _version_of(package) for package in PACKAGES if package in sys.modules}
-    return known | {package: version for package, version in versions.items() if version}
-
-
-@functools.cache
-def _version_of(package: str) -> str:
-    with suppress(importlib.metadata.PackageNotFoundError):
-        return importlib.metadata.version(package)
-    return ""
 
 
 def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
@@ -135,7 +114,7 @@ def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
     """
     validate(archive)
     provenance = (
-        _surroundings()
+        surroundings()
         | archive.provenance
         | {"format": FORMAT, "format_version": str(FORMAT_VERSION), "machine_sha256": sha256(archive.machine)}
     )
@@ -186,14 +165,17 @@ def _image(archive: Archive) -> memoryview:
     content = io.BytesIO()
     datasets, digests = {}, {}
     with h5py.File(content, "w", libver=("v110", "v110"), track_order=True) as file:
-        about: dict[str, str | int] = {"format": FORMAT, "format_version": FORMAT_VERSION}
+        about: dict[str, Attribute] = {"format": FORMAT, "format_version": FORMAT_VERSION}
+        about |= global_attributes(archive.provenance)
         # A group of its own, so that readers of netCDF-4 see only variables with named axes.
         file.create_group("about", track_order=True)
         provenance = json.dumps(archive.provenance, ensure_ascii=False, indent=1, sort_keys=True)
         for name, text in (("about/machine", archive.machine), ("about/provenance", provenance)):
             _, digests[f"/{name}"] = _add(file, name, np.array([text]), {})
         for name, variable in archive.variables.items():
-            datasets[name], digests[f"/{name}"] = _add(file, name, variable.values, _attributes(variable))
+            datasets[name], digests[f"/{name}"] = _add(
+                file, name, variable.values, dataset_attributes(name, archive.variables)
+            )
             if variable.kind == "text":
                 _set_attribute(datasets[name], "_Encoding", "utf-8")  # xarray then shows text instead of bytes
         listed = digest_list(digests)
@@ -210,20 +192,7 @@ def _image(archive: Archive) -> memoryview:
     return content.getbuffer()
 
 
-def _attributes(variable: Variable) -> dict[str, str | int]:
-    attributes: dict[str, str | int] = {
-        "units": variable.unit,
-        "long_name": variable.description,
-        "dimensions": " ".join(variable.dims),
-    }
-    if variable.meanings:
-        attributes["meanings"] = variable.meanings
-    if variable.finite:
-        attributes["finite"] = 1
-    return attributes
-
-
-def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, str | int]) -> tuple[h5py.Dataset, str]:
+def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, Attribute]) -> tuple[h5py.Dataset, str]:
     """Add a dataset; return it and its digest."""
     if values.dtype.kind == "U":
         values = np.char.encode(values, "utf-8")
@@ -249,9 +218,9 @@ def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, s
     return dataset, dataset_digest(f"/{name}", stored, attributes)
 
 
-def _set_attribute(item: h5py.Group | h5py.Dataset, name: str, value: str | int) -> None:
-    if isinstance(value, int):
-        item.attrs.create(name, value, dtype="<i1" if name == "finite" else "<i8")
+def _set_attribute(item: h5py.Group | h5py.Dataset, name: str, value: Attribute) -> None:
+    if not isinstance(value, str):
+        item.attrs.create(name, value, dtype="i1" if name in FLAG_ATTRIBUTES or isinstance(value, tuple) else "<i8")
         return
     # Fixed length keeps the text in the checksummed object header; the heap of variable texts has none.
     raw = value.encode()

@@ -9,12 +9,14 @@ from __future__ import annotations
 import json
 import math
 import os
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from apesim.archive.conventions import CONVENTIONS, own_attributes
 from apesim.archive.file import Archive, ArchiveError, read
-from apesim.archive.records import Variable
+from apesim.archive.records import Variable, codes_of
 
 if TYPE_CHECKING:
     import xarray
@@ -96,19 +98,20 @@ def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
         names, places = list(axes_of(archive)), places_of(archive)
     except ValueError as error:
         raise ArchiveError(path, str(error), "open it run by run: xarray.open_dataset") from None
-    coordinates: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
+    coordinates: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]] = {}
     corner = []
     for name, place in zip(names, places, strict=True):
         _, first, corners = np.unique(place, return_index=True, return_inverse=True)
         corner.append(corners)
         variable = archive.variables[name]
-        coordinates[name] = ((name,), words_of(variable)[first], _attributes(variable))
+        values = words_of(variable)[first]
+        coordinates[name] = ((name,), values, _attributes(variable, values))
     shape = tuple(len(values) for _, values, _ in coordinates.values())
     whole = len(archive.runs) == math.prod(shape)
     results = {}
     for name, variable in archive.variables.items():
         if variable.dims[0] != "run":
-            coordinates[name] = (variable.dims, variable.values, _attributes(variable))
+            coordinates[name] = (variable.dims, variable.values, _attributes(variable, variable.values))
         elif name not in names:
             values = variable.values
             if not whole and values.dtype.kind == "i":
@@ -116,19 +119,24 @@ def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
             missing = np.nan if values.dtype.kind == "f" else values.dtype.type()
             grid = np.full(shape + values.shape[1:], missing, dtype=values.dtype)
             grid[tuple(corner)] = values
-            results[name] = ((*names, *variable.dims[1:]), grid, _attributes(variable))
-    return xarray.Dataset(results, coordinates, {"machine": archive.machine, **archive.provenance})
+            results[name] = ((*names, *variable.dims[1:]), grid, _attributes(variable, values))
+    about = {"Conventions": CONVENTIONS, "machine": archive.machine, **archive.provenance}
+    return xarray.Dataset(results, coordinates, about)
 
 
 def words_of(variable: Variable) -> np.ndarray:
     """Values of a variable; codes as the words that they stand for."""
     if not variable.meanings:
         return variable.values
-    meanings = (entry.strip().partition(" ") for entry in variable.meanings.split(","))
-    words = {int(code): word for code, _, word in meanings}
+    words = codes_of(variable.meanings)
     return np.array([words[code] for code in variable.values.tolist()])
 
 
-def _attributes(variable: Variable) -> dict[str, str]:
-    attributes = {"units": variable.unit, "long_name": variable.description}
-    return attributes | ({"meanings": variable.meanings} if variable.meanings else {})
+def _attributes(variable: Variable, values: np.ndarray) -> dict[str, Any]:
+    """Attributes of the CF conventions; codes that became words have no flags."""
+    if values.dtype.kind == "U":
+        return dict(own_attributes(replace(variable, meanings="")))
+    attributes: dict[str, Any] = dict(own_attributes(variable))
+    if "flag_values" in attributes:
+        attributes["flag_values"] = np.array(attributes["flag_values"], values.dtype)
+    return attributes

@@ -1,10 +1,15 @@
-"""Archives of older format versions, brought to what their variables mean today."""
+"""Archives of older format versions, brought to what their variables mean today.
+
+Units need no migration: those of older versions are our names, see `apesim.archive.conventions`.
+"""
 
 from __future__ import annotations
 
+import json
+from contextlib import suppress
 from dataclasses import replace
 
-from apesim.archive.records import Archive
+from apesim.archive.records import Archive, Variable
 
 __all__ = ["MIGRATED", "migrate"]
 
@@ -13,11 +18,15 @@ MIGRATED = "migrated"
 FIRST_WITH_VELOCITY_OF_LIFT = 2
 VELOCITY_TO_CLOSED = ("dL/dt, positive as the valve closes", "dL/dt, positive as it closes")
 """How format version 1 described the velocities of the valve alone; those of an engine were of the lift already."""
+FIRST_WITH_COORDINATES = 3
 VELOCITY_OF_LIFT = "velocity of the lift, positive as it opens"
 
 
 def migrate(archive: Archive) -> Archive:
-    """Turn the velocities of the valve alone to d(lift)/dt, where an archive has them as dL/dt.
+    """Bring an archive of an older format version to what its variables mean today.
+
+    The velocities of the valve alone are turned to d(lift)/dt, where an archive has them as dL/dt; what its grid names
+    as axes become coordinates.
 
     Parameters
     ----------
@@ -27,8 +36,10 @@ def migrate(archive: Archive) -> Archive:
     Returns
     -------
     Archive
-        With an entry `MIGRATED` in its provenance, if anything was changed.
+        With an entry `MIGRATED` in its provenance, if values were changed.
     """
+    if int(archive.provenance["format_version"]) < FIRST_WITH_COORDINATES:
+        archive = replace(archive, variables=archive.variables | _coordinates(archive))
     if int(archive.provenance["format_version"]) >= FIRST_WITH_VELOCITY_OF_LIFT:
         return archive
     turned = {
@@ -40,3 +51,11 @@ def migrate(archive: Archive) -> Archive:
         return archive
     told = f"{', '.join(turned)}: turned from dL/dt, as format version 1 has it, to d(lift)/dt"
     return replace(archive, variables=archive.variables | turned, provenance=archive.provenance | {MIGRATED: told})
+
+
+def _coordinates(archive: Archive) -> dict[str, Variable]:
+    """Variables that the provenance names as axes of a grid, marked as coordinates."""
+    with suppress(ValueError, TypeError):
+        names = [name for name in json.loads(archive.provenance.get("axes", "{}")) if name in archive.variables]
+        return {name: replace(archive.variables[name], coordinate=True) for name in names}
+    return {}

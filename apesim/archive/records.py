@@ -9,15 +9,22 @@ from dataclasses import dataclass
 import numpy as np
 
 FORMAT = "apesim archive"
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 FIRST_WITH_DIGESTS = 2
 """Format version since which an archive carries SHA-256 digests."""
-ATTRIBUTES = ("dimensions", "finite", "long_name", "meanings", "units")
-"""Attributes by which a dataset says what it is."""
+FLAG_ATTRIBUTES = ("coordinate", "finite")
+"""Attributes that are 1 where they are there."""
+CODE_ATTRIBUTES = ("flag_values",)
+"""Attributes that list codes."""
+TEXT_ATTRIBUTES = ("axes", "coordinates", "dimensions", "flag_meanings", "long_name", "meanings", "reference", "units")
+ATTRIBUTES = tuple(sorted(FLAG_ATTRIBUTES + CODE_ATTRIBUTES + TEXT_ATTRIBUTES))
+"""Attributes by which a dataset says what it is; ``dimensions`` stands for ``axes`` before format version 3."""
+ROOT_ATTRIBUTES = ("Conventions", "format", "format_version", "history", "source", "title")
+"""Attributes by which a file says what it is; before format version 3 the format and its version alone."""
 ATTRIBUTE_BYTES = 2**15
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.]{0,99}")
-_MEANING = re.compile(r"(-?\d+) [^,]+")
+_MEANING = re.compile(r"(-?\d{1,3}) ([^,]+)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +45,8 @@ class Variable:
         What the codes of an int8 variable mean: "0 epv, 1 cam".
     finite : bool
         Neither NaN nor infinity may occur. Axes are always so.
+    coordinate : bool
+        It says where in a grid the runs lie, such as a speed or a pressure, and is no result.
     """
 
     dims: tuple[str, ...]
@@ -46,6 +55,7 @@ class Variable:
     description: str
     meanings: str = ""
     finite: bool = False
+    coordinate: bool = False
 
     @property
     def kind(self) -> str:
@@ -144,12 +154,25 @@ def check_variable(name: str, variable: Variable) -> None:
     if values.dtype.kind == "U":
         _storable(name, "".join(values.ravel().tolist()))
     if variable.meanings:
-        codes = [_MEANING.fullmatch(entry.strip()) for entry in variable.meanings.split(",")]
-        if values.dtype != np.int8 or not all(codes):
+        codes = codes_of(variable.meanings)
+        if values.dtype != np.int8 or not codes:
             raise ValueError(f"{name}: meanings {variable.meanings!r}; write '0 epv, 1 cam', for int8 only")
-        unknown = np.setdiff1d(values, [int(code[1]) for code in codes if code])
+        unknown = np.setdiff1d(values, list(codes))
         if unknown.size:
             raise ValueError(f"{name}: code {unknown[0]} has no meaning in {variable.meanings!r}")
+
+
+def codes_of(meanings: str) -> dict[int, str]:
+    """Words by the codes that they stand for; none where the text of the meanings is wrong.
+
+    Examples
+    --------
+    >>> codes_of("0 epv, 1 cam")
+    {0: 'epv', 1: 'cam'}
+    """
+    entries = [_MEANING.fullmatch(entry.strip()) for entry in meanings.split(",")]
+    codes = {int(entry[1]): entry[2] for entry in entries if entry}
+    return codes if len(codes) == len(entries) and all(-128 <= code < 128 for code in codes) else {}
 
 
 def _storable(name: str, text: str) -> None:

@@ -18,14 +18,18 @@ import h5py
 import numpy as np
 from h5py import h5d, h5g, h5l, h5o, h5s, h5t, h5z
 
-from apesim.archive.digests import DIGESTS, ROOT_DIGEST, dataset_digest, root_digest
+from apesim.archive.conventions import variable_from
+from apesim.archive.digests import DIGESTS, ROOT_DIGEST, Attribute, dataset_digest, root_digest
 from apesim.archive.memory import available_memory
 from apesim.archive.records import (
     ATTRIBUTE_BYTES,
     ATTRIBUTES,
+    CODE_ATTRIBUTES,
     FIRST_WITH_DIGESTS,
+    FLAG_ATTRIBUTES,
     FORMAT,
     FORMAT_VERSION,
+    ROOT_ATTRIBUTES,
     Variable,
     sha256,
 )
@@ -250,7 +254,7 @@ class Stored(NamedTuple):
     path: str
     values: np.ndarray
     """Texts as bytes of fixed length."""
-    attributes: dict[str, str | int]
+    attributes: dict[str, Attribute]
     """Those of `ATTRIBUTES` that are there."""
 
 
@@ -266,9 +270,10 @@ def load_digests(file: h5py.File, path: Path) -> dict[str, str] | None:
         return None
     with damage_named(path, DIGESTS):
         listed = str(_decoded(load_stored(file, DIGESTS).values).item())
-        about: dict[str, str | int] = {
-            "format": _text(file, "format"),
-            "format_version": int(file.attrs["format_version"]),
+        about: dict[str, Attribute] = {
+            name: int(file.attrs[name]) if name == "format_version" else _text(file, name)
+            for name in ROOT_ATTRIBUTES
+            if name in file.attrs
         }
         if _text(file, ROOT_DIGEST) != root_digest(about, listed):
             raise ValueError(f"its hash is not the attribute {ROOT_DIGEST} of the root")
@@ -307,28 +312,13 @@ def load_about(file: h5py.File, path: Path, digests: dict[str, str] | None) -> t
 
 def variable_of(stored: Stored) -> Variable:
     """A dataset as a variable; `ValueError` if `write` did not make it so."""
-    attributes = stored.attributes
-    for name in ("dimensions", "long_name", "units"):
-        if name not in attributes:
-            raise ValueError(f"has no attribute {name}")
-    return Variable(
-        dims=tuple(str(attributes["dimensions"]).split(" ")),
-        values=_decoded(stored.values),
-        unit=str(attributes["units"]),
-        description=str(attributes["long_name"]),
-        meanings=str(attributes.get("meanings", "")),
-        finite="finite" in attributes,
-    )
+    return variable_from(_decoded(stored.values), stored.attributes)
 
 
 def load_stored(file: h5py.File, name: str) -> Stored:
     """A dataset of an opened archive; chunks that were never written are an error, not zeros."""
     dataset = file[name]
-    attributes = {
-        key: int(dataset.attrs[key]) if key == "finite" else _text(dataset, key)
-        for key in ATTRIBUTES
-        if key in dataset.attrs
-    }
+    attributes = {key: _attribute(dataset, key) for key in ATTRIBUTES if key in dataset.attrs}
     if dataset.chunks is not None:
         expected = math.prod(-(-n // c) for n, c in zip(dataset.shape, dataset.chunks, strict=True))
         if dataset.id.get_num_chunks() != expected:
@@ -342,6 +332,17 @@ def load_stored(file: h5py.File, name: str) -> Stored:
 
 def _decoded(values: np.ndarray) -> np.ndarray:
     return np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+
+
+def _attribute(dataset: h5py.Dataset, name: str) -> Attribute:
+    if name in FLAG_ATTRIBUTES:
+        return int(dataset.attrs[name])
+    if name not in CODE_ATTRIBUTES:
+        return _text(dataset, name)
+    attribute = dataset.attrs.get_id(name)
+    if attribute.dtype != np.int8 or len(attribute.shape) != 1:
+        raise ValueError(f"attribute {name} is no list of codes")
+    return tuple(np.atleast_1d(dataset.attrs[name]).tolist())
 
 
 def _text(item: h5py.Group | h5py.Dataset, name: str) -> str:

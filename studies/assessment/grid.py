@@ -63,15 +63,17 @@ def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
     valves = np.stack([point.valves for point in found])
     lost = losses(valves)
 
-    def column(values, unit, description, meanings=""):
-        return Variable(("run",), np.asarray(values), unit, description, meanings)
+    def column(values, unit, description, meanings="", **options):
+        return Variable(("run",), np.asarray(values), unit, description, meanings, **options)
 
     variables = {
         "run": column(np.arange(len(found)), "1", "number of the run"),
         "valve": Variable(("valve",), np.array(list(VALVES)), "1", _listed(VALVES)),
         "order": Variable(("order",), np.array(list(ORDERS)), "1", _listed(ORDERS)),
         "cause": Variable(("cause",), np.array(list(CAUSES)), "1", _listed(CAUSES)),
-        "speed_rpm": column([float(f"{s / TURN * 60.0:.12g}") for s in speeds], *INDICATORS["speed_rpm"]),
+        "speed_rpm": column(
+            [float(f"{s / TURN * 60.0:.12g}") for s in speeds], *INDICATORS["speed_rpm"], coordinate=True
+        ),
         "energise_deg": column(
             [point.energise / DEGREE for point in found], "deg", "crank angle at which the solenoids are energised"
         ),

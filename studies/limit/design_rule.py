@@ -88,7 +88,7 @@ def rule_columns(supplies, windows, limits, by_full_lift):
         "rule_limit_rpm": column(
             [rule.limit(window) / RPM for rule, window in zip(rules, windows, strict=True)],
             "r/min",
-            f"limit by the design rule: {FORMULA}",
+            f"limit by the design rule, revolutions a minute: {FORMULA}",
         ),
         "rule_window_deg": column(
             [rule.window(paper * RPM) / DEGREE for rule in rules],

@@ -273,9 +273,9 @@ def _limit_of(item):
 
 
 def _variables(grid, kinds, limits):
-    def column(values, unit, description, meanings=""):
+    def column(values, unit, description, meanings="", **options):
         values = np.array(values, dtype=np.int8 if meanings else None)
-        return Variable(("run",), values, unit, description, meanings)
+        return Variable(("run",), values, unit, description, meanings, **options)
 
     def at_limit(value, unit, description):
         values = [value(found.timing) if found.timing else nan for found in limits]
@@ -292,15 +292,19 @@ def _variables(grid, kinds, limits):
     return {
         "run": column(np.arange(len(grid)), "1", "number of the run"),
         "point": point_column(kinds),
-        "supply_pressure": column(pressures, "Pa abs", "pressure of the supply"),
-        "supply_temperature": column(temperatures, "K", "temperature of the supply"),
+        "supply_pressure": column(pressures, "Pa abs", "pressure of the supply", coordinate=True),
+        "supply_temperature": column(temperatures, "K", "temperature of the supply", coordinate=True),
         "control_pressure": column(controls, "Pa abs", "pressure of control air from the regulator"),
-        "duration_deg": column(durations / DEGREE, "deg", "window: from the target opening to the target closing"),
-        "limit_rpm": column(speeds / RPM, "r/min", f"highest speed: {CRITERION}"),
+        "duration_deg": column(
+            durations / DEGREE, "deg", "window: from the target opening to the target closing", coordinate=True
+        ),
+        "limit_rpm": column(speeds / RPM, "r/min", f"highest speed, revolutions a minute: {CRITERION}"),
         "limit_hz": column(speeds / TURN, "Hz", "the same as a working rate, one event a revolution"),
         "fails": column(fails, "1", "what fails first above the limit", FAILURES),
         "works_again_rpm": column(
-            [found.works_again / RPM for found in limits], "r/min", "a speed above the limit that meets it again"
+            [found.works_again / RPM for found in limits],
+            "r/min",
+            "higher speed that meets it again, revolutions a minute",
         ),
         "lap_to_lap_s": column(opened / speeds, "s", "time for which the lift is above the lap at the limit"),
         **rule_columns(supplies, durations, speeds, fails == Failure.FULL_LIFT),

@@ -161,15 +161,17 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None,
     windows = TURN * limit * opened - 2.0 * WITHIN
     supplies = [(p, t) for p, t, _ in grid]
 
-    def column(values, unit, description):
-        return Variable(("run",), np.asarray(values), unit, description)
+    def column(values, unit, description, **options):
+        return Variable(("run",), np.asarray(values), unit, description, **options)
 
     variables = {
         **supply_columns(grid),
         "point": point_column(kinds),
-        "duty": column([d for _, _, d in grid], "1", "share of the period for which the solenoids are energised"),
+        "duty": column(
+            [d for _, _, d in grid], "1", "share of the period for which the solenoids are energised", coordinate=True
+        ),
         "limit_hz": column(limit, "Hz", f"highest working rate: {CRITERION}"),
-        "limit_rpm": column(60.0 * limit, "r/min", "the same as engine speed, one event a revolution"),
+        "limit_rpm": column(60.0 * limit, "r/min", "the same as engine speed, revolutions a minute: one event each"),
         "complete_again_hz": column(
             [found.complete_again for found in limits], "Hz", "a rate above the limit that is complete again"
         ),

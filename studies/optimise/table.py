@@ -97,7 +97,9 @@ def archive_of(machine, optima, goals, pressures=None, command=""):
     """
     variables = {
         "run": Variable(("run",), np.arange(len(optima)), "1", "number of the run"),
-        "speed_rpm": Variable(("run",), np.array([speed_rpm(one) for one in optima]), *INDICATORS["speed_rpm"]),
+        "speed_rpm": Variable(
+            ("run",), np.array([speed_rpm(one) for one in optima]), *INDICATORS["speed_rpm"], coordinate=True
+        ),
         **_columns("uncorrected", [one.own for one in optima]),
     }
     for goal in goals:

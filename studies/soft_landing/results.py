@@ -53,8 +53,10 @@ def archive_of(machine, results, spacing, cost, command="", solenoids=SOLENOIDS)
     added = np.arange(0.0, max(STEP, _most_added(results)) + STEP, STEP)
     variables = {
         "run": Variable(("run",), np.arange(len(openings)), "1", "number of the pressure"),
-        "supply_pressure": Variable(("run",), supplies[:, 0], "Pa abs", "pressure of the control air"),
-        "supply_temperature": Variable(("run",), supplies[:, 1], "K", "temperature of the control air"),
+        "supply_pressure": Variable(("run",), supplies[:, 0], "Pa abs", "pressure of the control air", coordinate=True),
+        "supply_temperature": Variable(
+            ("run",), supplies[:, 1], "K", "temperature of the control air", coordinate=True
+        ),
         "added_time": Variable(("added_time",), added, "s", "time added to a stroke by its brake, at most"),
         "spacing": Variable(("spacing",), SPACINGS, "s", "time between two edges of a solenoid, at least"),
         "pressure_factor": Variable(("pressure_factor",), np.array(FACTORS), "1", "of the gauge pressure"),

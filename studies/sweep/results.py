@@ -1,5 +1,7 @@
 """Results of operating points as an archive, and what is told of those that failed."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from apesim.archive import Archive, Variable
@@ -77,6 +79,8 @@ def archive_of(points, results, variation, machine, provenance):
         name, unit = split_header(header)
         values = np.ascontiguousarray(traces[:, :, number])
         variables[name] = Variable(("run", "crank_angle"), values, unit, TRACE_DESCRIPTIONS[name])
+    axes = "actuation", *(axis.name for axis in variation.axes), "speed_rpm"
+    variables |= {name: replace(variables[name], coordinate=True) for name in axes}
     return Archive(machine, provenance, variables)
 
 

@@ -30,7 +30,7 @@ CRITERION = (
 )
 REASONS = ", ".join(f"{int(reason)} {reason.words}" for reason in Reason)
 COLUMNS = {
-    "speed_rpm": ("r/min", "speed"),
+    "speed_rpm": ("r/min", "speed, revolutions a minute"),
     "supply_pressure": ("Pa abs", "pressure of the supply"),
     "supply_temperature": ("K", "temperature of the supply"),
     "reachable": ("1", CRITERION),
@@ -237,7 +237,9 @@ def _variables(axes, rows):
         values = places[name] if name in places else np.array([row.get(name, lost.get(name, nan)) for row in rows])
         meanings = MEANINGS.get(name, "")
         kind = np.int8 if meanings else np.int64 if name == "marches" else float
-        variables[name] = Variable(("run",), values.astype(kind), unit, description, meanings)
+        variables[name] = Variable(
+            ("run",), values.astype(kind), unit, description, meanings, coordinate=name in places
+        )
     return variables
 
 

@@ -128,7 +128,7 @@ def test_a_map_of_format_version_1_is_turned_when_it_is_read_and_says_so(apesim,
     assert json.loads(out)["provenance"][MIGRATED] == told
     again = write(old, tmp_path / "again.h5")
     assert verify(again) == [] and diff(again, MAP_OF_VERSION_1) == []
-    assert read(again).provenance["format_version"] == "2"
+    assert read(again).provenance["format_version"] == "3"
 
 
 @pytest.mark.parametrize(

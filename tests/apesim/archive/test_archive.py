@@ -65,10 +65,11 @@ def test_round_trip(tmp_path_factory, archive):
 def test_provenance_says_where_it_comes_from_but_not_who(tmp_path):
     machine, provenance = read_about(write(replace(sample(), provenance={}), tmp_path / "a.h5"))
     assert machine == sample().machine
-    assert provenance["format"] == "apesim archive" and provenance["format_version"] == "2"
+    assert provenance["format"] == "apesim archive" and provenance["format_version"] == "3"
     assert provenance["machine_sha256"] == sha256(machine)
     assert provenance["created"].endswith("+00:00")
-    assert {"python", "numpy", "h5py", "hdf5", "platform"} <= provenance.keys()
+    versions = {"apesim", "python", "numpy", "numba", "llvmlite", "scipy", "cantera", "h5py", "hdf5"}
+    assert versions | {"platform", "processor"} <= provenance.keys()
     everything = " ".join(provenance.values())
     assert str(Path.home()) not in everything and os.uname().nodename not in everything
 
@@ -76,7 +77,7 @@ def test_provenance_says_where_it_comes_from_but_not_who(tmp_path):
 def test_write_alone_says_what_the_format_and_the_machine_are(tmp_path):
     wrong = {"format": "x", "format_version": "9", "machine_sha256": "0", "numpy": "0.1"}
     _, provenance = read_about(write(sample(**wrong), tmp_path / "a.h5"))
-    assert (provenance["format"], provenance["format_version"]) == ("apesim archive", "2")
+    assert (provenance["format"], provenance["format_version"]) == ("apesim archive", "3")
     assert provenance["machine_sha256"] == sha256(sample().machine) and provenance["numpy"] == "0.1"
 
 
@@ -132,9 +133,11 @@ def test_xarray_sees_axes_units_and_text(tmp_path):
         assert dict(data.sizes) == {"run": 3, "crank_angle": 5}
         assert set(data.coords) == {"run", "crank_angle"}
         assert data.cylinder_pressure.dims == ("run", "crank_angle")
-        assert data.cylinder_pressure.attrs["units"] == "Pa abs"
+        assert (data.cylinder_pressure.attrs["units"], data.cylinder_pressure.attrs["reference"]) == ("Pa", "absolute")
+        assert data.crank_angle.attrs["units"] == "degree"
         assert data.cylinder_pressure.attrs["long_name"] == "pressure in the cylinder"
-        assert data.intake.attrs["meanings"] == "0 epv, 1 cam" and data.intake.dtype == np.int8
+        assert data.intake.attrs["flag_meanings"] == "epv cam" and data.intake.dtype == np.int8
+        assert data.intake.attrs["flag_values"].tolist() == [0, 1] and data.intake.attrs["flag_values"].dtype == np.int8
         assert data.warning.values.tolist() == sample().variables["warning"].values.tolist()
         np.testing.assert_array_equal(data.torque, sample().variables["torque"].values)
 

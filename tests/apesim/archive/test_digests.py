@@ -11,6 +11,10 @@ from apesim.archive import ArchiveError, read, read_about, read_digest, write
 from apesim.archive.inspection import info, verify
 from tests.archive_samples import VERSION_1, same, sample
 
+ATTRIBUTES = (
+    "axes coordinate coordinates dimensions finite flag_meanings flag_values long_name meanings reference units"
+)
+
 
 @pytest.fixture
 def path(tmp_path):
@@ -26,13 +30,18 @@ def by_the_recipe(path):
             dataset = file[name]
             kind = {"f": "f8", "i": f"i{dataset.dtype.itemsize}", "S": f"S{dataset.dtype.itemsize}"}[dataset.dtype.kind]
             header = [name, kind, " ".join(str(n) for n in dataset.shape)]
-            for key in ("dimensions", "finite", "long_name", "meanings", "units"):
+            for key in ATTRIBUTES.split():
                 if key in dataset.attrs:
                     value = dataset.attrs[key]
-                    header.append(f"{key}={value.decode() if isinstance(value, bytes) else value}")
+                    value = value.decode() if isinstance(value, bytes) else " ".join(map(str, np.atleast_1d(value)))
+                    header.append(f"{key}={value}")
             content = "\n".join([*header, ""]).encode() + dataset[...].tobytes()
             lines.append(f"{hashlib.sha256(content).hexdigest()}  {name}\n")
-        about = f"format={file.attrs['format'].decode()}\nformat_version={file.attrs['format_version']}\n"
+        about = ""
+        for key in ("Conventions", "format", "format_version", "history", "source", "title"):
+            if key in file.attrs:
+                value = file.attrs[key]
+                about += f"{key}={value.decode() if isinstance(value, bytes) else value}\n"
         listed = "".join(lines)
         return hashlib.sha256((about + listed).encode()).hexdigest(), listed, file["about/digests"][0].decode()
 

@@ -123,7 +123,7 @@ def test_axes_of_another_length_are_faults(path):
 
 def copied(file, name, **options):
     attributes = {}
-    for key in ("units", "long_name", "dimensions"):
+    for key in {"units", "long_name", "axes", "dimensions"} & file[name].attrs.keys():
         attribute = file[name].attrs.get_id(key)
         attributes[key] = np.empty((), attribute.dtype)
         attribute.read(attributes[key])

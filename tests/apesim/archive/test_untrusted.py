@@ -82,14 +82,18 @@ TAMPERED = {
         lambda f: [f.update({f"about/x{i}": h5py.SoftLink("/")}) for i in range(10_000)],
         "more than 10000",
     ),
-    "newer": (lambda f: f.attrs.modify("format_version", 3), "format version 3.*newer apesim"),
+    "newer": (lambda f: f.attrs.modify("format_version", 4), "format version 4.*newer apesim"),
     "older": (lambda f: f.attrs.modify("format_version", 1), "its format_version is not that of the file"),
     "other format": (lambda f: f.attrs.__delitem__("format"), "is not an apesim archive"),
     "group": (lambda f: f.create_group("x"), "x: "),
     "never written": (lambda f: replaced(f, "speed", chunks=(3,)), "speed: 0 of 1 chunks"),
     "foreign units": (lambda f: f["speed"].attrs.__setitem__("units", "m"), "speed: attribute units"),
-    "no axes": (lambda f: f["speed"].attrs.__delitem__("dimensions"), "speed: "),
-    "wrong axes": (lambda f: f["speed"].attrs.__setitem__("dimensions", np.bytes_("crank_angle")), "speed: "),
+    "foreign codes": (
+        lambda f: f["intake"].attrs.create("flag_values", [0, 1], dtype="<i8"),
+        "intake: attribute flag_values is no list of codes",
+    ),
+    "no axes": (lambda f: f["speed"].attrs.__delitem__("axes"), "speed: "),
+    "wrong axes": (lambda f: f["speed"].attrs.__setitem__("axes", np.bytes_("crank_angle")), "speed: "),
     "machine": (
         lambda f: f["about/machine"].write_direct(np.array([b"[a]"], f["about/machine"].dtype)),
         "about/provenance: its machine_sha256",
@@ -105,7 +109,7 @@ TAMPERED = {
 def replaced(file, name, **options):
     """The dataset made anew, its attributes kept."""
     attributes = {}
-    for key in ("units", "long_name", "dimensions"):
+    for key in {"units", "long_name", "axes", "reference"} & file[name].attrs.keys():
         attribute = file[name].attrs.get_id(key)
         attributes[key] = np.empty((), attribute.dtype)
         attribute.read(attributes[key])
