@@ -21,7 +21,7 @@ if not (_FOLDER / "valve").exists():
 
 _PUBLIC = {
     "Machine": "apesim.engine.machine",
-    "load_machine": "apesim.studies.commands.machine",
+    "load_machine": "apesim.studies.machine_file",
     "run_bench": "apesim.studies.public",
     "run_steady": "apesim.studies.public",
     "indicators": "apesim.studies.public",

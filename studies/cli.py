@@ -4,18 +4,19 @@ import gc
 import os
 import signal
 import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from apesim.cache import remove_temporary_folders
+from apesim.studies.commands.archive import archive
+from apesim.studies.commands.engine import engine
+from apesim.studies.commands.gap import gap
+from apesim.studies.commands.machine import print_machine
+from apesim.studies.commands.paper import repeat_paper
+from apesim.studies.commands.valve import valve
 from apesim.studies.console import INTERRUPTED, main_of
-from apesim.studies.groups.archive import archive
-from apesim.studies.groups.engine import engine
-from apesim.studies.groups.gap import gap
-from apesim.studies.groups.valve import valve
-from apesim.studies.options import Common, Overwrite, command
+from apesim.studies.options import register
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -27,6 +28,8 @@ app.add_typer(valve, name="valve")
 app.add_typer(engine, name="engine")
 app.add_typer(archive, name="archive")
 app.add_typer(gap, name="gap")
+register(app, "machine", print_machine)
+register(app, "paper", repeat_paper)
 
 
 def show_version(asked: bool):
@@ -45,29 +48,6 @@ def options(
     ] = False,
 ):
     """Options of apesim itself."""
-
-
-@command(app)
-def machine(
-    common: Common,
-    check: Annotated[Path | None, typer.Option("--check", metavar="FILE", help="Check a machine file.")] = None,
-):
-    """Print the machine, every key commented; or check a machine file."""
-    from apesim.studies.commands.machine import machine_command
-
-    return machine_command(*common, check)
-
-
-@command(app)
-def paper(
-    common: Common,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder to make.")],
-    overwrite: Overwrite = False,
-):
-    """Repeat the paper, doi 10.1631/jzus.A0820373: its figures and a table of its claims."""
-    from apesim.studies.commands.paper import paper_command
-
-    return paper_command(*common, out, overwrite)
 
 
 def _interrupt(*_):

@@ -20,6 +20,7 @@ LAYOUT = "\n\t"
 """Characters of control that are ours; all others in what is shown come from files."""
 PATIENCE = 1.0
 """For which nothing is told of what is at work [s]."""
+COMPILING = "compiling the model for this processor: once, some fifteen seconds"
 
 
 class Console:
@@ -107,6 +108,13 @@ class Console:
         with Progress(*columns, console=Terminal(stderr=True), transient=True) as progress:
             progress.add_task(what, total=None)
             return future.result()
+
+    def warm_up(self, march, *arguments, **options):
+        """Run a march once, so that what is timed after it is compiled; tell where that takes long."""
+        from apesim.kernel import when_compiling
+
+        with when_compiling(lambda: self.message(COMPILING)):
+            self.run("first march", march, *arguments, **options)
 
 
 def plain(data):

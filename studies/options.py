@@ -1,12 +1,16 @@
-"""What commands of the command line share: the options that every one takes, and how one is registered."""
+"""Options that commands share, and how a command is registered."""
 
 import inspect
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
 from apesim.studies.console import Console
+
+if TYPE_CHECKING:
+    from apesim.engine.machine import Machine
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 Figures = Annotated[bool, typer.Option(help="Draw the figures, into F.figures.")]
@@ -22,14 +26,24 @@ Jobs = Annotated[
     int | None, typer.Option(metavar="N", min=1, help="Processes; as many as the work is worth if left out.")
 ]
 ArchivePath = Annotated[Path, typer.Argument(metavar="F.h5", help="Archive.")]
+MeasuredFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Measured data: a folder with a measured.toml.")]
+Without = Annotated[
+    list[str] | None, typer.Option(metavar="EFFECT", help="Leave an effect of the library out. Repeatable.")
+]
 
 
 class Common(NamedTuple):
-    """What every command is given."""
+    """What every command is given: where it shows its results, and its machine."""
 
     console: Console
-    machine_file: Path | None
-    settings: list[str] | None
+    machine_file: Path | None = None
+    settings: Sequence[str] | None = None
+
+    def load_machine(self) -> "Machine":
+        """The machine of the command line; raises `InputError` with one culprit for each fault."""
+        from apesim.studies.machine_file import load_machine
+
+        return load_machine(self.machine_file, self.settings)
 
 
 def common(
@@ -43,7 +57,7 @@ def common(
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output, nothing else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages on standard error.")] = False,
-):
+) -> Common:
     """The options that every command takes, and what becomes of them."""
     return Common(Console(json, quiet), machine_file, settings)
 
@@ -51,31 +65,43 @@ def common(
 COMMON = inspect.signature(common).parameters
 
 
-def command(group, name=None):
+def group(about: str, commands: dict[str, Callable]) -> typer.Typer:
+    """A group of the command line, such as ``apesim valve``.
+
+    Parameters
+    ----------
+    about : str
+        Its help.
+    commands : dict of str to function
+        See `register`.
+
+    Returns
+    -------
+    typer.Typer
+    """
+    app = typer.Typer(no_args_is_help=True, help=about)
+    for name, function in commands.items():
+        register(app, name, function)
+    return app
+
+
+def register(app: typer.Typer, name: str, function: Callable) -> None:
     """Register a command; behind its own options it takes those of `common`.
 
     Parameters
     ----------
-    group : typer.Typer
-    name : str, optional
-        The function's if left out.
-
-    Returns
-    -------
-    function
-        Decorator of a function of `Common` and its own options. Its docstring is the help, what it returns the exit
-        code, None for 0.
+    app : typer.Typer
+    name : str
+        On the command line.
+    function : function
+        Takes `Common`, and its own options by keyword. Its docstring is the help, what it returns the exit code, None
+        for 0. It imports what it computes with itself, so that ``--help`` answers at once.
     """
+    _, *own = inspect.signature(function).parameters.values()
 
-    def register(function):
-        _, *own = inspect.signature(function).parameters.values()
+    def run(**given):
+        shared = {key: given.pop(key) for key in COMMON}
+        return function(common(**shared), **given)
 
-        def run(**given):
-            shared = {key: given.pop(key) for key in COMMON}
-            return function(common(**shared), **given)
-
-        run.__signature__ = inspect.Signature([*own, *COMMON.values()])  # type: ignore[attr-defined]
-        group.command(name or function.__name__, help=inspect.getdoc(function))(run)
-        return function
-
-    return register
+    run.__signature__ = inspect.Signature([*own, *COMMON.values()])  # type: ignore[attr-defined]
+    app.command(name, help=inspect.getdoc(function))(run)

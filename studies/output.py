@@ -1,9 +1,18 @@
 """Where results go: nothing that is there is lost unasked."""
 
+import csv
+import io
+import sys
+import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from apesim.archive import ArchiveError, read_about, write
+import numpy as np
+
+from apesim.archive import Archive, ArchiveError, command_line, read_about, read_digest, replace_file, write
 from apesim.archive.shards import lock
+from apesim.studies.console import Console
+from apesim.studies.execution.own_thread import call_in_thread
 
 
 def refuse_to_replace(out):
@@ -63,3 +72,82 @@ def publish(archive, out, overwrite=False):
         if not overwrite:
             refuse_to_replace(out)
         write(archive, out)
+
+
+def compute_archive(
+    console: Console, *, task: str, first_march: tuple, compute: Callable, out: Path, overwrite: bool, draw: Callable
+) -> tuple[Archive, dict]:
+    """Compute an archive, write it, and draw its figures beside it.
+
+    Parameters
+    ----------
+    console : Console
+    task : str
+        In a word, for the progress.
+    first_march : tuple
+        Function and arguments of one march, which compiles what all the others need.
+    compute : function
+        Takes ``command=`` and ``report=``; returns the archive.
+    out : path
+    overwrite : bool
+    draw : function
+        Takes the archive and a folder; returns the paths of the figures.
+
+    Returns
+    -------
+    archive : Archive
+    written : dict
+        Where it lies and what it took, for JSON.
+    """
+    (refuse_folder if overwrite else refuse_to_replace)(out)
+    console.warm_up(*first_march)
+    start = time.perf_counter()
+    with console.progress(task) as report:
+        archive = call_in_thread(compute, command=command_line(["apesim", *sys.argv[1:]]), report=report).result()
+    wall = time.perf_counter() - start
+    publish(archive, out, overwrite)
+    drawn = draw(archive, out.with_suffix(".figures"))
+    written = {"archive": str(out), "content_sha256": read_digest(out), "figures": [str(path) for path in drawn]}
+    return archive, written | {"wall_time_s": wall}
+
+
+def written_text(written: dict, count: str) -> str:
+    """Lines that say what was computed, in which time, where it lies, and by which digest it is known."""
+    line = f"{written['archive']}: {count} in {written['wall_time_s']:.2f} s"
+    if written["figures"]:
+        line += f"; figures in {Path(written['figures'][0]).parent}/"
+    return f"{line}\n{digest_line(written['content_sha256'])}"
+
+
+def digest_line(digest: str | None) -> str:
+    """A line with the root digest of an archive."""
+    return f"SHA-256 of its content: {digest or 'none, format version 1 has no digests'}"
+
+
+def write_traces(path: str | Path, header: Iterable[str], rows: np.ndarray) -> None:
+    """Write traces as CSV, floats without loss; the file is complete or absent.
+
+    Parameters
+    ----------
+    path : path
+    header : sequence of str
+        ``name [unit]``
+    rows : (n, m) float array
+
+    Raises
+    ------
+    ArchiveError
+        The file cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows.tolist())
+    path, content = Path(path), text.getvalue().encode()
+    try:
+        if path.exists() and (path.is_symlink() or not path.is_file()):  # /dev/stdout, a pipe: no name to take over
+            path.write_bytes(content)
+        else:
+            replace_file(path, content)
+    except OSError as error:
+        raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another file") from None

@@ -16,7 +16,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Culprit, InputError, Pressure, Quantity, Wrong, quoted
 from apesim.quantities.checking import check
 from apesim.studies import sweep
-from apesim.studies.commands.given import SPEED, TIME
+from apesim.studies.operating_conditions import SPEED, TIME
 from apesim.studies.sweep.plan import TIMING_NAMES
 from apesim.valve import bench
 

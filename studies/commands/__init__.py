@@ -1,1 +1,4 @@
-"""What the commands do, one module for each group of them; imported when a command is called."""
+"""The commands of apesim, one file each: its options, the one call, and what is printed, drawn or written.
+
+What a command computes with is imported where it is called: ``--help`` answers at once.
+"""

@@ -5,12 +5,11 @@ from math import inf, isnan
 
 from apesim.quantities import Choice, Culprit, InputError, Quantity, Wrong, parse, quoted, unit
 from apesim.quantities.settings import schema
-from apesim.studies.commands.machine import load_machine
-from apesim.studies.commands.tables import table_of, warm_up
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.identify import Free, identify, judge
 from apesim.studies.measured import CHECK, GATE, VALVE, read_measured
+from apesim.studies.tables import table_of
 from apesim.valve.bench import run_bench
 from apesim.valve.effects import ValveEffects
 
@@ -23,15 +22,12 @@ BENCH = ("air", "ambient", "supply", "valve")
 HEADER = ("run", "largest time shift [ms]", "by noise alone, 95 % [ms]", "left over noise", "limit")
 
 
-def fit_command(console, machine_file, settings, folder, free, method):
+def fit_command(common, *, folder, free, method):
     """Parameters from measured data; see `apesim valve fit --help`.
 
     Parameters
     ----------
-    console : apesim.studies.console.Console
-    machine_file : path or None
-    settings : list of str or None
-        ``KEY=VALUE``
+    common : apesim.studies.options.Common
     folder : path
         Of the measured data.
     free : list of str
@@ -43,11 +39,11 @@ def fit_command(console, machine_file, settings, folder, free, method):
     int
         Exit code.
     """
-    machine = load_machine(machine_file, settings)
+    console, machine = common.console, common.load_machine()
     method = METHODS[parse(method or METHODS[0], METHOD, where="--method", file=COMMAND_LINE)]
     free = free_parameters(machine, free or (), method)
     measured = read_measured(folder, machine.ambient.pressure, VALVE)
-    warm_up(console, run_bench, machine, 10e-3)
+    console.warm_up(run_bench, machine, 10e-3)
     start = time.perf_counter()
     with console.progress("simulations") as report:
         found = call_in_thread(identify, machine, measured, free, method, report).result()

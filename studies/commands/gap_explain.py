@@ -8,8 +8,6 @@ from apesim.archive import ArchiveError, replace_file
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.quantities import Culprit, InputError
 from apesim.quantities.settings import dumps
-from apesim.studies.commands.machine import load_machine
-from apesim.studies.commands.tables import table_of, warm_up
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.execution.pool import Team, workers_for
@@ -26,20 +24,18 @@ from apesim.studies.gap.work import Work
 from apesim.studies.measured import read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
 from apesim.studies.output import make_folder
+from apesim.studies.tables import table_of
 
 MARCHES = 4000
 """That a search takes, or more."""
 
 
-def explain_command(console, machine_file, settings, folder, out, without, tolerance, jobs, overwrite):
+def explain_command(common, *, folder, out, without, tolerance, jobs, overwrite):
     """Name what is missing between a machine and measured data; see `apesim gap explain --help`.
 
     Parameters
     ----------
-    console : apesim.studies.console.Console
-    machine_file : path or None
-    settings : list of str or None
-        ``KEY=VALUE``
+    common : apesim.studies.options.Common
     folder : path
         Of the measured data.
     out : path
@@ -58,9 +54,10 @@ def explain_command(console, machine_file, settings, folder, out, without, toler
     int
         Exit code.
     """
-    machine, measured, _ = given(machine_file, settings, folder, without)
+    console = common.console
+    machine, measured, _ = given(common, folder, without)
     make_folder(out, overwrite)
-    parent = parent_of(machine, machine_file, settings)
+    parent = parent_of(machine, common.machine_file, common.settings)
     jobs = workers_for(MARCHES * first_march(console, machine, measured), jobs)
     start = time.perf_counter()
     try:
@@ -87,7 +84,7 @@ def parent_of(machine, machine_file, settings):
     return Path(machine_file).read_text(encoding="utf-8") if machine_file and not settings else dumps(machine)
 
 
-def given(machine_file, settings, folder, without):
+def given(common, folder, without):
     """What a command of the missing effect is given, checked.
 
     Returns
@@ -101,7 +98,7 @@ def given(machine_file, settings, folder, without):
     ------
     InputError
     """
-    machine = load_machine(machine_file, settings)
+    machine = common.load_machine()
     check_names(without)
     measured = read_measured(folder, machine.ambient.pressure)
     return machine, measured, gate(measured)
@@ -123,7 +120,7 @@ def first_march(console, machine, measured):
         for key in ("effects.side_force.force", "effects.tabulated_force.force_at_50"):
             predict(with_value(nominal, key, 1.0), run)
 
-    warm_up(console, march)
+    console.warm_up(march)
     start = time.perf_counter()
     predict(nominal, run)
     return time.perf_counter() - start

@@ -3,25 +3,22 @@
 import time
 
 from apesim.studies.commands.gap_explain import first_march, given, limit_text
-from apesim.studies.commands.tables import table_of
 from apesim.studies.console import DONE, INCOMPLETE
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.gap.isolability import isolability
 from apesim.studies.gap.problem import EndedEarly
 from apesim.studies.gap.record import noise_told
+from apesim.studies.tables import table_of
 
 HEADER = ("effect", "seen from (5 deviations)", "kept", "hardly told from", "what would help")
 
 
-def isolability_command(console, machine_file, settings, folder, without):
+def isolability_command(common, *, folder, without):
     """What the sensors and runs of a folder could show; see `apesim gap isolability --help`.
 
     Parameters
     ----------
-    console : apesim.studies.console.Console
-    machine_file : path or None
-    settings : list of str or None
-        ``KEY=VALUE``
+    common : apesim.studies.options.Common
     folder : path
         Of the measured data.
     without : list of str
@@ -32,7 +29,8 @@ def isolability_command(console, machine_file, settings, folder, without):
     int
         Exit code.
     """
-    machine, measured, warnings = given(machine_file, settings, folder, without)
+    console = common.console
+    machine, measured, warnings = given(common, folder, without)
     first_march(console, machine, measured)
     start = time.perf_counter()
     try:

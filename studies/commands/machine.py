@@ -1,45 +1,41 @@
-"""The machine of a command: read, checked, printed."""
+"""Command `apesim machine`."""
 
-import numpy as np
+from pathlib import Path
+from typing import Annotated
 
-from apesim.engine.machine import Machine
-from apesim.quantities.settings import dumps, load, overruled, schema
+import typer
 
-
-def load_machine(machine_file, settings):
-    """The machine of a command line.
-
-    Parameters
-    ----------
-    machine_file : path or None
-    settings : list of str or None
-        ``KEY=VALUE``
-
-    Returns
-    -------
-    Machine
-
-    Raises
-    ------
-    InputError
-        With one culprit for each fault.
-    """
-    return load(Machine, machine_file, settings or ())
+from apesim.studies.options import Common
 
 
-def machine_command(console, machine_file, settings, check):
-    """Print a machine as a commented machine file, or check one; raises `InputError` where it is wrong."""
-    machine = load_machine(check or machine_file, settings)
+def print_machine(
+    common: Common,
+    check: Annotated[Path | None, typer.Option("--check", metavar="FILE", help="Check a machine file.")] = None,
+) -> None:
+    """Print the machine, every key commented; or check a machine file."""
+    from apesim.quantities.settings import dumps
+
     if check:
-        standard = {leaf.key: leaf.default for leaf in schema(Machine)}
-        given = {leaf.key: leaf.default for leaf in schema(Machine, machine)}
-        idle = {
-            key: reason
-            for key, reason in overruled(machine)
-            if not np.array_equal(given[key], standard[key], equal_nan=True)
-        }
-        told = (f"{check}: {key}: is not looked at: {reason}" for key, reason in idle.items())
-        console.result({"file": str(check), "good": True, "not_looked_at": idle}, *told, f"{check}: good")
+        _check_file(common, check)
         return
-    text = dumps(machine)
-    console.result({"machine": text}, text.rstrip())
+    text = dumps(common.load_machine())
+    common.console.result({"machine": text}, text.rstrip())
+
+
+def _check_file(common: Common, path: Path) -> None:
+    """Say whether a machine file is right, and which of its keys another one overrules."""
+    import numpy as np
+
+    from apesim.engine.machine import Machine
+    from apesim.quantities.settings import overruled, schema
+
+    machine = common._replace(machine_file=path).load_machine()
+    standard = {leaf.key: leaf.default for leaf in schema(Machine)}
+    given = {leaf.key: leaf.default for leaf in schema(Machine, machine)}
+    ignored = {
+        key: reason
+        for key, reason in overruled(machine)
+        if not np.array_equal(given[key], standard[key], equal_nan=True)
+    }
+    lines = (f"{path}: {key}: is not looked at: {reason}" for key, reason in ignored.items())
+    common.console.result({"file": str(path), "good": True, "not_looked_at": ignored}, *lines, f"{path}: good")

@@ -1,34 +1,33 @@
-"""The command that repeats the paper."""
+"""Command `apesim paper`."""
 
-import json
-import sys
-import time
-from functools import partial
+from pathlib import Path
+from typing import Annotated
 
-from apesim.archive import command_line, read_digest
-from apesim.quantities import parse_range
-from apesim.quantities.settings import dumps
-from apesim.studies.commands.archived import digest_line
-from apesim.studies.commands.given import PRESSURE, TEMPERATURE
-from apesim.studies.commands.machine import load_machine
-from apesim.studies.commands.tables import table_of, warm_up, write_traces
-from apesim.studies.console import DONE, INCOMPLETE, plain
-from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.output import make_folder, publish
-from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve
-from apesim.valve.bench import run_bench
+import typer
+
+from apesim.studies.options import Common, Overwrite
 
 
-def paper_command(console, machine_file, settings, folder, overwrite):
-    """Repeat the paper; see `apesim paper --help`.
+def repeat_paper(
+    common: Common,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder to make.")],
+    overwrite: Overwrite = False,
+) -> int:
+    """Repeat the paper, doi 10.1631/jzus.A0820373: its figures and a table of its claims."""
+    import json
+    import sys
+    import time
+    from functools import partial
 
-    Returns
-    -------
-    int
-        Exit code.
-    """
+    from apesim.archive import command_line, read_digest
+    from apesim.quantities import parse_range
+    from apesim.quantities.settings import dumps
+    from apesim.studies.console import DONE, INCOMPLETE, plain
     from apesim.studies.discharge import discharge
+    from apesim.studies.execution.own_thread import call_in_thread
     from apesim.studies.figures.paper import captions_of, paper_figures
+    from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE
+    from apesim.studies.output import digest_line, make_folder, publish, write_traces
     from apesim.studies.paper.area import claims_by_area
     from apesim.studies.paper.claim import range_in_words
     from apesim.studies.paper.claims import all_claims
@@ -36,10 +35,13 @@ def paper_command(console, machine_file, settings, folder, overwrite):
     from apesim.studies.paper.friction import friction_table, map_friction
     from apesim.studies.paper.page import write_page
     from apesim.studies.paper.subject import differences
+    from apesim.studies.tables import table_of
+    from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve
+    from apesim.valve.bench import run_bench
 
-    machine = load_machine(machine_file, settings)
+    console, machine, folder = common.console, common.load_machine(), out
     make_folder(folder, overwrite)
-    warm_up(console, run_bench, machine, PULSE)
+    console.warm_up(run_bench, machine, PULSE)
     start = time.perf_counter()
     grid = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure), parse_range(TEMPERATURES, TEMPERATURE)
 

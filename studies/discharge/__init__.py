@@ -9,7 +9,7 @@ opening (the curve), collapse (of the curves of several tests), evaluation.
 
 from apesim.studies.discharge.area import fit_area
 from apesim.studies.discharge.evaluation import Discharge, discharge, figure_arrays
-from apesim.studies.discharge.records import Record, read_test
+from apesim.studies.discharge.records import Record, read_test, read_tests
 from apesim.studies.discharge.vessel import Vessel
 
-__all__ = ["Discharge", "Record", "Vessel", "discharge", "figure_arrays", "fit_area", "read_test"]
+__all__ = ["Discharge", "Record", "Vessel", "discharge", "figure_arrays", "fit_area", "read_test", "read_tests"]

@@ -4,12 +4,14 @@ A test is a CSV with the columns ``time [ms]``, 0 as the valve is switched, and 
 the pressure says whether it is gauge or absolute. Inside, all is absolute.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from apesim.quantities import Culprit, InputError
+from apesim.studies.console import COMMAND_LINE
 from apesim.studies.measured.columns import read_columns
 
 COLUMNS = {"time": "ms", "pressure": "kPa abs"}
@@ -54,6 +56,21 @@ def read_test(path, ambient_pressure):
     if culprits:
         raise InputError(culprits)
     return Record(path.name, columns["time"], columns["pressure"])
+
+
+def read_tests(files: Sequence[str | Path], ambient_pressure: float) -> list[Record]:
+    """Read the records of discharge tests; raise `InputError` with the culprits of all files."""
+    records, culprits = [], []
+    for file in files:
+        try:
+            records.append(read_test(file, ambient_pressure))
+        except InputError as error:
+            culprits += error.culprits
+    if not files:
+        culprits = [Culprit(COMMAND_LINE, "FILE", "no discharge test", "give the CSV of at least one")]
+    if culprits:
+        raise InputError(culprits)
+    return records
 
 
 def _faults(time, pressure, ambient_pressure):

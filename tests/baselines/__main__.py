@@ -9,8 +9,8 @@ from math import exp
 from pathlib import Path
 from time import perf_counter
 
-from apesim.studies.commands.machine import load_machine
 from apesim.studies.gap.explain import library
+from apesim.studies.machine_file import load_machine
 from apesim.studies.measured import read_measured
 
 from .fits import one_parameter_fits

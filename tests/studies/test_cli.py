@@ -232,7 +232,7 @@ def test_a_fault_of_ours_ends_with_1(apesim, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("broken for the test")
 
-    monkeypatch.setattr("apesim.studies.commands.engine.run_steady", broken)
+    monkeypatch.setattr("apesim.engine.steady.run_steady", broken)
     code, _, err = apesim("engine", "run", "--speed", "1000 rpm")
     assert code == 1 and "fault of ours" in err and "broken for the test" in err
 
@@ -241,7 +241,7 @@ def test_an_interrupt_ends_with_130(apesim, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("apesim.studies.commands.engine.run_steady", interrupted)
+    monkeypatch.setattr("apesim.engine.steady.run_steady", interrupted)
     assert apesim("engine", "run", "--speed", "1000 rpm") == (130, "", "interrupted\n")
 
 
@@ -296,9 +296,9 @@ def test_on_a_terminal_a_long_march_shows_the_time_it_has_taken(monkeypatch, cap
 
 def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
     from apesim.engine import steady
-    from apesim.studies.commands import engine
 
-    monkeypatch.setattr(engine, "run_steady", lambda machine, speed, **_: steady.run_steady(machine, speed, most=2))
+    run_steady = steady.run_steady
+    monkeypatch.setattr(steady, "run_steady", lambda machine, speed, **_: run_steady(machine, speed, most=2))
     code, out, err = apesim("engine", "run", "--speed", "1000 rpm", "--json")
     data = json.loads(out)
     assert code == 3

@@ -554,10 +554,10 @@ def test_importing_settings_is_light():
 
 
 def test_every_typical_value_of_a_command_or_a_sensor_is_a_right_one():
-    import apesim.studies.commands.given as given
+    import apesim.studies.operating_conditions as conditions
     from apesim.studies.measured.sensors import LIFT, SENSORS
 
-    shown = [value for value in vars(given).values() if isinstance(value, Quantity)]
+    shown = [value for value in vars(conditions).values() if isinstance(value, Quantity)]
     shown += [LIFT, *SENSORS["valve"].keys.values(), *SENSORS["engine"].means.values()]
     shown = [declaration for declaration in shown if getattr(declaration, "typical", "")]
     assert len(shown) > 5

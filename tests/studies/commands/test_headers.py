@@ -2,8 +2,14 @@ import re
 
 import pytest
 
-from apesim.studies.commands import assessment, engine_limit, optimise, soft_landing, timing, valve_grid
-from apesim.studies.commands.tables import table_of
+from apesim.studies.assessment import summary as assessment
+from apesim.studies.commands.engine import limit as engine_limit
+from apesim.studies.commands.valve import limit as valve_limit
+from apesim.studies.commands.valve import map as valve_map
+from apesim.studies.optimise import summary as optimise
+from apesim.studies.soft_landing import summary as soft_landing
+from apesim.studies.tables import table_of
+from apesim.studies.timing import summary as timing
 
 WORDS = {"stroke", "brake", "solenoids", "commands", "full lift", "then fails", ""}
 """Heads of columns that hold words."""
@@ -12,8 +18,8 @@ HEADERS = {
     "engine optimise": optimise.HEADER,
     "engine limit": engine_limit.HEADER,
     "engine assess": [*assessment.LATE_HEADINGS, *(name for *_, name in assessment.BESIDE)],
-    "valve map": valve_grid.MAP_HEADER,
-    "valve limit": [name for name in valve_grid.LIMIT_HEADER if name != "duty"],
+    "valve map": valve_map.HEADER,
+    "valve limit": [name for name in valve_limit.HEADER if name != "duty"],
     "valve soft-landing": soft_landing.BRAKE_HEADER,
 }
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from apesim.archive import ArchiveError
-from apesim.studies.commands.tables import table_of, write_traces
 from apesim.studies.console import Console
+from apesim.studies.output import write_traces
+from apesim.studies.tables import table_of
 
 HEADER, ROWS = ("time [s]", "lift [m]"), np.array([[0.0, 0.1], [1e-4, 1.0 / 3.0]])
 TEXT = "time [s],lift [m]\n0.0,0.1\n0.0001,0.3333333333333333\n"

@@ -14,11 +14,12 @@ from apesim.archive import ArchiveError
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.quantities.settings import load
-from apesim.studies.commands.discharge import discharge_command
+from apesim.studies.commands.valve.discharge import evaluate_discharge
 from apesim.studies.console import DONE, Console
 from apesim.studies.discharge import Record, Vessel, discharge, figure_arrays, fit_area, read_test
 from apesim.studies.discharge.area import integrals
 from apesim.studies.discharge.vessel import Descent, effective_area, fall_per_area
+from apesim.studies.options import Common
 from apesim.valve.bench import run_bench
 from tests.machines import AMBIENT
 
@@ -93,8 +94,9 @@ def command(tmp_path, capsys):
         for record in records:
             files.append(tmp_path / record.name)
             files[-1].write_text(csv_of(record, "time [ms],pressure [kPa gauge]", AMBIENT))
-        options = {"machine_file": None, "settings": None, "temperature": None, "out": tmp_path / "curve.csv"} | options
-        assert discharge_command(Console(as_json=True), files=files, volume=volume, **options) == DONE
+        common = Common(Console(as_json=True))
+        options = {"out": tmp_path / "curve.csv", "figures": False} | options
+        assert evaluate_discharge(common, files=files, volume=volume, **options) == DONE
         return json.loads(capsys.readouterr().out), options["out"]
 
     return run
@@ -268,7 +270,7 @@ def test_the_command_tells_what_it_did_and_replaces_nothing_unasked(command):
 def test_the_terminal_shows_a_table_and_the_rule(tmp_path, capsys):
     file = tmp_path / "p.csv"
     file.write_text(csv_of(records_of(ramp, 20e-6, 200.0, 20e3, 8e-3, gauges=(0.6e6,))[0]))
-    assert discharge_command(Console(), None, (), [file], "20 cm^3", None, tmp_path / "c.csv") == DONE
+    assert evaluate_discharge(Common(Console()), [file], "20 cm^3", out=tmp_path / "c.csv", figures=False) == DONE
     out = capsys.readouterr().out
     assert "cut-off: told while p > 1.1 p_ambient" in out
     assert "effective area 9" in out or "effective area 8.9" in out
@@ -359,12 +361,12 @@ def test_all_faulty_files_are_told_at_once(tmp_path):
     (tmp_path / "a.csv").write_text(csv_of(GOOD, "time [ms],pressure [kPa]"))
     files = [tmp_path / "a.csv", tmp_path / "b.csv"]
     with pytest.raises(InputError) as caught:
-        discharge_command(Console(), None, None, files, "20 cm^3", None, tmp_path / "c.csv")
+        evaluate_discharge(Common(Console()), files, "20 cm^3", out=tmp_path / "c.csv")
     assert [culprit.key for culprit in caught.value.culprits] == ["pressure", ""]
     with pytest.raises(InputError, match="no discharge test"):
-        discharge_command(Console(), None, None, [], "20 cm^3", None, tmp_path / "c.csv")
+        evaluate_discharge(Common(Console()), [], "20 cm^3", out=tmp_path / "c.csv")
     with pytest.raises(InputError, match="--volume"):
-        discharge_command(Console(), None, None, files, "20", None, tmp_path / "c.csv")
+        evaluate_discharge(Common(Console()), files, "20", out=tmp_path / "c.csv")
 
 
 def test_hopeless_noise_is_told():

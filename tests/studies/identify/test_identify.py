@@ -12,6 +12,7 @@ from apesim.studies.console import Console
 from apesim.studies.identify import identify, judge, time_shift, whiten
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
+from apesim.studies.options import Common
 from tests.machines import AMBIENT, machine
 from tests.truth.valve import POSITION, PRESSURE_A, Bench, noise, simulate
 
@@ -362,14 +363,14 @@ def test_the_command_refuses_and_still_tells_the_parameters(folder, capsys):
     toml = (folder / "measured.toml").read_text().replace("check", "gate", 1)
     more = '[[run]]\ndata = "3.csv"\nsupply = "0.3 MPa gauge"\npulse = "50 ms"\nrole = "gate"\n'
     (folder / "measured.toml").write_text(toml + more)
-    assert fit_command(Console(as_json=True), None, None, folder, [BETA], None) == 3
+    assert fit_command(Common(Console(as_json=True)), folder=folder, free=[BETA], method=None) == 3
     out, err = capsys.readouterr()
     data = json.loads(out)
     assert data["refused"] and data["parameters"][BETA] == pytest.approx(TRUE, abs=1.0)
     assert [gate["contradicted"] for gate in data["gates"]] == [True, False]
     assert "1.csv: refuses the model: what is left is" in err
     assert data["warnings"] == ["3.csv: a gate without lift or chamber pressures judges nothing"]
-    assert fit_command(Console(), None, None, folder, [BETA], None) == 3
+    assert fit_command(Common(Console()), folder=folder, free=[BETA], method=None) == 3
     assert "Gate runs, not fitted" in capsys.readouterr().out
 
 
@@ -387,7 +388,7 @@ def folder(tmp_path):
 
 
 def test_the_command_prints_one_json_object(folder, capsys):
-    assert fit_command(Console(as_json=True), None, None, folder, [BETA], None) == 0
+    assert fit_command(Common(Console(as_json=True)), folder=folder, free=[BETA], method=None) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["parameters"][BETA] == pytest.approx(TRUE, abs=1.0)
     low, high = data["interval_95"][BETA]
@@ -400,7 +401,7 @@ def test_the_command_prints_one_json_object(folder, capsys):
 
 
 def test_the_command_prints_tables(folder, capsys):
-    fit_command(Console(), None, None, folder, [f"{BETA}=100 N s/m:120 N s/m"], "least-squares")
+    fit_command(Common(Console()), folder=folder, free=[f"{BETA}=100 N s/m:120 N s/m"], method="least-squares")
     out = capsys.readouterr().out
     assert BETA in out and "N s/m" in out and "largest time shift" in out and "simulations" in out
 

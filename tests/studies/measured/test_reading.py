@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from apesim.quantities import InputError
-from apesim.studies.commands.tables import write_traces
 from apesim.studies.measured import VALVE, read_measured
+from apesim.studies.output import write_traces
 from apesim.valve.bench import TRACE, run_bench
 from tests.machines import AMBIENT, machine, settled
 

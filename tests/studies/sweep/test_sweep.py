@@ -16,12 +16,12 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import judge_point
 from apesim.quantities.settings import dumps, load
-from apesim.studies.commands.sweep import sweep_table
 from apesim.studies.figures.sweep import cycle_traces, sweep_figures, torque_and_air
 from apesim.studies.sweep import CORRECTED, FIXED, STATUS_MEANINGS, TIMINGS, run_sweep
 from apesim.studies.sweep.compute import WARNING_FLAGS
 from apesim.studies.sweep.plan import actuation_of, in_one_unit, plan
 from apesim.studies.sweep.results import faults_of, warnings_of
+from apesim.studies.sweep.table import sweep_table
 from apesim.studies.sweep.variation import Variation
 from apesim.studies.timing import Reason
 from apesim.valve.groove import area_table, lap_of

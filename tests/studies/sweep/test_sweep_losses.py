@@ -149,7 +149,7 @@ def test_a_point_that_kills_its_worker_takes_no_other_with_it(tmp_path, monkeypa
 
 def test_where_every_worker_dies_the_runs_are_named_and_shards_are_kept(apesim, monkeypatch, whole):
     monkeypatch.setattr(run_module, "compute", die)
-    monkeypatch.setattr("apesim.studies.commands.sweep.warm_up", without_warming_up)
+    monkeypatch.setattr("apesim.studies.console.Console.warm_up", without_warming_up)
     monkeypatch.setattr(completion, "MAX_DEATHS", 2)
     code, _, err = apesim("engine", "sweep", *FAST, "--jobs", "2")
     assert code == 3 and "Traceback" not in err

@@ -1,22 +1,14 @@
-"""Commands of the engine."""
+"""Command `apesim engine run`."""
 
-import time
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
+import typer
 
-from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.rates import TRACE
-from apesim.engine.cylinder import INTAKES
-from apesim.engine.exergy import ENTERS, LEAVES, TERMS, exergy_entering
-from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
-from apesim.engine.steady import run_steady
-from apesim.engine.warnings import judge_point
-from apesim.march.adaptive import Status
-from apesim.quantities import parse
-from apesim.studies.commands.given import SPEED
-from apesim.studies.commands.machine import load_machine
-from apesim.studies.commands.tables import number, table_of, warm_up, write_traces
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.options import Common, Traces
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 SHOWN = (
     ("brake torque", "brake_torque_Nm", 1.0, "N m"),
@@ -55,17 +47,30 @@ CLOSURES = {
 }
 
 
-def engine_point(console, machine_file, settings, speed, csv):
-    """One operating point; see `apesim engine run --help`.
+def run_engine(
+    common: Common, speed: Annotated[str, typer.Option(metavar="N", help='E.g. "1000 rpm".')], csv: Traces = None
+) -> int:
+    """One operating point at its periodic steady state."""
+    import time
 
-    Returns
-    -------
-    int
-        Exit code.
-    """
-    machine = load_machine(machine_file, settings)
+    import numpy as np
+
+    from apesim.engine.angles import DEGREE
+    from apesim.engine.cycle.rates import TRACE
+    from apesim.engine.cylinder import INTAKES
+    from apesim.engine.exergy import TERMS
+    from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
+    from apesim.engine.steady import run_steady
+    from apesim.engine.warnings import judge_point
+    from apesim.march.adaptive import Status
+    from apesim.quantities import parse
+    from apesim.studies.operating_conditions import SPEED
+    from apesim.studies.output import write_traces
+    from apesim.studies.tables import number, table_of
+
+    console, machine = common.console, common.load_machine()
     speed = parse(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    warm_up(console, run_steady, machine, speed, most=1)
+    console.warm_up(run_steady, machine, speed, most=1)
     start = time.perf_counter()
     run = console.run("to the periodic state", run_steady, machine, speed)
     values = indicators(machine, run) if run.status == Status.DONE else dict.fromkeys(INDICATORS, float("nan"))
@@ -98,7 +103,7 @@ def engine_point(console, machine_file, settings, speed, csv):
     return DONE if run.status == Status.DONE and run.orbit.converged else INCOMPLETE
 
 
-def exergy_table(ledger):
+def exergy_table(ledger: dict[str, float]) -> "Table":
     """Table of an exergy ledger; a term of less than a millionth of what enters is left out.
 
     Parameters
@@ -110,6 +115,9 @@ def exergy_table(ledger):
     -------
     rich.table.Table
     """
+    from apesim.engine.exergy import ENTERS, LEAVES, exergy_entering
+    from apesim.studies.tables import table_of
+
     entering = exergy_entering(ledger)
     prefix = dict.fromkeys(ENTERS, "in: ") | dict.fromkeys(LEAVES, "lost: ")
     rows = [

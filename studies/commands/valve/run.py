@@ -1,35 +1,48 @@
-"""The command of one bench run."""
+"""Command `apesim valve run`."""
 
-import time
-from math import nan
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
+import typer
 
-from apesim.march.adaptive import TOLERANCE, Status
-from apesim.quantities import Culprit, InputError, Quantity, parse
-from apesim.studies.commands.given import PRESSURE, TEMPERATURE, TIME
-from apesim.studies.commands.machine import load_machine
-from apesim.studies.commands.tables import number, table_of, warm_up, write_traces
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.valve.bench import TRACE, run_bench
-from apesim.valve.warnings import judge_bench
+from apesim.studies.options import Common, Pulse, Traces
 
-RATE = Quantity("Hz", 0.1, 1000, "command line", typical="10 Hz")
+if TYPE_CHECKING:
+    from apesim.engine.machine import Machine
+    from apesim.valve.measures import Stroke
 
 
-def bench_run(console, machine_file, settings, supply, temperature, pulse, until, repeat, csv):
-    """One bench run; see `apesim valve run --help`.
+def run_valve(
+    common: Common,
+    supply: Annotated[str | None, typer.Option(metavar="P", help='Control pressure, e.g. "0.49 MPa gauge".')] = None,
+    temperature: Annotated[str | None, typer.Option(metavar="T", help='Of the supply, e.g. "287 K".')] = None,
+    pulse: Pulse = "50 ms",
+    until: Annotated[
+        str | None, typer.Option(metavar="TIME", help="End of the run; twice the pulse if left out.")
+    ] = None,
+    repeat: Annotated[
+        str | None, typer.Option(metavar="RATE", help='Repeat the pulse to the periodic state, e.g. "30 Hz".')
+    ] = None,
+    csv: Traces = None,
+) -> int:
+    """One bench run: delay time, full stroke time, seating speed, fluctuation, control air."""
+    import time
 
-    Returns
-    -------
-    int
-        Exit code.
-    """
-    machine = _with_supply(load_machine(machine_file, settings), supply, temperature)
+    import numpy as np
+
+    from apesim.march.adaptive import TOLERANCE, Status
+    from apesim.quantities import parse
+    from apesim.studies.operating_conditions import TIME
+    from apesim.studies.output import write_traces
+    from apesim.studies.tables import number, table_of
+    from apesim.valve.bench import TRACE, run_bench
+    from apesim.valve.warnings import judge_bench
+
+    console, machine = common.console, _with_supply(common.load_machine(), supply, temperature)
     pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
     until = parse(until, TIME, where="--until", file=COMMAND_LINE) if until else None
     period = _period(repeat, pulse, until)
-    warm_up(console, run_bench, machine, 10e-3)
+    console.warm_up(run_bench, machine, 10e-3)
     start = time.perf_counter()
     run = console.run("bench run", run_bench, machine, pulse, until, period)
     wall = time.perf_counter() - start
@@ -37,8 +50,8 @@ def bench_run(console, machine_file, settings, supply, temperature, pulse, until
     if run.status == Status.DONE:
         warnings = list(judge_bench(run).values())
     data = {
-        "opening": _stroke(run.opening),
-        "closing": _stroke(run.closing),
+        "opening": _stroke_json(run.opening),
+        "closing": _stroke_json(run.closing),
         "control_air_kg": run.control_air,
         "closure": run.closure,
         "tolerance": TOLERANCE,
@@ -70,8 +83,13 @@ def bench_run(console, machine_file, settings, supply, temperature, pulse, until
     return INCOMPLETE if failed else DONE
 
 
-def _with_supply(machine, supply, temperature):
+def _with_supply(machine: "Machine", supply: str | None, temperature: str | None) -> "Machine":
     """A machine with the supply of the command line; what is None stays as it is."""
+    from math import nan
+
+    from apesim.quantities import parse
+    from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE
+
     given = {}
     if supply is not None:
         pressure = parse(supply, PRESSURE, machine.ambient.pressure, where="--supply", file=COMMAND_LINE)
@@ -81,8 +99,11 @@ def _with_supply(machine, supply, temperature):
     return machine._replace(supply=machine.supply._replace(**given))
 
 
-def _period(repeat, pulse, until):
+def _period(repeat: str | None, pulse: float, until: float | None) -> float:
     """Period of a repeated pulse, or infinity [s]."""
+    from apesim.quantities import Culprit, InputError, parse
+    from apesim.studies.operating_conditions import RATE
+
     if repeat is None:
         return float("inf")
     period = 1.0 / parse(repeat, RATE, where="--repeat", file=COMMAND_LINE)
@@ -94,7 +115,8 @@ def _period(repeat, pulse, until):
     return period
 
 
-def _stroke(stroke):
+def _stroke_json(stroke: "Stroke") -> dict:
+    """What is reported of a stroke, for JSON."""
     return {
         "delay_s": stroke.delay,
         "stroke_time_s": stroke.stroke_time,

@@ -1,76 +1,24 @@
-"""The command `apesim valve soft-landing`."""
+"""Soft landings as tables on the terminal and as JSON."""
+
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from rich.table import Table
 
-from apesim.quantities import Choice, Quantity, parse, parse_range
-from apesim.studies.commands.archived import computed, summary
-from apesim.studies.commands.given import PRESSURE, TEMPERATURE, TIME
-from apesim.studies.commands.machine import load_machine
-from apesim.studies.commands.tables import table_of
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from apesim.studies.soft_landing.braking import ADDED, APART, BRAKE, RELEASE, SPEED, SWITCHED, front_of, widest_soft
 from apesim.studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS
-from apesim.studies.soft_landing.results import archive_of
-from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, SPACING, faults_of, soft_landings
-from apesim.valve.bench import run_bench
+from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, Choice, Result
+from apesim.studies.tables import table_of
 
-ANY = "any"
 TOLD = {BOTH: "A and B", ONLY_A: "A", ONLY_B: "B"}
-GIVEN = Choice((*SOLENOIDS, ANY), "command line")
 BRAKE_HEADER = (
     *("MPa gauge", "stroke", "brake", "solenoids", "edges\n[ms]", "added\n[ms]", "v_e\n[m/s]", "energy left\n[%]"),
     *("worst v_e\n[m/s]", "worst added\n[ms]"),
 )
-SHORT_TIME = Quantity("ms", 0.01, 100, "command line", typical="1 ms")
 
 
-def soft_landing_command(
-    console, machine_file, settings, pressure, temperature, cost, spacing, solenoids, pulse, out, overwrite, figures
-):
-    """Brakes that land the piston softly; see `apesim valve soft-landing --help`.
-
-    Returns
-    -------
-    int
-        Exit code.
-    """
-    from apesim.studies.figures.soft_landing import soft_landing_figures
-
-    machine = load_machine(machine_file, settings)
-    pressures = parse_range(pressure, PRESSURE, machine.ambient.pressure, where="--pressure", file=COMMAND_LINE)
-    temperature = parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
-    cost = parse(cost, SHORT_TIME, where="--cost", file=COMMAND_LINE)
-    spacing = parse(spacing, SHORT_TIME, where="--spacing", file=COMMAND_LINE) if spacing else SPACING
-    solenoids = GIVEN.options[parse(solenoids, GIVEN, where="--solenoids", file=COMMAND_LINE)]
-    pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
-    ways = SOLENOIDS if solenoids == ANY else (solenoids,)
-    results = []
-
-    def compute(command, report):
-        results.extend(soft_landings(machine, pressures, temperature, pulse, spacing, cost, report, ways))
-        return archive_of(machine, results, spacing, cost, command, ways)
-
-    def draw(archive, folder):
-        return soft_landing_figures(archive, machine.ambient.pressure, folder) if figures else []
-
-    _, told = computed(console, "soft landing", (run_bench, machine, pulse), compute, out, overwrite, draw)
-    faults = faults_of(results, spacing, cost, ways)
-    data = {
-        "spacing_ms": 1e3 * spacing,
-        "cost_ms": 1e3 * cost,
-        "solenoids": solenoids,
-        "reachable": not faults,
-        "points": [_point(result, spacing, cost) for result in results],
-        "faults": faults,
-    }
-    console.result(data | told, *_tables(results, spacing, cost), summary(told, f"{len(results)} strokes"))
-    for fault in faults:
-        console.message(f"warning: {fault}")
-    return INCOMPLETE if faults else DONE
-
-
-def _point(result, spacing, cost):
-    """A stroke at one pressure, for JSON."""
+def stroke_json(result: Result, spacing: float, cost: float) -> dict:
+    """Brakes of a stroke at one pressure, for JSON."""
     pressure, temperature = result.task.machine.supply.control()
     wide = widest_soft(result.brakes, result.unbraked, cost)
     fronts = zip(LIMITS, (spacing, 0.0), strict=True)
@@ -102,22 +50,22 @@ def _point(result, spacing, cost):
     }
 
 
-def _edges(row):
+def _edges(row: np.ndarray) -> list[float]:
     """The command and the edges of a brake, after the command [ms]."""
     return [0.0, *(round(1e3 * row[column], 6) for column in (BRAKE, RELEASE))]
 
 
-def _solenoids(row):
-    """Those that a brake switches."""
+def _solenoids(row: np.ndarray) -> str:
+    """Solenoids that a brake switches."""
     return SOLENOIDS[int(row[SWITCHED])]
 
 
-def _energy(result, speed):
+def _energy(result: Result, speed: float) -> float:
     """Energy at contact [J]."""
     return 0.5 * result.task.machine.valve.moving_mass * speed**2
 
 
-def _pattern(result, choice):
+def _pattern(result: Result, choice: Choice | None) -> dict | None:
     """A choice, for JSON; None if there is none."""
     if not choice:
         return None
@@ -143,8 +91,8 @@ def _pattern(result, choice):
     }
 
 
-def _tables(results, spacing, cost):
-    """What a terminal shows."""
+def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> Iterator[Table | str]:
+    """Strokes without a brake, the best brakes, and what the columns are."""
     rows = []
     for result in results:
         wide = widest_soft(result.brakes, result.unbraked, cost)
@@ -174,7 +122,8 @@ def _tables(results, spacing, cost):
     )
 
 
-def _row(result, limit, kind):
+def _row(result: Result, limit: str, kind: str) -> tuple[str, ...]:
+    """Cells of a brake."""
     choice = result.choices[limit, kind]
     speeds = [landing.speed for landing in choice.landings]
     worst = "fails" if np.isnan(speeds).any() else f"{max(speeds):.3f}"

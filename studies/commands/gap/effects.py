@@ -1,18 +1,13 @@
-"""Commands of the missing effect."""
+"""Command `apesim gap effects`."""
 
-from apesim.studies.commands.tables import table_of
-from apesim.studies.gap.library import library
+from apesim.studies.options import Common
 
 
-def effects_command(console, machine_file, settings):
-    """List the library of effects.
+def list_effects(common: Common) -> None:
+    """The library of effects: slot, parameters with their ranges, equation, source, where it is seen."""
+    from apesim.studies.gap.library import library
+    from apesim.studies.tables import table_of
 
-    Parameters
-    ----------
-    console : apesim.studies.console.Console
-    machine_file, settings
-        Not looked at: the library is the same for every machine.
-    """
     entries = library()
     data = [
         entry._asdict() | {"parameters": [parameter._asdict() for parameter in entry.parameters]} for entry in entries
@@ -30,4 +25,4 @@ def effects_command(console, machine_file, settings):
     header = ("effect", "slot", "parameters", "equation and source", "seen in")
     table = table_of("", header, rows, left=range(len(header)))
     table.columns[0].no_wrap, table.columns[0].min_width, table.leading = True, max(len(row[0]) for row in rows), 1
-    console.result({"effects": data}, table)
+    common.console.result({"effects": data}, table)

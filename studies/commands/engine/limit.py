@@ -1,40 +1,52 @@
 """Command `apesim engine limit`."""
 
-import numpy as np
+from pathlib import Path
+from typing import Annotated
 
-from apesim.engine.angles import DEGREE
-from apesim.quantities import Quantity, parse_range
-from apesim.studies.commands.archived import computed, summary
-from apesim.studies.commands.given import supplies_of
-from apesim.studies.commands.limit_summary import summary_json, summary_lines
-from apesim.studies.commands.tables import number, table_of
-from apesim.studies.commands.timing import machine_with_targets
+import typer
+
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.limit.design_rule import RPM
-from apesim.studies.limit.points import lowest_run, own_run
+from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, SupplyPressures, SupplyTemperatures
 
 HEADER = (
     *("MPa gauge", "K", "window [deg]", "limit [r/min]", "[Hz]", "lap to lap [ms]", "then fails"),
     *("works again [r/min]", "30 Hz need [deg]", ""),
 )
-DURATION = Quantity("deg", 0.1, 359, "command line", typical="75 deg")
 
 
-def engine_limit_command(
-    console, machine_file, settings, pressure, temperature, duration, out, jobs, overwrite, figures
-):
-    """Limits of the engine's intake; see `apesim engine limit --help`.
+def find_engine_limits(
+    common: Common,
+    pressure: SupplyPressures = "0.6:1.4:0.4 MPa gauge",
+    temperature: SupplyTemperatures = "250 K, 287 K, 322 K",
+    duration: Annotated[
+        str, typer.Option(metavar="R", help="From the target opening to the target closing.")
+    ] = "60 deg, 75 deg, 120 deg",
+    out: Out = Path("engine_limit.h5"),
+    jobs: Jobs = None,
+    overwrite: Overwrite = False,
+    figures: Figures = True,
+) -> int:
+    """The highest speed at which the valve opens and closes at its targets, with complete strokes.
 
-    Returns
-    -------
-    int
-        Exit code.
+    For the machine's own supply and targets, and over a grid; with the time from lap to lap that decides it.
     """
-    from apesim.studies.figures.engine_limit import engine_limit_figures
-    from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
+    import numpy as np
 
-    machine = machine_with_targets(machine_file, settings, None)
-    grid = supplies_of(machine, pressure, temperature)
+    from apesim.engine.angles import DEGREE
+    from apesim.quantities import parse_range
+    from apesim.studies.figures.engine_limit import engine_limit_figures
+    from apesim.studies.limit.design_rule import RPM
+    from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
+    from apesim.studies.limit.points import lowest_run, own_run
+    from apesim.studies.limit.summary import summary_json, summary_lines
+    from apesim.studies.operating_conditions import DURATION, parse_supplies
+    from apesim.studies.output import compute_archive, written_text
+    from apesim.studies.tables import table_of
+    from apesim.studies.timing.targets import require_epv
+
+    machine = common.load_machine()
+    require_epv(machine)
+    grid = parse_supplies(machine, pressure=pressure, temperature=temperature)
     durations = parse_range(duration, DURATION, where="--duration", file=COMMAND_LINE)
 
     def compute(**options):
@@ -43,7 +55,15 @@ def engine_limit_command(
     def draw(archive, folder):
         return engine_limit_figures(archive, machine.ambient.pressure, folder) if figures else []
 
-    archive, told = computed(console, "limit", (judged, machine, LOWEST), compute, out, overwrite, draw)
+    archive, written = compute_archive(
+        common.console,
+        task="limit",
+        first_march=(judged, machine, LOWEST),
+        compute=compute,
+        out=out,
+        overwrite=overwrite,
+        draw=draw,
+    )
     v = {name: variable.values for name, variable in archive.variables.items()}
     points = []
     for run in v["run"]:
@@ -67,14 +87,17 @@ def engine_limit_command(
     }
     table = table_of("Highest speed at which the targets are met", HEADER, rows, left=(6, 9))
     lines = summary_lines(stated, CRITERION, places)
-    console.result(data | told, table, *lines, summary(told, f"{len(rows)} limits"))
+    common.console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
     if missing:
         lowest_speed = f"{LOWEST / RPM:g} r/min"
-        console.message(f"warning: at {missing} points the criterion is not even met at {lowest_speed}")
+        common.console.message(f"warning: at {missing} points the criterion is not even met at {lowest_speed}")
     return INCOMPLETE if missing else DONE
 
 
-def _row(point, ambient_pressure):
+def _row(point: dict, ambient_pressure: float) -> tuple[str, ...]:
+    """Cells of a limit."""
+    from apesim.studies.tables import number
+
     return (
         f"{(point['supply_pressure'] - ambient_pressure) / 1e6:.3g}",
         f"{point['supply_temperature']:g}",
@@ -88,6 +111,7 @@ def _row(point, ambient_pressure):
     )
 
 
-def _place(point, ambient_pressure):
+def _place(point: dict, ambient_pressure: float) -> str:
+    """Where a limit holds, in words."""
     pressure, temperature, duration, *_ = _row(point, ambient_pressure)
     return f"{pressure} MPa gauge, {temperature} K and window of {duration} deg"

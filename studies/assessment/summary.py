@@ -1,15 +1,12 @@
-"""Command `apesim engine assess`."""
+"""An assessment as tables on the terminal and as JSON."""
 
 import numpy as np
+from rich.table import Table
 
-from apesim.engine.steady import run_steady
-from apesim.quantities import Culprit, InputError, parse_range
+from apesim.archive import Archive
 from apesim.studies.assessment.causes import ENTERS, EXERGY, LOSSES, MEASURES
-from apesim.studies.commands.archived import computed, summary
-from apesim.studies.commands.given import SPEED
-from apesim.studies.commands.tables import number, table_of
-from apesim.studies.commands.timing import machine_with_targets
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.assessment.valves import Outcome
+from apesim.studies.tables import number, table_of
 
 HEADINGS = (
     *("ideal", "lateness first", "then speed", "speed first", "then lateness", "lateness mean", "speed mean"),
@@ -58,41 +55,8 @@ EXPLAINED = (
 )
 
 
-def assess_command(console, machine_file, settings, speed, timing, out, overwrite, figures):
-    """An assessment over speed; see `apesim engine assess --help`.
-
-    Returns
-    -------
-    int
-        Exit code.
-    """
-    from apesim.studies.assessment.grid import TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
-    from apesim.studies.figures.assessment import assessment_figures
-
-    machine = machine_with_targets(machine_file, settings, None)
-    speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    if timing not in TIMINGS:
-        right = f"write {' or '.join(TIMINGS)}"
-        raise InputError([Culprit(COMMAND_LINE, "--timing", f"{timing!r} is no timing", right)])
-
-    def compute(**options):
-        return assess_speeds(machine, speeds, timing, **options)
-
-    def draw(archive, folder):
-        return assessment_figures(archive, folder) if figures else []
-
-    first = run_steady, machine, speeds[0]
-    archive, told = computed(console, "assessment", first, compute, out, overwrite, draw)
-    faults, warnings = faults_of_assessment(archive), undefined_ratios(archive)
-    data = {"points": points_of(archive), "faults": faults, "warnings": warnings} | told
-    console.result(data, *tables_of(archive), EXPLAINED, summary(told, f"{len(speeds)} points"))
-    for line in faults + warnings:
-        console.message(f"warning: {line}")
-    return INCOMPLETE if faults else DONE
-
-
-def points_of(archive):
-    """What an assessment tells as JSON.
+def points_of(archive: Archive) -> list[dict]:
+    """Points of an assessment, for JSON.
 
     Parameters
     ----------
@@ -104,8 +68,6 @@ def points_of(archive):
         For each point its scalars, ``valves`` with measures and exergy of each, ``losses`` with what each cause costs
         in each order, and ``whole``.
     """
-    from apesim.studies.assessment.valves import Outcome
-
     v = {name: variable.values for name, variable in archive.variables.items()}
     points = []
     for run, outcome in enumerate(v["outcome"]):
@@ -123,7 +85,7 @@ def points_of(archive):
     return points
 
 
-def tables_of(archive):
+def tables_of(archive: Archive) -> list[Table]:
     """Torque and specific air from the ideal to the real valve, what lateness is made of, and what stands beside.
 
     Parameters
@@ -165,7 +127,7 @@ def tables_of(archive):
     ]
 
 
-def exergy_tables(v):
+def exergy_tables(v: dict[str, np.ndarray]) -> list[Table]:
     """Where the exergy of a cycle goes with the ideal and with the real valve.
 
     Parameters

@@ -1,0 +1,81 @@
+"""Command `apesim archive diff`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.options import ArchivePath, Common
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+MAX_SHOWN = 20
+"""Differences that are shown one by one: a screen of them."""
+
+
+def compare_archives(
+    common: Common,
+    path: ArchivePath,
+    other: Annotated[Path, typer.Argument(metavar="G.h5", help="Archive to compare with.")],
+    rtol: Annotated[float, typer.Option(min=0.0, help="Relative difference that counts as none.")] = 0.0,
+    atol: Annotated[float, typer.Option(min=0.0, help="Absolute difference that counts as none, in SI.")] = 0.0,
+    show_all: Annotated[bool, typer.Option("--all", help="Show every difference, not only the first 20.")] = False,
+) -> int:
+    """Compare two archives, sweeps by the coordinates of their runs; exit code 3 if they differ."""
+    from apesim.archive.comparison import diff, provenance_differences, summarise
+    from apesim.archive.inspection import info
+    from apesim.studies.commands.archive.machine_differences import difference_lines, differences_from_given
+
+    others = differences_from_given(common, [path, other])
+    rows = diff(path, other, rtol, atol)
+    provenance, summary = provenance_differences(path, other), summarise(rows)
+    data = {
+        "summary": [row._asdict() for row in summary],
+        "differences": [row._asdict() for row in rows],
+        "provenance": [row._asdict() for row in provenance],
+        "machine_differences": others,
+    }
+    told = [f"no differences; {len(provenance)} entries of provenance differ"]
+    if rows:
+        units = {v["name"]: v["unit"] for file in (other, path) for v in info(file)["variables"]}
+        rows = sorted(rows, key=lambda row: row.kind == "run")  # which run is missing comes last
+        shown = rows if show_all else rows[:MAX_SHOWN]
+        told = [_summary_table(summary, units), _difference_table(shown, path, other)]
+        if len(rows) > MAX_SHOWN and not show_all:
+            told.append(f"{MAX_SHOWN} of {len(rows)} differences; --all shows every one, --json holds them")
+    common.console.result(data, *told, *difference_lines(others))
+    return INCOMPLETE if rows or others else DONE
+
+
+def _summary_table(summary: Sequence, units: dict[str, str]) -> "Table":
+    """Differences by name, with units where they have one."""
+    from apesim.studies.tables import table_of
+    from apesim.terminal import visible
+
+    header = ("what", "name", "unit", "runs that differ", "largest difference", "relative [%]", "the largest at")
+    shown = [
+        (
+            row.kind,
+            visible(row.name),
+            visible(units.get(row.name, "")) if row.kind == "variable" else "",
+            str(row.runs or ""),
+            "" if row.largest is None else f"{row.largest:.3g}",
+            "" if row.relative is None else f"{100.0 * row.relative:.3g}",
+            visible(row.where),
+        )
+        for row in summary
+    ]
+    return table_of("Summary", header, shown, left=(0, 1, 2, 6))
+
+
+def _difference_table(rows: Sequence, path: Path, other: Path) -> "Table":
+    """Single differences, one a row."""
+    from apesim.studies.tables import table_of
+    from apesim.terminal import visible
+
+    names = ("what", "name", "run", "where", str(path), str(other), "samples")
+    shown = [tuple("" if value is None else visible(str(value)) for value in row) for row in rows]
+    return table_of("Differences", names, shown, left=(0, 1, 3))

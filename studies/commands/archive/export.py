@@ -1,0 +1,24 @@
+"""Command `apesim archive export`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from apesim.studies.console import DONE
+from apesim.studies.options import ArchivePath, Common
+
+
+def export_archive(
+    common: Common, path: ArchivePath, out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder to make.")]
+) -> int:
+    """Write an archive as CSV, TOML and JSON files."""
+    from apesim.archive.inspection import export
+    from apesim.studies.commands.archive.machine_differences import refuse_other_machine
+
+    refused = refuse_other_machine(common, [path])
+    if refused is not None:
+        return refused
+    paths = export(path, out)
+    common.console.result({"files": [str(p) for p in paths]}, f"{out}: {len(paths)} files")
+    return DONE

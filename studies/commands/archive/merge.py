@@ -1,0 +1,37 @@
+"""Command `apesim archive merge`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.options import Common, Overwrite
+
+
+def merge_archives(
+    common: Common,
+    paths: Annotated[list[Path], typer.Argument(metavar="F.h5...", help="Archives of the parts of one sweep.")],
+    out: Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")],
+    overwrite: Overwrite = False,
+) -> int:
+    """Join the archives of `--shard` jobs."""
+    from apesim.archive import read, read_digest
+    from apesim.archive.shards import merge, missing_runs, runs_planned
+    from apesim.studies.commands.archive.machine_differences import refuse_other_machine
+    from apesim.studies.output import digest_line, publish
+
+    refused = refuse_other_machine(common, paths)
+    if refused is not None:
+        return refused
+    archive = merge([read(path) for path in paths], paths)
+    publish(archive, out, overwrite)
+    gaps, digest = missing_runs(archive, runs_planned(archive)), read_digest(out)
+    common.console.result(
+        {"archive": str(out), "content_sha256": digest, "runs": len(archive.runs), "missing_runs": gaps},
+        f"{out}: {len(archive.runs)} runs",
+        digest_line(digest),
+    )
+    for first, last in gaps:
+        common.console.message(f"warning: runs {first} to {last} are missing")
+    return INCOMPLETE if gaps else DONE

@@ -1,0 +1,98 @@
+"""Command `apesim valve limit`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
+from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, Pressures, Temperatures
+
+HEADER = ("duty", "limit [Hz]", "[r/min]", "lap to lap [ms]", "window [deg]", "")
+
+
+def find_valve_limits(
+    common: Common,
+    pressure: Pressures = "0.1:1.9:0.2 MPa gauge",
+    temperature: Temperatures = "250 K, 287 K, 322 K",
+    duty: Annotated[str, typer.Option(metavar="RANGE", help="Share of the period energised.")] = "0.3, 0.5",
+    out: Out = Path("valve_limit.h5"),
+    jobs: Jobs = None,
+    overwrite: Overwrite = False,
+    figures: Figures = True,
+) -> int:
+    """The highest rate at which every stroke is complete, in periodic operation.
+
+    For the machine's own control air and commands, whose duty is their share of a turn, and over a grid.
+    """
+    from apesim.quantities import parse_range
+    from apesim.studies.figures.valve import limit_figures
+    from apesim.studies.limit.points import lowest_run, own_run
+    from apesim.studies.limit.summary import summary_json, summary_lines
+    from apesim.studies.limit.valve_limit import CRITERION, faults_of_limits, is_complete, limit_map
+    from apesim.studies.operating_conditions import DUTY, parse_supplies
+    from apesim.studies.output import compute_archive, written_text
+    from apesim.studies.tables import table_over_supplies
+
+    machine = common.load_machine()
+    grid = parse_supplies(machine, pressure=pressure, temperature=temperature)
+    duties = parse_range(duty, DUTY, where="--duty", file=COMMAND_LINE)
+
+    def compute(**options):
+        return limit_map(machine, *grid, duties, jobs=jobs, **options)
+
+    def draw(archive, folder):
+        return limit_figures(archive, machine.ambient.pressure, folder) if figures else []
+
+    archive, written = compute_archive(
+        common.console,
+        task="limit",
+        first_march=(is_complete, machine, 10.0, duties[0]),
+        compute=compute,
+        out=out,
+        overwrite=overwrite,
+        draw=draw,
+    )
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    keys = {
+        "supply_pressure_Pa": "supply_pressure",
+        "supply_temperature_K": "supply_temperature",
+        **{name: name for name in ("duty", "limit_hz", "limit_rpm", "lap_to_lap_s", "window_deg", "rule_window_deg")},
+    }
+    points = [{key: v[name][run] for key, name in keys.items()} for run in range(len(v["run"]))]
+    faults = faults_of_limits(archive)
+    stated = summary_json(v, "duty")
+    data = stated | {"criterion": CRITERION, "points": points, "faults": faults}
+    own, lowest = own_run(v), lowest_run(v)
+    marks = {lowest: "lowest"} | {own: "own" if own != lowest else "own, lowest"}
+    rows = [(*_row(point), marks.get(run, "")) for run, point in enumerate(points)]
+    table = table_over_supplies("Highest working rate", machine.ambient.pressure, columns=v, header=HEADER, rows=rows)
+    places = {
+        name: _place(points[run], machine.ambient.pressure)
+        for name, run in (("own", own), ("lowest", lowest))
+        if run is not None
+    }
+    lines = summary_lines(stated, CRITERION, places)
+    common.console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
+    for fault in faults:
+        common.console.message(f"warning: {fault}")
+    return INCOMPLETE if faults else DONE
+
+
+def _row(point: dict) -> tuple[str, ...]:
+    """Cells of a limit behind its pressure and temperature."""
+    from apesim.studies.tables import number
+
+    return (
+        f"{point['duty']:.3g}",
+        number(point["limit_hz"], ".2f"),
+        number(point["limit_rpm"], ".0f"),
+        number(1e3 * point["lap_to_lap_s"], ".2f"),
+        number(point["window_deg"], ".0f"),
+    )
+
+
+def _place(point: dict, ambient_pressure: float) -> str:
+    """Where a limit holds, in words."""
+    pressure = f"{(point['supply_pressure_Pa'] - ambient_pressure) / 1e6:.3g} MPa gauge"
+    return f"{pressure}, {point['supply_temperature_K']:g} K and duty of {point['duty']:.3g}"

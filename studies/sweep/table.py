@@ -1,0 +1,59 @@
+"""The table of a sweep on the terminal."""
+
+from collections.abc import Sequence
+
+from rich.table import Table
+
+from apesim.archive import Archive
+from apesim.archive.grid import axes_of, places_of
+from apesim.studies.sweep.plan import in_one_unit
+from apesim.studies.sweep.results import has_incomplete_stroke
+from apesim.studies.tables import number, table_of
+
+INCOMPLETE_MARK = "*"
+COLUMNS = {"brake_torque_Nm": ("N m", ".2f"), "specific_air_kg_per_kWh": ("kg/kWh", ".1f")}
+
+
+def sweep_table(archive: Archive) -> Table:
+    """Brake torque and gross specific air of every actuation over speed and what is varied; what is incomplete marked.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    (_, actuations), *axes = axes_of(archive).items()
+    incomplete = has_incomplete_stroke(archive)
+    blank = " " * int(incomplete.any())
+    points = list(zip(*(places.tolist() for places in places_of(archive)), strict=True))
+    runs = {point: run for run, point in enumerate(points)}
+    shown = sorted({at for at, *_ in points})
+
+    def cell(column, point, form):
+        if point not in runs:
+            return f"-{blank}"
+        mark = INCOMPLETE_MARK if incomplete[runs[point]] else blank
+        return number(archive.variables[column].values[runs[point]], form) + mark
+
+    heads, columns = zip(*(head_and_cells(name, texts) for name, texts in axes), strict=True)
+    rows = []
+    for where in sorted({tuple(where) for _, *where in points}):
+        row = [columns[axis][at] for axis, at in enumerate(where)]
+        row += [cell(column, (at, *where), form) for column, (_, form) in COLUMNS.items() for at in shown]
+        rows.append(row)
+    header = list(heads)
+    header += [f"{actuations[at]}\n[{unit}]" for unit, _ in COLUMNS.values() for at in shown]
+    title = "Brake torque, and all air over brake work"
+    if incomplete.any():
+        title += f" ({INCOMPLETE_MARK} incomplete stroke of the valve)"
+    return table_of(title, header, rows, left=range(len(axes) - 1))
+
+
+def head_and_cells(name: str, texts: Sequence[str]) -> tuple[str, Sequence[str]]:
+    """Head and cells of a column of texts: a unit that all share stands in the head."""
+    cells, unit = in_one_unit(texts)
+    name = name.removesuffix("_rpm").replace("_", " ")  # breaks at spaces only
+    return f"{name}\n[{unit}]" if unit else name, cells

@@ -1,0 +1,100 @@
+"""The terminal's account of corrected commands: a table, and the laws of their delays in words."""
+
+from collections.abc import Sequence
+from math import isnan
+
+from rich.table import Table
+
+from apesim.archive import Archive
+from apesim.engine.angles import DEGREE
+from apesim.engine.machine import Machine
+from apesim.studies.tables import number, table_of
+from apesim.studies.timing.grid import TimingMap
+from apesim.studies.timing.law import Law
+from apesim.studies.timing.solve import Reason
+
+FAR_OFF = 1.0 * DEGREE
+"""A law over all speeds that is off by more is not worth telling [rad]."""
+SHOWN = (
+    ("speed_rpm", 1.0, 0, "speed\n[r/min]"),
+    ("supply_pressure", 1e-6, 2, "supply\n[MPa gauge]"),
+    ("supply_temperature", 1.0, 0, "\n[K]"),
+    ("advance_deg", 1.0, 2, "advance\n[deg]"),
+    ("release_advance_deg", 1.0, 2, "release\n[deg]"),
+    ("peak_lift_m", 1e3, 2, "lift\n[mm]"),
+    ("brake_torque_Nm", 1.0, 2, "torque\n[N m]"),
+    ("uncorrected_brake_torque_Nm", 1.0, 2, "before\n[N m]"),
+    ("specific_air_kg_per_kWh", 1.0, 1, "air\n[kg/kWh]"),
+    ("uncorrected_specific_air_kg_per_kWh", 1.0, 1, "before\n[kg/kWh]"),
+    ("shortcut_open_error_deg", 1.0, 2, "opens\n[deg]"),
+    ("shortcut_close_error_deg", 1.0, 2, "closes\n[deg]"),
+)
+LEGEND = (
+    "advance of energising and of release; peak lift; brake torque, and all air over brake work, corrected and before; "
+    "how late the valve opens and closes if the delays of the bench are subtracted"
+)
+
+
+def timing_table(found: TimingMap, machine: Machine) -> Table:
+    """Commands, and what they win back, of each point."""
+    opening, closing = found.command.open_target / DEGREE, found.command.close_target / DEGREE
+    title = f"Commands that open the valve at {opening:g} deg and close it at {closing:g} deg"
+    header = [*(name for *_, name in SHOWN), "out of reach"]
+    return table_of(title, header, _rows(found.archive, machine.ambient.pressure), left=(len(SHOWN),))
+
+
+def _rows(archive: Archive, ambient_pressure: float) -> list[list[str]]:
+    v = {name: variable.values for name, variable in archive.variables.items()}
+    v["supply_pressure"] = v["supply_pressure"] - ambient_pressure
+    columns = [(v[name] * factor, digits) for name, factor, digits, _ in SHOWN]
+    return [
+        [*(number(values[run], f".{digits}f") for values, digits in columns), _why_not(v["reason"][run])]
+        for run in range(len(archive.runs))
+    ]
+
+
+def _why_not(code: int) -> str:
+    """Why targets are out of reach, in words."""
+    reason = Reason(code)
+    return "" if reason == Reason.REACHED else reason.words
+
+
+def law_lines(laws: dict[str, list[Law]], machine: Machine) -> list[str]:
+    """The laws of each pressure in words: that over all speeds, or where it is far off, the span of those of each."""
+    lines = []
+    for name, found in laws.items():
+        for pressure in sorted({law.pressure for law in found}):
+            here = [law for law in found if law.pressure == pressure]
+            over_all = [law for law in here if isnan(law.speed)]
+            each = [law for law in here if not isnan(law.speed)]
+            far = [law for law in over_all if law.angle_error_most > FAR_OFF]
+            told = each if far else over_all or each
+            gauge = (pressure - machine.ambient.pressure) / 1e6
+            lines.append(f"{name.replace('_', ' ')} at {gauge:.3g} MPa gauge{_law_text(told, far)}")
+    return lines
+
+
+def _law_text(told: Sequence[Law], far: Sequence[Law]) -> str:
+    """Laws of one pressure in words, with the one over all speeds that is far off, if there is one."""
+    against = sum(law.opposite_to_the_paper for law in told)
+    at = f" at {against} of {len(told)} speeds" if 0 < against < len(told) else ""
+    sign = f"falls with T_0{at}, against the paper" if against else "rises with T_0, as in the paper"
+    times, slopes, errors, angles = (
+        [factor * getattr(law, name) for law in told]
+        for name, factor in (
+            ("at_reference", 1e3),
+            ("slope", 1e6),
+            ("error_most", 1e3),
+            ("angle_error_most", 1.0 / DEGREE),
+        )
+    )
+    scope = f", a law for each speed (one for all is off by {far[0].angle_error_most / DEGREE:.2g} deg)" if far else ""
+    return (
+        f"{scope}: {_span(times, '.3f')} ms {_span(slopes, '+.2f')} us/K (T_0 - 287 K), off by at most "
+        f"{_span(errors, '.3f')} ms or {_span(angles, '.2f')} deg; it {sign}"
+    )
+
+
+def _span(values: Sequence[float], form: str) -> str:
+    low, high = (f"{end:{form}}" for end in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
