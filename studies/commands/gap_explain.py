@@ -9,18 +9,18 @@ from apesim.engine.effects import ALL_EFFECTS
 from apesim.quantities import Culprit, InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
+from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.execution.pool import Team, workers_for
-from apesim.studies.gap.child import child_of, lineage_of
-from apesim.studies.gap.explain import explain
-from apesim.studies.gap.gate import gate
-from apesim.studies.gap.latent import branches
-from apesim.studies.gap.model_space import model_space
-from apesim.studies.gap.next_test import next_test
-from apesim.studies.gap.problem import EndedEarly
-from apesim.studies.gap.record import record
-from apesim.studies.gap.verdict import TOLERANCE
+from apesim.studies.gap.decide.verdict import TOLERANCE
+from apesim.studies.gap.design.next_test import next_test
+from apesim.studies.gap.input_checks import gate
+from apesim.studies.gap.report.extended_machine import child_of, lineage_of
+from apesim.studies.gap.report.petab_select import model_space
+from apesim.studies.gap.report.verdict_json import record
+from apesim.studies.gap.tables.latent import branches
 from apesim.studies.gap.work import Work
+from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
 from apesim.studies.output import make_folder
@@ -92,7 +92,7 @@ def given(common, folder, without):
     machine : apesim.engine.machine.Machine
     measured : apesim.studies.measured.Measured
     warnings : list of str
-        See `apesim.studies.gap.gate.gate`.
+        See `apesim.studies.gap.input_checks.gate`.
 
     Raises
     ------
@@ -139,8 +139,8 @@ def check_names(names):
 def _found(machine, measured, parent, out, work, options):
     """The findings as they are, and as plain data; the child and the report are written."""
     from apesim.studies.figures.gap import draw_gap
-    from apesim.studies.gap.comparison import compare
-    from apesim.studies.gap.report import added_to, page, tried
+    from apesim.studies.gap.report.comparison import compare
+    from apesim.studies.gap.report.html import added_to, page, tried
 
     findings = explain(machine, measured, work=work, **options)
     work.tell("writing the report", 0, 1)

@@ -4,10 +4,10 @@ import time
 
 from apesim.studies.commands.gap_explain import first_march, given, limit_text
 from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.gap.isolability import isolability
-from apesim.studies.gap.problem import EndedEarly
-from apesim.studies.gap.record import noise_told
+from apesim.studies.gap.design.isolability import isolability
+from apesim.studies.gap.report.verdict_json import noise_told
 from apesim.studies.tables import table_of
 
 HEADER = ("effect", "seen from (5 deviations)", "kept", "hardly told from", "what would help")

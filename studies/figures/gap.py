@@ -7,10 +7,11 @@ import numpy as np
 from matplotlib.patches import Patch
 
 from apesim.studies.figures.style import STYLE, save, svg
-from apesim.studies.gap.comparison import by_run, label_of, shown_of, size_of, worst
-from apesim.studies.gap.effect_rows import NORMAL_95
-from apesim.studies.gap.phases import PHASES, phases
-from apesim.studies.gap.residual_map import residual_map
+from apesim.studies.gap.decide.operating_points import label_of
+from apesim.studies.gap.report.comparison import by_run, shown_of, size_of, worst
+from apesim.studies.gap.report.effect_rows import NORMAL_95
+from apesim.studies.gap.report.residual_map import residual_map
+from apesim.studies.gap.search.phases import PHASES, phases
 from apesim.studies.measured import CHECK, ENGINE, FIT, GATE
 
 MEASURED, BEFORE, AFTER = "0.55", "#c1440e", "#2a6f97"
@@ -39,8 +40,8 @@ def draw_gap(compared, rows, added, ambient_pressure, folder, latent=()):
 
     Parameters
     ----------
-    compared : list of apesim.studies.gap.comparison.Compared
-    rows : list of apesim.studies.gap.report.Tried
+    compared : list of apesim.studies.gap.report.comparison.Compared
+    rows : list of apesim.studies.gap.report.html.Tried
         Candidates with what was expected of them and what came.
     added : str
         What was added to the model, in words.
@@ -48,7 +49,7 @@ def draw_gap(compared, rows, added, ambient_pressure, folder, latent=()):
         [Pa abs]
     folder : path
         Is there.
-    latent : sequence of apesim.studies.gap.latent.Branch
+    latent : sequence of apesim.studies.gap.tables.latent.Branch
         What a table says, where one was added.
 
     Returns
@@ -183,7 +184,7 @@ def maps(found, added, ambient_pressure):
 
     Parameters
     ----------
-    found : apesim.studies.gap.residual_map.ResidualMap
+    found : apesim.studies.gap.report.residual_map.ResidualMap
     added : str
         What was added to the model, in words.
     ambient_pressure : float

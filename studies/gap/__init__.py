@@ -1,1 +1,4 @@
-"""The missing effect: what the library holds."""
+"""The missing effect: what lies between a machine and measured data, from the gap to its name.
+
+In the order in which data flow through them: input_checks, search, decide, tables, workflow, design, report.
+"""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from apesim.studies.profile_likelihood import Likelihood, find_end, first_better
+from apesim.studies.estimation.profile_likelihood import Likelihood, find_end, first_better
 
 FINE = 1e-5
 """Relative tolerance, of parameters and sum of squares: a hundredth of a 95 % interval, and less."""
@@ -54,7 +54,7 @@ def intervals_of(problem, best, cost, noise, covariance):
 
     Returns
     -------
-    intervals : list of pairs of apesim.studies.profile_likelihood.End
+    intervals : list of pairs of apesim.studies.estimation.profile_likelihood.End
     better : (p,) float array or None
     """
 

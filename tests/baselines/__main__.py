@@ -9,7 +9,7 @@ from math import exp
 from pathlib import Path
 from time import perf_counter
 
-from apesim.studies.gap.explain import library
+from apesim.studies.gap.search.library import effects_on
 from apesim.studies.machine_file import load_machine
 from apesim.studies.measured import read_measured
 
@@ -69,7 +69,7 @@ def main():
     started = perf_counter()
     machine = load_machine(given.machine, ())
     measured = read_measured(given.case, machine.ambient.pressure)
-    effects = library(measured.bench, given.without)
+    effects = effects_on(measured.bench, given.without)
     if given.method == "sindy":
         verdict = by_sparse_regression(machine, measured)
     else:

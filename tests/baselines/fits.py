@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.optimize import least_squares
 
-from apesim.studies.gap.candidates import candidates_of
-from apesim.studies.gap.nuisances import nuisances_of
-from apesim.studies.gap.parameters import put
+from apesim.studies.estimation.parameters import put
+from apesim.studies.estimation.priors import nuisances_of
+from apesim.studies.gap.search.candidates import candidates_of
 from apesim.studies.measured import FIT
 from apesim.studies.measured.prediction import predict, run_of, start_of
 

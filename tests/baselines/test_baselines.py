@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from apesim import load_machine
-from apesim.studies.gap.explain import library
+from apesim.studies.gap.search.library import effects_on
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 from tests.baselines.fits import one_parameter_fits
@@ -28,7 +28,7 @@ def measured(noise):
 
 
 def test_the_best_one_parameter_fit_finds_a_plain_force():
-    base, rows = one_parameter_fits(load_machine(None, []), measured(1.0), library("valve"))
+    base, rows = one_parameter_fits(load_machine(None, []), measured(1.0), effects_on("valve"))
     cost, name, parameter, x, _ = rows[0]
     assert cost < base
     assert name == "side_force"

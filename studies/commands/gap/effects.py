@@ -5,7 +5,7 @@ from apesim.studies.options import Common
 
 def list_effects(common: Common) -> None:
     """The library of effects: slot, parameters with their ranges, equation, source, where it is seen."""
-    from apesim.studies.gap.library import library
+    from apesim.studies.gap.search.library import library
     from apesim.studies.tables import table_of
 
     entries = library()

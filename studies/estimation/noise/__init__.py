@@ -1,0 +1,1 @@
+"""The noise of measured channels: process, hum, estimation, sampling."""

@@ -1,0 +1,233 @@
+"""Measured runs against their simulation, in standard deviations of the noise, as a function of parameters."""
+
+from itertools import accumulate, pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.march.adaptive import TOLERANCE
+from apesim.studies.estimation.noise.process import noise_for, whitened
+from apesim.studies.estimation.parameters import put
+from apesim.studies.measured.prediction import predict, run_of, start_of
+
+STEP = 0.01
+"""Of the first finite difference, in units of x."""
+CHANGE = 1.5
+"""Standard deviations that a finite difference aims at: with more, contacts that pass from one sample to the next bend
+the data, with less the march's own error is seen."""
+STEPS = 1e-4, 0.1
+"""Smallest and largest finite difference, in units of x."""
+
+
+VOLUMES = [effect for effect in ALL_EFFECTS if "volume" in effect.slots]
+KEPT = 2
+"""Points at which marches are remembered."""
+
+
+class Block(NamedTuple):
+    """One channel of one run."""
+
+    number: int
+    """Of the run."""
+    run: object
+    """`apesim.studies.measured.MeasuredRun`"""
+    sensor: str
+    times: np.ndarray
+    """[s], shape (n,)"""
+    values: np.ndarray
+    """[SI], shape (n,)"""
+    interval: float
+    """Between two samples [s]."""
+
+
+class EndedEarly(ArithmeticError):
+    """A simulation that did not come to its end."""
+
+
+def unless_ended(function, *arguments):
+    """What a function finds; None where a simulation of it does not come to its end."""
+    try:
+        return function(*arguments)
+    except EndedEarly:
+        return None
+
+
+def volumes_of(machine):
+    """Names of the effects that add volumes, and with them states."""
+    return tuple(effect.name for effect in VOLUMES if effect.is_on(getattr(machine.effects, effect.name)))
+
+
+def blocks_of(runs):
+    """The channels of runs, one block each; a mean is a block of one sample."""
+    found = []
+    for number, run in enumerate(runs):
+        for sensor, values in run.channels.items():
+            interval = float(np.round(np.median(np.diff(run.times)), 9))
+            found.append(Block(number, run, sensor, run.times, values, interval))
+        for sensor, value in run.means.items():
+            found.append(Block(number, run, sensor, np.zeros(1), np.array([value]), 0.0))
+    return found
+
+
+class Problem:
+    """What stands between measured runs and a machine with some parameters.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    runs : sequence of apesim.studies.measured.MeasuredRun
+    parameters : sequence of Parameter
+    noise : dict
+        See `apesim.studies.estimation.noise.estimation.noise_of`.
+    """
+
+    def __init__(self, machine, runs, parameters, noise=None):
+        self.machine, self.runs, self.parameters = machine, list(runs), list(parameters)
+        self.blocks = blocks_of(runs)
+        self.noise = noise
+        self.low = np.array([p.low for p in self.parameters])
+        self.high = np.array([p.high for p in self.parameters])
+        self.known = np.array([p.prior for p in self.parameters], dtype=bool)
+        self.starts = {}
+        """Periodic states from which those of little different machines are near, by number of an engine's run, and
+        by the volumes that are among its states."""
+        self.marched = np.array([p.is_marched for p in self.parameters], dtype=bool)
+        self._memory = {}
+        self.steps = np.full(len(self.parameters), STEP)
+        self.simulations = 0
+
+    def __getstate__(self):
+        """For another process, where what was marched is of no use."""
+        return self.__dict__ | {"_memory": {}}
+
+    def with_parameters(self, parameters):
+        """The same runs with other parameters; those that are the same keep their steps."""
+        other = Problem(self.machine, self.runs, parameters, self.noise)
+        other.go_on_from(self)
+        return other
+
+    def go_on_from(self, other):
+        """Start from the periodic states of another, with its steps of the parameters that are the same."""
+        self.starts = dict(other.starts)
+        known = dict(zip((p.key for p in other.parameters), other.steps, strict=True))
+        self.steps = np.array([known.get(p.key, STEP) for p in self.parameters])
+
+    def on(self, runs):
+        """The same parameters on other runs."""
+        return Problem(self.machine, runs, self.parameters, self.noise)
+
+    def parted(self, whole):
+        """What stands of each block in an array over all of them: `errors`, without or with the pulls behind them.
+
+        Returns
+        -------
+        list of (n,) float array
+        """
+        return [whole[rows] for rows in self.rows()]
+
+    def rows(self):
+        """Where each block stands in such an array, a slice each."""
+        ends = accumulate((len(block.values) for block in self.blocks), initial=0)
+        return [slice(*pair) for pair in pairwise(ends)]
+
+    def _predictions(self, x, tolerance=TOLERANCE):
+        marched = np.asarray(x, dtype=float)[self.marched].tobytes()
+        for number, run in enumerate(self.runs):
+            self.simulations += 1
+            nominal = run_of(self.machine, run)
+            memory = self._remembered(number, marched, tolerance)
+            machine = put(nominal, self.parameters, x)
+            start = number, volumes_of(machine)
+            if start not in self.starts:
+                self.starts[start] = start_of(machine, run)
+            prediction = predict(machine, run, None, self.starts[start], tolerance, memory)
+            if prediction.failed:
+                raise EndedEarly(f"{run.name}: the simulation does not come to its end")
+            self.starts[start] = prediction.start or self.starts[start]
+            yield run, prediction
+
+    def start_at(self, x):
+        """Find the periodic states anew at a point, for all that begins near it."""
+        self.starts.clear()
+        self.errors(x)
+
+    def _remembered(self, *key):
+        """What was marched at a point, for the parameters that only the sensors know."""
+        memory = self._memory.pop(key, {})
+        self._memory[key] = memory
+        while len(self._memory) > KEPT * len(self.runs):
+            del self._memory[next(iter(self._memory))]
+        return memory
+
+    def predicted(self, x, tolerance=TOLERANCE):
+        """What the sensors would see of each block, noise apart.
+
+        Parameters
+        ----------
+        x : (p,) float array
+        tolerance : float
+            Of the march.
+
+        Returns
+        -------
+        list of (n,) float array
+
+        Raises
+        ------
+        EndedEarly
+        """
+        found = []
+        for run, prediction in self._predictions(x, tolerance):
+            found += [prediction.channels[sensor] for sensor in run.channels]
+            found += [np.array([prediction.means[sensor]]) for sensor in run.means]
+        return found
+
+    def marks(self, x):
+        """Instants that divide the stroke or cycle of each run, see `apesim.studies.measured.prediction`."""
+        return [prediction.marks for _, prediction in self._predictions(x)]
+
+    def whiten(self, arrays):
+        """Blocks one below the other, the noise made white; shape (n,) or (n, k)."""
+        return np.concatenate(
+            [
+                whitened(noise_for(self.noise, block), a.reshape(len(a), -1), block.times)
+                for block, a in zip(self.blocks, arrays, strict=True)
+            ]
+        )
+
+    def errors(self, x):
+        """What is left [standard deviations], and behind it the pull of each prior; shape (n + p,)."""
+        left = [v - b.values for b, v in zip(self.blocks, self.predicted(x), strict=True)]
+        return np.append(self.whiten(left)[:, 0], self.pulls(x))
+
+    def pulls(self, x):
+        """Pull of each parameter's prior [standard deviations], shape (p,)."""
+        return np.where(self.known, x, 0.0)
+
+    def column(self, x, j, step, errors=None):
+        """Sensitivity of `errors` to one parameter, by a difference of a given step."""
+        moved = np.array(x)
+        moved[j] += step
+        return (self.errors(moved) - (self.errors(x) if errors is None else errors)) / step
+
+    def jacobian(self, x, errors, only=None):
+        """Sensitivities of `errors`, shape (n + p, p) or (n + p, len(only)).
+
+        Parameters
+        ----------
+        x : (p,) float array
+        errors : (n + p,) float array
+            At x.
+        only : sequence of int, optional
+        """
+        columns = []
+        for j in range(len(x)) if only is None else only:
+            step = self.steps[j] if x[j] + self.steps[j] <= self.high[j] else -self.steps[j]
+            try:
+                column = self.column(x, j, step, errors)
+            except EndedEarly:
+                column = self.column(x, j, -step, errors)
+            self.steps[j] = np.clip(CHANGE / max(np.linalg.norm(column), 1e-9), *STEPS)
+            columns.append(column)
+        return np.column_stack(columns)

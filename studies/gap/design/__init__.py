@@ -1,0 +1,1 @@
+"""The design of what to measure: experiments, isolability, next_test."""

@@ -1,0 +1,138 @@
+"""What sensors and operating points could show at all: from the runs alone, before any residual is looked at."""
+
+import numpy as np
+
+from apesim.studies.estimation.calibration import uncalibrated
+from apesim.studies.estimation.levenberg_marquardt import Fitted
+from apesim.studies.estimation.nuisance_space import imitated
+from apesim.studies.estimation.residuals import EndedEarly
+from apesim.studies.gap.design.experiments import experiments_of, problem_of
+from apesim.studies.gap.search.candidates import candidates_of
+from apesim.studies.gap.search.detection_limits import DETECTED, clearest, detection_limits, sharpened
+from apesim.studies.gap.search.library import effects_on
+from apesim.studies.gap.search.score_test import ALIKE, bank, cosine
+from apesim.studies.gap.work import Work
+
+
+def isolability(machine, measured, without=(), report=None):
+    """Which effects the data could show, from which size on, and which of them they could not tell apart.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
+    without : sequence of str
+        Effects of the library that are left out.
+    report : callable, optional
+        Told the stage, how far it is, of how much.
+
+    Returns
+    -------
+    rows : list of dict
+        For each effect ``effect``, ``parameter``, ``unit``, ``limit`` (seen with 5 deviations; None: beyond its range),
+        ``kept`` (the share that is left once the uncertain numbers of the machine are fitted), ``class`` (others that
+        the data would hardly tell from it) and ``helped_by``, see `_help`.
+    noise : dict
+        See `apesim.studies.estimation.noise.estimation.noise_of`.
+    warnings : list of str
+
+    Raises
+    ------
+    apesim.studies.estimation.residuals.EndedEarly
+        The machine itself cannot be simulated.
+    """
+    work = Work(tell=report)
+    problem, warnings = uncalibrated(machine, measured)
+    nominal = np.zeros(len(problem.parameters))
+    errors, jacobian = _slopes(problem, nominal)
+    candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without))
+    fitted = Fitted(nominal, errors, jacobian, True)
+    columns = bank(problem, fitted, candidates, work, "effects")
+    best = {name: sharpened(problem, fitted, column) for name, column in clearest(columns).items()}
+    limits = detection_limits(list(best.values()))
+    n = len(errors) - len(nominal)
+    effects = {name: column.effect[:n] for name, column in best.items()}
+    classes = {name: limit["class"] for name, limit in limits.items() if limit["limit"] is not None}
+    wanted = [name for name in best if name not in classes or classes[name]]
+    wanted += [other for name in wanted for other in classes.get(name, ()) if other not in wanted]
+    probes = {name: (best[name].probe, effects[name]) for name in wanted}
+    found: dict = {name: [] for name in wanted}
+    experiments = experiments_of(measured, machine.ambient.pressure) if wanted else []
+    for done, experiment in enumerate(experiments, 1):
+        try:
+            wider = _widened(experiment, problem, jacobian[:n], probes)
+        except EndedEarly:
+            continue
+        for name in wanted:
+            found[name].append((experiment, *_told(name, wider, classes.get(name, ()), best)))
+        work.tell("experiments", done, len(experiments))
+    rows = [
+        {"effect": name, **limit, "helped_by": _help(name, found, classes, limit)} for name, limit in limits.items()
+    ]
+    return rows, problem.noise, warnings
+
+
+def _slopes(problem, x):
+    """Errors at x, and their sensitivities by steps that are adapted to them."""
+    errors = problem.errors(x)
+    problem.jacobian(x, errors)
+    return errors, problem.jacobian(x, errors)
+
+
+def _widened(experiment, problem, jacobian, wanted):
+    """What the data and an experiment together would see of effects, nuisances projected out.
+
+    Parameters
+    ----------
+    experiment : apesim.studies.gap.design.experiments.Experiment
+    problem : apesim.studies.estimation.residuals.Problem
+        Of the nuisances and the data that there are.
+    jacobian : (n, p) float array
+        Of those data.
+    wanted : dict
+        Probes, and what they do to those data, (n,), by name.
+
+    Returns
+    -------
+    dict of (m,) float array
+    """
+    more = problem_of(experiment, problem.machine, problem.parameters, problem.noise)
+    x = np.zeros(len(more.parameters))
+    errors, slopes = _slopes(more, x)
+    own = len(errors) - len(x)
+    old = np.column_stack([jacobian, np.zeros((len(jacobian), len(x) - jacobian.shape[1]))])
+    space = imitated(np.vstack([old, slopes[:own], np.diag(more.known.astype(float))]))
+    found = {}
+    for name, (probe, effect) in wanted.items():
+        with_it = more.with_parameters([*more.parameters, *probe.candidate.parameters])
+        shown = with_it.errors(np.append(x, probe.x))[:own] - errors[:own]
+        found[name] = space.removed(np.concatenate([effect, shown, np.zeros(len(x))]))
+    return found
+
+
+def _told(name, wider, mates, best):
+    """The largest cosine with a mate, and the size over the range from which it is seen, both with more data."""
+    alike = max((abs(cosine(wider[name], wider[mate])) for mate in mates), default=0.0)
+    probe = best[name].probe
+    length = np.linalg.norm(wider[name])
+    return alike, abs(probe.x[probe.strength]) * DETECTED / length if length else np.inf
+
+
+def _help(name, found, classes, limit):
+    """The experiment that would tell an effect from its class, or show it at all.
+
+    Returns
+    -------
+    dict or None
+        ``text``, ``cosine`` with the nearest of its class, ``limit`` over the range. None: nothing is needed, or no
+        experiment of the list would do.
+    """
+    if limit["limit"] is None:
+        shown = [(size, alike, e) for e, alike, size in found[name] if size <= 1.0]
+        chosen = min(shown, key=lambda row: row[0], default=None)
+    elif classes[name]:
+        told = [(size, alike, e) for e, alike, size in found[name] if alike <= ALIKE]
+        chosen = min(told, key=lambda row: row[1], default=None)
+    else:
+        return None
+    return chosen and {"text": chosen[2].text, "cosine": chosen[1], "limit_of_range": chosen[0]}

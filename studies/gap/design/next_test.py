@@ -1,0 +1,156 @@
+"""What to test next: the experiment that would split what these data leave open."""
+
+from math import ceil
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from apesim.studies.estimation.residuals import EndedEarly
+from apesim.studies.gap.decide.verdict import AMBIGUOUS_VERDICT, CALIBRATION, FAINT, NAMED_CLASS, NO_GAP, REFUSED
+from apesim.studies.gap.design.experiments import experiments_of, problem_of
+from apesim.studies.gap.search.detection_limits import DETECTED, detection_limits
+from apesim.studies.gap.search.library import library
+
+RIVALS = 3
+"""That an experiment has to split from the best."""
+LOOKED_INTO = 5
+"""Experiments for which everything that is uncertain is fitted anew: those in which the models differ most."""
+TOLD = 3
+"""Effects whose own experiment is named."""
+AS_IT_IS = "the machine as it is"
+
+
+def next_test(findings):
+    """The next test, as text and data.
+
+    Parameters
+    ----------
+    findings : apesim.studies.gap.workflow.Findings
+
+    Returns
+    -------
+    dict
+        ``text``; ``truth`` and ``experiments`` where explanations are to be split, the best experiment first, each with
+        the ``deviations`` by which each rival would miss what the truth gives; ``isolate``, the library's own
+        experiment for effects.
+    """
+    verdict = findings.verdict
+    if not findings.scores:
+        return {"text": "The same again, with the library: nothing of it was tried.", "isolate": []}
+    if verdict.verdict in (AMBIGUOUS_VERDICT, NAMED_CLASS) or verdict.reason == FAINT:
+        return split(findings)
+    if verdict.verdict == CALIBRATION:
+        key = verdict.best.names[0]
+        return {"text": f"Measure {key} with another instrument, or by another way.", "isolate": []}
+    if verdict.verdict == REFUSED:
+        names = [score.name for score in findings.scores[:TOLD]]
+        opening = "Nothing in the library will do. What comes nearest shows best by itself"
+    elif verdict.verdict == NO_GAP:
+        names = [name for name, limit in detection_limits(findings.columns).items() if limit["limit"] is None]
+        if not names:
+            return {"text": "None is due: every effect of the library would have been seen.", "isolate": []}
+        opening = "None is due for what these data show. What they cannot show needs its own test"
+    else:
+        names, opening = list(verdict.best.names), "To see it by itself"
+    isolated = {entry.name: entry.isolated_by for entry in library()}
+    rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:TOLD] if name in isolated]
+    ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in rows)
+    return {"text": f"{opening}: {ways}.", "isolate": rows}
+
+
+def split(findings):
+    """The experiments that would tell the best explanation from its rivals, the best first; see `next_test`."""
+    truth = findings.verdict.best.model
+    rivals = [choice.model for choice in findings.verdict.rivals[:RIVALS]]
+    if not rivals or findings.verdict.reason == FAINT:
+        rivals.append(findings.base)
+    rows = []
+    for plain, experiment, starts in _screened(findings, truth, rivals):
+        try:
+            deviations = {_name(rival): missed(experiment, truth, rival, findings.noise, starts) for rival in rivals}
+        except EndedEarly:
+            continue
+        rows.append(
+            {
+                "text": experiment.text,
+                "supply_Pa_abs": experiment.run.supply,
+                "pulse_s": experiment.run.pulse,
+                "speed_rad_s": experiment.run.speed,
+                "sensors": [*experiment.run.channels, *experiment.run.means],
+                "deviations": deviations,
+                "least": min(deviations.values()),
+                "least_unfitted": plain,
+            }
+        )
+    rows.sort(key=lambda row: -row["least"])
+    return {"text": _advice(rows, _name(truth)), "truth": _name(truth), "experiments": rows}
+
+
+def _screened(findings, truth, rivals):
+    """The experiments in which the models differ most as they are, with the periodic states found."""
+    found = []
+    for experiment in experiments_of(findings.measured, truth.problem.machine.ambient.pressure):
+        starts: dict = {}
+        try:
+            own = _shown(experiment, truth, findings.noise, starts)
+            plain = min(np.linalg.norm(own - _shown(experiment, rival, findings.noise, starts)) for rival in rivals)
+        except EndedEarly:
+            continue
+        found.append((float(plain), experiment, starts))
+    return sorted(found, key=lambda row: -row[0])[:LOOKED_INTO]
+
+
+def _problem(experiment, model, noise, starts):
+    problem = problem_of(experiment, model.problem.machine, model.problem.parameters, noise)
+    problem.starts = starts
+    new = len(problem.parameters) - len(model.fitted.x)
+    return problem, np.append(model.fitted.x, np.zeros(new)), new
+
+
+def _shown(experiment, model, noise, starts):
+    """What a model gives in an experiment [standard deviations], shape (n,)."""
+    problem, x, _ = _problem(experiment, model, noise, starts)
+    return problem.whiten(problem.predicted(x))[:, 0]
+
+
+def missed(experiment, truth, rival, noise, starts):
+    """Deviations by which a rival misses the truth in an experiment, with all that is uncertain about it fitted anew.
+
+    To first order: the least of ``|d + J s|^2 + s I s`` over shifts s of its parameters, of which the data that there
+    are know the information I.
+
+    Parameters
+    ----------
+    experiment : apesim.studies.gap.design.experiments.Experiment
+    truth, rival : apesim.studies.estimation.model.Model
+    noise : dict
+    starts : dict
+        See `apesim.studies.estimation.residuals.Problem.starts`.
+    """
+    problem, x, new = _problem(experiment, rival, noise, starts)
+    errors = problem.errors(x)
+    n = len(errors) - len(x)
+    slopes = problem.jacobian(x, errors)[:n]
+    apart = errors[:n] - _shown(experiment, truth, noise, starts)
+    information = block_diag(rival.fitted.jacobian.T @ rival.fitted.jacobian, np.eye(new))
+    shift = -np.linalg.lstsq(slopes.T @ slopes + information, slopes.T @ apart, rcond=None)[0]
+    left = apart + slopes @ shift
+    return float(np.sqrt(left @ left + shift @ information @ shift))
+
+
+def _name(model):
+    return " with ".join(model.names) or AS_IT_IS
+
+
+def _advice(rows, truth):
+    if not rows:
+        return "No experiment of the list could be simulated."
+    best = rows[0]
+    apart = " and ".join(f"{name} by {value:.2g}" for name, value in best["deviations"].items())
+    text = f"Make {best['text']}: it would tell {truth} from {apart} deviations.".replace("_", " ")
+    if best["least"] >= DETECTED:
+        return text
+    repeats = ceil((DETECTED / max(best["least"], 1e-3)) ** 2)
+    if repeats > 100:
+        return "No run of the list, and no sensor, would split them; what comes nearest: " + text[0].lower() + text[1:]
+    return f"{text} That is less than {DETECTED:g}: repeat it about {repeats} times."

@@ -1,0 +1,67 @@
+"""Is there a gap? The first key: the largest score, against what noise alone gives over the whole bank."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.studies.estimation.noise.sampling import scatter
+
+NOISES = 500
+"""That may be the true one."""
+EACH = 40
+"""Draws of scores from each."""
+DRAWS = NOISES * EACH
+SEED = 20090715
+ALARM = 0.01
+"""Chance of noise alone to open the case."""
+
+
+class Detection(NamedTuple):
+    """The first key."""
+
+    p_value: float
+    """Chance of noise alone to give as large a score."""
+    largest: float
+    """Score, or deviations of a local shape [standard deviations]."""
+    limit: float
+    """Score that noise alone exceeds with the chance `ALARM`."""
+
+    @property
+    def alarm(self):
+        """Whether the case is open."""
+        return self.p_value < ALARM
+
+
+def detect(columns, local, errors, parts):
+    """Compare the largest of all scores with those of noise alone, which is known no better than its source tells it.
+
+    Parameters
+    ----------
+    columns : list of apesim.studies.gap.search.score_test.Column
+    local : (n + p, m) float array
+        Shapes of no known cause, one for each signal and phase, free of what nuisances can imitate.
+    errors : (n + p,) float array
+        What is left at the calibrated machine.
+    parts : list of (Noise, slice)
+        See `apesim.studies.estimation.noise.sampling.parts_of`.
+
+    Returns
+    -------
+    Detection
+    """
+    columns = [column for column in columns if column.is_told]
+    shapes = np.column_stack([*(c.bare for c in columns), local])
+    lengths = np.linalg.norm(shapes, axis=0)
+    shapes = shapes[:, lengths > 0.0] / lengths[lengths > 0.0]
+    one_sided = np.array([c.probe.one_sided for c in columns] + [False] * local.shape[1])[lengths > 0.0]
+    seen = -(shapes.T @ errors)
+    largest = float(np.max(np.where(one_sided, seen, np.abs(seen))))
+    # Scores of white noise have the correlations of the shapes.
+    values, vectors = np.linalg.eigh(shapes.T @ shapes)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    rng = np.random.default_rng(SEED)
+    draws = rng.standard_normal((DRAWS, len(values))) @ root.T
+    draws *= np.repeat(scatter(parts, shapes, NOISES, rng), EACH, axis=0)
+    highest = np.max(np.where(one_sided, draws, np.abs(draws)), axis=1)
+    p_value = (1.0 + np.sum(highest >= largest)) / (1.0 + DRAWS)
+    return Detection(float(p_value), largest, float(np.quantile(highest, 1.0 - ALARM)))

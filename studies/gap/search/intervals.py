@@ -1,0 +1,147 @@
+"""Intervals by profile likelihood for effects that have a shape beside their strength.
+
+The data may depend on a shape on one side only, or not at all: a breakaway below the sliding friction does nothing. The
+curvature at the optimum knows nothing of that, and misleads about the strength beside it, too.
+"""
+
+import numpy as np
+
+from apesim.studies.estimation.levenberg_marquardt import descend
+from apesim.studies.estimation.profile_likelihood import Likelihood, find_end, first_better
+from apesim.studies.estimation.residuals import EndedEarly
+
+CLOSE = 0.05
+"""Deviations from those of an interval's end, within which a point is the end: a fortieth of half an interval."""
+UNTOLD = 1e6
+"""Standard deviation of a parameter on which the data do not depend at the optimum: its ends are sought from its bounds
+inwards."""
+MAX_RESTARTS = 3
+"""Better points that are followed."""
+SIDES = -1, 1
+
+
+class Held:
+    """A problem with one parameter held.
+
+    Parameters
+    ----------
+    problem : apesim.studies.estimation.residuals.Problem
+    number : int
+        Of the parameter.
+    value : float
+        x where it is held.
+    """
+
+    def __init__(self, problem, number, value):
+        self.problem, self.number, self.value = problem, number, value
+        self.others = [j for j in range(len(problem.low)) if j != number]
+        self.low, self.high = problem.low[self.others], problem.high[self.others]
+
+    def whole(self, x):
+        """All parameters, with the one held."""
+        return np.insert(x, self.number, self.value)
+
+    def errors(self, x):
+        """See `apesim.studies.estimation.residuals.Problem.errors`."""
+        return self.problem.errors(self.whole(x))
+
+    def jacobian(self, x, errors):
+        """Sensitivities to those that are free."""
+        return self.problem.jacobian(self.whole(x), errors, self.others)
+
+
+def with_profiles(model, work):
+    """A model with the intervals of its effects that have a shape, by profile likelihood.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    model : apesim.studies.estimation.model.Model
+        Fitted anew where a profile meets a point that leaves less; without intervals where that does not end.
+    simulations : int
+    """
+    simulations = 0
+    for _ in range(1 + MAX_RESTARTS):
+        profiles, better, more = _profiles(model, work)
+        simulations += more
+        if better is None:
+            return model._replace(profiles=profiles), simulations
+        problem = _copy(model.problem)
+        model = model._replace(fitted=descend(problem, better))
+        simulations += problem.simulations
+    return model, simulations
+
+
+def _profiles(model, work):
+    """Both ends of each interval by key; a better point, if one is met; and the number of simulations.
+
+    A shape may stay where it does nothing while a strength moves: each strength is tried where the shapes do something,
+    too.
+    """
+    profiles, aside, simulations = {}, [], 0
+    for numbers in shaped(model):
+        tasks = [(model, j, side, aside) for j in numbers for side in SIDES]
+        found = work.each("finding intervals", _end, tasks)
+        simulations += sum(more for _, more in found)
+        ends = [end for end, _ in found]
+        better = first_better(ends)
+        if better is not None:
+            return {}, better, simulations
+        for j, *pair in zip(numbers, ends[::2], ends[1::2], strict=True):
+            profiles[model.problem.parameters[j].key] = tuple(pair)
+            if any(end.is_open for end in pair):
+                aside = [*aside, *(end.point for end in pair if not end.is_open)]
+    return profiles, None, simulations
+
+
+def _end(model, j, side, aside):
+    """One end of an interval, and the number of simulations."""
+    problem, fitted = _copy(model.problem), model.fitted
+    covariance = fitted.covariance
+    for untold in np.flatnonzero(~model.told):
+        covariance[untold, untold] = UNTOLD**2
+
+    def hold(guess, j):
+        starts = [guess, *(np.where(np.arange(len(guess)) == j, guess, point) for point in aside)]
+        return min((_held(problem, fitted.jacobian, start, j) for start in starts), key=lambda found: found[1])
+
+    bounds = np.array([problem.low, problem.high])
+    likelihood = Likelihood(fitted.x, fitted.cost, covariance, bounds, hold, close=CLOSE)
+    return find_end(likelihood, j, side), problem.simulations
+
+
+def _copy(problem):
+    """A problem whose state is its own, so that what is found depends on no order."""
+    return problem.with_parameters(problem.parameters)
+
+
+def _held(problem, jacobian, start, j):
+    """Least squares from a start with parameter j held.
+
+    See `apesim.studies.estimation.profile_likelihood.Likelihood.hold`.
+    """
+    held = Held(problem, j, start[j])
+    try:
+        found = descend(held, start[held.others], jacobian[:, held.others])
+    except EndedEarly:
+        return start, np.inf, False
+    return held.whole(found.x), found.cost, found.converged
+
+
+def is_shaped(model):
+    """Whether an effect of a model has a shape."""
+    return any(candidate.shapes for candidate in model.candidates)
+
+
+def shaped(model):
+    """Numbers of the parameters of a model's effects that have a shape: the shapes, and the strengths."""
+    own = [candidate for candidate in model.candidates if candidate.shapes]
+    keys = [p.key for p in model.problem.parameters]
+    return (
+        [keys.index(p.key) for candidate in own for p in candidate.shapes],
+        [keys.index(p.key) for candidate in own for p in candidate.strengths],
+    )

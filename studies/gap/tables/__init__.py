@@ -1,0 +1,1 @@
+"""Tables in place of a law, where nothing in the library will do: balance, tabulate, latent, suggest."""

@@ -1,0 +1,237 @@
+"""Where a gap lives by balance: one smooth unknown force, heat, leak, area or delay at a time, without a name.
+
+The nodes of a table have a Gaussian prior: neighbours are alike, and their size is that under which the data are most
+probable. So a table takes as much of the gap as stands out of noise, and pays for what it moves.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
+from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.nuisance_space import imitated
+from apesim.studies.estimation.residuals import Problem
+from apesim.studies.gap.search.candidates import Candidate, strength
+
+REACH = 2.0
+"""Nodes over which what one says of its neighbours fades to 1/e."""
+TRENDS = 0.5, 0.9, 0.99
+"""Shares of a node's variance that it may have in common with all of its branch, at the ends; the data choose."""
+SIZES = np.logspace(-3.0, 0.5, 29)
+"""Standard deviations of the nodes, over their range, among which the data choose."""
+ROUNDS = 2
+"""Of choosing sizes and fitting the nodes with them."""
+ALIKE = 1.5
+"""Times by which a size may be another without a fit of its own."""
+SWEEPS = 3
+"""Of choosing the sizes of one branch after the other."""
+
+
+class Balance(NamedTuple):
+    """What a table takes of a gap."""
+
+    name: str
+    """Of the effect."""
+    balance: str
+    """force, heat, leak, area or delay"""
+    fall: float
+    """Of the sum of squares, priors included."""
+    price: float
+    """Twice the logarithm of Occam's factor: what the nodes pay that the data move."""
+    nodes: float
+    """How many the data move."""
+    problem: object
+    """`Smoothed`"""
+    fitted: Fitted
+    """Where the nodes are, or where a fit is to start."""
+    model: object = None
+    """`apesim.studies.estimation.model.Model`, fitted through the simulator; None: it is not yet."""
+
+    @property
+    def gain(self):
+        """Twice the logarithm of how much more probable the data are with the table."""
+        return self.fall - self.price
+
+
+class Smoothed(Problem):
+    """A problem whose last parameters are the nodes of a table.
+
+    Parameters
+    ----------
+    machine, runs, parameters, noise
+        See `Problem`.
+    root : (q, q) float array
+        Of the nodes' prior covariance, lower triangle.
+    """
+
+    def __init__(self, machine, runs, parameters, noise, root):
+        super().__init__(machine, runs, parameters, noise)
+        self.root = root
+
+    def on(self, runs):
+        """The same parameters on other runs."""
+        return Smoothed(self.machine, runs, self.parameters, self.noise, self.root)
+
+    def pulls(self, x):
+        """As `Problem.pulls`, with that of the nodes' prior."""
+        pulls, nodes = super().pulls(x), len(self.root)
+        pulls[-nodes:] = np.linalg.solve(self.root, np.asarray(x)[-nodes:])
+        return pulls
+
+    def smoothed(self, root):
+        """The same with another prior of the nodes."""
+        other = Smoothed(self.machine, self.runs, self.parameters, self.noise, root)
+        other.go_on_from(self)
+        other.simulations = self.simulations
+        return other
+
+
+def balances(base, effects, work):
+    """What each table takes of the gap if all is straight, the most probable first.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    effects : sequence of apesim.effect.Effect
+        The library; what is not tabulated, or on already, is left out.
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    list of Balance
+    """
+    own = base.problem.machine.effects
+    tables = [effect for effect in effects if effect.tabulated and not effect.is_on(getattr(own, effect.name))]
+    found = work.each("weighing balances", straight, [(base, effect) for effect in tables])
+    base.problem.simulations += sum(balance.problem.simulations for balance in found)
+    return sorted(found, key=lambda balance: -balance.gain)
+
+
+def straight(base, effect):
+    """What a table takes by its sensitivities at the calibrated machine.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+    effect : apesim.effect.Effect
+
+    Returns
+    -------
+    Balance
+    """
+    nodes, old = [strength(effect, name) for name in effect.strengths], len(base.fitted.x)
+    known = base.problem
+    problem = Smoothed(known.machine, known.runs, [*known.parameters, *nodes], known.noise, np.eye(len(nodes)))
+    problem.go_on_from(known)
+    x = np.append(base.fitted.x, np.zeros(len(nodes)))
+    errors = problem.errors(x)
+    columns = problem.jacobian(x, errors, range(old, len(x)))
+    jacobian = np.column_stack([np.vstack([base.fitted.jacobian, np.zeros((len(nodes), old))]), columns])
+    return weighed(Balance(effect.name, effect.tabulated, 0.0, 0.0, 0.0, problem, Fitted(x, errors, jacobian, False)))
+
+
+def through_the_simulator(base, balance):
+    """The same, fitted together with the nuisances, the sizes of the nodes chosen anew where the first fit leads to.
+
+    Raises
+    ------
+    EndedEarly
+        The simulation fails where the straight model leads.
+    """
+    for number in range(ROUNDS):
+        before, balance = balance, weighed(balance)
+        if number and not resized(before.problem.root, balance.problem.root):
+            balance = before
+            break
+        problem = balance.problem
+        fitted = descend(problem, balance.fitted.x, balance.fitted.jacobian)
+        balance = balance._replace(fall=base.cost - fitted.cost, fitted=fitted)
+        if not fitted.converged:
+            break
+    nodes = tuple(problem.parameters[-len(problem.root) :])
+    return balance._replace(model=Model((*base.candidates, Candidate(balance.name, nodes, ())), problem, fitted))
+
+
+def resized(root, other):
+    """Whether a node's size is another by more than `ALIKE`."""
+    ratios = np.diag(root) / np.diag(other)
+    return bool(np.any(np.maximum(ratios, 1.0 / ratios) > ALIKE))
+
+
+def weighed(balance):
+    """The same with the most probable sizes of its nodes, and the nodes to which the straight model then leads."""
+    problem, (x, errors, jacobian, _) = balance.problem, balance.fitted
+    nodes = len(problem.root)
+    old = len(x) - nodes
+    columns = jacobian[:-nodes, old:]
+    bare = imitated(jacobian[:-nodes, :old]).removed(columns)
+    branches = [parameter.key.rsplit("_at_", 1)[0] for parameter in problem.parameters[old:]]
+    left, found = errors[:-nodes] - columns @ x[old:], []
+    for trend in TRENDS:
+        root = np.linalg.cholesky(likeness(branches, trend))
+        sizes, *outcome = most_probable(bare @ root, left, branches)
+        found.append((sizes[:, None] * root, *outcome))
+    root, fall, price, moved, shift = max(found, key=lambda one: one[1] - one[2])
+    jacobian = np.vstack([jacobian[:-nodes], np.hstack([np.zeros((nodes, old)), np.linalg.inv(root)])])
+    x = np.append(x[:old], root @ shift)
+    return Balance(
+        balance.name, balance.balance, fall, price, moved, problem.smoothed(root), Fitted(x, errors, jacobian, False)
+    )
+
+
+def most_probable(columns, errors, branches):
+    """The sizes of the nodes, one for each branch, under which errors are most probable, and what they take then.
+
+    Parameters
+    ----------
+    columns : (n, q) float array
+        Of nodes of the size 1, independent of each other.
+    errors : (n,) float array
+    branches : sequence of str
+        Of each node.
+
+    Returns
+    -------
+    sizes : (q,) float array
+    fall, price, moved : float
+        See `Balance`.
+    x : (q,) float array
+        The most probable nodes, over their sizes.
+    """
+    normal, seen, of = columns.T @ columns, -columns.T @ errors, np.array(branches)
+
+    def outcome(sizes):
+        own = sizes[:, None] * normal * sizes
+        x = np.linalg.solve(np.eye(len(sizes)) + own, sizes * seen)
+        price = np.linalg.slogdet(np.eye(len(sizes)) + own)[1]
+        moved = np.trace(np.linalg.solve(np.eye(len(sizes)) + own, own))
+        return float(x @ (sizes * seen)), float(price), float(moved), x
+
+    def tried(sizes, branch):
+        return [np.where(of == branch, size, sizes) for size in SIZES]
+
+    def gain(sizes):
+        fall, price, *_ = outcome(sizes)
+        return fall - price
+
+    sizes = max((np.full(len(of), size) for size in SIZES), key=gain)
+    for _ in range(SWEEPS):
+        for branch in dict.fromkeys(branches):
+            sizes = max(tried(sizes, branch), key=gain)
+    return sizes, *outcome(sizes)
+
+
+def likeness(branches, share):
+    """Correlation of nodes before anything is measured, (q, q).
+
+    Those of one branch have a share of their variance in common, a constant and a slope, so that a trend goes on where
+    nothing was measured; what differs from it fades with their distance.
+    """
+    of, rank = np.array(branches), np.arange(len(branches))
+    along = np.concatenate([np.linspace(-1.0, 1.0, branches.count(name)) for name in dict.fromkeys(branches)])
+    same = of[:, None] == of[None, :]
+    trend = 0.5 * (1.0 + along[:, None] * along[None, :])
+    wild = np.exp(-np.abs(rank[:, None] - rank[None, :]) / REACH)
+    return same * (share * trend + (1.0 - share) * wild)

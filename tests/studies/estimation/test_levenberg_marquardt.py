@@ -1,0 +1,159 @@
+"""Least squares with few simulations."""
+
+import numpy as np
+import pytest
+
+from apesim.studies.estimation.calibration import elsewhere
+from apesim.studies.estimation.levenberg_marquardt import descend
+from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.residuals import EndedEarly
+from apesim.studies.gap.work import Work
+
+
+class Curved:
+    """Rosenbrock's valley as two errors, counted."""
+
+    low, high = np.array([-5.0, -5.0]), np.array([5.0, 5.0])
+
+    def __init__(self, fails_beyond=np.inf):
+        self.evaluations, self.fails_beyond = 0, fails_beyond
+
+    def errors(self, x):
+        self.evaluations += 1
+        if x[0] > self.fails_beyond:
+            raise EndedEarly("too far")
+        return np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0]])
+
+    def jacobian(self, x, errors):
+        return np.column_stack([(self.errors(x + 1e-6 * one) - errors) / 1e-6 for one in np.eye(2)])
+
+
+def test_it_finds_the_end_of_a_curved_valley():
+    found = descend(Curved(), [-1.2, 1.0])
+    assert found.converged
+    assert found.cost < 0.02
+    assert found.x == pytest.approx([1.0, 1.0], abs=0.3)
+
+
+def test_it_stays_within_the_bounds():
+    problem = Curved()
+    problem.high = np.array([0.5, 5.0])
+    found = descend(problem, [-1.2, 1.0])
+    assert found.converged
+    assert found.x == pytest.approx([0.5, 0.25], abs=0.01)
+
+
+def test_a_simulation_that_fails_on_the_way_only_shortens_the_step():
+    found = descend(Curved(fails_beyond=1.05), [-1.2, 1.0])
+    assert found.converged
+    assert found.cost < 0.02
+
+
+def test_one_that_fails_at_the_start_is_told():
+    with pytest.raises(EndedEarly):
+        descend(Curved(fails_beyond=-2.0), [-1.2, 1.0])
+
+
+def test_sensitivities_from_nearby_save_simulations():
+    class Straight(Curved):
+        def errors(self, x):
+            self.evaluations += 1
+            return np.array([[2.0, 1.0], [0.5, 3.0], [1.0, 1.0]]) @ x - [4.0, 3.5, 2.0]
+
+    cold, warm = Straight(), Straight()
+    slopes = cold.jacobian(np.zeros(2), cold.errors(np.zeros(2)))
+    first = descend(warm, [0.0, 0.0], slopes)
+    assert first.x == pytest.approx([1.5, 1.0], abs=0.2)
+    assert warm.evaluations <= 6
+    with_own = Straight()
+    assert descend(with_own, [0.0, 0.0]).x == pytest.approx(first.x, abs=1e-6)
+
+
+class Fronts:
+    """Steep fronts whose places parameters shift, as the contacts of a stroke; a fall is far more than promised."""
+
+    low, high = np.full(8, -20.0), np.full(8, 20.0)
+
+    def __init__(self):
+        rng = np.random.default_rng(3)
+        self.places, self.shifts = rng.uniform(0.2, 0.8, 4), 0.01 * rng.normal(size=(4, 8))
+        self.seen = self.trace(rng.normal(size=8))
+
+    def trace(self, x):
+        times = np.linspace(0.0, 1.0, 200)
+        return 50.0 * sum(np.tanh(60.0 * (times - place)) for place in self.places + self.shifts @ x)
+
+    def errors(self, x):
+        return np.append(self.trace(x) - self.seen, x)
+
+    def jacobian(self, x, errors):
+        return np.column_stack([(self.errors(x + 1e-4 * one) - errors) / 1e-4 for one in np.eye(len(x))])
+
+
+def test_sensitivities_are_renewed_where_a_step_brings_more_than_they_promise():
+    found = descend(Fronts(), np.full(8, -4.0))
+    assert found.converged
+    assert found.cost < 10.0
+
+
+class Strokes(Fronts):
+    """The same with fronts whose heights change, too, further apart from what is seen."""
+
+    low, high = np.full(12, -20.0), np.full(12, 20.0)
+
+    def __init__(self, seed):
+        rng = np.random.default_rng(seed)
+        self.places, self.shifts = rng.uniform(0.2, 0.8, 6), 0.02 * rng.normal(size=(6, 12))
+        self.heights, self.evaluations = 0.05 * rng.normal(size=(6, 12)), 0
+        self.seen = self.trace(rng.normal(size=12))
+
+    def trace(self, x):
+        self.evaluations += 1
+        times, places = np.linspace(0.0, 1.0, 200), self.places + self.shifts @ x
+        fronts = [np.tanh(60.0 * (times - place)) for place in places]
+        return 50.0 * (1.0 + self.heights @ x) @ fronts
+
+
+def test_sensitivities_are_renewed_where_steps_keep_promising_as_little():
+    problem = Strokes(22)
+    found = descend(problem, np.zeros(12))
+    assert found.converged
+    assert problem.evaluations < 150
+
+
+class Torn(Curved):
+    """Two valleys with a range between them that cannot be simulated; the one above it has its bottom at a depth."""
+
+    known, simulations, parameters = np.array([True, False]), 0, ()
+
+    def __init__(self, depth):
+        super().__init__()
+        self.depth = depth
+
+    def errors(self, x):
+        if 0.4 < x[0] < 0.6:
+            raise EndedEarly("no steady state")
+        middle, level = (1.2, self.depth) if x[0] > 0.5 else (0.2, 3.0)
+        return np.array([4.0 * (x[0] - middle), x[1] - 2.0, level])
+
+    def with_parameters(self, parameters):
+        return Torn(self.depth)
+
+    def start_at(self, x):
+        self.errors(x)
+
+
+def test_a_calibration_is_the_deepest_of_several_minima():
+    """As where an engine's valve runs out of breath, and there is no steady state on the way."""
+    problem = Torn(depth=1.0)
+    near = Model((), problem, descend(problem, [0.0, 0.0]))
+    found = elsewhere(near, Work())
+    assert near.fitted.x == pytest.approx([0.2, 2.0], abs=0.01)
+    assert found.fitted.x == pytest.approx([1.2, 2.0], abs=0.03)
+    assert found.cost == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_minimum_that_is_hardly_deeper_changes_nothing():
+    problem = Torn(depth=2.9)
+    near = Model((), problem, descend(problem, [0.0, 0.0]))
+    assert elsewhere(near, Work()) is near

@@ -1,0 +1,299 @@
+"""The report of a verdict: its numbers, its maps, the page and the command that writes it."""
+
+import json
+import re
+import sys
+import tomllib
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from apesim import load_machine
+from apesim.quantities.settings import dumps
+from apesim.studies.commands.gap_explain import parent_of
+from apesim.studies.console import Console
+from apesim.studies.estimation.residuals import Block
+from apesim.studies.figures.gap import draw_gap
+from apesim.studies.gap.decide.operating_points import label_of
+from apesim.studies.gap.report import html
+from apesim.studies.gap.report.comparison import Compared, by_run, shown_of, size_of, worst
+from apesim.studies.gap.report.html import Tried, number
+from apesim.studies.gap.report.residual_map import residual_map
+from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.measured import Measured, MeasuredRun
+from tests.gap_bench import write_bench
+
+AMBIENT = 101325.0
+MARKS = {
+    "energise": 0.0,
+    "release": 0.040,
+    "opening_start": 0.005,
+    "opening_contact": 0.010,
+    "closing_start": 0.045,
+    "closing_contact": 0.050,
+}
+
+
+def compared(role="fit", left=0.0, sensor="lift", number=0, marks=MARKS, after=True):
+    """A signal of 100 ms with a constant left-over."""
+    times = np.arange(0.0, 0.1, 0.5e-3)
+    values = np.zeros(len(times))
+    run = MeasuredRun("p", "p.csv", 0.4e6 + AMBIENT, 287.0, 0.04, role, times, {sensor: values})
+    rest = np.full(len(times), left)
+    block = Block(number, run, sensor, times, values, 0.5e-3)
+    return Compared(block, 1e-5, values, values if after else None, rest, 0.1 * rest if after else None, marks)
+
+
+def test_a_map_has_the_mean_of_each_cell_in_its_own_deviations():
+    found = residual_map([compared(left=0.5)])
+    sizes = dict.fromkeys(name for name, _ in found.sections)
+    assert list(sizes) == ["dead time", "opening", "dwell", "closing", "rest"]
+    assert sum(columns for _, columns in found.sections) == found.before.shape[1]
+    # 200 samples of 0.5 each in cells of n: sums of squares add up to 200 * 0.5^2.
+    assert not np.isnan(found.before).any()
+    assert np.sum(found.before**2) == pytest.approx(200 * 0.25)
+    assert np.nansum(found.after**2) == pytest.approx(200 * 0.25 * 0.01)
+
+
+def test_rows_of_a_map_share_their_phases_whatever_the_timing():
+    late = {name: 1.2 * at for name, at in MARKS.items()}
+    one, other = compared(left=0.0), compared(left=0.0, number=1, marks=late)
+    for signal in (one, other):
+        flying = (signal.block.times >= signal.marks["opening_start"]) & (
+            signal.block.times < signal.marks["opening_contact"]
+        )
+        signal.left_before[flying] = 3.0
+    found = residual_map([one, other])
+    ends = np.cumsum([0, *(columns for _, columns in found.sections)])
+    opening = np.arange(found.before.shape[1])
+    opening = (opening >= ends[1]) & (opening < ends[2])
+    assert [name for name, _ in found.sections][1] == "opening"
+    assert np.all(found.before[:, opening] >= 3.0)
+    assert np.nansum(np.abs(found.before[:, ~opening])) == 0.0
+
+
+def test_a_mark_that_never_comes_leaves_no_sample_out():
+    turned = MARKS | {"opening_contact": np.nan, "closing_contact": np.nan}
+    found = residual_map([compared(left=1.0, marks=turned)])
+    assert np.nansum(found.before**2) == pytest.approx(200.0)
+
+
+def test_the_worst_are_of_runs_never_used_and_of_each_signal_once():
+    signals = [
+        compared("fit", 9.0),
+        compared("check", 1.0, number=1),
+        compared("check", 2.0, number=2),
+        compared("check", 0.5, "pressure_a", 2),
+    ]
+    found = worst(signals, 3)
+    assert [(one.role, one.block.sensor, size_of([one.left_before])) for one in found] == [
+        ("check", "lift", 2.0),
+        ("check", "pressure_a", 0.5),
+        ("check", "lift", 1.0),
+    ]
+    assert [len(own) for own in by_run(signals)] == [1, 1, 2]
+
+
+def test_values_are_shown_in_the_unit_of_the_sensor():
+    shown = shown_of(compared().block)
+    assert (shown.name, shown.unit, shown.of(0.009)) == ("lift", "mm", pytest.approx(9.0))
+    assert label_of(compared().block.run, AMBIENT) == "0.40 MPa gauge, 40 ms"
+
+
+def test_numbers_are_told_with_the_unit_they_have():
+    assert (number(9.81234, "m/s^2"), number(0.0425, ""), number(None)) == ("9.81 m/s²", "0.0425", "-")
+
+
+def test_figures_have_the_same_bytes_each_time(tmp_path):
+    signals = [compared("check", 2.0), compared("fit", 1.0, number=1)]
+    rows = [Tried("side_force", 20.0, 21.0), Tried("bounce", 3.0, None)]
+    drawn = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        svg = draw_gap(signals, rows, "with side force", AMBIENT, tmp_path / name)
+        drawn.append((svg, {path.name: path.read_bytes() for path in (tmp_path / name).iterdir()}))
+    assert drawn[0] == drawn[1]
+    assert sorted(drawn[0][1]) == sorted(f"{name}.{kind}" for name in drawn[0][0] for kind in ("pdf", "png"))
+
+
+def test_figures_are_drawn_where_nothing_was_added(tmp_path):
+    assert len(draw_gap([compared(left=1.0, after=False)], [Tried("bounce", 1.0, None)], "", AMBIENT, tmp_path)) == 4
+    assert "candidates" not in draw_gap([compared(left=1.0, after=False)], [], "", AMBIENT, tmp_path)
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    return write_bench(tmp_path_factory.mktemp("bench"))
+
+
+def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):
+    code, out, err = apesim("gap", "explain", str(bench), "--out", "found", "--json", "--quiet")
+    assert (code, err) == (0, "")
+    told = json.loads(out)
+    text = (tmp_path / "found" / "verdict.json").read_text()
+    assert json.loads(text) == told
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    assert told["verdict"] in ("NAMED", "NAMED_CLASS", "AMBIGUOUS")
+    assert "side_force" in str(told["effects"] or told["nearest"])
+    page = (tmp_path / "found" / "report.html").read_text()
+    assert told["sentence"].replace("^2", "²") in page
+    assert all(digest in page for digest in told["lineage"].values())
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)|url\(|<script|@import""", page)
+    assert page.count("data:image/svg+xml;base64,") == 4
+    assert told["probability"] is None
+    assert "No probability of this statement is given: none has been calibrated." in page
+    assert "in 100" not in page
+    assert "probability" not in (tmp_path / "found" / "machine.toml").read_text()
+    child = tomllib.loads((tmp_path / "found" / "machine.toml").read_text())
+    assert child["valve"]["stroke"] == "9 mm"
+    assert sorted(path.suffix for path in (tmp_path / "found" / "figures").iterdir()) == [".pdf"] * 4 + [".png"] * 4
+    space = {path.name: path.read_text() for path in (tmp_path / "found" / "petab_select").iterdir()}
+    assert len(space) == 5
+    assert "\nside_force\t" in space["model_space.tsv"]
+    assert '\n  model_id: "side_force"\n' in space["calibrated_models.yaml"]
+    code, _, err = apesim("gap", "explain", str(bench), "--out", "found")
+    assert (code, err) == (2, "found: is not empty; choose another --out, or give --overwrite\n")
+
+
+def page_of(**more):
+    """A page of a refusal."""
+    data = {
+        "verdict": "REFUSED",
+        "sentence": "<script>alert(1)</script>",
+        "reason": "<b>",
+        "probability": None,
+        "p_value": 0.001,
+        "effects": [],
+        "alternatives": [],
+        "nearest": [],
+        "warnings": ["<i>p.csv</i>"],
+        "detection_limits": {},
+        "nuisances": [],
+        "noise": [],
+        "lineage": {},
+        "held_out": None,
+        "own_error": 1e-6,
+    }
+    data |= more
+    machine = SimpleNamespace(ambient=SimpleNamespace(pressure=AMBIENT))
+    base = SimpleNamespace(problem=SimpleNamespace(machine=machine), cost=1.0)
+    findings = SimpleNamespace(base=base, measured=Measured("", {}, ()), choices=[], tried=[])
+    return html.page(findings, data, [compared(after=False)], {"gap": "<svg/>"})
+
+
+@pytest.mark.parametrize(
+    ("open_ends", "told"), [([], "20 N."), (["low"], "at most 25 N."), (["low", "high"], "not held by these data.")]
+)
+def test_what_comes_nearest_is_told_as_far_as_the_data_hold_it(open_ends, told):
+    row = {"name": "coulomb_friction", "parameter": "breakaway", "key": "effects.coulomb_friction.breakaway"}
+    row |= {"value": 20.0, "unit": "N", "interval_95": [0.0, 25.0], "open_ends": open_ends}
+    assert f"coulomb friction, breakaway {told}" in page_of(nearest=[row])
+
+
+def test_names_in_a_page_are_escaped():
+    page = page_of()
+    assert not any(text in page for text in ("<script>", "<b>.", "<i>"))
+    assert "&lt;script&gt;" in page
+
+
+def test_costs_of_explanations_count_from_the_least_of_their_own_kind():
+    """With runs that judge, what they leave is in the cost that decides, and it may turn the order."""
+
+    def choice(name, cost):
+        return Choice(SimpleNamespace(names=(name,), cost=cost), cost)
+
+    def rows(role):
+        run = compared(role).block.run
+        tried = [choice("a", 50.0), choice("b", 52.0), choice("c", 90.0)]
+        judged = [choice("b", 70.0), choice("a", 64.0)]
+        base = SimpleNamespace(cost=150.0)
+        return html.explanations(
+            SimpleNamespace(base=base, tried=tried, choices=judged, measured=Measured("", {}, (run,)))
+        )
+
+    assert [(row["names"], row["cost"], row["judged"]) for row in rows("gate")] == [
+        (["a"], 0.0, 0.0),
+        (["b"], 2.0, 6.0),
+        (["c"], 40.0, None),
+    ]
+    assert [(row["cost"], row["judged"]) for row in rows("check")] == [(0.0, None), (2.0, None), (40.0, None)]
+
+
+def test_a_parent_is_the_file_unless_something_is_set_besides(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('# mine\n[valve]\nstroke = "8 mm"\n')
+    plain, cut = (load_machine(file, settings) for settings in ([], ["valve.stroke=7 mm"]))
+    assert parent_of(plain, file, []) == file.read_text()
+    assert parent_of(cut, file, ["valve.stroke=7 mm"]) == dumps(cut) != dumps(plain)
+    assert parent_of(load_machine(None, []), None, []) == dumps(load_machine(None, []))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "wrong"),
+    [
+        (("nowhere", "--out", "x"), "measured.toml"),
+        (("{bench}", "--out", "x", "--without", "fairies"), "fairies"),
+        (("{bench}", "--out", "{bench}/measured.toml"), "cannot be made"),
+        (("{bench}",), "--out"),
+    ],
+)
+def test_bad_input_is_told_in_a_line(apesim, bench, arguments, wrong):
+    code, out, err = apesim("gap", "explain", *(argument.format(bench=bench) for argument in arguments))
+    assert (code, out) == (2, "")
+    assert wrong in err
+    assert "Traceback" not in err
+    assert len(err.splitlines()) == 1
+
+
+def test_a_simulation_that_does_not_end_is_told_and_kept_apart_from_bad_input(apesim, bench, monkeypatch):
+    from apesim.studies.estimation import residuals
+
+    monkeypatch.setattr(residuals, "predict", lambda *_: SimpleNamespace(failed=True))
+    code, out, err = apesim("gap", "explain", str(bench), "--out", "failed")
+    assert (code, out) == (3, "")
+    assert err == "p16.csv: the simulation does not come to its end; nothing is concluded\n"
+
+
+def test_a_sensor_that_is_in_runs_to_check_alone_is_refused(apesim, tmp_path):
+    folder = write_bench(tmp_path)
+    header, *rows = (folder / "p49.csv").read_text().splitlines()
+    lines = [f"{header},pressure_a [kPa abs]", *(f"{row},{500 + k % 7}" for k, row in enumerate(rows))]
+    (folder / "p49.csv").write_text("\n".join(lines) + "\n")
+    for command in (("explain", "--out", "x"), ("isolability",)):
+        code, out, err = apesim("gap", command[0], str(folder), *command[1:])
+        assert (code, out, len(err.splitlines())) == (2, "", 1)
+        assert "p49.csv: pressure_a: is in runs to check alone" in err
+
+
+def test_means_alone_are_drawn(tmp_path):
+    run = compared().block.run._replace(bench="engine", speed=100.0, means={"torque": 30.0}, channels={})
+    block = Block(0, run, "torque", np.zeros(1), np.array([30.0]), 0.0)
+    mean = Compared(block, 0.3, np.array([31.0]), None, np.array([3.3]), None, {})
+    assert sorted(draw_gap([mean], [Tried("bounce", 1.0, None)], "", AMBIENT, tmp_path)) == [
+        "candidates",
+        "gap",
+        "maps",
+    ]
+
+
+def test_a_sensor_that_never_changes_is_refused(apesim, tmp_path):
+    folder = write_bench(tmp_path)
+    header, *rows = (folder / "p40.csv").read_text().splitlines()
+    (folder / "p40.csv").write_text("\n".join([header, *(row.split(",")[0] + ",0" for row in rows)]) + "\n")
+    code, out, err = apesim("gap", "explain", str(folder), "--out", "x")
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert "p40.csv: lift: never changes" in err
+
+
+def test_stages_are_told_on_a_terminal_by_name(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with Console().stages("explaining") as report:
+        for stage, whole in (("calibrating", 1), ("fitting effects", 7)):
+            report(stage, whole, whole)
+            shown = capsys.readouterr().err
+    assert "fitting effects" in shown + capsys.readouterr().err
+    with Console(quiet=True).stages("explaining") as report:
+        report("calibrating", 0, 1)
+    assert capsys.readouterr().err == ""

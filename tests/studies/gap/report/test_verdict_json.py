@@ -1,0 +1,158 @@
+"""What is said of a verdict, and what the machine that it leads to then does."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from apesim.studies.estimation.levenberg_marquardt import Fitted
+from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.parameters import put
+from apesim.studies.estimation.priors import Prior, nuisance
+from apesim.studies.estimation.profile_likelihood import End, EndKind
+from apesim.studies.estimation.residuals import Problem
+from apesim.studies.gap.decide.verdict import CALIBRATION, FAINT, NAMED, NAMED_CLASS, REFUSED, TWO_EFFECTS, Verdict
+from apesim.studies.gap.report.effect_rows import SIDES, effects_of
+from apesim.studies.gap.report.verdict_json import sentence
+from apesim.studies.gap.search.candidates import candidates_of
+from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.work import Work
+from apesim.studies.gap.workflow import Findings, verified
+from apesim.studies.measured import Measured
+from apesim.studies.measured.prediction import run_of
+from apesim.valve.effects import VALVE_EFFECTS
+from tests.machines import machine
+from tests.studies.measured.test_prediction import AMBIENT, valve_run
+
+GAUGE, THERMOMETER = Prior("supply.pressure", 0.01, True), Prior("supply.temperature", 2.0)
+RUNS = [valve_run()._replace(supply=gauge + AMBIENT, temperature=t) for gauge, t in ((0.2e6, 281.0), (0.8e6, 293.0))]
+
+
+def fitted(base, runs, parameters, x, candidates=(), released=""):
+    """A model at given parameters, as if it had been fitted."""
+    jacobian = np.vstack([np.eye(len(x)), np.eye(len(x))])
+    problem = Problem(base, runs, parameters)
+    return Model(candidates, problem, Fitted(np.array(x, dtype=float), np.zeros(2 * len(x)), jacobian, True), released)
+
+
+def released(base, prior, x, runs=RUNS):
+    """A calibrated machine whose nuisance has lost its prior."""
+    free = nuisance(base, prior)._replace(prior=False)
+    return fitted(base, runs, [free], [x], released=prior.key)
+
+
+def with_effects(*sized):
+    """A machine with effects at x, by name."""
+    known = {c.name: c for c in candidates_of(machine(), "valve", VALVE_EFFECTS)}
+    found = tuple(known[name] for name, *_ in sized)
+    parameters = [p for candidate in found for p in candidate.parameters]
+    return fitted(machine(), RUNS, parameters, [x for _, *own in sized for x in own], found)
+
+
+def said(word, model, *rivals, reason="", balance=None):
+    choices = tuple(Choice(rival, 0.0) for rival in rivals)
+    told = SimpleNamespace(verdict=word, best=Choice(model, 0.0), rivals=choices, reason=reason)
+    table = balance and SimpleNamespace(balance=SimpleNamespace(balance=balance))
+    return sentence(SimpleNamespace(verdict=told, tabulated=table))
+
+
+@pytest.mark.parametrize(
+    "known", [{}, {"sensor_gain__supply_pressure": 0.03, "sensor_offset__supply_temperature": 4.0}]
+)
+@pytest.mark.parametrize("prior", [GAUGE, THERMOMETER])
+def test_a_machine_with_the_instrument_put_right_has_the_supply_that_was_found(known, prior):
+    base = machine(**{f"effects__{name}": value for name, value in known.items()})
+    model = released(base, prior, 6.0)
+    corrected = model.machine()
+    assert corrected.supply == base.supply
+    for run in RUNS:
+        meant = put(run_of(base, run), model.problem.parameters, model.fitted.x).supply
+        assert run_of(corrected, run).supply == pytest.approx(meant, rel=1e-12, nan_ok=True)
+
+
+def test_a_supply_temperature_that_runs_do_not_state_is_the_machines():
+    silent = [run._replace(temperature=np.nan) for run in RUNS]
+    model = released(machine(), THERMOMETER, 6.0, silent)
+    assert model.machine().supply.temperature == pytest.approx(machine().supply.temperature + 12.0)
+    assert model.machine().effects == machine().effects
+    (row,) = effects_of(model)
+    assert (row["key"], row["value"]) == ("supply.temperature", pytest.approx(machine().supply.temperature + 12.0))
+    both = released(machine(), THERMOMETER, 6.0, [RUNS[0], silent[1]]).machine()
+    assert [run_of(both, run).supply.temperature for run in (RUNS[0], silent[1])] == pytest.approx([293.0, 299.0])
+
+
+def test_readings_are_told_from_numbers_of_the_machine():
+    warm = said(CALIBRATION, released(machine(), THERMOMETER, 4.5))
+    assert warm == "Nothing is missing, but a reading is wrong: supply temperature reads 9 K too low."
+    high = said(CALIBRATION, released(machine(), GAUGE, -8.0))
+    assert high == "Nothing is missing, but a reading is wrong: supply pressure reads 8.7 % too high."
+    late = said(CALIBRATION, released(machine(), Prior("valve.solenoid.dead_time", 1e-4), 5.0))
+    assert late.startswith("Nothing is missing, but a number is wrong: valve, solenoid, dead time (")
+
+
+def test_effects_of_the_record_are_never_called_physics():
+    lag, drag, force = ("lift_sensor_lag", 0.5), ("quadratic_drag", 0.25), ("side_force", -0.5)
+    lagging = said(NAMED, with_effects(lag))
+    assert lagging == "The model lacks nothing that these data show, but the record has lift sensor lag (time 0.25 ms)."
+    assert said(NAMED, with_effects(drag)) == "The model lacks quadratic drag (coefficient 10 N s^2/m^2)."
+    both = said(TWO_EFFECTS, with_effects(drag, lag))
+    assert both == (
+        "The model lacks quadratic drag (coefficient 10 N s^2/m^2), and the record has lift sensor lag (time 0.25 ms)."
+    )
+    two = said(TWO_EFFECTS, with_effects(drag, force))
+    assert two.startswith("The model lacks two effects: quadratic drag (")
+    either = said(NAMED_CLASS, with_effects(lag), with_effects(drag))
+    assert either.startswith("The gap is lift sensor lag (time 0.25 ms), or what these data do not tell from it: quad")
+
+
+def test_what_is_refused_as_too_faint_is_told_with_its_explanations():
+    either = with_effects(("quadratic_drag", 0.25)), with_effects(("side_force", -0.5))
+    assert said(REFUSED, *either) == "There is a gap, and nothing in the library closes it."
+    assert said(REFUSED, *either, reason=FAINT, balance="force") == (
+        "There is a gap, and these data hardly tell what closes it: quadratic drag, or side force; "
+        "a table of a force takes it best."
+    )
+
+
+def test_parameters_of_one_effect_are_one_thing_in_a_sentence():
+    (shape,) = {c.name: c for c in candidates_of(machine(), "valve", VALVE_EFFECTS)}["supply_droop"].shapes
+    told = said(NAMED, with_effects(("supply_droop", 0.1, 0.5)))
+    assert shape.key.endswith("volume")
+    assert told.startswith("The model lacks supply droop (feed_area ")
+    assert told.count("supply droop") == 1
+    assert ", volume " in told
+
+
+@pytest.mark.parametrize(
+    ("open_ends", "told"),
+    [((0, 0), "breakaway 20 N"), ((1, 0), "breakaway at most 25 N"), ((0, 1), "breakaway at least 5 N"), ((1, 1), "")],
+)
+def test_a_shape_is_told_as_far_as_the_data_hold_it(open_ends, told):
+    model = with_effects(("coulomb_friction", 0.75, 0.4))
+    kinds = [EndKind.OPEN if is_open else EndKind.CLOSED for is_open in open_ends]
+    sides = [End(x, kind, model.fitted.x) for x, kind in zip((0.1, 0.5), kinds, strict=True)]
+    model = model._replace(profiles=dict.fromkeys((p.key for p in model.problem.parameters), sides))
+    assert said(NAMED, model) == f"The model lacks coulomb friction (force 9 N{', ' if told else ''}{told})."
+    assert [row["open_ends"] for row in effects_of(model)] == [
+        [s for s, o in zip(SIDES, open_ends, strict=True) if o]
+    ] * 2
+
+
+def test_what_is_fitted_beyond_its_range_is_told_and_written_as_its_end():
+    model = with_effects(("side_force", 1.2), ("quadratic_drag", 0.5))
+    model.problem.runs = RUNS[:1]
+    assert model.beyond == ["effects.side_force.force"]
+    effects = model.machine().effects
+    assert (effects.side_force.force, effects.quadratic_drag.coefficient) == (pytest.approx(12.0), pytest.approx(20.0))
+    unsure = model._replace(fitted=model.fitted._replace(converged=False))
+    found = verified(findings(unsure), Work())
+    assert [text.split(" ")[-3:] for text in found.warnings] == [["did", "not", "converge"], ["end", "of", "it"]]
+    assert found.checked is None
+
+
+def findings(model):
+    """What was found, as far as the end of the workflow looks at it."""
+    base = model._replace(candidates=())
+    told = Verdict(NAMED, Choice(model, 0.0), (), "")
+    rest = dict.fromkeys(Findings._fields, None) | {"cells": [], "size": 1.0}
+    return Findings(**rest | {"measured": Measured("", {}, ()), "base": base, "verdict": told, "warnings": []})

@@ -1,0 +1,108 @@
+"""Intervals of effects that have a shape, from data of the independent simulator."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from apesim import load_machine
+from apesim.studies.estimation.calibration import calibrate
+from apesim.studies.gap.report.effect_rows import effects_of, interval_text, value_text
+from apesim.studies.gap.search.candidates import candidates_of
+from apesim.studies.gap.search.intervals import with_profiles
+from apesim.studies.gap.search.library import effects_on
+from apesim.studies.gap.search.refit import refit
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import Measured, MeasuredRun
+from tests.truth.score import clopper_pearson
+from tests.truth.valve import Bench, noise, simulate
+
+AMBIENT = 101325.0
+TIMES = np.arange(0.0, 0.1, 0.2e-3)
+PULSE = 50e-3
+NOISE = {"lift": 0.03e-3, "pressure_a": 2e3, "pressure_b": 2e3}
+RIG = Bench(viscous_friction=117.0, effective_area=8.8e-6, dead_time=1.55e-3, supply_temperature=288.0)
+"""A little off from what the machine file says."""
+
+
+def measured(seed, **friction):
+    """Two pressures of the valve's bench with dry friction."""
+    rng, runs = np.random.default_rng(seed), []
+    for gauge in (0.16e6, 0.40e6):
+        rig = RIG._replace(supply_pressure=1.004 * gauge + AMBIENT, **friction)
+        states = simulate(rig, PULSE, float(TIMES[-1])).states(TIMES)
+        seen = {"lift": rig.stroke - states[0], "pressure_a": states[2], "pressure_b": states[4]}
+        channels = {name: seen[name] + noise(len(TIMES), NOISE[name], rng) for name in NOISE}
+        runs.append(MeasuredRun(f"{gauge:g}", "", gauge + AMBIENT, 287.0, PULSE, "fit", TIMES, channels))
+    return Measured("", NOISE, tuple(runs))
+
+
+@lru_cache
+def friction(seed, force, breakaway):
+    """Coulomb friction fitted to it: as the curvature has it, and with profiles."""
+    machine = load_machine(None, [])
+    base, _ = calibrate(machine, measured(seed, dry_friction=force, breakaway=breakaway))
+    (candidate,) = [
+        one for one in candidates_of(machine, "valve", effects_on("valve")) if one.name == "coulomb_friction"
+    ]
+    model = refit(base, (candidate,), (candidate.switched_on(0, 0.5, (0.1,)),))
+    return model, with_profiles(model, Work())[0]
+
+
+def rows_of(model):
+    return {row["parameter"]: row for row in effects_of(model)}
+
+
+def test_a_breakaway_that_does_nothing_below_the_friction_is_held_from_above_alone():
+    """The cause of an interval of 10 to 36 N where 9 N were hidden: the curvature does not know of the flat below."""
+    fitted, found = friction(1, 9.0, 9.0)
+    assert fitted.told[-1]
+    row = rows_of(found)["breakaway"]
+    assert row["open_ends"] == ["low"]
+    assert row["interval_95"][0] == 0.0
+    assert 20.0 < row["interval_95"][1] < 40.0
+    assert value_text(row) == f"at most {row['interval_95'][1]:.3g} N"
+    assert interval_text(row) == f"at most {row['interval_95'][1]:.3g} N (95 %)"
+
+
+def test_a_breakaway_is_held_from_above_where_the_best_one_does_nothing():
+    fitted, found = friction(2, 9.0, 9.0)
+    assert not fitted.told[-1]
+    row = rows_of(found)["breakaway"]
+    assert row["open_ends"] == ["low"]
+    assert 9.0 < row["interval_95"][1] < 40.0
+
+
+def test_a_breakaway_that_shows_is_held_on_both_sides():
+    row = rows_of(friction(8, 6.0, 20.0)[1])["breakaway"]
+    assert row["open_ends"] == []
+    assert 6.0 < row["interval_95"][0] < 20.0 < row["interval_95"][1] < 40.0
+
+
+def test_the_interval_of_a_friction_counts_that_some_of_it_may_be_breakaway():
+    """Where the best breakaway does nothing the curvature takes it to be so: 6.4 to 8.0 N where 6 N were hidden."""
+    fitted, found = friction(5, 6.0, 20.0)
+    assert not fitted.told[-1]
+    half = 1.96 * np.sqrt(np.diag(fitted.fitted.covariance)[-2])
+    assert fitted.problem.parameters[-2].value(fitted.fitted.x[-2] - half) > 6.0
+    low, high = rows_of(found)["force"]["interval_95"]
+    assert low < 6.0 < high
+
+
+def test_no_interval_is_told_of_a_shape_where_none_was_sought():
+    rows = rows_of(friction(1, 9.0, 9.0)[0])
+    assert rows["breakaway"]["interval_95"] is rows["force"]["interval_95"] is None
+    assert interval_text(rows["force"]) == "interval not sought"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("force", "breakaway"), [(9.0, 9.0), (6.0, 20.0)])
+def test_over_40_noises_the_intervals_hold_what_was_hidden(force, breakaway):
+    held: dict = {"force": [], "breakaway": []}
+    for seed in range(200, 240):
+        rows = rows_of(friction(seed, force, breakaway)[1])
+        for name, true in (("force", force), ("breakaway", breakaway)):
+            low, high = rows[name]["interval_95"]
+            held[name].append(low <= true <= high)
+    for hits in map(sum, held.values()):
+        assert clopper_pearson(hits, 40, 0.99)[1] >= 0.95, held

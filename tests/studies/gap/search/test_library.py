@@ -1,0 +1,75 @@
+import json
+
+import pytest
+
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.studies.gap.search.library import library
+
+NAMES = """
+supply_droop solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio
+discharge_coefficient_slope vent_back_pressure dead_volume ring_leakage leakage_a leakage_b chamber_wall_heat
+moving_mass_error spring_rate_error coulomb_friction stribeck_friction seal_friction quadratic_drag side_force
+intake_flow_force end_cushion bounce tabulated_force tabulated_damping tabulated_heat tabulated_leak tabulated_area
+tabulated_delay lift_sensor_lag pressure_sensor_lag sensor_gain sensor_offset time_zero
+intake_pipe_loss groove_area_error seat_leak clearance_error cylinder_wall_heat blow_by exhaust_timing
+exhaust_restriction friction_torque tabulated_cylinder_heat tabulated_cylinder_leak tabulated_groove
+speed_ripple tdc_error
+""".split()
+CHANNELS = {"lift", "pressure_a", "pressure_b", "cylinder_pressure", "torque", "air_flow"}
+STRENGTHS = {
+    "coulomb_friction": {"force", "breakaway"},
+    "cylinder_wall_heat": {"h", "factor"},
+    "groove_area_error": {"share", "taper"},
+    "sensor_gain": CHANNELS | {"supply_pressure"},
+    "sensor_offset": CHANNELS | {"supply_temperature"},
+}
+
+
+def test_the_library_lists_every_effect_in_the_order_of_the_air():
+    assert [entry.name for entry in library()] == NAMES == [effect.name for effect in ALL_EFFECTS]
+    assert [entry.layer for entry in library()] == ["valve"] * 34 + ["engine"] * 14
+
+
+def test_strengths_come_first_and_are_marked():
+    for entry in library():
+        marked = {parameter.name for parameter in entry.parameters if parameter.strength}
+        assert entry.parameters[0].strength
+        if entry.name.startswith("tabulated"):
+            assert marked == {parameter.name for parameter in entry.parameters}
+        else:
+            assert marked == STRENGTHS.get(entry.name, {entry.parameters[0].name})
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "expected"),
+    [
+        ("seal_friction", "coefficient", "0 to 0.0001 N/Pa"),
+        ("quadratic_drag", "coefficient", "0 to 40 N s^2/m^2"),
+        ("pressure_dependent_delay", "slope", "-2.5 to 2.5 ms/MPa"),
+        ("critical_ratio", "b", "0.2 to 0.528"),
+        ("groove_area_error", "taper", "-0.4 to 0.4"),
+        ("exhaust_timing", "angle", "-8 to 8 deg"),
+        ("lift_sensor_lag", "time", "0 to 0.5 ms"),
+        ("pressure_sensor_lag", "time", "0 to 0.5 ms"),
+        ("time_zero", "time", "-1 to 1 ms"),
+        ("tdc_error", "angle", "-2 to 2 deg"),
+        ("speed_ripple", "share", "0 to 0.04"),
+    ],
+)
+def test_ranges_are_told_with_their_unit(effect, parameter, expected):
+    (entry,) = (entry for entry in library() if entry.name == effect)
+    (found,) = (found for found in entry.parameters if found.name == parameter)
+    assert found.range == expected
+
+
+def test_the_command_prints_a_table_and_json(apesim):
+    code, out, _ = apesim("gap", "effects")
+    assert code == 0
+    assert all(name in out for name in NAMES)
+    code, out, _ = apesim("gap", "effects", "--json")
+    told = json.loads(out)["effects"]
+    assert code == 0
+    assert [effect["name"] for effect in told] == NAMES
+    assert {"slots", "parameters", "equation", "source", "seen_in", "isolated_by", "off"} < told[0].keys()
+    (ratio,) = (effect for effect in told if effect["name"] == "critical_ratio")
+    assert (ratio["off"], ratio["slots"], ratio["parameters"][0]["default"]) == (0.528, ["adjust"], "0.528")

@@ -1,0 +1,136 @@
+"""From measured data to a verdict, on data of the independent simulator."""
+
+import json
+from itertools import count
+
+import numpy as np
+import pytest
+
+from apesim.engine.machine import Machine
+from apesim.quantities.settings import load
+from apesim.studies.console import plain
+from apesim.studies.execution.pool import Team
+from apesim.studies.gap.report.effect_rows import effects_of
+from apesim.studies.gap.report.verdict_json import record
+from apesim.studies.gap.work import Work
+from apesim.studies.gap.workflow import explain
+from apesim.studies.measured import read_measured
+from apesim.valve.effects import VALVE_EFFECTS
+from tests.truth.valve import Bench, noise, simulate
+
+AMBIENT = 101325.0
+TEMPERATURE = 287.0
+TIMES = np.linspace(0.0, 0.1, 501)
+PRESSURES = {0.16e6: "fit", 0.40e6: "fit", 0.70e6: "fit", 0.55e6: "gate", 0.49e6: "check"}
+LIFT, PRESSURE = 0.03e-3, 2e3
+SEED = 5000
+
+
+@pytest.fixture
+def measure(tmp_path):
+    """Writes a folder as from a rig with a valve of the independent simulator."""
+    numbers = count()
+
+    def folder(bench, pressures=PRESSURES, chambers=True, gauge_error=0.0, late=0.0):
+        path = tmp_path / f"data{next(numbers)}"
+        path.mkdir()
+        rng = np.random.default_rng(SEED)
+        text = 'bench = "valve"\n[sensor.lift]\nnoise = "0.03 mm"\n'
+        for number, (gauge, role) in enumerate(pressures.items()):
+            supply = gauge * (1.0 + gauge_error) + AMBIENT
+            rig = bench._replace(supply_pressure=supply, supply_temperature=TEMPERATURE)
+            states = simulate(rig, 50e-3, float(TIMES[-1])).states(TIMES)
+            columns = {"time [s]": TIMES + late, "lift [m]": rig.stroke - states[0] + noise(len(TIMES), LIFT, rng)}
+            if chambers:
+                columns["pressure_a [Pa abs]"] = states[2] + noise(len(TIMES), PRESSURE, rng)
+                columns["pressure_b [Pa abs]"] = states[4] + noise(len(TIMES), PRESSURE, rng)
+            rows = "".join(",".join(map(repr, map(float, row))) + "\n" for row in zip(*columns.values(), strict=True))
+            (path / f"{number}.csv").write_text(",".join(columns) + "\n" + rows)
+            text += f'[[run]]\ndata = "{number}.csv"\nsupply = "{gauge / 1e6!r} MPa gauge"\ntemperature = "287 K"\n'
+            text += f'pulse = "50 ms"\nrole = "{role}"\n'
+        (path / "measured.toml").write_text(text)
+        return path
+
+    return folder
+
+
+def explained(folder, **options):
+    return explain(Machine(), read_measured(folder, AMBIENT), **options)
+
+
+def test_where_nothing_is_missing_nothing_is_found(measure):
+    found = explained(measure(Bench()))
+    assert found.verdict.verdict == "NO_GAP"
+    assert not found.detection.alarm
+    assert np.abs(found.base.fitted.x).max() < 3.0
+    checked = record(found)["held_out"]
+    assert checked["before"] == checked["after"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_hidden_effect_is_named_sized_and_added(measure, apesim, tmp_path):
+    path = measure(Bench(dry_friction=3.0, breakaway=3.0))
+    code, out, _ = apesim("gap", "explain", str(path), "--out", str(tmp_path / "out"), "--json")
+    data = json.loads(out)
+    assert code == 0
+    assert data["verdict"] == "NAMED"
+    assert json.loads((tmp_path / "out/verdict.json").read_text())["verdict"] == "NAMED"
+    force = next(row for row in data["effects"] if row["parameter"] == "force")
+    assert force["name"] == "coulomb_friction"
+    assert force["interval_95"][0] < 3.0 < force["interval_95"][1]
+    assert force["interval_95"][1] - force["interval_95"][0] < 3.0
+    # On runs that were opened once the gap is gone.
+    held_out = data["held_out"]
+    assert held_out["before"] > held_out["after"]
+    assert held_out["size_before"] > 0.15 > held_out["size_after"]
+    assert held_out["after"] == pytest.approx(1.0, abs=0.05)
+    # The machine that was written has the effect, and lacks nothing.
+    machine = load(Machine, tmp_path / "out/machine.toml")
+    assert machine.effects.coulomb_friction.force == pytest.approx(force["value"], rel=1e-9)
+    assert explain(machine, read_measured(path, AMBIENT)).verdict.verdict == "NO_GAP"
+
+
+def test_an_effect_that_the_library_lacks_is_not_given_another_name(measure):
+    path = measure(Bench(dry_friction=12.0, breakaway=12.0))
+    found = explained(path, without=["coulomb_friction", "stribeck_friction", "seal_friction"])
+    assert found.detection.alarm
+    assert found.verdict.verdict in ("REFUSED", "AMBIGUOUS")
+
+
+def test_a_wrong_number_of_the_machine_is_a_finding_of_its_own(measure):
+    found = explained(measure(Bench(), gauge_error=0.08))
+    assert found.verdict.verdict == "CALIBRATION"
+    assert found.verdict.best.names == ("supply.pressure",)
+    (row,) = effects_of(found.best)
+    assert (row["name"], row["key"]) == ("supply.pressure", "effects.sensor_gain.supply_pressure")
+    assert row["interval_95"][0] < -0.08 / 1.08 < row["interval_95"][1]
+    assert record(found)["sentence"].startswith("Nothing is missing, but a reading is wrong: supply pressure reads 7.")
+    # What the machine says of the gauge holds for these runs, and explains them.
+    again = explain(found.best.machine(), found.measured)
+    assert again.verdict.verdict == "NO_GAP"
+    assert abs(again.base.fitted.x).max() < 3.0
+
+
+def test_a_nuisance_that_takes_all_of_a_gap_is_a_finding_though_little_is_left(measure):
+    found = explained(measure(Bench(), late=0.8e-3, chambers=False))
+    assert found.detection.alarm
+    assert found.size < 0.15
+    assert found.verdict.verdict == "CALIBRATION"
+    assert found.verdict.best.names == ("valve.solenoid.dead_time",)
+
+
+def test_one_operating_point_alone_names_nothing(measure):
+    found = explained(measure(Bench(dry_friction=8.0, breakaway=8.0), {0.16e6: "fit"}, chambers=False))
+    assert found.verdict.verdict in ("AMBIGUOUS", "NO_GAP")
+
+
+def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(measure):
+    path = measure(Bench(dry_friction=12.0, breakaway=12.0), {0.16e6: "fit", 0.40e6: "fit", 0.55e6: "gate"})
+    few = ("quadratic_drag", "leakage_a", "slow_ramp", "spring_rate_error", "tabulated_force")
+    without = [effect.name for effect in VALVE_EFFECTS if effect.name not in few]
+    alone = explained(path, without=without)
+    with Team(2) as team:
+        shared = explained(path, without=without, work=Work(team))
+    assert any(len(choice.names) == 2 for choice in alone.tried)
+    assert alone.tabulated
+    assert plain(record(shared)) == plain(record(alone))
+    assert shared.simulations == alone.simulations
