@@ -11,11 +11,11 @@ from apesim.kernel import kernel
 from apesim.quantities import NO_CURVE, Curve, Quantity
 from apesim.valve.groove import piece_line, piece_of
 
-VOLUME_MOST = 1.0
+MAX_VOLUME = 1.0
 """Largest finite volume of the receiver [m3]; measured: up to here a periodic state is found within 2e-6."""
-ROWS_MOST = 2000
+MAX_ROWS = 2000
 """Most rows of a cam's lift curve: every row ends a step of the march, so more rows cost time only."""
-LIFT_MOST = 0.1
+MAX_LIFT = 0.1
 """Highest lift of a cam [m]; the upper end of the range of `Cam.lift`."""
 
 
@@ -88,15 +88,15 @@ def lift_curve_faults(curve: np.ndarray) -> Iterator[tuple[str, str, str]]:
     'does not start and end closed'
     """
     angle, lift = curve.T
-    if len(curve) > ROWS_MOST:
-        yield "lift_curve", f"has {len(curve)} rows", f"at most {ROWS_MOST}"
+    if len(curve) > MAX_ROWS:
+        yield "lift_curve", f"has {len(curve)} rows", f"at most {MAX_ROWS}"
     if angle[0] < -TURN or angle[-1] > 2.0 * TURN or angle[-1] - angle[0] > TURN * (1.0 + 1e-12):
         yield "lift_curve", "does not fit into a turn", "less than 360 deg from first to last row, from -360 to 720 deg"
     if lift[0] != 0.0 or lift[-1] != 0.0 or lift.min() < 0.0:
         yield "lift_curve", "does not start and end closed", "lift 0 in the first and in the last row, nowhere below 0"
-    if not 0.0 < lift.max() <= LIFT_MOST:
+    if not 0.0 < lift.max() <= MAX_LIFT:
         peak = f"lifts to {lift.max() * 1e3:g} mm"
-        yield "lift_curve", peak, f"more than 0 and at most {LIFT_MOST * 1e3:g} mm"
+        yield "lift_curve", peak, f"more than 0 and at most {MAX_LIFT * 1e3:g} mm"
 
 
 class Cam(NamedTuple):
@@ -198,9 +198,9 @@ class Receiver(NamedTuple):
         >>> [right for key, wrong, right in Receiver(volume=50.0).faults()]
         ['at most 1000 L, or "inf"']
         """
-        if VOLUME_MOST < self.volume < inf:
+        if MAX_VOLUME < self.volume < inf:
             wrong = "is so large that its pressure takes millions of cycles to settle"
-            yield "volume", wrong, f'at most {VOLUME_MOST * 1e3:g} L, or "inf"'
+            yield "volume", wrong, f'at most {MAX_VOLUME * 1e3:g} L, or "inf"'
 
 
 @kernel

@@ -41,7 +41,7 @@ from apesim.exergy import (
 )
 from apesim.kernel import kernel
 from apesim.march.error_bounds import closure_of
-from apesim.scratch import zeros
+from apesim.stack_array import zeros
 from apesim.valve.exergy import (
     CHAMBER_MIXING,
     CONTROL_AIR,

@@ -10,8 +10,8 @@ from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cy
 from apesim.engine.cycle.rates import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
 from apesim.engine.cycle.state import GROOVE, SIZE, STATES, WORK, Cycle
 from apesim.engine.exergy import RATES
-from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, WATCH, Status, march
-from apesim.march.periodic import CYCLES_MOST, PERIODIC_TOLERANCE, Orbit, known_orbit, periodic_orbit
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Status, march
+from apesim.march.periodic import MAX_CYCLES, PERIODIC_TOLERANCE, Orbit, known_orbit, periodic_orbit
 from apesim.valve.actuator import PHASE
 from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
 from apesim.valve.piston import HELD_CLOSED
@@ -53,12 +53,12 @@ def run_steady(
     speed,
     tolerance=TOLERANCE,
     angle_step=0.5 * DEGREE,
-    most=CYCLES_MOST,
-    steady=PERIODIC_TOLERANCE,
-    first_angle=0.0,
+    max_cycles=MAX_CYCLES,
+    periodic_tolerance=PERIODIC_TOLERANCE,
+    trace_start=0.0,
     angles=None,
     start=None,
-    doubted=True,
+    estimate_error=True,
 ):
     """March an operating point to its periodic steady state, and through one more cycle that is noted.
 
@@ -70,17 +70,17 @@ def run_steady(
     tolerance : float
     angle_step : float
         Between two rows of the trace [rad].
-    most : int
+    max_cycles : int
         Cycles at most.
-    steady : float
+    periodic_tolerance : float
         Largest change of a state over a cycle that counts as periodic, relative.
-    first_angle : float
+    trace_start : float
         Of the first row of the trace, from the energising [rad].
     angles : (n,) float array, optional
         Of the rows of the trace, ascending within the turn from the energising on [rad]; they go before a step.
     start : apesim.march.periodic.Known, optional
         See `known_state`.
-    doubted : bool
+    estimate_error : bool
         Whether to march two more cycles, one at tenfold tolerance for the changes of work and air, and one for the
         exergy ledger; else these are NaN.
 
@@ -88,17 +88,17 @@ def run_steady(
     -------
     SteadyRun
     """
-    p, tables, kinks = cycle_of(machine, speed)
+    p, tables, breakpoints = cycle_of(machine, speed)
     accuracy = accuracy_at(p, tolerance)
     start = start and _at_its_stop(p, start)
-    orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy, steady, most, start)
+    orbit = periodic_orbit(p, tables, *charged_at_rest(p), breakpoints, accuracy, periodic_tolerance, max_cycles, start)
     if angles is None:
-        angles = p.start + np.arange(first_angle, 2.0 * np.pi + 0.5 * angle_step, angle_step)
-    times = np.minimum((angles - p.start) / speed, kinks[-1])
+        angles = p.start + np.arange(trace_start, 2.0 * np.pi + 0.5 * angle_step, angle_step)
+    times = np.minimum((angles - p.start) / speed, breakpoints[-1])
 
     def cycle(y, mode, accuracy, times=times[:0], log_rows=LOG_ROWS):
         log, trace = np.empty((log_rows, LOG_HEAD + STATES)), np.full((len(times), len(TRACE)), np.nan)
-        outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
+        outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, times, trace)
         return log[: outcome.logged], trace, outcome
 
     end, mode = orbit.y.copy(), orbit.mode.copy()
@@ -107,18 +107,18 @@ def run_steady(
     coarse, coarse_mode = orbit.y.copy(), orbit.mode.copy()
     before, exergy_mode = np.append(orbit.y, np.zeros(RATES)), orbit.mode.copy()
     exergy_end, exergy_accuracy = before.copy(), with_exergy(p, accuracy)
-    if doubted:
+    if estimate_error:
         cycle(coarse, coarse_mode, accuracy.tenfold(), log_rows=0)
         cycle(exergy_end, exergy_mode, exergy_accuracy, log_rows=0)
     if orbit.period == 2:
         second, _, other = cycle(end, mode, accuracy)
         work, impacts = 0.5 * (work + other.work), 0.5 * (impacts + impact_loss(p.actuator, second))
-        if doubted:
+        if estimate_error:
             cycle(coarse, coarse_mode, accuracy.tenfold(), log_rows=0)
             cycle(exergy_end, exergy_mode, exergy_accuracy, log_rows=0)
         end, coarse, exergy_end = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse), 0.5 * (before + exergy_end)
     exergy_end[SIZE + VALVE_IMPACTS] = impacts
-    is_extremum = np.isin(log[:, 1], (WATCH + RECEIVER_EXTREMUM, WATCH + TEMPERATURE_EXTREMUM))
+    is_extremum = np.isin(log[:, 1], (ZERO_CROSSING + RECEIVER_EXTREMUM, ZERO_CROSSING + TEMPERATURE_EXTREMUM))
     return SteadyRun(
         p,
         orbit,
@@ -129,9 +129,9 @@ def run_steady(
         angles,
         trace,
         work,
-        exergy_end if doubted else np.full_like(exergy_end, nan),
-        _change(coarse[WORK], end[WORK]) if doubted else nan,
-        _change(coarse[GROOVE], end[GROOVE]) if doubted else nan,
+        exergy_end if estimate_error else np.full_like(exergy_end, nan),
+        _change(coarse[WORK], end[WORK]) if estimate_error else nan,
+        _change(coarse[GROOVE], end[GROOVE]) if estimate_error else nan,
         tolerance,
         int(outcome.status if orbit.status == Status.DONE else orbit.status),
         outcome.steps,
@@ -152,10 +152,10 @@ def known_state(machine, speed):
     apesim.march.periodic.Known or None
         None where it does not settle to a period of one cycle.
     """
-    p, tables, kinks = cycle_of(machine, speed)
+    p, tables, breakpoints = cycle_of(machine, speed)
     accuracy = accuracy_at(p)
-    orbit = periodic_orbit(p, tables, *charged_at_rest(p), kinks, accuracy)
-    return known_orbit(p, tables, orbit, kinks, accuracy)
+    orbit = periodic_orbit(p, tables, *charged_at_rest(p), breakpoints, accuracy)
+    return known_orbit(p, tables, orbit, breakpoints, accuracy)
 
 
 def _at_its_stop(p, known):

@@ -139,9 +139,9 @@ run_steady = checked(
     speed=SPEED,
     tolerance=SHARE,
     angle_step=ANGLE_STEP,
-    most=COUNT,
-    steady=SHARE,
-    first_angle=TRACE_ANGLE,
+    max_cycles=COUNT,
+    periodic_tolerance=SHARE,
+    trace_start=TRACE_ANGLE,
     angles=[TRACE_ANGLE],
 )
 run_bench = checked(

@@ -8,7 +8,7 @@ from apesim.air import Ambient, Gas, gas_of, internal_energy
 from apesim.effect import NoEffects, add_laws, adjusted, chosen, volume_of
 from apesim.kernel import kernel
 from apesim.restriction import flow_in
-from apesim.scratch import zeros
+from apesim.stack_array import zeros
 from apesim.valve.chamber import chamber_state
 from apesim.valve.effects import VALVE_EFFECTS, ValveLaws, ValveTables
 from apesim.valve.groove import area_table
@@ -20,7 +20,7 @@ from apesim.valve.piston import (
     volume_a,
     volume_b,
 )
-from apesim.valve.solenoid import kinks_of, opening_curve
+from apesim.valve.solenoid import breakpoints_of, opening_curve
 from apesim.valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
 from apesim.valve.terms import DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, MASS_A, MASS_B, TERMS, ValveState
 
@@ -71,11 +71,11 @@ class ActuatorTables(NamedTuple):
     groove: np.ndarray
     """See `apesim.valve.groove.area_table`."""
 
-    def kinks(self, start, end):
+    def breakpoints(self, start, end):
         """Times at which a switch happens or a solenoid's curve bends, up to end and with it [s]."""
         solenoids = (self.edges_a, self.curve_a), (self.edges_b, self.curve_b)
-        kinks = [kinks_of(edges, self.period, curve[:, 0], start, end) for edges, curve in solenoids]
-        return np.unique(np.concatenate(kinks))
+        breakpoints = [breakpoints_of(edges, self.period, curve[:, 0], start, end) for edges, curve in solenoids]
+        return np.unique(np.concatenate(breakpoints))
 
 
 def actuator_of(machine, edges, period, edges_b=None, kind=0):

@@ -8,8 +8,8 @@ import numpy as np
 from apesim.kernel import kernel
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
 from apesim.march.error_bounds import closure_of
+from apesim.march.hybrid_system import events, handle_event, observe, power, rates, start_segment, zero_crossings
 from apesim.march.periodic import periodic_orbit
-from apesim.march.slots import enter, events, observe, power, rates, respond, watch
 from apesim.valve.actuator import (
     GAS_SCALE,
     MAX_STEP,
@@ -25,9 +25,17 @@ from apesim.valve.actuator import (
     state_of,
 )
 from apesim.valve.chamber import filled
-from apesim.valve.line import LINE_FLOW, before_solenoids, has_line, line_changes, line_enters, line_event, line_feed
+from apesim.valve.line import (
+    LINE_FLOW,
+    before_solenoids,
+    change_line_regime,
+    has_line,
+    line_event,
+    line_feed,
+    start_line_segment,
+)
 from apesim.valve.measures import Travel, closing_stroke, opening_stroke, travel_of
-from apesim.valve.motion import actuator_enters, actuator_events, actuator_responds, actuator_watches
+from apesim.valve.motion import actuator_events, actuator_zero_crossings, handle_actuator_event, start_actuator_segment
 from apesim.valve.piston import HELD_CLOSED, is_moving
 
 LINE_MASS, LINE_ENERGY = range(STATES, STATES + 2)
@@ -105,7 +113,7 @@ def supply_of(p, y):
 @rates.for_type(Bench)
 @kernel
 def bench_rates(p, t, y, mode, dy):
-    """Rates of the bench; see `apesim.march.slots.rates`."""
+    """Rates of the bench; see `apesim.march.hybrid_system.rates`."""
     if not in_domain(p.actuator, y):
         return False
     if has_line(p.actuator) and (y[LINE_MASS] <= 0.0 or y[LINE_ENERGY] <= 0.0):
@@ -129,29 +137,29 @@ def bench_events(p, t, y, mode, g):
     g[LINE_FLOW] = line_event(p.actuator, *control_air(p, y), mode)
 
 
-@respond.for_type(Bench)
+@handle_event.for_type(Bench)
 @kernel
-def bench_responds(p, tables, event, t, y, mode):
+def handle_bench_event(p, tables, event, t, y, mode):
     """Responses of the bench."""
     if event == LINE_FLOW:
-        line_changes(p.actuator, *control_air(p, y), mode)
+        change_line_regime(p.actuator, *control_air(p, y), mode)
     else:
-        actuator_responds(p.actuator, tables, event, y, mode, supply_of(p, y))
+        handle_actuator_event(p.actuator, tables, event, y, mode, supply_of(p, y))
 
 
-@watch.for_type(Bench)
+@zero_crossings.for_type(Bench)
 @kernel
-def bench_watches(p, t, y, dy, mode, w):
-    """Watches of the bench."""
-    actuator_watches(p.actuator, y, dy[1], mode, w)
+def bench_zero_crossings(p, t, y, dy, mode, w):
+    """Zero crossings of the bench."""
+    actuator_zero_crossings(p.actuator, y, dy[1], mode, w)
 
 
-@enter.for_type(Bench)
+@start_segment.for_type(Bench)
 @kernel
-def bench_enters(p, tables, t, t_end, y, mode):
+def start_bench_segment(p, tables, t, t_end, y, mode):
     """Modes of a smooth stretch."""
-    actuator_enters(p.actuator, tables, t, t_end, y, mode, supply_of(p, y))
-    line_enters(p.actuator, *control_air(p, y), mode)
+    start_actuator_segment(p.actuator, tables, t, t_end, y, mode, supply_of(p, y))
+    start_line_segment(p.actuator, *control_air(p, y), mode)
 
 
 @power.for_type(Bench)
@@ -164,7 +172,7 @@ def bench_power(p, t, y):
 
 @observe.for_type(Bench)
 @kernel
-def bench_observes(p, t, y, mode, row):
+def observe_bench(p, t, y, mode, row):
     """A row of the trace."""
     state = state_of(p.actuator, y, p.supply)
     row[0] = p.actuator.valve.stroke - state.position
@@ -260,19 +268,19 @@ def run_bench(
     edges_a, edges_b = (sorted((0.0, pulse, *own)) for own in (brakes, brakes if brakes_b is None else brakes_b))
     p, tables = bench_of(machine, edges_a, period, intake_pressure, edges_b)
     end = period if repeated else 2.0 * pulse if until is None else until
-    kinks = tables.kinks(0.0, end)
+    breakpoints = tables.breakpoints(0.0, end)
     accuracy = accuracy_of(p, tolerance)
     y, mode = closed_at_start(p)
     orbit = None
     if repeated:
-        orbit = periodic_orbit(p, tables, y, mode, kinks, accuracy)
+        orbit = periodic_orbit(p, tables, y, mode, breakpoints, accuracy)
         y, mode = orbit.y.copy(), orbit.mode.copy()
     start = y.copy()
     log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
     times = np.append(np.arange(0.0, end, sample), end) if np.ndim(sample) == 0 else sample
     trace = np.empty((len(times), len(TRACE)))
     phase = mode[PHASE]
-    outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, times, trace)
+    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, times, trace)
     log = log[: outcome.logged].copy()
     if repeated:
         later = log.copy()

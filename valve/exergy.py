@@ -13,7 +13,7 @@ from apesim.exergy import (
 from apesim.kernel import kernel
 from apesim.march.adaptive import LOG_HEAD
 from apesim.restriction import flow_in
-from apesim.scratch import zeros
+from apesim.stack_array import zeros
 from apesim.valve.actuator import LINE_REGIME, PHASE, REGIME, solenoid_flows, state_of, with_shares
 from apesim.valve.line import has_line
 from apesim.valve.motion import MET_CLOSED, MET_OPEN

@@ -61,7 +61,7 @@ def line_feed(actuator, mode, source, line, valve):
 
 
 @kernel
-def line_enters(actuator, source, line, mode):
+def start_line_segment(actuator, source, line, mode):
     """Regime of the feed at the start of a stretch."""
     mode[LINE_REGIME] = regime_between(actuator.gas, (*source, *line)) if has_line(actuator) else SHUT
 
@@ -73,6 +73,6 @@ def line_event(actuator, source, line, mode):
 
 
 @kernel
-def line_changes(actuator, source, line, mode):
+def change_line_regime(actuator, source, line, mode):
     """Take the feed over into the regime that follows."""
     mode[LINE_REGIME] = next_regime(actuator.gas, mode[LINE_REGIME], (*source, *line))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march.adaptive import LOG_HEAD, WATCH
+from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING
 from apesim.valve.motion import CORNER, LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
 from apesim.valve.piston import HELD_CLOSED, HELD_OPEN
 
@@ -58,7 +58,7 @@ def stroke_of(log, command, until, began, met):
     command, until : float
         The edge, and where the search ends [s].
     began : tuple of int
-        Code and sign of the watch at 1 % of the stroke.
+        Code and sign of the zero crossing at 1 % of the stroke.
     met : int
         Event code of the far stop.
 
@@ -75,7 +75,7 @@ def stroke_of(log, command, until, began, met):
         return Stroke(delay=start - command)
     contact = float(time[contacts[0]])
     seating = float(speed[contacts[0]])
-    towards = after & (time < contact) & (code == WATCH + SPEED_EXTREMUM) & (speed * seating > 0.0)
+    towards = after & (time < contact) & (code == ZERO_CROSSING + SPEED_EXTREMUM) & (speed * seating > 0.0)
     speeds = np.append(np.abs(speed[towards]), abs(seating))
     peak = int(np.argmax(speeds))
     turned = bool(np.any((time > start) & (time < contact) & (code == TURNED)))
@@ -92,12 +92,12 @@ def stroke_of(log, command, until, began, met):
 
 def opening_stroke(log, command, until):
     """Measures of an opening; see `stroke_of`."""
-    return stroke_of(log, command, until, (WATCH + ONE_PERCENT, 1.0), MET_OPEN)
+    return stroke_of(log, command, until, (ZERO_CROSSING + ONE_PERCENT, 1.0), MET_OPEN)
 
 
 def closing_stroke(log, command, until):
     """Measures of a closing; see `stroke_of`."""
-    return stroke_of(log, command, until, (WATCH + NEAR_OPEN, -1.0), MET_CLOSED)
+    return stroke_of(log, command, until, (ZERO_CROSSING + NEAR_OPEN, -1.0), MET_CLOSED)
 
 
 def lap_times(log, stroke, lap):

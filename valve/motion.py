@@ -3,7 +3,7 @@ regimes of flow."""
 
 from apesim.effect import add_laws, restitution
 from apesim.kernel import kernel
-from apesim.scratch import zeros
+from apesim.stack_array import zeros
 from apesim.valve.actuator import (
     AREA,
     AREA_SLOPE,
@@ -33,7 +33,13 @@ from apesim.valve.piston import (
     start_moving,
 )
 from apesim.valve.solenoid import energised_fraction
-from apesim.valve.solenoid_flow import FLOWS, open_shares, solenoid_changes, solenoid_events, solenoids_enter
+from apesim.valve.solenoid_flow import (
+    FLOWS,
+    change_solenoid_regime,
+    open_shares,
+    solenoid_events,
+    start_solenoid_segment,
+)
 from apesim.valve.terms import BRANCH, BREAKAWAY, FORCE, TERMS
 
 MET_CLOSED, MET_OPEN, LEFT, TURNED, CORNER, FLOW = range(6)
@@ -42,7 +48,7 @@ table; from FLOW on, one of the flows through the solenoids into another regime.
 BRANCHED = FLOW + FLOWS
 """Event: an effect on another branch of its law."""
 ONE_PERCENT, NEAR_OPEN, SPEED_EXTREMUM = range(3)
-"""Watches: 1 % of the stroke from closed and from open, extremum of the speed."""
+"""Zero crossings: 1 % of the stroke from closed and from open, extremum of the speed."""
 DETECTED = 0.01
 """Share of the stroke at which a motion counts as begun (Fig. 7)."""
 
@@ -100,7 +106,7 @@ def set_free(actuator, y, mode, supply):
 
 
 @kernel
-def actuator_responds(actuator, tables, event, y, mode, supply):
+def handle_actuator_event(actuator, tables, event, y, mode, supply):
     """What the valve does at an event of its own."""
     if event <= MET_OPEN:
         stop = HELD_CLOSED if event == MET_CLOSED else HELD_OPEN
@@ -120,7 +126,7 @@ def actuator_responds(actuator, tables, event, y, mode, supply):
         mode[PIECE] += 1.0 if mode[PHASE] == TO_OPEN else -1.0
         take_piece(tables, mode)
     elif FLOW <= event < BRANCHED:
-        solenoid_changes(state_of(actuator, y, supply), event - FLOW, REGIME, mode)
+        change_solenoid_regime(state_of(actuator, y, supply), event - FLOW, REGIME, mode)
     mode[BRANCHES] = branches_of(actuator, state_of(actuator, y, supply))
 
 
@@ -132,8 +138,8 @@ def take_piece(tables, mode):
 
 
 @kernel
-def actuator_watches(actuator, y, acceleration, mode, w):
-    """Values of the valve's watches."""
+def actuator_zero_crossings(actuator, y, acceleration, mode, w):
+    """Values of the valve's zero crossings."""
     stroke = actuator.valve.stroke
     lift = stroke - y[0]
     w[ONE_PERCENT] = lift - DETECTED * stroke
@@ -142,7 +148,7 @@ def actuator_watches(actuator, y, acceleration, mode, w):
 
 
 @kernel
-def actuator_enters(actuator, tables, t, t_end, y, mode, supply):
+def start_actuator_segment(actuator, tables, t, t_end, y, mode, supply):
     """Set what the valve keeps over a stretch: piece of the groove's table, the solenoids' lines, regimes of flow."""
     mode[PIECE] = piece_of(tables.groove, actuator.valve.stroke - y[0])
     take_piece(tables, mode)
@@ -155,5 +161,5 @@ def actuator_enters(actuator, tables, t, t_end, y, mode, supply):
     mode[X_B], mode[X_B_SLOPE] = x_b, (x_b_end - x_b) / (t_end - t)
     shares, shares_end = open_shares(x_a, x_b), open_shares(x_a_end, x_b_end)
     state = state_of(actuator, y, supply)
-    solenoids_enter(state, shares, shares_end, REGIME, mode)
+    start_solenoid_segment(state, shares, shares_end, REGIME, mode)
     mode[BRANCHES] = branches_of(actuator, state)

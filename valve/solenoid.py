@@ -112,7 +112,7 @@ def energised_fraction(edges, period, curve, t):
     return min(1.0, max(0.0, x - missing))
 
 
-def kinks_of(edges, period, delays, start, end):
+def breakpoints_of(edges, period, delays, start, end):
     """Times at which an edge happens or a followed curve bends.
 
     Parameters

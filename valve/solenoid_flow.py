@@ -53,7 +53,7 @@ def open_shares(x_a, x_b):
 
 
 @kernel
-def solenoids_enter(state, shares, shares_end, first, mode):
+def start_solenoid_segment(state, shares, shares_end, first, mode):
     """Regimes at the start of a stretch into mode, from its element ``first``.
 
     Parameters
@@ -79,6 +79,6 @@ def solenoid_events(state, mode, first, g, first_event):
 
 
 @kernel
-def solenoid_changes(state, flow, first, mode):
+def change_solenoid_regime(state, flow, first, mode):
     """Take a flow over into the regime that follows."""
     mode[first + flow] = next_regime(state.gas, mode[first + flow], solenoid_sides(state)[flow])

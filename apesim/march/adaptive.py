@@ -1,8 +1,8 @@
 """The one adaptive march in time, with located events.
 
-A machine is a NamedTuple of parameters; for its type it registers the kernels of `apesim.march.slots`, and the march
-of that machine is chosen when it is compiled. Its steps are those of `apesim.march.dormand_prince`; in a stretch that
-proves stiff, and to the end of that march, those of `apesim.march.rosenbrock`.
+A machine is a NamedTuple of parameters; for its type it registers the kernels of `apesim.march.hybrid_system`, and the
+march of that machine is chosen when it is compiled. Its steps are those of `apesim.march.dormand_prince`; in a stretch
+that proves stiff, and to the end of that march, those of `apesim.march.rosenbrock`.
 """
 
 from enum import IntEnum
@@ -12,8 +12,8 @@ import numpy as np
 
 from apesim.kernel import entry, kernel
 from apesim.march.dormand_prince import dense, interpolant, slopes, stages, step_error
+from apesim.march.hybrid_system import events, handle_event, observe, power, start_segment, zero_crossings
 from apesim.march.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages
-from apesim.march.slots import enter, events, observe, power, respond, watch
 
 
 class Status(IntEnum):
@@ -42,15 +42,15 @@ REMEDIES = {
 TOLERANCE = 1e-7
 """Default tolerance of a step."""
 EVENTS = 16
-"""Room for the values of events and of watches."""
-KINK, WATCH = -1, 100
-"""Codes in the log: the end of a smooth stretch; watch number n is WATCH + n."""
-STEPS_MOST = 2_000_000
-EVENTS_MOST = 2000
+"""Room for the values of events and of zero crossings."""
+BREAKPOINT, ZERO_CROSSING = -1, 100
+"""Codes in the log: the end of a smooth stretch; zero crossing number n is ZERO_CROSSING + n."""
+MAX_STEPS = 2_000_000
+MAX_EVENTS = 2000
 MAX_SHORT_STEPS = 20_000
 """Explicit steps in one smooth stretch, each below `SHORT` of the longest step: one that needs more is stiff."""
 SHORT = 0.1
-STEP_LEAST = 1e-14
+MIN_STEP = 1e-14
 ROOT_TOLERANCE = 1e-12
 LOG_ROWS, LOG_HEAD = 24_000, 3
 """Room in a log, for an extremum in each of `MAX_SHORT_STEPS` steps, too: where a stretch is stiff, the slope of a
@@ -62,14 +62,14 @@ class Accuracy(NamedTuple):
 
     tolerance: float
     """Error of a step, relative to scale + abs(y)."""
-    step_most: float
+    max_step: float
     """Longest step [s]."""
     scale: np.ndarray
     """One for each integrated state; the ledger behind them is not controlled."""
 
     def tenfold(self):
         """Ten times the tolerance, and the longest step as far up as order 5 has it: what changes is the error."""
-        return self._replace(tolerance=10.0 * self.tolerance, step_most=10.0**0.2 * self.step_most)
+        return self._replace(tolerance=10.0 * self.tolerance, max_step=10.0**0.2 * self.max_step)
 
 
 class Outcome(NamedTuple):
@@ -90,14 +90,14 @@ _WEIGHTS = np.array([0.118463442528095, 0.239314335249683, 0.284444444444444, 0.
 
 @kernel(inline=False)
 def _value(p, which, t, h, x, c, mode, y, dy, g):
-    """Event (which < WATCH) or watch number at the share x of the step."""
+    """Event (which < ZERO_CROSSING) or zero crossing number at the share x of the step."""
     dense(c, x, y)
-    if which < WATCH:
+    if which < ZERO_CROSSING:
         events(p, t + x * h, y, mode, g)
         return g[which]
     slopes(p, t + x * h, y, mode, dy)
-    watch(p, t + x * h, y, dy, mode, g)
-    return g[which - WATCH]
+    zero_crossings(p, t + x * h, y, dy, mode, g)
+    return g[which - ZERO_CROSSING]
 
 
 @kernel(inline=False)
@@ -175,13 +175,13 @@ def _note(log, logged, t, code, sign, y):
 
 
 @kernel(inline=False)
-def _locate_watches(p, t, h, c, mode, y, dy, g, w, w_end, log, logged):
-    """Note the watches that change their sign in a step, and take over their values at its end."""
+def _locate_zero_crossings(p, t, h, c, mode, y, dy, g, w, w_end, log, logged):
+    """Note the zero crossings in a step, and take over the values at its end."""
     for i in range(EVENTS):
         if w[i] * w_end[i] < 0.0:
-            x = _root(p, WATCH + i, t, h, 0.0, w[i], 1.0, w_end[i], c, mode, y, dy, g)
+            x = _root(p, ZERO_CROSSING + i, t, h, 0.0, w[i], 1.0, w_end[i], c, mode, y, dy, g)
             dense(c, x, y)
-            logged = _note(log, logged, t + x * h, WATCH + i, np.sign(w_end[i]), y)
+            logged = _note(log, logged, t + x * h, ZERO_CROSSING + i, np.sign(w_end[i]), y)
     _copy(w_end, w)
     return logged
 
@@ -200,7 +200,7 @@ def _quadrature(p, t, h, c, y):
 def _sample(p, t, h, end, c, mode, y, times, trace, sampled):
     """Take the rows of the trace that fall into a step."""
     while sampled < times.shape[0] and times[sampled] <= end:
-        dense(c, min(1.0, max(0.0, (times[sampled] - t) / max(h, STEP_LEAST))), y)
+        dense(c, min(1.0, max(0.0, (times[sampled] - t) / max(h, MIN_STEP))), y)
         observe(p, times[sampled], y, mode, trace[sampled])
         sampled += 1
     return sampled
@@ -232,7 +232,7 @@ def _interpolant(h, y, trial, implicit, k, u, c):
 
 
 @entry
-def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
+def march(p, tables, t, y, mode, breakpoints, accuracy, log, times, trace):
     """March a machine through its smooth stretches.
 
     Parameters
@@ -247,12 +247,12 @@ def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
         State at the start; the state at the end on return.
     mode : (m,) float array
         Likewise.
-    kinks : (j,) float array
+    breakpoints : (j,) float array
         Times at which a smooth stretch ends, ascending; the last one is the end of the march [s].
     accuracy : Accuracy
     log : (l, 3 + i) float array
-        Filled with a row for each kink, event and watch: time, code, sign of the change, the i integrated states. No
-        rows: nothing is noted, and no work taken by quadrature.
+        Filled with a row for each breakpoint, event and zero crossing: time, code, sign of the change, the i integrated
+        states. No rows: nothing is noted, and no work taken by quadrature.
     times : (r,) float array
         When to take rows of the trace, ascending [s].
     trace : (r, q) float array
@@ -273,25 +273,25 @@ def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
     steps = rejected = happened = logged = sampled = 0
     work = 0.0
     last_error = 1e-4
-    h_next = 0.05 * accuracy.step_most
-    for kink in kinks:
-        if kink <= t:
+    h_next = 0.05 * accuracy.max_step
+    for breakpoint in breakpoints:
+        if breakpoint <= t:
             continue
-        enter(p, tables, t, kink, y, mode)
+        start_segment(p, tables, t, breakpoint, y, mode)
         slopes(p, t, y, mode, k[0])
-        watch(p, t, y, k[0], mode, w)
-        logged = _note(log, logged, t, KINK, 0.0, y)
+        zero_crossings(p, t, y, k[0], mode, w)
+        logged = _note(log, logged, t, BREAKPOINT, 0.0, y)
         short = 0
-        while t < kink:
-            if steps + rejected > STEPS_MOST:
+        while t < breakpoint:
+            if steps + rejected > MAX_STEPS:
                 return Outcome(Status.TOO_MANY_STEPS, steps, rejected, happened, logged, work)
-            h = min(h_next, accuracy.step_most)
-            whole = kink - t
+            h = min(h_next, accuracy.max_step)
+            whole = breakpoint - t
             if h >= whole:
                 h = whole
             elif h > 0.5 * whole:
                 h = 0.5 * whole
-            if h < STEP_LEAST and h < whole:
+            if h < MIN_STEP and h < whole:
                 return Outcome(Status.STEP_TOO_SMALL, steps, rejected, happened, logged, work)
             if not _step(p, t, h, y, mode, implicit, scale, k, u, trial):
                 rejected += 1
@@ -319,17 +319,17 @@ def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
                 if not _step(p, t, h, y, mode, implicit, scale, k, u, trial):
                     return Outcome(Status.STEP_TOO_SMALL, steps, rejected, happened, logged, work)
             steps += 1
-            end = kink if event < 0 and h == whole else t + h
+            end = breakpoint if event < 0 and h == whole else t + h
             sampling = sampled < times.shape[0] and times[sampled] <= end
             if noting or sampling:
                 _interpolant(h, y, trial, implicit, k, u, c)
             if noting:
-                watch(p, t + h, trial, k[6], mode, w_end)
-                logged = _locate_watches(p, t, h, c, mode, at, slope, g, w, w_end, log, logged)
+                zero_crossings(p, t + h, trial, k[6], mode, w_end)
+                logged = _locate_zero_crossings(p, t, h, c, mode, at, slope, g, w, w_end, log, logged)
                 work += _quadrature(p, t, h, c, at)
             if sampling:
                 sampled = _sample(p, t, h, end, c, mode, at, times, trace, sampled)
-            short += h < SHORT * accuracy.step_most
+            short += h < SHORT * accuracy.max_step
             implicit = implicit or short > MAX_SHORT_STEPS
             t = end
             _copy(trial, y)
@@ -337,11 +337,11 @@ def march(p, tables, t, y, mode, kinks, accuracy, log, times, trace):
                 _copy(k[6], k[0])
                 continue
             happened += 1
-            if happened > EVENTS_MOST:
+            if happened > MAX_EVENTS:
                 return Outcome(Status.TOO_MANY_EVENTS, steps, rejected, happened, logged, work)
             logged = _note(log, logged, t, event, 0.0, y)
-            respond(p, tables, event, t, y, mode)
+            handle_event(p, tables, event, t, y, mode)
             slopes(p, t, y, mode, k[0])
-            watch(p, t, y, k[0], mode, w)
-    logged = _note(log, logged, t, KINK, 0.0, y)
+            zero_crossings(p, t, y, k[0], mode, w)
+    logged = _note(log, logged, t, BREAKPOINT, 0.0, y)
     return Outcome(Status.DONE, steps, rejected, happened, logged, work)

@@ -6,7 +6,7 @@ The interpolant is that of Hairer, Norsett and Wanner, Solving Ordinary Differen
 import numpy as np
 
 from apesim.kernel import kernel
-from apesim.march.slots import rates
+from apesim.march.hybrid_system import rates
 
 
 @kernel(inline=False)

@@ -7,8 +7,8 @@ import numpy as np
 from apesim.march.adaptive import LOG_HEAD, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
-CYCLES_MOST = 600
-STEPS_MOST = 10_000_000
+MAX_CYCLES = 600
+MAX_STEPS = 10_000_000
 """Of all cycles together."""
 NOISE = 100.0
 """Two cycles that differ by less than this many tolerances of a step differ by the solver's error."""
@@ -25,7 +25,7 @@ SLOWEST = 0.999
 NO_TIMES, NO_TRACE = np.empty(0), np.empty((0, 0))
 SWINGING = -0.5
 """Factor by which a deviation falls from cycle to cycle, below which a machine near by may settle otherwise."""
-CORRECTIONS_MOST = 12
+MAX_CORRECTIONS = 12
 """Cycles from a known state, before it counts as too far away."""
 LOOSE = 1e-9
 """A state whose map differs from the identity by less is held, as a piston on its stop."""
@@ -75,8 +75,8 @@ def distance(a, b, scale):
 class Drive:
     """A machine and the cycle that it is driven in; counts what is marched."""
 
-    def __init__(self, p, tables, kinks, accuracy):
-        self.p, self.tables, self.kinks, self.accuracy = p, tables, kinks, accuracy
+    def __init__(self, p, tables, breakpoints, accuracy):
+        self.p, self.tables, self.breakpoints, self.accuracy = p, tables, breakpoints, accuracy
         self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
         self.cycles = self.steps = 0
 
@@ -87,10 +87,12 @@ class Drive:
         status = Status.DONE
         while count and status == Status.DONE:
             count -= 1
-            outcome = march(self.p, self.tables, 0.0, y, mode, self.kinks, self.accuracy, self.log, NO_TIMES, NO_TRACE)
+            outcome = march(
+                self.p, self.tables, 0.0, y, mode, self.breakpoints, self.accuracy, self.log, NO_TIMES, NO_TRACE
+            )
             self.cycles += 1
             self.steps += outcome.steps + outcome.rejected
-            status = Status.TOO_MANY_STEPS if self.steps > STEPS_MOST else outcome.status
+            status = Status.TOO_MANY_STEPS if self.steps > MAX_STEPS else outcome.status
         return y, mode, status
 
 
@@ -108,7 +110,7 @@ class Settling(NamedTuple):
     """See `Known`; None: not known."""
 
 
-def _plain_cycles(drive, y, mode, tolerance, most, sure):
+def _plain_cycles(drive, y, mode, tolerance, max_cycles, sure):
     """Plain cycles until two in a row repeat the state, or four in a row that of two cycles before, or the most.
 
     Parameters
@@ -123,8 +125,8 @@ def _plain_cycles(drive, y, mode, tolerance, most, sure):
     noise = NOISE * drive.accuracy.tolerance
     before = before_that = None
     change = change_of_two = np.inf
-    steady = steady_of_two = period = 0
-    for _ in range(most):
+    repeats = repeats_of_two = period = 0
+    for _ in range(max_cycles):
         before_that, before = before, (y, mode)
         earlier, earlier_of_two = change, change_of_two
         y, mode, status = drive.march(y, mode)
@@ -132,11 +134,11 @@ def _plain_cycles(drive, y, mode, tolerance, most, sure):
             return Settling(y, mode, status, change, change_of_two, 0)
         change = _change(before, y, mode, drive.accuracy.scale)
         change_of_two = _change(before_that, y, mode, drive.accuracy.scale)
-        steady = steady + 1 if _is_small(change, earlier, tolerance, sure) else 0
-        steady_of_two = steady_of_two + 1 if _is_small(change_of_two, earlier_of_two, tolerance, sure) else 0
-        if steady >= 2 or steady_of_two >= 4:
+        repeats = repeats + 1 if _is_small(change, earlier, tolerance, sure) else 0
+        repeats_of_two = repeats_of_two + 1 if _is_small(change_of_two, earlier_of_two, tolerance, sure) else 0
+        if repeats >= 2 or repeats_of_two >= 4:
             # What stays within the solver's error is no difference.
-            period = 1 if steady >= 2 or change <= noise else 2
+            period = 1 if repeats >= 2 or change <= noise else 2
             break
     if not period and drive.cycles >= PATIENCE and change_of_two <= change <= 0.1 * noise:
         period = 1  # a drift changes twice as much in two cycles as in one, the solver's error does not
@@ -208,7 +210,7 @@ def _correction(slopes):
     return correction
 
 
-def known_orbit(p, tables, orbit, kinks, accuracy):
+def known_orbit(p, tables, orbit, breakpoints, accuracy):
     """A periodic state as a start for others, see `periodic_orbit`.
 
     Returns
@@ -218,7 +220,7 @@ def known_orbit(p, tables, orbit, kinks, accuracy):
     """
     if not orbit.converged or orbit.period != 1:
         return None
-    slopes, _ = _slopes(Drive(p, tables, kinks, accuracy), orbit.y, orbit.mode, 1)
+    slopes, _ = _slopes(Drive(p, tables, breakpoints, accuracy), orbit.y, orbit.mode, 1)
     if slopes is None or np.linalg.eigvals(slopes).real.min() < SWINGING:
         return None
     return Known(orbit.y, orbit.mode, _correction(slopes))
@@ -242,7 +244,7 @@ def _from_known(drive, known, tolerance):
     if len(correction) != n:
         return None
     before = gain_before = step = None
-    for _ in range(CORRECTIONS_MOST):
+    for _ in range(MAX_CORRECTIONS):
         image, mode_image, status = drive.march(y, mode)
         if status != Status.DONE or mode_image[0] != mode[0]:
             return None
@@ -264,16 +266,16 @@ def _from_known(drive, known, tolerance):
     return None
 
 
-def _settled(drive, y, mode, tolerance, most):
+def _settled(drive, y, mode, tolerance, max_cycles):
     """Plain cycles, and help between them; see `periodic_orbit`."""
     kept, fine = None, 0
     while True:
         sure = fine >= 2 or (kept is None and drive.cycles >= PATIENCE)
-        found = _plain_cycles(drive, y, mode, tolerance, max(1, min(BURST, most - drive.cycles)), sure)
+        found = _plain_cycles(drive, y, mode, tolerance, max(1, min(BURST, max_cycles - drive.cycles)), sure)
         astray = kept is not None and not found.period and not (found.status == Status.DONE and _nearer(found, kept))
         if astray:
             found = kept
-        if found.status != Status.DONE or found.period or drive.cycles >= most:
+        if found.status != Status.DONE or found.period or drive.cycles >= max_cycles:
             return found
         y, mode, kept = found.y, found.mode, None
         if not astray:
@@ -283,7 +285,9 @@ def _settled(drive, y, mode, tolerance, most):
                 y, kept, fine = better, found, 0 if clipped else fine + 1
 
 
-def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLERANCE, most=CYCLES_MOST, known=None):
+def periodic_orbit(
+    p, tables, y, mode, breakpoints, accuracy, tolerance=PERIODIC_TOLERANCE, max_cycles=MAX_CYCLES, known=None
+):
     """March to the periodic state, helped by Newton's method where plain cycles converge slowly.
 
     What a Newton step found is kept only where the plain cycles after it come nearer to a period than those before it.
@@ -298,12 +302,12 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
     y : (n,) float array
         Start.
     mode : (m,) float array
-    kinks : (j,) float array
+    breakpoints : (j,) float array
         Of a cycle from 0; the last is its period [s].
     accuracy : Accuracy
     tolerance : float
         Largest change of any state over a cycle, relative.
-    most : int
+    max_cycles : int
         Cycles at most.
     known : Known, optional
         Of a little different machine: where that is near, and has the same states, it takes few cycles; else the march
@@ -313,9 +317,9 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
     -------
     Orbit
     """
-    drive = Drive(p, tables, kinks, accuracy)
+    drive = Drive(p, tables, breakpoints, accuracy)
     found = _from_known(drive, known, tolerance) if known else None
-    found = found or _settled(drive, y, mode, tolerance, most)
+    found = found or _settled(drive, y, mode, tolerance, max_cycles)
     y = found.y.copy()
     y[accuracy.scale.shape[0] :] = 0.0
     orbit = Orbit(
@@ -331,7 +335,7 @@ def periodic_orbit(p, tables, y, mode, kinks, accuracy, tolerance=PERIODIC_TOLER
     if not known:
         return orbit
     if found.correction is None:
-        return orbit._replace(known=known_orbit(p, tables, orbit, kinks, accuracy))
+        return orbit._replace(known=known_orbit(p, tables, orbit, breakpoints, accuracy))
     return orbit._replace(known=Known(y, found.mode, found.correction))
 
 

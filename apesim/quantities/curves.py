@@ -15,7 +15,7 @@ from apesim.quantities.units import NUMBER, unit
 NO_CURVE = np.empty((0, 2))
 """A curve that is not given."""
 
-MOST_POINTS = 100_000
+MAX_POINTS = 100_000
 """Of a curve, a range or a list."""
 
 
@@ -80,8 +80,8 @@ class Curve(Declaration):
     def _array(self, columns, file):
         given = [self._column(columns, file, *split_header(header)) for header in self.columns]
         x, y = given
-        if len(x) != len(y) or not 2 <= len(x) <= MOST_POINTS:
-            raise Wrong(f"{file}columns of {len(x)} and {len(y)} numbers", f"give 2 to {MOST_POINTS} of both")
+        if len(x) != len(y) or not 2 <= len(x) <= MAX_POINTS:
+            raise Wrong(f"{file}columns of {len(x)} and {len(y)} numbers", f"give 2 to {MAX_POINTS} of both")
         if np.any(stuck := np.diff(x) <= 0):
             row = int(np.argmax(stuck)) + 2
             raise Wrong(f"{file}{self.columns[0]} does not rise in row {row}", "sort the rows, one of equals")
@@ -108,8 +108,8 @@ class Curve(Declaration):
     def check(self, value):
         """Refuse an array, made in Python, that no file could have given; raises `Wrong`."""
         array = np.asarray(value)
-        if array.shape[1:] != (2,) or len(array) == 1 or len(array) > MOST_POINTS or array.dtype.kind not in "if":
-            raise Wrong(f"an array of shape {array.shape} is no curve", f"give 2 to {MOST_POINTS} rows of two floats")
+        if array.shape[1:] != (2,) or len(array) == 1 or len(array) > MAX_POINTS or array.dtype.kind not in "if":
+            raise Wrong(f"an array of shape {array.shape} is no curve", f"give 2 to {MAX_POINTS} rows of two floats")
         if not np.all(np.isfinite(array)) or np.any(np.diff(array[:, 0]) <= 0.0):
             raise Wrong("is not finite, or its first column does not rise", "give finite floats in SI, sorted")
 

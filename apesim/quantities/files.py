@@ -9,7 +9,7 @@ from pathlib import Path
 
 from apesim.quantities.culprits import Wrong, quoted
 
-MOST_BYTES = 10_000_000
+MAX_BYTES = 10_000_000
 
 
 def split_header(text):
@@ -59,11 +59,11 @@ def text_of(path, smaller=""):
     name = quoted(str(path))
     try:
         with open(path, "rb", opener=_open_regular) as file:
-            data = file.read(MOST_BYTES + 1)
+            data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a name that no file can have
         raise Wrong(f"{name} cannot be read: {getattr(error, 'strerror', error)}") from None
-    if len(data) > MOST_BYTES:
-        raise Wrong(f"{name} is larger than {MOST_BYTES // 10**6} MB, the most that is read", smaller)
+    if len(data) > MAX_BYTES:
+        raise Wrong(f"{name} is larger than {MAX_BYTES // 10**6} MB, the most that is read", smaller)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -4,7 +4,7 @@ import re
 from decimal import Decimal, localcontext
 
 from apesim.quantities.culprits import InputError, Wrong, culprit, quoted
-from apesim.quantities.curves import MOST_POINTS
+from apesim.quantities.curves import MAX_POINTS
 from apesim.quantities.declarations import DECIMAL_COMMA, Quantity
 from apesim.quantities.units import NUMBER
 
@@ -99,8 +99,8 @@ def _values(text, declaration, ambient_pressure, where, file):
             items = _steps(text, declaration)
             for end in (items[0], items[-1]):  # what lies between good ends is good
                 declaration.read(end, ambient_pressure)
-        if not isinstance(items, list | tuple) or not 0 < len(items) <= MOST_POINTS:
-            raise Wrong(f"{quoted(text)} is no list of 1 to {MOST_POINTS} texts")
+        if not isinstance(items, list | tuple) or not 0 < len(items) <= MAX_POINTS:
+            raise Wrong(f"{quoted(text)} is no list of 1 to {MAX_POINTS} texts")
     except Wrong as wrong:
         raise InputError([culprit(file, where, wrong, declaration)]) from None
     for item in items:
@@ -130,7 +130,7 @@ def _steps(text, quantity):
         if (stop - start) / step < 0:
             raise Wrong(f"{quoted(text)}: steps of {step} do not lead to {stop}", "turn the sign of the step")
         count = (stop - start) / step + Decimal("1e-9")
-        if count >= MOST_POINTS:
-            raise Wrong(f"{quoted(text)} has more than {MOST_POINTS} points", "take a larger step")
+        if count >= MAX_POINTS:
+            raise Wrong(f"{quoted(text)} has more than {MAX_POINTS} points", "take a larger step")
         nearer = min if step > 0 else max
         return [f"{nearer(start + i * step, stop)} {name}" for i in range(int(count) + 1)]

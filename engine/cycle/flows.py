@@ -30,7 +30,7 @@ from apesim.engine.cylinder import (
 )
 from apesim.kernel import kernel
 from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
-from apesim.scratch import zeros
+from apesim.stack_array import zeros
 from apesim.valve.actuator import AREA, AREA_SLOPE
 from apesim.valve.ports import ports_area
 
@@ -140,13 +140,13 @@ def groove_regime(p, sides, mode):
 
 
 @kernel
-def groove_enters(p, t, y, mode):
+def start_groove_segment(p, t, y, mode):
     """Regime of the flow through the groove on entering a piece of its table; the other flows keep theirs."""
     mode[GROOVE_FLOW] = groove_regime(p, sides_at(p, t, y)[0], mode)
 
 
 @kernel
-def exchange_enters(p, t, t_end, y, mode):
+def start_exchange_segment(p, t, t_end, y, mode):
     """Regimes of the flows at the start of a stretch."""
     gas, valve, sides = p.actuator.gas, p.engine.exhaust, sides_at(p, t, y)
     middle = p.start + p.speed * 0.5 * (t + t_end)

@@ -35,7 +35,7 @@ from apesim.valve.line import has_line
 from apesim.valve.piston import HELD_CLOSED
 from apesim.valve.supply import RECEIVER
 
-TURN_MOST = 2.0 * DEGREE
+MAX_TURN = 2.0 * DEGREE
 """Longest step [rad]."""
 EXERGY_SCALE = 0.01
 """Scale of the exergy ledger's terms, as a share of what the supply's pressure would do over the swept volume."""
@@ -55,7 +55,7 @@ def cycle_of(machine, speed):
     Returns
     -------
     Cycle, CycleTables
-    kinks : (n,) float array
+    breakpoints : (n,) float array
         Of a cycle, from its start at the energising; the last is its period [s].
     """
     engine, command = machine.engine, machine.command
@@ -85,15 +85,15 @@ def cycle_of(machine, speed):
         chosen(ENGINE_EFFECTS, machine.effects, EngineLaws, EngineTables, kind),
     )
     p, tables = adjusted(ENGINE_EFFECTS, machine.effects, p, tables)
-    return p, tables, kinks_of_cycle(p, tables, period)
+    return p, tables, breakpoints_of_cycle(p, tables, period)
 
 
-def kinks_of_cycle(p, tables, period):
+def breakpoints_of_cycle(p, tables, period):
     """Times from the start of a cycle at which a smooth stretch ends [s]."""
     angles = [window_corners(p.engine.exhaust)]
     times = [np.array([period])]
     if p.engine.intake == EPV:
-        times.append(tables.valve.kinks(0.0, period))
+        times.append(tables.valve.breakpoints(0.0, period))
     elif p.engine.intake == CAM:
         angles.append(cam_corners(p.engine.cam._replace(lift_curve=tables.cam), tables.valve.groove[:, 0]))
     else:
@@ -107,7 +107,7 @@ def kinks_of_cycle(p, tables, period):
 def accuracy_at(p, tolerance=TOLERANCE):
     """`apesim.march.adaptive.Accuracy` of an engine; its supply line and intake pipe are states where it has them."""
     more = 4 if has_pipe(p) else 2 if has_line(p.actuator) else 0
-    return Accuracy(tolerance, min(MAX_STEP, TURN_MOST / p.speed), np.array(SCALE + more * (GAS_SCALE,)))
+    return Accuracy(tolerance, min(MAX_STEP, MAX_TURN / p.speed), np.array(SCALE + more * (GAS_SCALE,)))
 
 
 def with_exergy(p, accuracy):

@@ -10,11 +10,11 @@ from apesim.engine.cycle.flows import (
     breathing,
     effects_of,
     exchange_changes,
-    exchange_enters,
     exchange_events,
-    groove_enters,
     intake_lift,
     piped,
+    start_exchange_segment,
+    start_groove_segment,
 )
 from apesim.engine.cycle.state import (
     BRANCHES,
@@ -61,17 +61,17 @@ from apesim.engine.cycle.state import (
 from apesim.engine.cylinder import CAM, EPV, indicated_power
 from apesim.engine.exergy import add_exergy_rates
 from apesim.kernel import kernel
-from apesim.march.slots import enter, events, observe, power, rates, respond, watch
+from apesim.march.hybrid_system import events, handle_event, observe, power, rates, start_segment, zero_crossings
 from apesim.valve import actuator as valve_actuator
 from apesim.valve.actuator import PHASE, PIECE, ActuatorRates, actuator_rates, state_of
 from apesim.valve.groove import piece_of
-from apesim.valve.line import LINE_FLOW, has_line, line_changes, line_enters, line_event, line_feed
+from apesim.valve.line import LINE_FLOW, change_line_regime, has_line, line_event, line_feed, start_line_segment
 from apesim.valve.motion import (
     CORNER,
-    actuator_enters,
     actuator_events,
-    actuator_responds,
-    actuator_watches,
+    actuator_zero_crossings,
+    handle_actuator_event,
+    start_actuator_segment,
     take_piece,
 )
 from apesim.valve.piston import is_moving
@@ -81,7 +81,7 @@ FLOW = LINE_FLOW + 1
 BRANCHED = FLOW + FLOWS
 """Event: an effect of the cylinder on another branch of its law."""
 PRESSURE_EXTREMUM, RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM = range(3, 6)
-"""Watches: extremum of the pressure in the cylinder and in the receiver, and of the cylinder temperature."""
+"""Zero crossings: extremum of the pressure in the cylinder and in the receiver, and of the cylinder temperature."""
 TRACE = (
     "cylinder_pressure [Pa abs]",
     "cylinder_temperature [K]",
@@ -121,7 +121,7 @@ def branches_of(p, t, y):
 @rates.for_type(Cycle)
 @kernel
 def cycle_rates(p, t, y, mode, dy):
-    """Rates of the engine, and where there is room for it, of its exergy ledger; see `apesim.march.slots.rates`."""
+    """Rates of the engine, and of its exergy ledger where there is room; see `apesim.march.hybrid_system.rates`."""
     if not in_domain(p, y):
         return False
     cylinder, slope = cylinder_state(p, t, y)
@@ -180,20 +180,20 @@ def cycle_events(p, t, y, mode, g):
         g[BRANCHED] = -1.0 if branches_of(p, t, y) == mode[BRANCHES] else 1.0
 
 
-@respond.for_type(Cycle)
+@handle_event.for_type(Cycle)
 @kernel
-def cycle_responds(p, tables, event, t, y, mode):
+def handle_cycle_event(p, tables, event, t, y, mode):
     """Responses of the engine: those of its valve, and the regimes of the flows that they change."""
     if event == BRANCHED:
         mode[BRANCHES] = branches_of(p, t, y)
     elif event >= FLOW:
         exchange_changes(p, t, y, event - FLOW, mode)
     elif event == LINE_FLOW:
-        line_changes(p.actuator, *control_air(p, y), mode)
+        change_line_regime(p.actuator, *control_air(p, y), mode)
     else:
-        actuator_responds(p.actuator, tables.valve, event, y, mode, supply_of(p, y))
+        handle_actuator_event(p.actuator, tables.valve, event, y, mode, supply_of(p, y))
         if event == CORNER:
-            groove_enters(p, t, y, mode)
+            start_groove_segment(p, t, y, mode)
 
 
 @kernel
@@ -204,13 +204,13 @@ def warming_of(p, y, dy, first, temperature):
     return (dy[first + 1] - y[first + 1] / y[first] * mass_rate) / (y[first] * cv)
 
 
-@watch.for_type(Cycle)
+@zero_crossings.for_type(Cycle)
 @kernel
-def cycle_watches(p, t, y, dy, mode, w):
-    """Watches of the engine: those of its valve; slopes of the logarithms of both pressures, in cylinder and receiver,
-    and of the cylinder temperature."""
+def cycle_zero_crossings(p, t, y, dy, mode, w):
+    """Zero crossings of the engine: those of its valve; slopes of the logarithms of both pressures, in cylinder and
+    receiver, and of the cylinder temperature."""
     if p.engine.intake == EPV:
-        actuator_watches(p.actuator, y, dy[1], mode, w)
+        actuator_zero_crossings(p.actuator, y, dy[1], mode, w)
     cylinder, slope = cylinder_state(p, t, y)
     mass_rate, t_c = dy[CYLINDER_MASS], cylinder.temperature
     warming = warming_of(p, y, dy, CYLINDER_MASS, t_c)
@@ -222,15 +222,15 @@ def cycle_watches(p, t, y, dy, mode, w):
         w[RECEIVER_EXTREMUM] = dy[RECEIVER_MASS] / y[RECEIVER_MASS] + warming / temperature
 
 
-@enter.for_type(Cycle)
+@start_segment.for_type(Cycle)
 @kernel
-def cycle_enters(p, tables, t, t_end, y, mode):
+def start_cycle_segment(p, tables, t, t_end, y, mode):
     """Modes of a smooth stretch: the valve's; or the line of a cam's curve and which piece of the groove's table it is
     on, or whether the ideal valve is open; the flows' regimes."""
     middle = p.start + p.speed * 0.5 * (t + t_end)
     if p.engine.intake == EPV:
-        actuator_enters(p.actuator, tables.valve, t, t_end, y, mode, supply_of(p, y))
-        line_enters(p.actuator, *control_air(p, y), mode)
+        start_actuator_segment(p.actuator, tables.valve, t, t_end, y, mode, supply_of(p, y))
+        start_line_segment(p.actuator, *control_air(p, y), mode)
     elif p.engine.intake == CAM:
         if p.has_lift_curve:
             mode[LIFT], mode[LIFT_SLOPE] = lift_line(tables.cam, middle)
@@ -238,7 +238,7 @@ def cycle_enters(p, tables, t, t_end, y, mode):
         take_piece(tables.valve, mode)
     else:
         mode[INTAKE_OPEN] = 1.0 if (middle - p.open_target) % TURN < p.close_target - p.open_target else 0.0
-    exchange_enters(p, t, t_end, y, mode)
+    start_exchange_segment(p, t, t_end, y, mode)
     mode[BRANCHES] = branches_of(p, t, y)
 
 
@@ -252,7 +252,7 @@ def cycle_power(p, t, y):
 
 @observe.for_type(Cycle)
 @kernel
-def cycle_observes(p, t, y, mode, row):
+def observe_cycle(p, t, y, mode, row):
     """A row of the trace."""
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)

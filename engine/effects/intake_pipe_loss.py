@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
-AREA_LEAST = 30e-6
+MIN_AREA = 30e-6
 """Smallest area of a pipe [m2]."""
 
 
@@ -31,7 +31,7 @@ class IntakePipeLoss(NamedTuple):
         >>> list(IntakePipeLoss(area=10e-6).faults())
         [('area', 'starves the engine', '30 to 500 mm^2, or 0 for no pipe')]
         """
-        if 0.0 < self.area < AREA_LEAST:
+        if 0.0 < self.area < MIN_AREA:
             yield "area", "starves the engine", "30 to 500 mm^2, or 0 for no pipe"
 
 

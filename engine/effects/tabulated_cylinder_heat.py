@@ -4,11 +4,11 @@ from math import pi
 
 import numpy as np
 
+from apesim.cubic_table import interpolate_periodic, table
 from apesim.effect import Effect, law
 from apesim.engine.cylinder import ENERGY, HEAT, WALL_EXERGY, CylinderState
 from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
-from apesim.nodes import round_the_nodes, table
 from apesim.quantities import Quantity
 
 PLACES = range(0, 360, 30)
@@ -50,7 +50,7 @@ def tabulated_cylinder_heat(effect: tuple[float, ...], state: CylinderState, bal
     >>> print(round(balance[HEAT] / (state.pressure * state.volume * state.speed), 9))
     0.1
     """
-    share = round_the_nodes(effect, state.angle * 6.0 / pi)
+    share = interpolate_periodic(effect, state.angle * 6.0 / pi)
     heat = share * state.pressure * state.volume * state.speed
     balance[ENERGY] += heat
     balance[HEAT] += heat

@@ -4,11 +4,11 @@ from math import pi
 
 import numpy as np
 
+from apesim.cubic_table import interpolate_periodic, table
 from apesim.effect import Effect, law
 from apesim.engine.cylinder import BRANCH, ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS, CylinderState
 from apesim.kernel import kernel
 from apesim.leak import leak
-from apesim.nodes import round_the_nodes, table
 from apesim.quantities import Quantity
 
 PLACES = range(0, 360, 30)
@@ -60,14 +60,16 @@ def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, bal
     -0.583
     """
     turns = 0.5 * state.angle / pi
-    out = round_the_nodes(effect[:12], 12.0 * turns)
+    out = interpolate_periodic(effect[:12], 12.0 * turns)
     sign = -1.0 if out < 0.0 else 1.0
     cylinder, ambient = (state.pressure, state.temperature), (state.ambient.pressure, state.ambient.temperature)
     mass, energy = leak(state.gas, abs(out), (*cylinder, *ambient), balance, BRANCH)
     balance[MASS] -= sign * mass
     balance[ENERGY] -= sign * energy
     intake = state.intake_pressure, state.intake_temperature
-    mass, energy = leak(state.gas, round_the_nodes(effect[12:], 4.0 * turns), (*intake, *cylinder), balance, BRANCH)
+    mass, energy = leak(
+        state.gas, interpolate_periodic(effect[12:], 4.0 * turns), (*intake, *cylinder), balance, BRANCH
+    )
     balance[GROOVE_MASS] += mass
     balance[GROOVE_ENERGY] += energy
 

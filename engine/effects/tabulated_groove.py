@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from apesim.cubic_table import table
 from apesim.effect import Effect
 from apesim.engine.effects.groove_area_error import split_table
-from apesim.nodes import table
 from apesim.quantities import Quantity
 from apesim.valve.groove import lap_of
 

@@ -99,7 +99,7 @@ class _Problem:
             deviation, colour = noise_before(record)
             self.noise.append(deviation)
             self.samples_lost.append((1.0 + colour) / (1.0 - colour))
-        self.least = self.noise.copy()
+        self.min_noise = self.noise.copy()
 
     def linear(self, unknowns):
         """Information matrix and vector of the law, linear about the unknowns, and the fitted pressures."""
@@ -127,7 +127,7 @@ class _Problem:
         share = 1.0 - freedom / sum(len(record.times) for record in self.records)
         for i, record in enumerate(self.records):
             left = np.sqrt(np.mean((record.pressures - fitted[i]) ** 2) / max(share, 0.1))
-            self.noise[i] = max(left, self.least[i])
+            self.noise[i] = max(left, self.min_noise[i])
 
 
 def _inverse(matrix):
@@ -142,7 +142,7 @@ def _solve(problem):
     pairs = zip(problem.descents, problem.records, strict=True)
     scale = np.mean([descent.passed_at(r.pressures[-1]) / r.times[-1] for descent, r in pairs])  # a mean area
     rate = scale**2 / problem.knots[-1]
-    least = 1e-9 * rate
+    min_rate = 1e-9 * rate
     for round_ in range(ROUNDS):
         information, vector, fitted = problem.linear(unknowns)
         penalty = problem.penalty(rate)
@@ -151,7 +151,7 @@ def _solve(problem):
         found = gain @ vector
         if round_:
             problem.reestimate(fitted, freedom)
-        rate = max(rate * (found @ penalty @ found) / max(freedom - len(problem.records), 0.5), least)
+        rate = max(rate * (found @ penalty @ found) / max(freedom - len(problem.records), 0.5), min_rate)
         change = np.inf if unknowns is None else np.abs(found - unknowns)[:count].max()
         unknowns = found
         if round_ > 3 and change < SETTLED * np.abs(found[:count]).max():

@@ -8,9 +8,9 @@ from apesim.quantities import Culprit, InputError
 from apesim.studies.discharge.area import AreaFit, fit_area
 from apesim.studies.discharge.collapse import collapse_of
 from apesim.studies.discharge.opening import WIDEST, opening_curve, plateau, told_until
-from apesim.studies.discharge.records import LEAST_RATIO, fitted_part, noise_before
+from apesim.studies.discharge.records import MIN_RATIO, fitted_part, noise_before
 
-CUT_OFF = f"told while p > {LEAST_RATIO:g} p_ambient and half the 95 % band is below {WIDEST:.0%} of the full area"
+CUT_OFF = f"told while p > {MIN_RATIO:g} p_ambient and half the 95 % band is below {WIDEST:.0%} of the full area"
 METHOD = (
     "S(t), straight between knots, through Eq. 10 forward to all samples; a random walk of the largest marginal "
     "likelihood, undersmoothed; noise from before the switch and from what is left; 95 % point-wise with the bias of "
@@ -23,7 +23,7 @@ class Discharge(NamedTuple):
     """What discharge tests say of a valve."""
 
     records: list
-    """The tests as fitted, `Record`: down to `LEAST_RATIO`, long ones averaged to at most `MOST_SAMPLES`."""
+    """The tests as fitted, `Record`: down to `MIN_RATIO`, long ones averaged to at most `MAX_SAMPLES`."""
     noise: list
     """Of single samples before the valve is switched, by test [Pa]."""
     fits: list

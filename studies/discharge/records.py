@@ -16,8 +16,8 @@ from apesim.studies.measured.columns import read_columns
 
 COLUMNS = {"time": "ms", "pressure": "kPa abs"}
 FEWEST_BEFORE, FEWEST_AFTER = 10, 20
-MOST_SAMPLES = 4000
-LEAST_RATIO = 1.1
+MAX_SAMPLES = 4000
+MIN_RATIO = 1.1
 """Of the pressure to the ambient one, below which a test tells nothing: an error of its zero weighs too much."""
 
 
@@ -82,7 +82,7 @@ def _faults(time, pressure, ambient_pressure):
         return
     kilo, start = ambient_pressure / 1e3, pressure[time <= 0.0]
     low = ambient_pressure - max(0.03 * ambient_pressure, 6.0 * start.std())
-    if start.mean() < LEAST_RATIO**2 * ambient_pressure:
+    if start.mean() < MIN_RATIO**2 * ambient_pressure:
         wrong = f"starts at {start.mean() / 1e3:.4g} kPa abs, not well above the ambient {kilo:.4g} kPa abs"
         yield "pressure", wrong, 'fill the vessel higher; or is it gauge? then write "pressure [kPa gauge]"'
     elif pressure.min() < low:
@@ -96,15 +96,15 @@ def fitted_part(record, ambient_pressure):
     """The samples of a test while it is well above ambient, neighbours averaged where there are very many."""
     width = max(5, len(record.times) // 200)
     smooth = np.convolve(np.pad(record.pressures, width // 2, mode="edge"), np.ones(width) / width, mode="valid")
-    low = (smooth[: len(record.times)] < LEAST_RATIO * ambient_pressure) & (record.times > 0.0)
+    low = (smooth[: len(record.times)] < MIN_RATIO * ambient_pressure) & (record.times > 0.0)
     end = int(np.argmax(low)) if low.any() else len(low)
-    group = -(-end // MOST_SAMPLES)
+    group = -(-end // MAX_SAMPLES)
     whole = end // group * group
     averaged = (column[:whole].reshape(-1, group).mean(axis=1) for column in record[1:])
     return Record(record.name, *averaged)
 
 
-def least_noise(record):
+def min_noise(record):
     """Below which no noise is believed: that of the steps between neighbouring values, or of the law [Pa]."""
     values = np.unique(record.pressures)
     steps = np.diff(values).min() / np.sqrt(12.0) if len(values) > 1 else 0.0
@@ -116,4 +116,4 @@ def noise_before(record):
     before = record.pressures[record.times <= 0.0]
     e = before - before.mean()
     colour = float(e[1:] @ e[:-1] / max(e @ e, 1e-300))
-    return max(e.std(ddof=1), least_noise(record)), colour if colour > 2.0 / np.sqrt(len(e)) else 0.0
+    return max(e.std(ddof=1), min_noise(record)), colour if colour > 2.0 / np.sqrt(len(e)) else 0.0

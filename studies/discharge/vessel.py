@@ -13,7 +13,7 @@ from apesim.air import heat_capacity, heat_capacity_ratio
 from apesim.restriction import flow_function
 
 TABLE = 1500
-LEAST_RATIO = 1.02
+MIN_RATIO = 1.02
 """Lowest pressure over ambient of the table of the law."""
 
 
@@ -115,7 +115,7 @@ class Descent:
     def __init__(self, vessel, initial_pressure):
         from scipy.interpolate import CubicHermiteSpline
 
-        low, high = LEAST_RATIO * vessel.ambient_pressure, 1.1 * initial_pressure
+        low, high = MIN_RATIO * vessel.ambient_pressure, 1.1 * initial_pressure
         self.pressures = low + (high - low) * np.linspace(1.0, 0.0, TABLE) ** 2
         falls = fall_per_area(vessel, initial_pressure, self.pressures)
         steps = -np.diff(self.pressures) * (1.0 / falls[1:] + 1.0 / falls[:-1]) / 2.0

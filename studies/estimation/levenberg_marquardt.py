@@ -6,7 +6,7 @@ import numpy as np
 
 from apesim.studies.estimation.residuals import EndedEarly
 
-STEPS_MOST = 40
+MAX_STEPS = 40
 CONVERGED = 0.02
 """Fall of the sum of squares that a fresh step would still promise."""
 FORESEEN = 0.5, 1.5
@@ -75,7 +75,7 @@ def descend(problem, x, jacobian=None):
     fresh = jacobian is None
     jacobian = problem.jacobian(x, errors) if fresh else jacobian.copy()
     damping, before = 1e-3, np.inf
-    for _ in range(STEPS_MOST):
+    for _ in range(MAX_STEPS):
         step, promise = _step(problem, x, errors, jacobian, damping)
         if promise < CONVERGED and fresh:
             return Fitted(x, errors, jacobian, True)

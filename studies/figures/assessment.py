@@ -105,9 +105,9 @@ def cut(axis, total, parts):
     if np.isnan(total).any():
         notes.append("no sum where air over work is undefined")
     known = total[~np.isnan(total)]
-    most = CUT * np.median(np.abs(known)) if len(known) else np.inf
-    if np.nanmax(np.abs(parts), initial=0.0) > most:
-        axis.set_ylim(1.1 * max(np.nanmin(parts), -0.25 * most), most)
+    highest = CUT * np.median(np.abs(known)) if len(known) else np.inf
+    if np.nanmax(np.abs(parts), initial=0.0) > highest:
+        axis.set_ylim(1.1 * max(np.nanmin(parts), -0.25 * highest), highest)
         notes.append("cut off")
     if notes:
         axis.set_title(f"{axis.get_title()}\n({'; '.join(notes)})")

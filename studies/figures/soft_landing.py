@@ -9,7 +9,7 @@ from apesim.studies.figures.style import draw
 STROKES = {"opening": "C0", "closing": "C1"}
 BRAKES = {"softest": ("#d55e00", "-"), "sturdy": ("#0072b2", "--")}
 """Colour and style of each kind of brake: colour-blind eyes tell vermilion from blue (Okabe and Ito)."""
-MOST = 3
+MAX_CURVES = 3
 """Pressures that are shown, at most."""
 
 
@@ -31,7 +31,7 @@ def soft_landing_figures(archive, ambient_pressure, folder):
     """
     v = {name: variable.values for name, variable in archive.variables.items()}
     pressure = (v["supply_pressure"] - ambient_pressure) / 1e6
-    shown = np.unique(np.linspace(0, len(pressure) - 1, MOST).round().astype(int))
+    shown = np.unique(np.linspace(0, len(pressure) - 1, MAX_CURVES).round().astype(int))
     titles = [(int(run), f"{pressure[run]:.3g} MPa gauge") for run in shown]
     spacing, cost, dwell = (1e3 * float(archive.provenance[name]) for name in ("spacing_s", "cost_s", "dwell_s"))
     figures = {

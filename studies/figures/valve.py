@@ -123,7 +123,7 @@ def _lines(figure, axes, values, pressures, temperatures, label):
     return figure
 
 
-def velocities(archive, ambient_pressure, most=5):
+def velocities(archive, ambient_pressure, max_traces=5):
     """Velocity of the opening and closing piston at several pressures, at the temperature in the middle (Fig. 9).
 
     Parameters
@@ -131,7 +131,7 @@ def velocities(archive, ambient_pressure, most=5):
     archive : Archive
     ambient_pressure : float
         [Pa abs]
-    most : int
+    max_traces : int
         Traces at most.
 
     Returns
@@ -141,7 +141,7 @@ def velocities(archive, ambient_pressure, most=5):
     v = archive.variables
     pressures, temperatures = grid_of(archive, ambient_pressure)
     middle = len(temperatures) // 2
-    shown = np.unique(np.linspace(0, len(pressures) - 1, most).round().astype(int))
+    shown = np.unique(np.linspace(0, len(pressures) - 1, max_traces).round().astype(int))
     time = v["time"].values * 1e3
     release = float(archive.provenance["pulse_s"]) * 1e3
     figure, axes = plt.subplots(1, 2, figsize=(9.2, 3.7), layout="constrained", sharey=True)

@@ -18,7 +18,7 @@ ALIKE, COUPLED = 0.99, 0.98
 WIDE = 0.2
 """Half an interval as a share of the value, above which a parameter counts as badly known."""
 HELP = "fit runs at more supply pressures, measure chamber pressures too, or hold some parameters"
-MOST_RESTARTS = 5
+MAX_RESTARTS = 5
 BASIN = 1e-2
 """Relative tolerance of parameters and sum of squares with which a start is followed; the best goes on to `FINE`."""
 
@@ -90,7 +90,7 @@ def identify(machine, measured, free, method="least-squares", report=None):
     fits = [minimise(problem, x, rough, BASIN) for x in _starts(free)]
     best, _, _ = minimise(problem, min(fits, key=lambda fit: fit[1])[0], rough, FINE)
     noise, own, warnings = noise_model(problem, best, measured.noise)
-    for _ in range(MOST_RESTARTS):
+    for _ in range(MAX_RESTARTS):
         best, cost, success = minimise(problem, best, noise, FINE)
         jacobian = problem.jacobian(best, noise)
         _refuse_idle(problem, jacobian)

@@ -12,7 +12,7 @@ from apesim.studies.measured.prediction import predict, run_of, with_value
 STEP = 1e-3
 """Of a finite difference, as a share of a parameter's scale."""
 
-MOST_SIMULATIONS = 600
+MAX_SIMULATIONS = 600
 """Of each run for each free parameter, after which a fit by least squares ends as it stands."""
 KEPT = 16
 """Points whose simulations are kept, so that a fit that goes on from one does not repeat them."""
@@ -101,7 +101,7 @@ class Problem:
     @property
     def spent(self):
         """Whether there have been as many simulations as a fit may take."""
-        return self.evaluations >= MOST_SIMULATIONS * len(self.runs) * len(self.free)
+        return self.evaluations >= MAX_SIMULATIONS * len(self.runs) * len(self.free)
 
     def forget(self):
         """Simulate anew, even where it has been done."""

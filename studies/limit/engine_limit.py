@@ -87,7 +87,7 @@ def parted(machine, angle):
     return machine._replace(command=moved)
 
 
-def judged(machine, speed, before=(), steady=PERIODIC_TOLERANCE):
+def judged(machine, speed, before=(), periodic_tolerance=PERIODIC_TOLERANCE):
     """Whether any commands meet the criterion at a speed.
 
     What the targets themselves do not allow, those at the ends of the tolerance may: the valve is open for the longest
@@ -100,7 +100,7 @@ def judged(machine, speed, before=(), steady=PERIODIC_TOLERANCE):
         [rad/s]
     before : sequence of tuple
         See `apesim.studies.timing.solve.start_after`.
-    steady : float
+    periodic_tolerance : float
         See `apesim.studies.timing.solve.corrected`.
 
     Returns
@@ -111,7 +111,7 @@ def judged(machine, speed, before=(), steady=PERIODIC_TOLERANCE):
         That meets it; or the one for the targets themselves.
     marches : int
     """
-    timing = corrected(machine, speed, start_after(machine, speed, before), steady)
+    timing = corrected(machine, speed, start_after(machine, speed, before), periodic_tolerance)
     failure, marches = failure_of(timing), timing.marches
     others = {
         Failure.TIMING: (WITHIN, -WITHIN),
@@ -121,7 +121,7 @@ def judged(machine, speed, before=(), steady=PERIODIC_TOLERANCE):
     for angle in others:
         other = parted(machine, angle)
         start = start_after(other, speed, [(speed, timing)] if timing.reachable else before)
-        nearby = corrected(other, speed, start, steady)
+        nearby = corrected(other, speed, start, periodic_tolerance)
         marches += nearby.marches
         if failure_of(nearby) == Failure.NONE:
             return Failure.NONE, nearby, marches
@@ -134,21 +134,21 @@ class Judge:
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
-    steady : float
+    periodic_tolerance : float
         See `apesim.studies.timing.solve.corrected`.
     before : sequence of tuple
         To start from, see `apesim.studies.timing.solve.start_after`.
     """
 
-    def __init__(self, machine, steady, before=()):
-        self.machine, self.steady, self.before = machine, steady, list(before)
+    def __init__(self, machine, periodic_tolerance, before=()):
+        self.machine, self.periodic_tolerance, self.before = machine, periodic_tolerance, list(before)
         self.found = {}
         self.marches = 0
 
     def failure(self, speed):
         """See `judged`; computed once."""
         if speed not in self.found:
-            failure, timing, marches = judged(self.machine, speed, self.before, self.steady)
+            failure, timing, marches = judged(self.machine, speed, self.before, self.periodic_tolerance)
             self.found[speed] = failure, timing._replace(run=None)
             self.marches += marches
             if timing.reachable:

@@ -164,7 +164,7 @@ class _EngineRun:
         times = times % period
         order = np.argsort(times)
         angles = self.machine.command.energise + speed * times[order]
-        run = run_steady(self.machine, speed, self.tolerance, angles=angles, start=self.start, doubted=False)
+        run = run_steady(self.machine, speed, self.tolerance, angles=angles, start=self.start, estimate_error=False)
         self.failed = run.status != Status.DONE or not run.orbit.converged
         self.known = run.orbit.known
         trace = np.empty_like(run.trace)

@@ -20,7 +20,7 @@ from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
 TOP_KEYS = ("bench", "sensor", "run")
 TEXT_KEYS = ("data", "name")
 FEWEST_ROWS = 8
-TURNED_MOST = -0.5
+MAX_TURNED = -0.5
 """Correlation of the lift with the integral of the velocity, below which the sign is the wrong one: of an ideal pair it
 is 1, or -1 if turned; noise and drifts only bring it nearer to 0."""
 
@@ -214,6 +214,6 @@ def _turned_velocity(file, axis, columns):
     velocity = columns["velocity"]
     travelled = np.append(0.0, np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(axis)))
     away, lifted = travelled - travelled.mean(), columns["lift"] - columns["lift"].mean()
-    if away @ lifted < TURNED_MOST * np.linalg.norm(away) * np.linalg.norm(lifted):
+    if away @ lifted < MAX_TURNED * np.linalg.norm(away) * np.linalg.norm(lifted):
         right = "turn its sign: it is positive as the valve opens (earlier files of apesim valve run have it otherwise)"
         yield Culprit(file, "velocity", "falls where the lift rises", right)

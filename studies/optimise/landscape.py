@@ -56,7 +56,7 @@ class Point(NamedTuple):
     """Whether the piston is on its open stop at any time."""
 
 
-def point_of(machine, speed, place=(), steady=PERIODIC_TOLERANCE):
+def point_of(machine, speed, place=(), periodic_tolerance=PERIODIC_TOLERANCE):
     """A machine's point, by its periodic state.
 
     Parameters
@@ -66,14 +66,16 @@ def point_of(machine, speed, place=(), steady=PERIODIC_TOLERANCE):
         [rad/s]
     place : tuple of float
         See `Point`.
-    steady : float
+    periodic_tolerance : float
         See `apesim.engine.steady.run_steady`.
 
     Returns
     -------
     Point
     """
-    return judged(machine, run_steady(machine, speed, steady=steady, angle_step=SKETCH_ANGLE_STEP), place)
+    return judged(
+        machine, run_steady(machine, speed, periodic_tolerance=periodic_tolerance, angle_step=SKETCH_ANGLE_STEP), place
+    )
 
 
 def judged(machine, run, place=()):
@@ -130,16 +132,16 @@ class Landscape:
         machine = self.machine._replace(command=command)
         return machine._replace(supply=machine.supply._replace(pressure=pressure[0])) if pressure else machine
 
-    def at(self, x, steady=PERIODIC_TOLERANCE):
+    def at(self, x, periodic_tolerance=PERIODIC_TOLERANCE):
         """The point of a place, each coordinate held between 0 and 1; a sketch does not count as one of the points."""
         place = tuple(np.clip(x, 0.0, 1.0).tolist())
-        known = self.sketched if steady == SKETCH else self.settled
+        known = self.sketched if periodic_tolerance == SKETCH else self.settled
         if place not in known:
-            known[place] = point_of(self.machine_at(place), self.speed, place, steady)
+            known[place] = point_of(self.machine_at(place), self.speed, place, periodic_tolerance)
         return known[place]
 
-    def best(self, goal, torque_least=-inf):
+    def best(self, goal, min_torque=-inf):
         """The best of the points so far; None where none repeats, or, for least air, none gives brake work."""
-        torque_least = max(torque_least, 0.0) if goal == Goal.AIR else torque_least
-        points = [p for p in self.settled.values() if p.merit[goal] > -inf and p.merit[Goal.TORQUE] >= torque_least]
+        min_torque = max(min_torque, 0.0) if goal == Goal.AIR else min_torque
+        points = [p for p in self.settled.values() if p.merit[goal] > -inf and p.merit[Goal.TORQUE] >= min_torque]
         return max(points, key=lambda point: point.merit[goal], default=None)

@@ -13,7 +13,7 @@ SKETCHES = 80
 """With which a range of two dimensions is searched for each goal; a third takes three times as many."""
 RADII, STRIDE, FINE = (0.02, 0.005), 0.01, 3e-4
 """Trust region of an optimum at first, and once more from there, as it may lie where the piston just meets its stop, a
-kink; of a step along the front; and of all at the end; shares of the ranges."""
+breakpoint; of a step along the front; and of all at the end; shares of the ranges."""
 LEVELS = 8
 """Torques at which the front is searched; through what is found there a curve is laid."""
 ON_THE_CURVE = 40
@@ -84,15 +84,15 @@ def _overview(landscape, goal):
     return found.x
 
 
-def _climb(landscape, goal, start, radius, torque_least=None):
+def _climb(landscape, goal, start, radius, min_torque=None):
     """Follow a goal from a start to its optimum, with a torque of at least some value [N m]."""
     scale = abs(landscape.at(start).merit[goal])
     scale = scale if 0.0 < scale < np.inf else 1.0
     constraints = ()
-    if torque_least is not None:
+    if min_torque is not None:
         span = landscape.best(Goal.TORQUE).merit[Goal.TORQUE]
         constraints = NonlinearConstraint(
-            lambda x: max(landscape.at(x).merit[Goal.TORQUE] / span, -1.0), torque_least / span, np.inf
+            lambda x: max(landscape.at(x).merit[Goal.TORQUE] / span, -1.0), min_torque / span, np.inf
         )
     minimize(
         lambda x: -landscape.at(x).merit[goal] / scale,

@@ -38,7 +38,7 @@ def works(machine, window):
     return judged(lasting(machine, window * DEGREE), SPEED * RPM)[0] == Failure.NONE
 
 
-def least_window(meets):
+def min_window(meets):
     """The shortest window that meets the criterion [deg]; NaN: none of those tried does.
 
     Parameters
@@ -65,8 +65,8 @@ def speed_demand(machine):
     engine = supplied(machine)
     own = (engine.command.close_target - engine.command.open_target) / DEGREE
     meets, wide = cache(lambda window: works(engine, window)), with_area(engine, AREAS[-1])
-    limit, least = engine_limit(engine).limit / RPM, least_window(meets)
-    widest = least_window(lambda window: works(wide, window))
+    limit, least = engine_limit(engine).limit / RPM, min_window(meets)
+    widest = min_window(lambda window: works(wide, window))
     tried = sorted({*WINDOWS, round(own, 6)})
     claims = [
         Claim(

@@ -8,7 +8,7 @@ import numpy as np
 from apesim.studies.paper.area import with_area
 from apesim.studies.paper.claim import AREA, Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.statements import STATEMENTS
-from apesim.studies.paper.stroke import least_difference
+from apesim.studies.paper.stroke import min_difference
 from apesim.studies.valve_map import PULSE, with_supply
 from apesim.valve.bench import run_bench
 
@@ -124,7 +124,7 @@ def _held(machine, temperatures, pressures):
         run = run_bench(with_supply(machine, machine.ambient.pressure + pressure, temperature), PULSE, until=PULSE)
         for name in MEASURES:
             strokes[name][at] = getattr(run.opening, name)
-        strokes["least_difference"][at] = least_difference(run)
+        strokes["least_difference"][at] = min_difference(run)
     complete = np.all(np.isfinite(strokes["stroke_time"]), axis=0)
     return [np.where(complete, statement.holds(strokes), np.nan) for statement in STATEMENTS]
 

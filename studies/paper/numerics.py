@@ -3,7 +3,7 @@
 import numpy as np
 
 from apesim.march.adaptive import EVENTS
-from apesim.march.slots import enter, events, rates, respond
+from apesim.march.hybrid_system import events, handle_event, rates, start_segment
 from apesim.studies.paper.claim import Claim, verdict_of
 from apesim.studies.paper.design import MEASURED
 from apesim.studies.paper.stroke import HIGH
@@ -37,10 +37,10 @@ def fixed_step_opening(machine, step):
     y, mode = closed_at_start(p)
     k, g, stroke = np.zeros((4, len(y))), np.full(EVENTS, -1.0), machine.valve.stroke
     t, delay = 0.0, np.nan
-    for kink in tables.kinks(0.0, PULSE):
-        enter(p, tables, t, kink, y, mode)
-        steps = max(1, round((kink - t) / step))
-        h = (kink - t) / steps
+    for breakpoint in tables.breakpoints(0.0, PULSE):
+        start_segment(p, tables, t, breakpoint, y, mode)
+        steps = max(1, round((breakpoint - t) / step))
+        h = (breakpoint - t) / steps
         for _ in range(steps):
             rates(p, t, y, mode, k[0])
             rates(p, t + 0.5 * h, y + 0.5 * h * k[0], mode, k[1])
@@ -54,7 +54,7 @@ def fixed_step_opening(machine, step):
             for event in np.flatnonzero(g > 0.0):
                 if event == MET_OPEN:
                     return delay, t - delay, abs(y[1])
-                respond(p, tables, event, t, y, mode)
+                handle_event(p, tables, event, t, y, mode)
     return delay, np.nan, np.nan
 
 

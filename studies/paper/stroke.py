@@ -13,14 +13,14 @@ RATE = 10.0
 """At which opening and closing are compared in periodic operation [Hz]."""
 
 
-def rises_from_least(values):
+def rises_from_minimum(values):
     """Whether a measure rises at every step of pressure from its least on; values of shape (n,)."""
     return bool(np.all(np.diff(values[int(np.argmin(values)) :]) > 0.0))
 
 
 def fluctuates_more(fluctuation):
     """Whether the fluctuation rises with pressure, to more than twice that at the lowest; of shape (n,)."""
-    return rises_from_least(fluctuation) and bool(fluctuation[-1] > 2.0 * fluctuation[0])
+    return rises_from_minimum(fluctuation) and bool(fluctuation[-1] > 2.0 * fluctuation[0])
 
 
 def turns_back(values):
@@ -34,7 +34,7 @@ def gets_slower(response):
     return np.any(np.diff(response, axis=0) >= 0.0, axis=0)
 
 
-def least_difference(run):
+def min_difference(run):
     """Least pressure behind the opening piston less that ahead of it, while it moves [Pa]; NaN: it does not.
 
     Parameters
@@ -52,7 +52,7 @@ def least_difference(run):
 def fluctuation_rises(grid):
     """The velocity fluctuates as pressure rises (Fig. 9)."""
     mean, pressure = grid.opening["fluctuation"].mean(axis=1), grid.pressure / 1e6
-    least, rises = int(np.argmin(mean)), rises_from_least(mean)
+    least, rises = int(np.argmin(mean)), rises_from_minimum(mean)
     return Claim(
         "fluctuation_over_pressure",
         "Fig. 9",
@@ -223,7 +223,7 @@ def fluctuation_from_limited_area(machine):
 def pressures_cross(machine):
     """The piston brakes until the pressure behind it exceeds that before it again."""
     run = run_bench(with_supply(machine, machine.ambient.pressure + HIGH, 287.0), PULSE, sample=2e-5)
-    least, opened = least_difference(run), run.times < run.opening.contact
+    least, opened = min_difference(run), run.times < run.opening.contact
     peak = float(np.abs(run.trace[opened, 1]).max()) if np.any(opened) else np.nan
     drag = machine.valve.viscous_friction * peak / machine.valve.piston_area
     return Claim(

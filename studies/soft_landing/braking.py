@@ -16,7 +16,7 @@ RESOLUTION = 0.01e-3
 """Of the edges [s]."""
 COARSE = 32
 """Step of the first grid, in units of the resolution; a power of two."""
-ADDED_LEAST = 3e-3
+MIN_ADDED = 3e-3
 """Added time up to which brakes are sought, at least [s]."""
 FRONT_STEP = 0.05e-3
 """The front is refined at one brake for each such step of added time [s]."""
@@ -29,7 +29,7 @@ BRAKE, RELEASE, ADDED, SPEED, APART, SWITCHED = range(6)
 time between two edges of a solenoid [s], number in `SOLENOIDS` of those it switches."""
 
 
-def front_of(brakes, apart=0.0, added_most=inf):
+def front_of(brakes, apart=0.0, max_added=inf):
     """The brakes that no other beats in both added time and seating speed.
 
     Parameters
@@ -38,7 +38,7 @@ def front_of(brakes, apart=0.0, added_most=inf):
         See `BRAKE`.
     apart : float
         Least time between two edges [s].
-    added_most : float
+    max_added : float
         [s]
 
     Returns
@@ -46,7 +46,7 @@ def front_of(brakes, apart=0.0, added_most=inf):
     (m, 6) float array
         Added time ascending, seating speed falling; the softest is the last.
     """
-    allowed = brakes[(brakes[:, APART] >= apart) & (brakes[:, ADDED] <= added_most)]
+    allowed = brakes[(brakes[:, APART] >= apart) & (brakes[:, ADDED] <= max_added)]
     allowed = allowed[np.lexsort((allowed[:, SPEED], allowed[:, ADDED]))]
     lowest = np.minimum.accumulate(np.append(inf, allowed[:, SPEED]))
     return allowed[allowed[:, SPEED] < lowest[:-1]]
@@ -76,18 +76,18 @@ def search(task, unbraked, spacing, cost):
     (n, 6) float array
         See `BRAKE`; of each front all that were met, refined for the given spacing, for none and for `SPACINGS`.
     """
-    most = max(ADDED_LEAST, cost)
-    points, tried, found = first_grid(task, unbraked, spacing, most), set(), []
+    max_added = max(MIN_ADDED, cost)
+    points, tried, found = first_grid(task, unbraked, spacing, max_added), set(), []
     unit, brakes = COARSE, np.empty((0, 6))
     while points:
-        found += [row for point in sorted(points) if (row := attempt(task, unbraked, most, point))]
+        found += [row for point in sorted(points) if (row := attempt(task, unbraked, max_added, point))]
         tried |= points
         brakes = np.array(found).reshape(-1, 6)
         softest = [front_of(brakes, apart, cost)[-1:] for apart in (spacing, 0.0)]
         if unit > 1:
             unit //= 2
             moves = (-unit, 0, unit)
-            fronts = [_thinned(front_of(brakes, apart, most)) for apart in (spacing, 0.0)]
+            fronts = [_thinned(front_of(brakes, apart, max_added)) for apart in (spacing, 0.0)]
             spaced = [front_of(brakes, apart, cost)[-1:] for apart in SPACINGS]
             rows = np.concatenate((*softest, *fronts, *spaced, widest_soft(brakes, unbraked, cost)))
         else:  # until all around the softest have been tried
@@ -97,7 +97,7 @@ def search(task, unbraked, spacing, cost):
     return brakes
 
 
-def first_grid(task, unbraked, spacing, most):
+def first_grid(task, unbraked, spacing, max_added):
     """Edges to begin with, in units of the resolution.
 
     A brake that has fully acted before the motion only delays it, and one that acts after contact lowers nothing. If
@@ -106,19 +106,19 @@ def first_grid(task, unbraked, spacing, most):
     followed = opening_curve(task.machine.valve.solenoid)[:, 0]
     dead = followed[0]
     earliest = max(unbraked.delay - followed[-1], 0.0) / RESOLUTION
-    latest, end = ((unbraked.contact + added - dead) / RESOLUTION for added in (0.0, most))
-    least, *spacings = (ceil(apart / RESOLUTION - 1e-9) for apart in (spacing, *SPACINGS))
-    starts = {*range(COARSE * (int(earliest) // COARSE + 1), int(latest) + 1, COARSE), least}
-    lengths = {*range(COARSE, int(end), COARSE), *spacings, least}
+    latest, end = ((unbraked.contact + added - dead) / RESOLUTION for added in (0.0, max_added))
+    shortest, *spacings = (ceil(apart / RESOLUTION - 1e-9) for apart in (spacing, *SPACINGS))
+    starts = {*range(COARSE * (int(earliest) // COARSE + 1), int(latest) + 1, COARSE), shortest}
+    lengths = {*range(COARSE, int(end), COARSE), *spacings, shortest}
     return {
         (start, start + length)
         for start in starts
         for length in lengths
-        if start <= latest and length <= max(end - start, least)
+        if start <= latest and length <= max(end - start, shortest)
     }
 
 
-def attempt(task, unbraked, most, point):
+def attempt(task, unbraked, max_added, point):
     """Run a brake.
 
     Parameters
@@ -126,7 +126,7 @@ def attempt(task, unbraked, most, point):
     task : Task
     unbraked : Landing
         Of the same task.
-    most : float
+    max_added : float
         Added time allowed [s].
     point : pair of int
         Its edges, in units of the resolution.
@@ -140,11 +140,11 @@ def attempt(task, unbraked, most, point):
     apart = apart_of(task, (brake, release))
     if apart <= 0.0:
         return None
-    soon = max(unbraked.contact + most, release) + COARSE * RESOLUTION
+    soon = max(unbraked.contact + max_added, release) + COARSE * RESOLUTION
     for within in (soon, inf):  # most fail soon
         landing = land(task, (brake, release), within)
         added = landing.contact - unbraked.contact
-        if not (landing.stays and added <= most and landing.speed < unbraked.speed):
+        if not (landing.stays and added <= max_added and landing.speed < unbraked.speed):
             return None
     return brake, release, added, landing.speed, apart, SOLENOIDS.index(task.solenoids)
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march.adaptive import LOG_HEAD, WATCH
+from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING
 from apesim.valve.bench import run_bench
 from apesim.valve.measures import NEVER
 from apesim.valve.motion import MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT
@@ -78,7 +78,7 @@ def landing_of(log, stroke, command, until):
     """
     log = log[(log[:, 0] >= command) & (log[:, 0] <= until)]
     time, code, sign, speed = log[:, 0], log[:, 1], log[:, 2], np.abs(log[:, LOG_HEAD + 1])
-    near_closed, near_open = ((code == WATCH + watch) for watch in (ONE_PERCENT, NEAR_OPEN))
+    near_closed, near_open = ((code == ZERO_CROSSING + crossing) for crossing in (ONE_PERCENT, NEAR_OPEN))
     if stroke == OPENING:
         begins, leaves, met = near_closed & (sign > 0.0), near_open & (sign < 0.0), MET_OPEN
     else:

@@ -50,7 +50,7 @@ def archive_of(machine, results, spacing, cost, command="", solenoids=SOLENOIDS)
     """
     openings = [result for result in results if result.task.stroke == OPENING]
     supplies = np.array([result.task.machine.supply.control() for result in openings])
-    added = np.arange(0.0, max(STEP, _most_added(results)) + STEP, STEP)
+    added = np.arange(0.0, max(STEP, _max_added(results)) + STEP, STEP)
     variables = {
         "run": Variable(("run",), np.arange(len(openings)), "1", "number of the pressure"),
         "supply_pressure": Variable(("run",), supplies[:, 0], "Pa abs", "pressure of the control air", coordinate=True),
@@ -81,7 +81,7 @@ def archive_of(machine, results, spacing, cost, command="", solenoids=SOLENOIDS)
     return Archive(dumps(machine), provenance, variables)
 
 
-def _most_added(results):
+def _max_added(results):
     return max((result.brakes[:, ADDED].max() for result in results if len(result.brakes)), default=0.0)
 
 

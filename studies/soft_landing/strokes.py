@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march.adaptive import LOG_HEAD, WATCH
+from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING
 from apesim.studies.soft_landing.braking import (
     APART,
     SWITCHED,
@@ -91,7 +91,7 @@ def lowest_speed(log, command, contact):
     -------
     float
     """
-    told = np.isin(log[:, 1], (MET_CLOSED, MET_OPEN, WATCH + SPEED_EXTREMUM))
+    told = np.isin(log[:, 1], (MET_CLOSED, MET_OPEN, ZERO_CROSSING + SPEED_EXTREMUM))
     speeds = np.abs(log[told & (log[:, 0] >= command) & (log[:, 0] <= contact), LOG_HEAD + 1])
     return float(speeds[speeds.argmax() :].min()) if len(speeds) else nan
 

@@ -51,8 +51,8 @@ def _result(point):
     trace = np.full((ROWS + 1, len(TRACE)), nan)
     if reason > 0:
         return scalars | {"timing_reason": reason}, trace
-    place, first_angle = _rows_before(machine.command.energise - point.first_angle)
-    run = run_steady(machine, speed, angle_step=ANGLE_STEP, first_angle=first_angle)
+    place, trace_start = _rows_before(machine.command.energise - point.trace_start)
+    run = run_steady(machine, speed, angle_step=ANGLE_STEP, trace_start=trace_start)
     if run.status == Status.DONE:
         values = indicators(machine, run)
         told = judge_point(machine, run, values)

@@ -32,7 +32,7 @@ class Point(NamedTuple):
     """`FIXED`: the machine's own command angles; `CORRECTED`: those that meet its targets."""
     combination: int
     """Number of its machine in the variation."""
-    first_angle: float
+    trace_start: float
     """Of the traces [rad]."""
 
 
@@ -82,12 +82,12 @@ def plan(variation, speeds, intakes, timings=(FIXED,)):
     Plan
     """
     actuations = actuations_of(intakes, timings)
-    first_angle = variation.machines[0].command.energise
+    trace_start = variation.machines[0].command.energise
     points = []
     for name, (number, machine), speed in product(actuations, enumerate(variation.machines), speeds):
         intake, timing = ACTUATIONS[name]
         machine = machine._replace(engine=machine.engine._replace(intake=intake))
-        points.append(Point(len(points), machine, speed, timing, number, first_angle))
+        points.append(Point(len(points), machine, speed, timing, number, trace_start))
     axes = {"actuation": actuations}
     axes |= {axis.name: list(axis.texts) for axis in variation.axes}
     axes["speed_rpm"] = [f"{rpm(speed):.12g} r/min" for speed in speeds]

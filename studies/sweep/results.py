@@ -68,7 +68,7 @@ def archive_of(points, results, variation, machine, provenance):
     """
     scalars = [scalars for scalars, _ in results]
     traces = np.stack([trace for _, trace in results])
-    angles = points[0].first_angle / DEGREE + ANGLE_STEP / DEGREE * np.arange(traces.shape[1])
+    angles = points[0].trace_start / DEGREE + ANGLE_STEP / DEGREE * np.arange(traces.shape[1])
     variables = {
         "run": _column((point.run for point in points), np.int64, "1", "number of the run"),
         "crank_angle": Variable(("crank_angle",), angles, "deg", "crank angle after TDC"),

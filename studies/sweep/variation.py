@@ -11,7 +11,7 @@ from apesim.quantities.settings import load, misassigned, schema
 
 VARY = "--vary"
 INTAKE_KEY, AMBIENT_KEY = "engine.intake", "ambient.pressure"
-COMBINATIONS_MOST = 100_000
+MAX_COMBINATIONS = 100_000
 
 
 class Axis(NamedTuple):
@@ -87,8 +87,8 @@ def vary(texts, path=None, settings=()):
         right = f"write it abs, as {AMBIENT_KEY} varies, above which gauge pressures stand"
         culprits += [Culprit(VARY, key, "is gauge and so has no one value", right) for key in gauges]
     number = prod(len(axis.texts) for axis in axes)
-    if number > COMBINATIONS_MOST:
-        culprits.append(Culprit(VARY, "", f"makes {number} machines", f"at most {COMBINATIONS_MOST}: larger steps"))
+    if number > MAX_COMBINATIONS:
+        culprits.append(Culprit(VARY, "", f"makes {number} machines", f"at most {MAX_COMBINATIONS}: larger steps"))
     if culprits:
         raise InputError(culprits)
     return Variation(tuple(axes), _machines(axes, path, settings))

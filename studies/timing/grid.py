@@ -22,7 +22,7 @@ from apesim.studies.timing.table import Axes, InterpolationError, centres, inter
 from apesim.studies.valve_map import with_supply
 
 SECONDS_A_POINT = 0.12
-CHECKS_MOST, SEED = 60, 20090
+MAX_CHECKS, SEED = 60, 20090
 """Centres of cells that are solved to measure the error of interpolation; seed of their choice."""
 CRITERION = (
     "both angles within 0.05 deg of their targets, in a periodic state that repeats every cycle, the lift through the "
@@ -169,7 +169,7 @@ def _series(machine, axes, chosen):
     return series
 
 
-def map_timing(machine, axes, jobs=None, checks_most=CHECKS_MOST, command="", report=None):
+def map_timing(machine, axes, jobs=None, max_checks=MAX_CHECKS, command="", report=None):
     """Corrected commands over a grid, what they win back, and how well a table of them interpolates.
 
     Parameters
@@ -179,7 +179,7 @@ def map_timing(machine, axes, jobs=None, checks_most=CHECKS_MOST, command="", re
     axes : Axes
     jobs : int, optional
         Processes; as many as the work is worth if left out.
-    checks_most : int
+    max_checks : int
         Centres of cells at most that are solved to measure the error of interpolation.
     command : str
         The command line, for the archive.
@@ -192,7 +192,7 @@ def map_timing(machine, axes, jobs=None, checks_most=CHECKS_MOST, command="", re
         Run ``(i len(pressures) + j) len(temperatures) + k`` of its archive is speed i, pressure j, temperature k.
     """
     axes = Axes(*(np.unique(np.asarray(axis, dtype=float)) for axis in axes))
-    chosen, number = centres(axes, checks_most, SEED)
+    chosen, number = centres(axes, max_checks, SEED)
     size = int(np.prod(axes.shape))
     rows, checks = [{}] * size, [(nan, nan)] * len(chosen)
     done, total = 0, size + len(chosen)

@@ -19,11 +19,11 @@ class Law(NamedTuple):
     """[s]"""
     slope: float
     """[s/K]"""
-    error_most: float
+    max_error: float
     """[s]"""
     error_rms: float
     """[s]"""
-    angle_error_most: float
+    max_angle_error: float
     """The same at the speeds of the points [rad]."""
     angle_error_rms: float
     points: int

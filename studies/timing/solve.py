@@ -28,9 +28,9 @@ NEAR = 0.03 * DEGREE
 """Nearer than this to the targets, states are brought to their full periodic state [rad]."""
 LIFT = TRACE.index("lift [m]")
 ANGLE_STEP, SKETCH_ANGLE_STEP = 0.5 * DEGREE, 5.0 * DEGREE
-STEP_MOST = 40.0 * DEGREE
+MAX_STEP = 40.0 * DEGREE
 TRIES = 12
-PULSE_LEAST = 0.1 * DEGREE
+MIN_PULSE = 0.1 * DEGREE
 WIDTHS = (3.0 * DEGREE, 0.3 * DEGREE, 0.01 * DEGREE)
 """Of the bracket of the pulse, each tried where a wider one has not led to the solution [rad]."""
 USUAL_SLOPE = 1.5
@@ -133,7 +133,7 @@ def commanded(machine, energise, release):
     return machine._replace(command=command)
 
 
-def look(machine, speed, energise, pulse, steady=PERIODIC_TOLERANCE):
+def look(machine, speed, energise, pulse, periodic_tolerance=PERIODIC_TOLERANCE):
     """March to the periodic state and see where the valve opens and closes.
 
     Parameters
@@ -144,7 +144,7 @@ def look(machine, speed, energise, pulse, steady=PERIODIC_TOLERANCE):
         [rad/s]
     energise, pulse : float
         Command angle, and how long it holds [rad].
-    steady : float
+    periodic_tolerance : float
         See `apesim.engine.steady.run_steady`.
 
     Returns
@@ -152,8 +152,8 @@ def look(machine, speed, energise, pulse, steady=PERIODIC_TOLERANCE):
     Look
     """
     machine = commanded(machine, energise, energise + pulse)
-    angle_step = SKETCH_ANGLE_STEP if steady == SKETCH else ANGLE_STEP
-    run = run_steady(machine, speed, steady=steady, angle_step=angle_step)
+    angle_step = SKETCH_ANGLE_STEP if periodic_tolerance == SKETCH else ANGLE_STEP
+    run = run_steady(machine, speed, periodic_tolerance=periodic_tolerance, angle_step=angle_step)
     if run.status != Status.DONE:
         return Look(machine, run, {}, np.full(2, nan))
     angles = valve_angles(machine, run)
@@ -174,7 +174,7 @@ def openings(machine, run):
     return int(np.sum(at_lap & (velocity < 0.0)))
 
 
-def corrected(machine, speed, start=None, steady=PERIODIC_TOLERANCE):
+def corrected(machine, speed, start=None, periodic_tolerance=PERIODIC_TOLERANCE):
     """Commands with which the valve opens and closes at its targets, in the periodic state.
 
     Broyden's method in energise and pulse, from a start or the delays of the bench; where that fails, the pulse is
@@ -188,7 +188,7 @@ def corrected(machine, speed, start=None, steady=PERIODIC_TOLERANCE):
         [rad/s]
     start : tuple of float, optional
         Energise and pulse to start from [rad].
-    steady : float
+    periodic_tolerance : float
         See `apesim.engine.steady.run_steady`; with `SKETCH` the targets are met within `NEAR`, at a third of the time.
 
     Returns
@@ -204,15 +204,15 @@ def corrected(machine, speed, start=None, steady=PERIODIC_TOLERANCE):
         raise ValueError("only an electro-pneumatic intake has commands to correct")
     marches = 0
 
-    def look_at(x, steady):
+    def look_at(x, periodic_tolerance):
         nonlocal marches
         marches += 1
-        return look(machine, speed, *x, steady)
+        return look(machine, speed, *x, periodic_tolerance)
 
-    found = _approach(look_at, start or _open_loop(machine, speed), USUAL_SLOPE, steady)
+    found = _approach(look_at, start or _open_loop(machine, speed), USUAL_SLOPE, periodic_tolerance)
     reason = reason_of(found)
     if reason not in (Reason.REACHED, Reason.CROSSES_AGAIN, Reason.FAILED):
-        reason, found = _bracketed(look_at, machine, steady)
+        reason, found = _bracketed(look_at, machine, periodic_tolerance)
     if reason != Reason.REACHED:
         return Timing(machine, None, {}, nan, nan, nan, nan, reason, marches)
     target, command = machine.command, found.machine.command
@@ -287,24 +287,24 @@ def _open_loop(machine, speed):
 def _approach(look_at, start, slope, last):
     """Broyden's method from a start to the targets, first by sketches; the last look."""
     x = np.array(start)
-    x[1] = np.clip(x[1], PULSE_LEAST, TURN - PULSE_LEAST)
+    x[1] = np.clip(x[1], MIN_PULSE, TURN - MIN_PULSE)
     slopes = np.diag((1.0, slope))
-    steady = SKETCH
-    here = look_at(x, steady)
+    periodic_tolerance = SKETCH
+    here = look_at(x, periodic_tolerance)
     for _ in range(TRIES):
         if not np.isfinite(here.misses).all():
             break
         miss = np.abs(here.misses).max()
-        if steady != last and miss < NEAR:
-            steady = last
-            here = look_at(x, steady)
+        if periodic_tolerance != last and miss < NEAR:
+            periodic_tolerance = last
+            here = look_at(x, periodic_tolerance)
             continue
         if miss < (NEAR if last == SKETCH else TOLERANCE):
             break
         step = -np.linalg.lstsq(slopes, here.misses)[0]
-        step *= min(1.0, STEP_MOST / np.abs(step).max())
-        step[1] = np.clip(x[1] + step[1], PULSE_LEAST, TURN - PULSE_LEAST) - x[1]
-        there = look_at(x + step, steady)
+        step *= min(1.0, MAX_STEP / np.abs(step).max())
+        step[1] = np.clip(x[1] + step[1], MIN_PULSE, TURN - MIN_PULSE) - x[1]
+        there = look_at(x + step, periodic_tolerance)
         if np.isfinite(there.misses).all() and step @ step > 0.0:
             slopes += np.outer(there.misses - here.misses - slopes @ step, step) / (step @ step)
         x, here = x + step, there
@@ -321,7 +321,7 @@ def _bracketed(look_at, machine, last):
         The one that reaches the targets.
     """
     energise = machine.command.open_target
-    low, high = PULSE_LEAST, TURN - PULSE_LEAST
+    low, high = MIN_PULSE, TURN - MIN_PULSE
     short, long = (look_at((energise, pulse), SKETCH).misses[1] for pulse in (low, high))
     reason = Reason.MISSED
     for width in WIDTHS:

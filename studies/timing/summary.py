@@ -67,7 +67,7 @@ def law_lines(laws: dict[str, list[Law]], machine: Machine) -> list[str]:
             here = [law for law in found if law.pressure == pressure]
             over_all = [law for law in here if isnan(law.speed)]
             each = [law for law in here if not isnan(law.speed)]
-            far = [law for law in over_all if law.angle_error_most > FAR_OFF]
+            far = [law for law in over_all if law.max_angle_error > FAR_OFF]
             told = each if far else over_all or each
             gauge = (pressure - machine.ambient.pressure) / 1e6
             lines.append(f"{name.replace('_', ' ')} at {gauge:.3g} MPa gauge{_law_text(told, far)}")
@@ -84,11 +84,11 @@ def _law_text(told: Sequence[Law], far: Sequence[Law]) -> str:
         for name, factor in (
             ("at_reference", 1e3),
             ("slope", 1e6),
-            ("error_most", 1e3),
-            ("angle_error_most", 1.0 / DEGREE),
+            ("max_error", 1e3),
+            ("max_angle_error", 1.0 / DEGREE),
         )
     )
-    scope = f", a law for each speed (one for all is off by {far[0].angle_error_most / DEGREE:.2g} deg)" if far else ""
+    scope = f", a law for each speed (one for all is off by {far[0].max_angle_error / DEGREE:.2g} deg)" if far else ""
     return (
         f"{scope}: {_span(times, '.3f')} ms {_span(slopes, '+.2f')} us/K (T_0 - 287 K), off by at most "
         f"{_span(errors, '.3f')} ms or {_span(angles, '.2f')} deg; it {sign}"

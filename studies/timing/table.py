@@ -69,13 +69,13 @@ def interpolated(axes, values, point):
     return float(value)
 
 
-def centres(axes, most, seed):
+def centres(axes, max_centres, seed):
     """Centres of the cells of a table, or a random choice of them; along an axis with one point they stand on it.
 
     Parameters
     ----------
     axes : Axes
-    most : int
+    max_centres : int
     seed : int
 
     Returns
@@ -89,9 +89,9 @@ def centres(axes, most, seed):
     points = [tuple(float(x) for x in point) for point in product(*middles)]
     if max(axes.shape) < 2:
         return [], 0
-    if len(points) <= most:
+    if len(points) <= max_centres:
         return points, len(points)
-    chosen = np.sort(np.random.default_rng(seed).choice(len(points), most, replace=False))
+    chosen = np.sort(np.random.default_rng(seed).choice(len(points), max_centres, replace=False))
     return [points[number] for number in chosen], len(points)
 
 
@@ -122,7 +122,7 @@ def interpolation_error(axes, advance, release_advance, solved, number, seed):
     errors = errors[~np.isnan(errors).any(axis=1)]
     if not len(errors):
         return InterpolationError(0, number, seed, *4 * (np.nan,))
-    most, rms = np.abs(errors).max(axis=0), np.sqrt((errors**2).mean(axis=0))
+    largest, rms = np.abs(errors).max(axis=0), np.sqrt((errors**2).mean(axis=0))
     return InterpolationError(
-        len(errors), number, seed, *(float(x) for pair in zip(most, rms, strict=True) for x in pair)
+        len(errors), number, seed, *(float(x) for pair in zip(largest, rms, strict=True) for x in pair)
     )

@@ -23,11 +23,11 @@ SPEEDS, PULSE = (800.0, 3000.0), 50e-3
 """Of the engine [r/min]; of the bench [s]."""
 
 
-def marched(p, tables, y, mode, kinks, tolerance, longest_step, scale):
+def marched(p, tables, y, mode, breakpoints, tolerance, longest_step, scale):
     """Log of a march; the state in y is the end's on return."""
     log = np.empty((LOG_ROWS, LOG_HEAD + len(scale)))
     accuracy = Accuracy(tolerance, longest_step, np.array(scale))
-    outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, np.empty(0), np.empty((0, 0)))
+    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), np.empty((0, 0)))
     assert outcome.status == 0
     return log[: outcome.logged]
 
@@ -36,7 +36,7 @@ def bench_measures(tolerance, longest_step):
     """Of the default valve with a pulse of 50 ms, by name."""
     p, tables = bench.bench_of(machine(), [0.0, PULSE])
     y, mode = bench.closed_at_start(p)
-    log = marched(p, tables, y, mode, tables.kinks(0.0, 2.0 * PULSE), tolerance, longest_step, actuator.SCALE)
+    log = marched(p, tables, y, mode, tables.breakpoints(0.0, 2.0 * PULSE), tolerance, longest_step, actuator.SCALE)
     strokes = {"opening": opening_stroke(log, 0.0, PULSE), "closing": closing_stroke(log, PULSE, 2.0 * PULSE)}
     return {
         f"{name} {field.replace('_', ' ')}": getattr(stroke, field)
@@ -48,11 +48,11 @@ def bench_measures(tolerance, longest_step):
 def cycle_at(speed):
     """A function: results of one cycle of the default engine from its periodic state at a speed [rad/s], by name."""
     start = run_steady(machine(), speed, tolerance=1e-10).orbit
-    p, tables, kinks = cycle_of(machine(), speed)
+    p, tables, breakpoints = cycle_of(machine(), speed)
 
     def results(tolerance, longest_step):
         y, mode = start.y.copy(), start.mode.copy()
-        log = marched(p, tables, y, mode, kinks, tolerance, longest_step, cycle_state.SCALE)
+        log = marched(p, tables, y, mode, breakpoints, tolerance, longest_step, cycle_state.SCALE)
         time, code = log[:, :2].T
         angle = (p.start + speed * time) / DEGREE
         met = {name: angle[code == which] for name, which in (("open", MET_OPEN), ("closed", MET_CLOSED))}
@@ -84,8 +84,8 @@ def convergence_table(longest_step=None):
         for rpm in SPEEDS
     }
     for name, (results, usual) in cases.items():
-        true = results(FINEST, usual.step_most)
-        found = [results(tolerance, longest_step or usual.step_most) for tolerance in TOLERANCES]
+        true = results(FINEST, usual.max_step)
+        found = [results(tolerance, longest_step or usual.max_step) for tolerance in TOLERANCES]
         errors[name] = {key: np.array([abs(one[key] / true[key] - 1.0) for one in found]) for key in true}
     return TOLERANCES, errors
 

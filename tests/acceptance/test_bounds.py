@@ -88,7 +88,7 @@ def ideal_work(law, a_machine, run):
 @given(machines())
 def test_no_machine_beats_exergy_and_every_one_closes(drawn):
     a_machine, rpm = drawn
-    run = run_steady(a_machine, rpm * RPM, angle_step=10.0 * DEGREE, most=120)
+    run = run_steady(a_machine, rpm * RPM, angle_step=10.0 * DEGREE, max_cycles=120)
     assert run.status == 0
     assume(run.orbit.converged)
     mass, energy = closure(run)

@@ -254,7 +254,7 @@ from apesim.engine.steady import run_steady
 from apesim.valve.bench import run_bench
 
 with when_compiling(lambda: print("told", end=" ")), event.install_recorder("numba:compile") as compiling:
-    run_bench(Machine(), 20e-3) if KIND == "bench" else run_steady(Machine(), 100.0, most=1)
+    run_bench(Machine(), 20e-3) if KIND == "bench" else run_steady(Machine(), 100.0, max_cycles=1)
 functions = [at.data["dispatcher"].py_func for _, at in compiling.buffer if at.is_start]
 times = Counter(f"{function.__module__}.{function.__qualname__}" for function in functions)
 assert all(count <= 2 or name.startswith("numba.") for name, count in times.items()), times
@@ -326,10 +326,10 @@ from apesim.march.periodic import NO_TIMES, NO_TRACE
 from apesim.engine.machine import Machine
 from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of
 
-p, tables, kinks = cycle_of(Machine(), 100.0)
+p, tables, breakpoints = cycle_of(Machine(), 100.0)
 y, mode = charged_at_rest(p)
 try:
-    march(p, tables, 0.0, y, mode, kinks, accuracy_at(p), NO_TRACE, NO_TIMES, NO_TRACE)
+    march(p, tables, 0.0, y, mode, breakpoints, accuracy_at(p), NO_TRACE, NO_TIMES, NO_TRACE)
 except TypeError as error:
     print(error)
 """

@@ -20,7 +20,7 @@ from apesim.engine.cycle import state as cycle_state
 from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
 from apesim.engine.steady import run_steady
 from apesim.march.adaptive import EVENTS, LOG_HEAD, LOG_ROWS, TOLERANCE, march
-from apesim.march.slots import enter, events, rates, respond
+from apesim.march.hybrid_system import events, handle_event, rates, start_segment
 from apesim.valve import actuator, bench
 from apesim.valve.motion import CORNER, FLOW, MET_CLOSED, MET_OPEN
 from apesim.valve.solenoid_flow import FLOWS
@@ -31,7 +31,7 @@ FIXED_STEP = 0.01e-3
 REPEATS = 30
 
 
-def least_time(run, repeats=REPEATS):
+def min_time(run, repeats=REPEATS):
     """Shortest of several runs [s], and the last result; one run before them is not counted."""
     run()
     times = []
@@ -47,7 +47,7 @@ class BenchCycle:
 
     def __init__(self):
         self.p, self.tables = bench.bench_of(machine(), [0.0, PULSE])
-        self.kinks = self.tables.kinks(0.0, END)
+        self.breakpoints = self.tables.breakpoints(0.0, END)
 
     def start(self):
         return bench.closed_at_start(self.p)
@@ -58,14 +58,14 @@ class BenchCycle:
         log = np.empty((log_rows, LOG_HEAD + actuator.STATES))
         accuracy = bench.accuracy_of(self.p, tolerance)
         trace = np.empty((0, len(bench.TRACE)))
-        outcome = march(self.p, self.tables, 0.0, y, mode, self.kinks, accuracy, log, np.empty(0), trace)
+        outcome = march(self.p, self.tables, 0.0, y, mode, self.breakpoints, accuracy, log, np.empty(0), trace)
         code, at = log[: outcome.logged, 1], log[: outcome.logged, 0]
         return at[(code == MET_OPEN) | (code == MET_CLOSED)]
 
     def fixed(self):
         """Runge-Kutta of order 4, compiled."""
         y, mode = self.start()
-        return fixed_steps(self.p, self.tables, y, mode, self.kinks)
+        return fixed_steps(self.p, self.tables, y, mode, self.breakpoints)
 
     def lsoda(self, tolerance):
         """SciPy's LSODA from event to event, around the compiled rates."""
@@ -86,14 +86,16 @@ class BenchCycle:
 
         watched = {i: event(i) for i in range(FLOW + FLOWS) if i != CORNER}
         atol = tolerance * np.append(np.array([9e-3, 1.0, 1e-5, 1.0, 1e-5, 1.0]), np.ones(bench.SIZE - 6))
-        for kink in self.kinks:
-            enter(p, self.tables, t, kink, y, mode)
-            while t < kink:
-                step = solve_ivp(slope, (t, kink), y, "LSODA", events=[*watched.values()], rtol=tolerance, atol=atol)
+        for breakpoint in self.breakpoints:
+            start_segment(p, self.tables, t, breakpoint, y, mode)
+            while t < breakpoint:
+                step = solve_ivp(
+                    slope, (t, breakpoint), y, "LSODA", events=[*watched.values()], rtol=tolerance, atol=atol
+                )
                 t, y = step.t[-1], step.y[:, -1].copy()
                 if step.status == 1:
                     (which,) = (i for i, found in zip(watched, step.t_events, strict=True) if len(found))
-                    respond(p, self.tables, which, t, y, mode)
+                    handle_event(p, self.tables, which, t, y, mode)
                     contacts += [t] if which in (MET_OPEN, MET_CLOSED) else []
         return np.array(contacts)
 
@@ -109,15 +111,15 @@ def compiled_events(p, t, y, mode, g):
 
 
 @numba.njit(error_model="numpy")
-def fixed_steps(p, tables, y, mode, kinks):
+def fixed_steps(p, tables, y, mode, breakpoints):
     n = y.shape[0]
     k, trial, g = np.zeros((4, n)), np.empty(n), np.full(EVENTS, -1.0)
     contacts = np.empty(8)
     met, t = 0, 0.0
-    for kink in kinks:
-        enter(p, tables, t, kink, y, mode)
-        steps = round((kink - t) / FIXED_STEP)
-        h = (kink - t) / max(steps, 1)
+    for breakpoint in breakpoints:
+        start_segment(p, tables, t, breakpoint, y, mode)
+        steps = round((breakpoint - t) / FIXED_STEP)
+        h = (breakpoint - t) / max(steps, 1)
         for _ in range(steps):
             rates(p, t, y, mode, k[0])
             for s in range(1, 4):
@@ -134,7 +136,7 @@ def fixed_steps(p, tables, y, mode, kinks):
                     if event <= MET_OPEN and met < 8:
                         contacts[met] = t
                         met += 1
-                    respond(p, tables, event, t, y, mode)
+                    handle_event(p, tables, event, t, y, mode)
                     break
     return contacts[:met]
 
@@ -152,22 +154,22 @@ def bench_rows():
         "RK4, 0.01 ms, compiled": (one.fixed, one.fixed(), REPEATS),
         "LSODA (SciPy), 1e-6": (lambda: one.lsoda(1e-6), one.lsoda(1e-6), 3),
     }
-    return {name: (least_time(run, repeats)[0], np.abs(at - true).max()) for name, (run, at, repeats) in found.items()}
+    return {name: (min_time(run, repeats)[0], np.abs(at - true).max()) for name, (run, at, repeats) in found.items()}
 
 
 def revolution():
     """One noted revolution's time and that of one without a note, at 1000 r/min from the periodic state [s]."""
     speed = 1000.0 * RPM
-    p, tables, kinks = cycle_of(machine(receiver=1.0), speed)
+    p, tables, breakpoints = cycle_of(machine(receiver=1.0), speed)
     orbit = run_steady(machine(receiver=1.0), speed).orbit
     accuracy = accuracy_at(p)
     log, trace = np.empty((0, LOG_HEAD + cycle_state.STATES)), np.empty((0, len(cycle.TRACE)))
 
     def run():
         y, mode = orbit.y.copy(), orbit.mode.copy()
-        return march(p, tables, 0.0, y, mode, kinks, accuracy, log, np.empty(0), trace)
+        return march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), trace)
 
-    return least_time(run)[0]
+    return min_time(run)[0]
 
 
 def test_speed(capsys):
@@ -183,7 +185,7 @@ def test_speed(capsys):
     lines += [f"  {'one revolution, ' + format(TOLERANCE, 'g') + ' (default)':36s}{turn * 1e3:9.3f} ms{1:9d}"]
     for name, options in (("epv", {}), ("cam", {"intake": "cam"}), ("ideal", {"intake": "ideal"})):
         a_machine = machine(receiver=1.0, **options)
-        seconds, run = least_time(lambda a_machine=a_machine: run_steady(a_machine, 1000.0 * RPM), 5)
+        seconds, run = min_time(lambda a_machine=a_machine: run_steady(a_machine, 1000.0 * RPM), 5)
         lines += [f"  {'operating point, ' + name:36s}{seconds * 1e3:9.3f} ms{run.orbit.cycles:9d}"]
         assert run.orbit.converged
     with capsys.disabled():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.breathing import (
-    ROWS_MOST,
+    MAX_ROWS,
     Cam,
     Exhaust,
     cam_angles,
@@ -178,7 +178,7 @@ def test_the_angles_of_a_lift_curve_without_lap_are_its_ends_and_beyond_its_peak
         [[-10.0, 0.0], [20.0, 9e-3], [351.0, 0.0]],
         [[-361.0, 0.0], [-320.0, 9e-3], [-300.0, 0.0]],
         [[600.0, 0.0], [620.0, 9e-3], [721.0, 0.0]],
-        [[number * 0.1, 0.001 * (0 < number < ROWS_MOST)] for number in range(ROWS_MOST + 1)],
+        [[number * 0.1, 0.001 * (0 < number < MAX_ROWS)] for number in range(MAX_ROWS + 1)],
     ],
 )
 def test_a_lift_curve_that_cannot_be_is_named(rows):

@@ -144,7 +144,7 @@ def test_the_ledger_closes(case):
 def test_the_ledger_closes_over_a_cycle_that_is_not_periodic_and_better_at_a_smaller_tolerance():
     closures = []
     for tolerance in (1e-5, 1e-7, 1e-9):
-        run = run_steady(machine(receiver=1.0), 1000.0 * RPM, most=1, tolerance=tolerance)
+        run = run_steady(machine(receiver=1.0), 1000.0 * RPM, max_cycles=1, tolerance=tolerance)
         terms = exergy_ledger(run, 0.0)
         assert abs(terms["stored"]) > 1.0
         closures.append(exergy_closure(run, terms))

@@ -299,7 +299,7 @@ def test_ratios_over_work_that_is_not_positive_are_undefined():
 )
 def test_mass_and_energy_close_even_far_from_the_periodic_state(options):
     a_machine = machine(**options)
-    run = run_steady(a_machine, 800.0 * RPM, most=2)
+    run = run_steady(a_machine, 800.0 * RPM, max_cycles=2)
     found = indicators(a_machine, run)
     assert found["mass_closure"] < 1e-12
     assert found["energy_closure"] < 1e-11

@@ -27,10 +27,10 @@ ROUNDING = 1e-12
 
 def orbit_from(change_start, a_machine, rpm):
     """The periodic state, from a start that a function of state and mode has changed."""
-    p, tables, kinks = cycle_of(a_machine, rpm * RPM)
+    p, tables, breakpoints = cycle_of(a_machine, rpm * RPM)
     y, mode = charged_at_rest(p)
     change_start(y)
-    return periodic_orbit(p, tables, y, mode, kinks, accuracy_at(p))
+    return periodic_orbit(p, tables, y, mode, breakpoints, accuracy_at(p))
 
 
 def hot_and_full(y):
@@ -76,12 +76,12 @@ def test_the_run_says_how_periodic_it_is():
     assert found["tolerance"] == TOLERANCE
 
 
-@pytest.mark.parametrize("most", [1, 2, 3])
-def test_too_few_cycles_are_not_called_converged(most):
-    run = run_steady(machine(receiver=1.0), 800.0 * RPM, most=most)
+@pytest.mark.parametrize("max_cycles", [1, 2, 3])
+def test_too_few_cycles_are_not_called_converged(max_cycles):
+    run = run_steady(machine(receiver=1.0), 800.0 * RPM, max_cycles=max_cycles)
     assert not run.orbit.converged
     assert run.orbit.period == 0
-    assert run.orbit.cycles == most
+    assert run.orbit.cycles == max_cycles
     assert run.orbit.change > PERIODIC_TOLERANCE
     found = indicators(machine(receiver=1.0), run)
     assert found["converged"] == 0
@@ -211,12 +211,12 @@ def test_work_and_air_of_a_state_of_period_2_are_the_mean_of_both_cycles():
     a_machine = machine(supply=0.3, valve__viscous_friction=20.0, release=144.48, effects__bounce__restitution=0.9)
     run = run_steady(a_machine, 2400.0 * RPM)
     assert (run.orbit.converged, run.orbit.period) == (True, 2)
-    p, tables, kinks = cycle_of(a_machine, 2400.0 * RPM)
+    p, tables, breakpoints = cycle_of(a_machine, 2400.0 * RPM)
     y, mode, cycles = run.orbit.y.copy(), run.orbit.mode.copy(), []
     for _ in range(2):
         y[STATES:] = 0.0
         nothing = np.empty((0, LOG_HEAD + STATES)), np.empty(0), np.empty((0, 0))
-        march(p, tables, 0.0, y, mode, kinks, accuracy_at(p), *nothing)
+        march(p, tables, 0.0, y, mode, breakpoints, accuracy_at(p), *nothing)
         cycles.append(y[STATES:].copy())
     assert abs(cycles[1][-1] / cycles[0][-1] - 1.0) > 1e-4
     assert run.end[STATES:] == pytest.approx(0.5 * (cycles[0] + cycles[1]), rel=1e-6)
@@ -228,6 +228,6 @@ def test_work_and_air_of_a_state_of_period_2_are_the_mean_of_both_cycles():
 def test_the_trace_may_begin_anywhere_in_the_cycle():
     given = machine()
     whole = run_steady(given, 800.0 * RPM, angle_step=0.1 * DEGREE)
-    shifted = run_steady(given, 800.0 * RPM, angle_step=0.5 * DEGREE, first_angle=0.3 * DEGREE)
+    shifted = run_steady(given, 800.0 * RPM, angle_step=0.5 * DEGREE, trace_start=0.3 * DEGREE)
     np.testing.assert_allclose(shifted.angles[0] - whole.angles[0], 0.3 * DEGREE, rtol=1e-12)
     np.testing.assert_allclose(shifted.trace[:720], whole.trace[3::5], rtol=1e-9, atol=1e-12)

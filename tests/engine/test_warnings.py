@@ -210,7 +210,7 @@ def test_cp_beyond_its_range_is_told(air, is_told):
 
 
 def test_a_state_that_does_not_repeat_is_told():
-    run = run_steady(machine(), 1000.0 * RPM, most=3)
+    run = run_steady(machine(), 1000.0 * RPM, max_cycles=3)
     assert EngineWarning.NOT_PERIODIC in judge_point(machine(), run, indicators(machine(), run))
 
 

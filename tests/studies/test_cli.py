@@ -298,7 +298,7 @@ def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
     from apesim.engine import steady
 
     run_steady = steady.run_steady
-    monkeypatch.setattr(steady, "run_steady", lambda machine, speed, **_: run_steady(machine, speed, most=2))
+    monkeypatch.setattr(steady, "run_steady", lambda machine, speed, **_: run_steady(machine, speed, max_cycles=2))
     code, out, err = apesim("engine", "run", "--speed", "1000 rpm", "--json")
     data = json.loads(out)
     assert code == 3

@@ -111,8 +111,8 @@ def hidden_in(rng, plan, lab, nominal, points):
         return [hidden_clutter(rng, lab, nominal, points, plan.clutter)] if plan.clutter else []
     if plan.kind == FOREIGNER:
         return [hidden_foreign(rng, lab, nominal, points, name) for name in plan.effects]
-    least = SMALLEST if len(plan.effects) == 1 and plan.kind != REMOVED else 1.0
-    return [hidden_effect(rng, lab, nominal, points, name, least) for name in plan.effects]
+    min_size = SMALLEST if len(plan.effects) == 1 and plan.kind != REMOVED else 1.0
+    return [hidden_effect(rng, lab, nominal, points, name, min_size) for name in plan.effects]
 
 
 def facts_of(plan, lab, nominal, points, hidden):

@@ -11,7 +11,7 @@ from .sensors import Sensors
 
 CHOKES_AT = 0.528
 """Pressure ratio at which Eq. 8 chokes, as the critical ratio counts it."""
-RAMP_LEAST = 1e-6
+MIN_RAMP = 1e-6
 """[s]"""
 
 
@@ -93,7 +93,7 @@ def sensor_offset(rig, **offsets):
 EFFECTS = {
     "solenoid_a_delay": lambda rig, time: later(rig, time, 0.0),
     "solenoid_b_delay": lambda rig, time: later(rig, 0.0, time),
-    "slow_ramp": lambda rig, time: rig.valve(ramp_time=max(rig.engine.valve.ramp_time + time, RAMP_LEAST)),
+    "slow_ramp": lambda rig, time: rig.valve(ramp_time=max(rig.engine.valve.ramp_time + time, MIN_RAMP)),
     "pressure_dependent_delay": pressure_dependent_delay,
     "critical_ratio": lambda rig, b: rig.valve(stretch=(1.0 - CHOKES_AT) / (1.0 - b)),
     "discharge_coefficient_slope": lambda rig, fall: rig.valve(fall=fall),

@@ -43,8 +43,8 @@ def with_hidden(rig, hidden):
     return rig
 
 
-def hidden_effect(rng, lab, nominal, points, name, least):
-    """An effect of the library, at least of a size [limits]."""
+def hidden_effect(rng, lab, nominal, points, name, min_size):
+    """An effect of the library, at min_size of a size [limits]."""
     entry = LIBRARY[name]
     end = float(rng.choice(entry.ends))
     besides = {key: float(rng.uniform(*ends)) for key, ends in entry.besides.items()}
@@ -55,7 +55,7 @@ def hidden_effect(rng, lab, nominal, points, name, least):
     def add(share):
         return lambda rig: EFFECTS[name](rig, **parameters(share))
 
-    share, deviations, left = sized(lab, nominal, points, add, drawn_size(rng, least, LARGEST))
+    share, deviations, left = sized(lab, nominal, points, add, drawn_size(rng, min_size, LARGEST))
     told = {
         "name": name,
         "parameter": entry.parameter,
@@ -87,9 +87,9 @@ def of_share(lab, nominal, points, name, with_share, wanted):
     return Hidden(add(share), {"name": name, "share": share, "deviations": deviations}, deviations, left)
 
 
-def drawn_size(rng, least, most):
+def drawn_size(rng, min_size, max_size):
     """A size, any order of magnitude alike; from limits to deviations."""
-    return LIMIT * float(np.exp(rng.uniform(np.log(least), np.log(most))))
+    return LIMIT * float(np.exp(rng.uniform(np.log(min_size), np.log(max_size))))
 
 
 def sized(lab, nominal, points, add, wanted):

@@ -20,7 +20,7 @@ DONE = 0.05
 """Share of the square of what is left, that another fit may promise to take, and is not made."""
 FORESEEN = 0.5, 1.5
 """Fall over that promised, between which sensitivities are believed."""
-LEAST_DAMPING = 0.03
+MIN_DAMPING = 0.03
 """Of a step that follows one that was not foreseen."""
 FIRST_STEP, STEP = 0.25, 0.1
 """Of the differences that they are taken from, at first and anew [prior deviations]."""
@@ -138,7 +138,7 @@ class Laboratory:
             if fall > 0.0:
                 taken, target, fresh = taken + step, tried, False
             foreseen = FORESEEN[0] < fall / promised < FORESEEN[1]
-            damping = 0.1 * damping if foreseen else max(10.0 * damping, LEAST_DAMPING)
+            damping = 0.1 * damping if foreseen else max(10.0 * damping, MIN_DAMPING)
             if not foreseen and anew and not fresh:
                 slopes, anew, fresh = renewed(), anew - 1, True
         movable = slopes[:, (np.diag(prior) > 0.0) | ((taken > lowest) & (taken < highest))]

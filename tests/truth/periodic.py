@@ -27,7 +27,7 @@ SLOWEST = 0.99
 """Ratio of a change to the one before that is still believed; the solver's noise, too, stands at about one."""
 USUAL = 0.9
 """The same where the start is near and the first changes say nothing of it."""
-CYCLES_MOST = 400
+MAX_CYCLES = 400
 PLAIN, MEMORY = 3, 5
 """Cycles at the start that are followed as they come; how many before the last ones then point the way."""
 SAMPLES = 7201
@@ -50,7 +50,7 @@ class Periodic(NamedTuple):
     """Over crank angle, from the energising on."""
 
 
-def periodic(engine, speed, cycles_most=CYCLES_MOST, start=None, near=DISTANCE, relative=RELATIVE):
+def periodic(engine, speed, max_cycles=MAX_CYCLES, start=None, near=DISTANCE, relative=RELATIVE):
     """Cycles from rest, each from where the last ones point to, until what is still to come adds up to nothing.
 
     Parameters
@@ -58,7 +58,7 @@ def periodic(engine, speed, cycles_most=CYCLES_MOST, start=None, near=DISTANCE, 
     engine : Engine
     speed : float
         [rad/s]
-    cycles_most : int
+    max_cycles : int
     start : Periodic, optional
         Of a like engine, to begin with in place of rest.
     near : float
@@ -82,7 +82,7 @@ def periodic(engine, speed, cycles_most=CYCLES_MOST, start=None, near=DISTANCE, 
     piston, longest = push if engine.intake == "epv" else None, LONGEST * speed
     tried, reached, before, ratio = [], [], 0.0, USUAL
     plain = 1 if start else PLAIN
-    for cycle in range(1, cycles_most + 1):
+    for cycle in range(1, max_cycles + 1):
         found = march(valve, rates, piston, corners, engine.energise, y, phase, tolerances, longest, levels, relative)
         end = found.y.copy()
         end[WORK:STATES] = 0.0

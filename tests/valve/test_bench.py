@@ -293,5 +293,5 @@ def test_the_kernels_view_holds_the_state_at_rest():
     p, tables = bench_of(DEFAULT, [0.0, 1e-3])
     y = closed_at_rest(p.actuator, p.supply)
     assert len(y) == STATES
-    assert tables.kinks(0.0, 10e-3) == pytest.approx([1e-3, 1.5e-3, 2.5e-3, 3e-3, 4e-3, 10e-3])
+    assert tables.breakpoints(0.0, 10e-3) == pytest.approx([1e-3, 1.5e-3, 2.5e-3, 3e-3, 4e-3, 10e-3])
     assert actuator_of(DEFAULT, [0.0, 1e-3], np.inf)[0].effects == NoEffects()

@@ -25,7 +25,7 @@ from apesim.valve.actuator import (
 from apesim.valve.bench import bench_of
 from apesim.valve.chamber import chamber_state
 from apesim.valve.piston import HELD_CLOSED, TO_CLOSED, TO_OPEN
-from apesim.valve.solenoid_flow import SUPPLY_A, VENT_A, solenoid_sides, solenoids_enter
+from apesim.valve.solenoid_flow import SUPPLY_A, VENT_A, solenoid_sides, start_solenoid_segment
 from apesim.valve.terms import ValveState
 from tests.valve.test_bench import BenchMachine
 
@@ -130,7 +130,7 @@ def test_energy_of_a_chamber_changes_by_enthalpy_and_work_alone(air, phase, x):
     mode[PHASE], mode[START] = phase, 0.25
     # A line in time: the fraction is x at 0.5 s.
     mode[X_A], mode[X_A_SLOPE], mode[X_B] = x - 0.1, 0.4, x
-    solenoids_enter(state_of(actuator, y, bench.supply), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
+    start_solenoid_segment(state_of(actuator, y, bench.supply), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
     r = actuator_rates(actuator, 0.5, y, mode, bench.supply)
     moving = 0.0 if phase == HELD_CLOSED else speed
     ambient = actuator.ambient.pressure, actuator.ambient.temperature

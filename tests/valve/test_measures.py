@@ -1,16 +1,16 @@
 import numpy as np
 import pytest
 
-from apesim.march.adaptive import KINK, WATCH
+from apesim.march.adaptive import BREAKPOINT, ZERO_CROSSING
 from apesim.valve.measures import Stroke, closing_stroke, opening_stroke
 from apesim.valve.motion import LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
 
-OPENED, NEARLY_OPEN, EXTREMUM = WATCH + ONE_PERCENT, WATCH + NEAR_OPEN, WATCH + SPEED_EXTREMUM
+OPENED, NEARLY_OPEN, EXTREMUM = ZERO_CROSSING + ONE_PERCENT, ZERO_CROSSING + NEAR_OPEN, ZERO_CROSSING + SPEED_EXTREMUM
 
 # Time, code, sign of the change, position, speed: a stroke each way, speeds with two peaks on the way to open.
 LOG = np.array(
     [
-        [0.000, KINK, 0.0, 9.0, 0.0],
+        [0.000, BREAKPOINT, 0.0, 9.0, 0.0],
         [0.003, LEFT, 0.0, 9.0, 0.0],
         [0.006, OPENED, 1.0, 8.91, -0.2],
         [0.007, EXTREMUM, 1.0, 7.0, -2.0],
@@ -19,12 +19,12 @@ LOG = np.array(
         [0.010, NEARLY_OPEN, 1.0, 0.09, -1.2],
         [0.011, MET_OPEN, 0.0, 0.0, -1.0],
         [0.012, MET_OPEN, 0.0, 0.0, -0.3],
-        [0.050, KINK, 0.0, 0.0, 0.0],
+        [0.050, BREAKPOINT, 0.0, 0.0, 0.0],
         [0.057, NEARLY_OPEN, -1.0, 0.09, 0.3],
         [0.058, EXTREMUM, -1.0, 4.0, 1.5],
         [0.060, OPENED, -1.0, 8.91, 1.25],
         [0.061, MET_CLOSED, 0.0, 9.0, 1.2],
-        [0.100, KINK, 0.0, 9.0, 0.0],
+        [0.100, BREAKPOINT, 0.0, 9.0, 0.0],
     ]
 )
 

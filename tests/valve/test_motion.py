@@ -5,7 +5,7 @@ import pytest
 
 from apesim.air import internal_energy
 from apesim.flow_function import NEARLY_EQUAL
-from apesim.march.adaptive import EVENTS, KINK, LOG_HEAD, LOG_ROWS, WATCH, Status, march
+from apesim.march.adaptive import BREAKPOINT, EVENTS, LOG_HEAD, LOG_ROWS, ZERO_CROSSING, Status, march
 from apesim.restriction import ROOM
 from apesim.valve.actuator import (
     AREA,
@@ -35,10 +35,10 @@ from apesim.valve.motion import (
     ONE_PERCENT,
     SPEED_EXTREMUM,
     TURNED,
-    actuator_enters,
     actuator_events,
-    actuator_responds,
-    actuator_watches,
+    actuator_zero_crossings,
+    handle_actuator_event,
+    start_actuator_segment,
 )
 from apesim.valve.piston import HELD_CLOSED, HELD_OPEN, STUCK, TO_CLOSED, TO_OPEN
 from apesim.valve.solenoid import energised_fraction
@@ -55,8 +55,8 @@ def marched(machine, pulse, until, tolerance=1e-9):
     start = y.copy()
     log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
     accuracy = accuracy_of(p, tolerance)
-    kinks = tables.kinks(0.0, until)
-    outcome = march(p, tables, 0.0, y, mode, kinks, accuracy, log, np.empty(0), np.empty((0, 6)))
+    breakpoints = tables.breakpoints(0.0, until)
+    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, np.empty(0), np.empty((0, 6)))
     return log[: outcome.logged], y, mode, start, outcome.status
 
 
@@ -72,7 +72,7 @@ def instant(position, speed, p_a, p_b, phase, machine=None):
         mass = p_gas * volume / (gas.gas_constant * 290.0)
         y[2 + 2 * i : 4 + 2 * i] = mass, mass * internal_energy(gas, 290.0)
     mode[PHASE] = phase
-    actuator_enters(p.actuator, tables, 0.0, 1e-3, y, mode, p.supply)
+    start_actuator_segment(p.actuator, tables, 0.0, 1e-3, y, mode, p.supply)
     return p, tables, y, mode
 
 
@@ -115,7 +115,7 @@ def test_a_piston_at_rest_looks_out_for_a_force_away_from_its_stop():
 
 def after(event, *state):
     p, tables, y, mode = instant(*state)
-    actuator_responds(p.actuator, tables, event, y, mode, p.supply)
+    handle_actuator_event(p.actuator, tables, event, y, mode, p.supply)
     return y[0], y[1], mode[PHASE]
 
 
@@ -158,7 +158,7 @@ def test_at_a_corner_the_piston_takes_the_next_piece_in_its_direction():
     for phase, piece in ((TO_OPEN, 3.0), (TO_CLOSED, 1.0)):
         p, tables, y, mode = instant(5e-3, float(phase), 5e5, 5e5, phase)
         assert mode[PIECE] == 2.0
-        actuator_responds(p.actuator, tables, CORNER, y, mode, p.supply)
+        handle_actuator_event(p.actuator, tables, CORNER, y, mode, p.supply)
         assert mode[PIECE] == piece
         ends = GROOVE_ROWS[int(piece) - 1, 0], (GROOVE_ROWS[int(piece), 0] if piece < 3 else np.inf)
         assert (mode[PIECE_LOW], mode[PIECE_HIGH]) == ends
@@ -166,16 +166,16 @@ def test_at_a_corner_the_piston_takes_the_next_piece_in_its_direction():
         assert mode[AREA] + mode[AREA_SLOPE] * middle == pytest.approx(np.interp(middle, *GROOVE_ROWS.T), abs=1e-16)
 
 
-# --- entering a stretch, watches ---
+# --- entering a stretch, zero crossings ---
 
 
 def test_on_entering_a_stretch_the_solenoids_lines_run_from_end_to_end():
     own_a, own_b = [0.0, 20e-3], [0.0, 9e-3, 13.2e-3, 20e-3]
     p, tables = bench_of(BenchMachine(), own_a, edges_b=own_b)
-    kinks = np.append(0.0, tables.kinks(0.0, 30e-3))
-    for t, t_end in pairwise(kinks):
+    breakpoints = np.append(0.0, tables.breakpoints(0.0, 30e-3))
+    for t, t_end in pairwise(breakpoints):
         mode = np.zeros(MODES)
-        actuator_enters(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode, p.supply)
+        start_actuator_segment(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode, p.supply)
         assert mode[START] == t
         for x, slope, edges, curve in (
             (X_A, X_A_SLOPE, own_a, tables.curve_a),
@@ -186,12 +186,12 @@ def test_on_entering_a_stretch_the_solenoids_lines_run_from_end_to_end():
                 assert mode[x] + mode[slope] * share * (t_end - t) == pytest.approx(expected, abs=1e-12)
 
 
-def test_watches_change_their_sign_at_1_percent_from_either_end_and_with_the_acceleration():
+def test_zero_crossings_change_their_sign_at_1_percent_from_either_end_and_with_the_acceleration():
     p, _, y, mode = instant(9e-3 * 0.99, -1.0, 5e5, 5e5, TO_OPEN)
     w = np.zeros(3)
     for lift, signs in ((0.009, (-1, -1)), (0.011, (1, -1)), (0.989, (1, -1)), (0.991, (1, 1))):
         y[0] = 9e-3 * (1.0 - lift)
-        actuator_watches(p.actuator, y, -2.5, mode, w)
+        actuator_zero_crossings(p.actuator, y, -2.5, mode, w)
         assert (np.sign(w[ONE_PERCENT]), np.sign(w[NEAR_OPEN])) == signs
         assert w[SPEED_EXTREMUM] == -2.5
 
@@ -202,9 +202,9 @@ def test_watches_change_their_sign_at_1_percent_from_either_end_and_with_the_acc
 def test_a_pulse_goes_through_all_phases_in_order():
     log, y, mode, _, status = marched(BenchMachine(), 50e-3, 100e-3)
     flows = range(FLOW, FLOW + FLOWS)
-    codes = [int(c) for c in log[:, 1] if c not in (KINK, WATCH + SPEED_EXTREMUM, *flows)]
-    opening = [LEFT, WATCH + ONE_PERCENT, CORNER, WATCH + NEAR_OPEN, MET_OPEN]
-    closing = [LEFT, WATCH + NEAR_OPEN, CORNER, WATCH + ONE_PERCENT, MET_CLOSED]
+    codes = [int(c) for c in log[:, 1] if c not in (BREAKPOINT, ZERO_CROSSING + SPEED_EXTREMUM, *flows)]
+    opening = [LEFT, ZERO_CROSSING + ONE_PERCENT, CORNER, ZERO_CROSSING + NEAR_OPEN, MET_OPEN]
+    closing = [LEFT, ZERO_CROSSING + NEAR_OPEN, CORNER, ZERO_CROSSING + ONE_PERCENT, MET_CLOSED]
     # At full lift the piston stands on the groove's last row; nothing lies beyond.
     assert [c for c in codes if c != CORNER] == [c for c in opening + closing if c != CORNER]
     assert codes.count(CORNER) == 2
@@ -263,7 +263,7 @@ def test_dry_friction_holds_the_piston_where_the_springs_do_not_overcome_it():
     assert status == Status.DONE
     assert mode[PHASE] == STUCK
     assert y[1] == 0.0
-    assert log[log[:, 1] != KINK][-1, 1] == TURNED
+    assert log[log[:, 1] != BREAKPOINT][-1, 1] == TURNED
     # The springs push it still, and the chambers breathe at equal pressure, so that nothing else does.
     assert 0.0 < abs(1828.0 * (9e-3 - 2.0 * y[0])) <= 5.0
     assert (log[:, 1] == TURNED).sum() < 20

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from apesim.valve.solenoid import Solenoid, energised_fraction, followed, kinks_of, opening_curve
+from apesim.valve.solenoid import Solenoid, breakpoints_of, energised_fraction, followed, opening_curve
 
 RAMP = opening_curve(Solenoid())
 PERIODS_BACK = 40
@@ -87,15 +87,15 @@ def test_a_curve_begins_at_its_first_row_and_ends_at_its_last():
     assert [followed(curve, lag) for lag in lags] == pytest.approx([0.0, 0.0, 0.35, 0.7, 0.85, 1.0, 1.0])
 
 
-# --- kinks ---
+# --- breakpoints ---
 
 
 @settings(deadline=None)
 @given(pulses(), curves(), st.booleans())
-def test_between_the_kinks_the_fraction_is_a_line(train, curve, repeated):
+def test_between_the_breakpoints_the_fraction_is_a_line(train, curve, repeated):
     edges, period = train
     repeats = period if repeated else inf
-    ends = np.append(0.0, kinks_of(edges, repeats, curve[:, 0], 0.0, 2.0 * period))
+    ends = np.append(0.0, breakpoints_of(edges, repeats, curve[:, 0], 0.0, 2.0 * period))
     for low, high in pairwise(ends):
         x = [energised_fraction(edges, repeats, curve, t) for t in (low, 0.5 * (low + high), high)]
         assert x[1] == pytest.approx(0.5 * (x[0] + x[2]), abs=1e-9)
@@ -103,25 +103,25 @@ def test_between_the_kinks_the_fraction_is_a_line(train, curve, repeated):
 
 @settings(deadline=None)
 @given(pulses(), curves(), st.booleans(), st.floats(0.0, 2.0), st.floats(0.1, 2.0))
-def test_kinks_are_the_edges_and_corners_after_the_start_and_the_end(train, curve, repeated, first, length):
+def test_breakpoints_are_the_edges_and_corners_after_the_start_and_the_end(train, curve, repeated, first, length):
     edges, period = train
     start, end = first * period, (first + length) * period
-    kinks = kinks_of(edges, period if repeated else inf, curve[:, 0], start, end)
+    breakpoints = breakpoints_of(edges, period if repeated else inf, curve[:, 0], start, end)
     turns = np.arange(-PERIODS_BACK, PERIODS_BACK + 1) * period if repeated else np.zeros(1)
     corners = (edges[:, None, None] + np.append(0.0, curve[:, 0])[:, None] + turns).ravel()
-    assert kinks[-1] == end
-    assert (np.diff(kinks) > 0.0).all()
-    assert kinks[0] > start
+    assert breakpoints[-1] == end
+    assert (np.diff(breakpoints) > 0.0).all()
+    assert breakpoints[0] > start
     near = 1e-12
-    for kink in kinks[:-1]:
-        assert np.abs(corners - kink).min() < near
+    for breakpoint in breakpoints[:-1]:
+        assert np.abs(corners - breakpoint).min() < near
     for corner in corners[(corners > start + near) & (corners < end - near)]:
-        assert np.abs(kinks - corner).min() < near
+        assert np.abs(breakpoints - corner).min() < near
 
 
-def test_kinks_of_the_default_pulse():
-    kinks = kinks_of(np.array([0.0, 50e-3]), 100e-3, RAMP[:, 0], 0.0, 100e-3)
-    assert kinks == pytest.approx([1.5e-3, 3e-3, 50e-3, 51.5e-3, 53e-3, 100e-3])
+def test_breakpoints_of_the_default_pulse():
+    breakpoints = breakpoints_of(np.array([0.0, 50e-3]), 100e-3, RAMP[:, 0], 0.0, 100e-3)
+    assert breakpoints == pytest.approx([1.5e-3, 3e-3, 50e-3, 51.5e-3, 53e-3, 100e-3])
 
 
 # --- faults ---

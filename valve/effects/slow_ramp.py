@@ -7,7 +7,7 @@ import numpy as np
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
-RAMP_LEAST = 1e-6
+MIN_RAMP = 1e-6
 """[s]"""
 
 
@@ -33,7 +33,7 @@ def adjust(effect, actuator, tables):
 
     def slower(curve):
         start, ramp = curve[0, 0], curve[-1, 0] - curve[0, 0]
-        lengthened = max(ramp + effect.time, RAMP_LEAST)
+        lengthened = max(ramp + effect.time, MIN_RAMP)
         return np.column_stack((start + (curve[:, 0] - start) * (lengthened / ramp), curve[:, 1]))
 
     return actuator, tables._replace(curve_a=slower(tables.curve_a), curve_b=slower(tables.curve_b))

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
-AREA_LEAST = 2e-6
+MIN_AREA = 2e-6
 """Smallest feed that is one [m2]."""
 
 
@@ -17,7 +17,7 @@ class SupplyDroop(NamedTuple):
 
     def faults(self):
         """Faults that the range does not show."""
-        if 0.0 < self.feed_area < AREA_LEAST:
+        if 0.0 < self.feed_area < MIN_AREA:
             yield "feed_area", "starves the solenoids", "2 to 50 mm^2, or 0 for no line"
 
 

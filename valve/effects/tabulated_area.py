@@ -1,8 +1,8 @@
 """Flow through the solenoids that has no name."""
 
+from apesim.cubic_table import interpolate_clamped, table
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
-from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
 from apesim.valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
 from apesim.valve.terms import FLOW_SHARE
@@ -26,10 +26,10 @@ def ratio_node(pressure, other):
 def tabulated_area(effect, state, balance):
     """Flows from the supply are larger by s(r), those to the vent by another, r the lower over the higher pressure."""
     supply, vent, a, b = state.supply_pressure, state.vent_pressure, state.pressure_a, state.pressure_b
-    balance[FLOW_SHARE + SUPPLY_A] += at_node(effect[:5], ratio_node(supply, a))
-    balance[FLOW_SHARE + VENT_A] += at_node(effect[5:], ratio_node(vent, a))
-    balance[FLOW_SHARE + SUPPLY_B] += at_node(effect[:5], ratio_node(supply, b))
-    balance[FLOW_SHARE + VENT_B] += at_node(effect[5:], ratio_node(vent, b))
+    balance[FLOW_SHARE + SUPPLY_A] += interpolate_clamped(effect[:5], ratio_node(supply, a))
+    balance[FLOW_SHARE + VENT_A] += interpolate_clamped(effect[5:], ratio_node(vent, a))
+    balance[FLOW_SHARE + SUPPLY_B] += interpolate_clamped(effect[:5], ratio_node(supply, b))
+    balance[FLOW_SHARE + VENT_B] += interpolate_clamped(effect[5:], ratio_node(vent, b))
 
 
 EFFECT = Effect(

@@ -2,9 +2,9 @@
 
 from math import log2
 
+from apesim.cubic_table import interpolate_clamped, table
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
-from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
 from apesim.valve.terms import BREAKAWAY, DRY
 
@@ -26,7 +26,7 @@ def tabulated_damping(effect, state, balance):
     """R(v) against the motion, R(0) holding at rest, and more in proportion to |p_A - p_0| + |p_B - p_0| [N]."""
     ambient = state.ambient.pressure
     seal = effect[6] * 1e-6 * (abs(state.pressure_a - ambient) + abs(state.pressure_b - ambient))
-    balance[DRY] += seal + at_node(effect[:6], log2(1.0 + abs(state.speed) / 0.1))
+    balance[DRY] += seal + interpolate_clamped(effect[:6], log2(1.0 + abs(state.speed) / 0.1))
     balance[BREAKAWAY] += max(0.0, seal + effect[0])
 
 

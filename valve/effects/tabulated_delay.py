@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from apesim.cubic_table import table
 from apesim.effect import Effect
-from apesim.nodes import table
 from apesim.quantities import Quantity
 
 PLACES = 0, 25, 50, 75, 100

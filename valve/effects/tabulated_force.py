@@ -1,8 +1,8 @@
 """A force over the lift that has no name."""
 
+from apesim.cubic_table import interpolate_clamped, table
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
-from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
 from apesim.valve.terms import BREAKAWAY, DRY, FORCE
 
@@ -19,8 +19,8 @@ TabulatedForce.__doc__ = "Over the lift: a force to closed, and one against the 
 def tabulated_force(effect, state, balance):
     """F(lift) to closed, and R(lift) against the motion, holding where it is above zero [N]."""
     place = 10.0 * (1.0 - state.position / state.valve.stroke)
-    balance[FORCE] += at_node(effect[:11], place)
-    friction = at_node(effect[11:], place)
+    balance[FORCE] += interpolate_clamped(effect[:11], place)
+    friction = interpolate_clamped(effect[11:], place)
     balance[DRY] += friction
     balance[BREAKAWAY] += max(0.0, friction)
 

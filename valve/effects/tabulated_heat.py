@@ -1,9 +1,9 @@
 """Heat into the chambers that has no name."""
 
+from apesim.cubic_table import interpolate_clamped, table
 from apesim.effect import Effect, law
 from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
-from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
 from apesim.valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY
 
@@ -20,8 +20,8 @@ TabulatedHeat.__doc__ = "Heat into chamber A and chamber B over the temperature 
 def tabulated_heat(effect, state, balance):
     """Q_A(T_A - T_0) and Q_B(T_B - T_0) into the chambers [W]; walls, unknown, count as of the air's temperature."""
     ambient = state.ambient.temperature
-    heat_a = at_node(effect[:5], 2.0 + (state.temperature_a - ambient) / 40.0)
-    heat_b = at_node(effect[5:], 2.0 + (state.temperature_b - ambient) / 40.0)
+    heat_a = interpolate_clamped(effect[:5], 2.0 + (state.temperature_a - ambient) / 40.0)
+    heat_b = interpolate_clamped(effect[5:], 2.0 + (state.temperature_b - ambient) / 40.0)
     balance[ENERGY_A] += heat_a
     balance[ENERGY_B] += heat_b
     balance[HEAT_A] += heat_a

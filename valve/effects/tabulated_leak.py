@@ -1,9 +1,9 @@
 """Leaks that have no name."""
 
+from apesim.cubic_table import interpolate_clamped, table
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.leak import leak
-from apesim.nodes import at_node, table
 from apesim.quantities import Quantity
 from apesim.valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B
 
@@ -22,9 +22,9 @@ def tabulated_leak(effect, state, balance):
     place = 2.0 * (1.0 - state.position / state.valve.stroke)
     a, b = (state.pressure_a, state.temperature_a), (state.pressure_b, state.temperature_b)
     ambient = state.ambient.pressure, state.ambient.temperature
-    mass_a, energy_a = leak(state.gas, at_node(effect[:3], place), (*a, *ambient), balance, BRANCH)
-    mass_b, energy_b = leak(state.gas, at_node(effect[3:6], place), (*b, *ambient), balance, BRANCH)
-    mass, energy = leak(state.gas, at_node(effect[6:], place), (*a, *b), balance, BRANCH)
+    mass_a, energy_a = leak(state.gas, interpolate_clamped(effect[:3], place), (*a, *ambient), balance, BRANCH)
+    mass_b, energy_b = leak(state.gas, interpolate_clamped(effect[3:6], place), (*b, *ambient), balance, BRANCH)
+    mass, energy = leak(state.gas, interpolate_clamped(effect[6:], place), (*a, *b), balance, BRANCH)
     balance[MASS_A] -= mass_a + mass
     balance[ENERGY_A] -= energy_a + energy
     balance[MASS_B] += mass - mass_b

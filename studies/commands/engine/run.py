@@ -70,7 +70,7 @@ def run_engine(
 
     console, machine = common.console, common.load_machine()
     speed = parse(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    console.warm_up(run_steady, machine, speed, most=1)
+    console.warm_up(run_steady, machine, speed, max_cycles=1)
     start = time.perf_counter()
     run = console.run("to the periodic state", run_steady, machine, speed)
     values = indicators(machine, run) if run.status == Status.DONE else dict.fromkeys(INDICATORS, float("nan"))

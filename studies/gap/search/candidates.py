@@ -14,7 +14,7 @@ SHAPES = {
     "supply_droop": ("volume",),
 }
 """Parameters beside the strength that a fit may free."""
-INVERSE = {"supply_droop": supply_droop.AREA_LEAST, "intake_pipe_loss": intake_pipe_loss.AREA_LEAST}
+INVERSE = {"supply_droop": supply_droop.MIN_AREA, "intake_pipe_loss": intake_pipe_loss.MIN_AREA}
 """Effects whose strength is an area that does the less the larger it is; the least of it [m2]."""
 APART = {"cylinder_wall_heat": ("h",), "coulomb_friction": ("force",)}
 """Strengths that are searched for, where they are not all."""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.nodes import at_node, round_the_nodes
+from apesim.cubic_table import interpolate_clamped, interpolate_periodic
 from apesim.studies.estimation.parameters import shown
 
 SEEN = 0.01
@@ -87,12 +87,12 @@ class Branch(NamedTuple):
         if self.is_round:
             at = np.linspace(0.0, last + 1.0, POINTS)
             places = np.append(self.places, 360.0)
-            return np.interp(at, np.arange(last + 2), places), np.array([round_the_nodes(values, p) for p in at])
+            return np.interp(at, np.arange(last + 2), places), np.array([interpolate_periodic(values, p) for p in at])
         at = np.linspace(0.0, last, POINTS)
         if self.table in STRAIGHT or not last:
             found = np.interp(at, np.arange(last + 1), values)
         else:
-            found = np.array([at_node(values, place) for place in at])
+            found = np.array([interpolate_clamped(values, place) for place in at])
         return np.interp(at, np.arange(last + 1), self.places), found
 
 

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 from apesim.kernel import cache_folder, kernel
 from apesim.march import adaptive as module
-from apesim.march.adaptive import EVENTS_MOST, KINK, LOG_HEAD, REMEDIES, WATCH, Accuracy, Status, march
-from apesim.march.slots import enter, events, observe, power, rates, respond, watch
+from apesim.march.adaptive import BREAKPOINT, LOG_HEAD, MAX_EVENTS, REMEDIES, ZERO_CROSSING, Accuracy, Status, march
+from apesim.march.hybrid_system import events, handle_event, observe, power, rates, start_segment, zero_crossings
 
 compiled_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="plain Python takes minutes over this")
 
@@ -48,14 +48,14 @@ class NoTables(NamedTuple):
     none: np.ndarray = np.zeros(1)
 
 
-def run(machine, y, kinks, tolerance=1e-10, step_most=0.1, states=None, log_rows=500, times=(), start=0.0):
+def run(machine, y, breakpoints, tolerance=1e-10, max_step=0.1, states=None, log_rows=500, times=(), start=0.0):
     """March a machine; its outcome, state and mode at the end, log and trace."""
     y, mode = np.array(y, dtype=float), np.zeros(2)
     n = states or len(y)
     log, trace = np.full((log_rows, LOG_HEAD + n), np.nan), np.full((len(times), 3), np.nan)
-    accuracy = Accuracy(tolerance, step_most, np.ones(n))
+    accuracy = Accuracy(tolerance, max_step, np.ones(n))
     outcome = march(
-        machine, NoTables(), start, y, mode, np.array(kinks, dtype=float), accuracy, log, np.array(times), trace
+        machine, NoTables(), start, y, mode, np.array(breakpoints, dtype=float), accuracy, log, np.array(times), trace
     )
     return outcome, y, mode, log[: outcome.logged], trace
 
@@ -88,9 +88,9 @@ def fall_events(p, t, y, mode, g):
     g[0] = -y[0] if mode[0] == 0.0 else -1.0
 
 
-@respond.for_type(Fall)
+@handle_event.for_type(Fall)
 @kernel
-def fall_responds(p, tables, event, t, y, mode):
+def handle_fall_event(p, tables, event, t, y, mode):
     y[0] = 0.0
     y[1] = p.restitution * abs(y[1])
     if p.restitution == 0.0:
@@ -109,9 +109,9 @@ FALL_TIME = FALL.limit / FALL.gravity * acosh(exp(HEIGHT * FALL.gravity / FALL.l
 FALL_SPEED = FALL.limit * tanh(FALL.gravity * FALL_TIME / FALL.limit)
 
 
-@pytest.mark.parametrize("step_most", [0.1, 0.013])
-def test_a_contact_is_located_at_its_analytic_time(step_most):
-    outcome, y, mode, log, _ = run(FALL, [HEIGHT, 0.0], [1.5], tolerance=1e-11, step_most=step_most)
+@pytest.mark.parametrize("max_step", [0.1, 0.013])
+def test_a_contact_is_located_at_its_analytic_time(max_step):
+    outcome, y, mode, log, _ = run(FALL, [HEIGHT, 0.0], [1.5], tolerance=1e-11, max_step=max_step)
     ((time, _, _, height, speed),) = rows(log, 0)
     assert time == pytest.approx(FALL_TIME, abs=1e-9)
     assert speed == pytest.approx(-FALL_SPEED, abs=1e-9)
@@ -136,7 +136,7 @@ def test_no_work_is_taken_and_nothing_noted_where_the_log_has_no_rows():
 def test_a_ball_that_bounces_for_ever_is_given_up_with_a_remedy():
     outcome, *_ = run(Fall(restitution=0.5), [HEIGHT, 0.0], [60.0], log_rows=5000)
     assert outcome.status == Status.TOO_MANY_EVENTS
-    assert outcome.events == EVENTS_MOST + 1
+    assert outcome.events == MAX_EVENTS + 1
     assert "restitution" in Status(outcome.status).remedy
 
 
@@ -149,7 +149,7 @@ def test_rebounds_follow_one_another_as_the_law_of_restitution_says():
     assert -contacts[:6, 4] == pytest.approx(9.81 * first * 0.8 ** np.arange(6), abs=1e-8)
 
 
-# --- a harmonic oscillator, with its two turning points watched ---
+# --- a harmonic oscillator, with its two turning points located ---
 
 
 class Oscillator(NamedTuple):
@@ -168,9 +168,9 @@ def oscillator_rates(p, t, y, mode, dy):
     return y[0] < 10.0
 
 
-@watch.for_type(Oscillator)
+@zero_crossings.for_type(Oscillator)
 @kernel
-def oscillator_watches(p, t, y, dy, mode, w):
+def oscillator_zero_crossings(p, t, y, dy, mode, w):
     w[0] = y[0]
     w[1] = dy[0]
 
@@ -220,9 +220,9 @@ def test_the_state_agrees_with_scipy():
     assert run(OSCILLATOR, START, [7.0], 1e-12)[1] == pytest.approx(other.y[:, -1], abs=1e-9)
 
 
-def test_watches_are_located_and_noted_with_the_sign_of_their_change():
+def test_zero_crossings_are_located_and_noted_with_the_sign_of_their_change():
     outcome, _, _, log, _ = run(OSCILLATOR, START, [7.0], 1e-11)
-    crossings, turns = rows(log, WATCH), rows(log, WATCH + 1)
+    crossings, turns = rows(log, ZERO_CROSSING), rows(log, ZERO_CROSSING + 1)
     expected = np.pi / 3.0 * (np.arange(7) + 0.5)
     expected = expected[expected < 7.0]
     assert crossings[:, 0] == pytest.approx(expected, abs=1e-8)
@@ -234,7 +234,7 @@ def test_watches_are_located_and_noted_with_the_sign_of_their_change():
     assert outcome.events == 0
 
 
-def test_watching_changes_no_bit_of_the_state():
+def test_locating_zero_crossings_changes_no_bit_of_the_state():
     assert run(OSCILLATOR, START, [7.0])[1].tolist() == run(OSCILLATOR, START, [7.0], log_rows=0)[1].tolist()
 
 
@@ -246,16 +246,16 @@ def test_a_full_log_is_no_fault():
 
 def test_the_log_holds_the_ends_of_the_smooth_stretches():
     _, y, _, log, _ = run(OSCILLATOR, START, [0.5, 0.9, 1.3], 1e-11)
-    kinks = rows(log, KINK)
-    assert kinks[:, 0].tolist() == [0.0, 0.5, 0.9, 1.3]
-    assert kinks[:, 3:] == pytest.approx(exact(kinks[:, 0]).T, abs=1e-9)
-    assert kinks[-1, 3:].tolist() == y.tolist()
+    breakpoints = rows(log, BREAKPOINT)
+    assert breakpoints[:, 0].tolist() == [0.0, 0.5, 0.9, 1.3]
+    assert breakpoints[:, 3:] == pytest.approx(exact(breakpoints[:, 0]).T, abs=1e-9)
+    assert breakpoints[-1, 3:].tolist() == y.tolist()
     assert (np.diff(log[:, 0]) >= 0.0).all()
 
 
-def test_kinks_in_the_past_are_passed_over():
+def test_breakpoints_in_the_past_are_passed_over():
     _, _, _, log, _ = run(OSCILLATOR, START, [0.5, 0.9, 1.3], start=0.9)
-    assert rows(log, KINK)[:, 0].tolist() == [0.9, 1.3]
+    assert rows(log, BREAKPOINT)[:, 0].tolist() == [0.9, 1.3]
 
 
 def test_a_trace_is_the_solution_at_its_times():
@@ -282,12 +282,12 @@ def test_the_ledger_is_integrated_and_not_controlled():
     assert outcome.steps == run(OSCILLATOR, START, [2.0], 1e-9, 10.0)[0].steps
 
 
-@pytest.mark.parametrize("kinks", [[0.0], []])
-def test_a_march_of_no_length_leaves_the_state_as_it_was(kinks):
-    outcome, y, _, log, _ = run(OSCILLATOR, START, kinks)
+@pytest.mark.parametrize("breakpoints", [[0.0], []])
+def test_a_march_of_no_length_leaves_the_state_as_it_was(breakpoints):
+    outcome, y, _, log, _ = run(OSCILLATOR, START, breakpoints)
     assert (outcome.status, outcome.steps, outcome.work) == (Status.DONE, 0, 0.0)
     assert y.tolist() == START
-    assert log.tolist() == [[0.0, KINK, 0.0, *START]]
+    assert log.tolist() == [[0.0, BREAKPOINT, 0.0, *START]]
 
 
 def test_a_state_that_leaves_its_domain_ends_the_march_with_a_remedy():
@@ -299,9 +299,9 @@ def test_a_state_that_leaves_its_domain_ends_the_march_with_a_remedy():
 
 @compiled_only
 def test_a_march_that_is_too_long_ends_with_a_remedy():
-    outcome, *_ = run(OSCILLATOR, START, [1e6], step_most=0.01, log_rows=0)
+    outcome, *_ = run(OSCILLATOR, START, [1e6], max_step=0.01, log_rows=0)
     assert outcome.status == Status.TOO_MANY_STEPS
-    assert outcome.steps == module.STEPS_MOST + 1
+    assert outcome.steps == module.MAX_STEPS + 1
     assert "steps" in Status(outcome.status).remedy
 
 
@@ -332,9 +332,9 @@ def relaxation_rates(p, t, y, mode, dy):
     return True
 
 
-@enter.for_type(Relaxation)
+@start_segment.for_type(Relaxation)
 @kernel
-def relaxation_enters(p, tables, t, t_end, y, mode):
+def start_relaxation_segment(p, tables, t, t_end, y, mode):
     mode[0] = 1.0 if 0.5 * (t + t_end) > p.switched else 0.0
 
 
@@ -345,9 +345,9 @@ def relaxation_events(p, t, y, mode, g):
     g[1] = y[0] - 0.3 if p.marks and mode[1] < 1.0 else -1.0
 
 
-@respond.for_type(Relaxation)
+@handle_event.for_type(Relaxation)
 @kernel
-def relaxation_responds(p, tables, event, t, y, mode):
+def handle_relaxation_event(p, tables, event, t, y, mode):
     mode[1] += 1.0
 
 
@@ -355,7 +355,7 @@ def relaxed(t):
     return 1.0 - exp(-(t - 1.0 / 3.0) / 0.2)
 
 
-def test_a_kink_that_is_listed_costs_nothing():
+def test_a_breakpoint_that_is_listed_costs_nothing():
     alone, *_ = run(Relaxation(switched=-1.0), [0.0], [1.0 - 1.0 / 3.0], 1e-8, 10.0)
     outcome, y, *_ = run(Relaxation(), [0.0], [1.0 / 3.0, 1.0], 1e-8, 10.0)
     assert y[0] == pytest.approx(relaxed(1.0), abs=1e-8)
@@ -365,7 +365,7 @@ def test_a_kink_that_is_listed_costs_nothing():
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10])
-def test_a_kink_that_is_not_listed_is_paid_for_in_steps_and_in_error(tolerance):
+def test_a_breakpoint_that_is_not_listed_is_paid_for_in_steps_and_in_error(tolerance):
     listed, y, *_ = run(Relaxation(), [0.0], [1.0 / 3.0, 1.0], tolerance, 10.0)
     hidden, y_hidden, *_ = run(Relaxation(hidden=1), [0.0], [1.0], tolerance, 10.0)
     # The step shrinks to where the jump of the slope, 1/0.2, does not show: by fifths at best.
@@ -375,7 +375,7 @@ def test_a_kink_that_is_not_listed_is_paid_for_in_steps_and_in_error(tolerance):
 
 def test_of_two_events_in_one_step_the_first_one_wins():
     outcome, _, _, log, _ = run(Relaxation(switched=-1.0, marks=1), [0.0], [1.0], 1e-3, 10.0)
-    happened = log[(log[:, 1] >= 0) & (log[:, 1] < WATCH)]
+    happened = log[(log[:, 1] >= 0) & (log[:, 1] < ZERO_CROSSING)]
     assert happened[:, 1].tolist() == [1.0, 0.0]
     # Times are as good as the tolerance, the states as good as the location.
     assert happened[:, 0] == pytest.approx([-0.2 * ln(0.7), -0.2 * ln(0.5)], abs=1e-3)

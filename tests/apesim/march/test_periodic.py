@@ -7,8 +7,8 @@ import pytest
 
 from apesim.kernel import kernel
 from apesim.march.adaptive import Accuracy, Status
+from apesim.march.hybrid_system import rates, start_segment
 from apesim.march.periodic import BURST, NOISE, distance, known_orbit, periodic_orbit
-from apesim.march.slots import enter, rates
 from tests.apesim.march.test_adaptive import NoTables, cached_apart
 
 TOLERANCE = 1e-7
@@ -53,9 +53,9 @@ class Map(NamedTuple):
     """Distance from the fixed point beyond which there is no domain."""
 
 
-@enter.for_type(Map)
+@start_segment.for_type(Map)
 @kernel
-def map_enters(p, tables, t, t_end, y, mode):
+def start_map_segment(p, tables, t, t_end, y, mode):
     x = y[0] - p.fixed
     y[0] = p.fixed + p.slope * x + p.bend * x * x + p.rise
     if p.phase:
@@ -69,11 +69,11 @@ def map_rates(p, t, y, mode, dy):
     return abs(y[0] - p.fixed) < p.walls
 
 
-def settle(machine, y, states=None, most=600, tolerance=TOLERANCE):
+def settle(machine, y, states=None, max_cycles=600, tolerance=TOLERANCE):
     n = states or len(y)
     accuracy = Accuracy(tolerance, 10.0, np.ones(n))
     return periodic_orbit(
-        machine, NoTables(), np.array(y, dtype=float), np.zeros(1), np.array([1.0]), accuracy, most=most
+        machine, NoTables(), np.array(y, dtype=float), np.zeros(1), np.array([1.0]), accuracy, max_cycles=max_cycles
     )
 
 
@@ -253,20 +253,20 @@ def test_an_orbit_that_takes_too_many_steps_is_given_up():
     ],
 )
 def test_an_unstable_fixed_point_is_not_called_steady(slope, start):
-    orbit = settle(Map(slope), [2.0 + start], most=200)
+    orbit = settle(Map(slope), [2.0 + start], max_cycles=200)
     assert not orbit.converged
     assert orbit.period == 0
 
 
 def test_chaos_is_not_called_steady():
     # The logistic map of 3.9, its unstable fixed point moved to 2.
-    orbit = settle(Map(slope=2.0 - 3.9, bend=-3.9, fixed=2.0), [2.1 - (1.0 - 1.0 / 3.9) + 0.5], most=300)
+    orbit = settle(Map(slope=2.0 - 3.9, bend=-3.9, fixed=2.0), [2.1 - (1.0 - 1.0 / 3.9) + 0.5], max_cycles=300)
     assert not orbit.converged
     assert orbit.period == 0
 
 
 def test_a_state_that_drifts_off_does_not_converge_within_the_most_cycles():
-    orbit = settle(Map(slope=1.0, rise=0.5), [3.0], most=100)
+    orbit = settle(Map(slope=1.0, rise=0.5), [3.0], max_cycles=100)
     assert not orbit.converged
     assert orbit.period == 0
     # What Newton's method tries may lead past the most cycles: 1 + 1 of a slope, 1 of what was found.
@@ -293,7 +293,7 @@ def test_distance_is_the_largest_change_relative_to_scale_and_size():
 
 def test_the_contraction_is_what_it_says():
     # One cycle, by hand: x_1 falls by its factor, x_1 + x_2 - 2 target by the other.
-    orbit = settle(Contraction(0.25, 0.5), [5.0, 5.0], most=1)
+    orbit = settle(Contraction(0.25, 0.5), [5.0, 5.0], max_cycles=1)
     assert orbit.cycles == 1
     first = 3.0 + 2.0 * exp(log(0.25))
     assert orbit.y == pytest.approx([first, 6.0 + 4.0 * 0.5 - first], rel=1e-6)

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from apesim.kernel import kernel
-from apesim.march.adaptive import MAX_SHORT_STEPS, STEPS_MOST, Status
+from apesim.march.adaptive import MAX_SHORT_STEPS, MAX_STEPS, Status
 from apesim.march.dormand_prince import dense
+from apesim.march.hybrid_system import rates
 from apesim.march.rosenbrock import implicit_error, implicit_interpolant, implicit_stages
-from apesim.march.slots import rates
 from tests.apesim.march.test_adaptive import cached_apart, compiled_only, run
 
 
@@ -76,8 +76,8 @@ def test_the_ledger_closes_however_stiff_the_states_are(rate):
 @compiled_only
 def test_a_march_that_stability_would_hold_to_tiny_steps_comes_to_its_end():
     p = Follower(rate=2e7)
-    assert p.rate / 4.0 > STEPS_MOST, "an explicit method of this order needs more than a step per 4 time constants"
-    outcome, y, *_ = run(p, [0.0, 1.0, 0.0], [1.0], tolerance=1e-8, step_most=0.01, states=2, log_rows=0)
+    assert p.rate / 4.0 > MAX_STEPS, "an explicit method of this order needs more than a step per 4 time constants"
+    outcome, y, *_ = run(p, [0.0, 1.0, 0.0], [1.0], tolerance=1e-8, max_step=0.01, states=2, log_rows=0)
     assert outcome.status == Status.DONE
     assert outcome.steps < MAX_SHORT_STEPS + 1000
     assert y == pytest.approx([sin(1.0), drained(1.0), 1.0 - drained(1.0)], abs=1e-7)
@@ -86,6 +86,6 @@ def test_a_march_that_stability_would_hold_to_tiny_steps_comes_to_its_end():
 @compiled_only
 def test_a_march_of_many_short_stretches_is_not_taken_for_a_stiff_one():
     stretch, count = 0.01, MAX_SHORT_STEPS + 5000
-    kinks, y = stretch * np.arange(1, count + 1), [0.0, 1.0, 0.0]
-    outcome, *_ = run(Follower(rate=1.0), y, kinks, tolerance=1e-11, step_most=1.0, states=2, log_rows=0)
+    breakpoints, y = stretch * np.arange(1, count + 1), [0.0, 1.0, 0.0]
+    outcome, *_ = run(Follower(rate=1.0), y, breakpoints, tolerance=1e-11, max_step=1.0, states=2, log_rows=0)
     assert outcome.steps == count, "a step of order 4 would not do for a stretch at this tolerance"

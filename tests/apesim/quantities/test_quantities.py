@@ -25,7 +25,7 @@ from apesim.quantities import (
     split_header,
     unit,
 )
-from apesim.quantities.files import MOST_BYTES
+from apesim.quantities.files import MAX_BYTES
 
 STROKE = Quantity("mm", 1, 50, "Table 1")
 SPEED = Quantity("rpm", 0, 3000, "chosen")
@@ -506,7 +506,7 @@ def test_a_printed_curve_reads_back_as_itself(values):
         ("time [ms],opening [-]\n0,0\ninf,1\n", "'inf' in row 2", "numbers"),
         ("time [ms],opening [-]\n0,0\n1,1e400\n", "'1e400' in row 2", "numbers"),
         (b"time [ms],opening [-]\n0,0\n\xff,1\n", "no text in line 3", "UTF-8"),
-        (b"x" * (MOST_BYTES + 1), "larger than 10 MB", "keep fewer rows"),
+        (b"x" * (MAX_BYTES + 1), "larger than 10 MB", "keep fewer rows"),
     ],
 )
 def test_no_curves(tmp_path, text, wrong, right):

@@ -17,9 +17,9 @@ from tests.machines import AMBIENT, RPM, machine
 EXHAUST = (165.0, 190.0, 315.0, 340.0)
 
 
-def kinks_in_degrees(a_machine, rpm):
-    p, _, kinks = cycle_of(a_machine, rpm * RPM)
-    return (p.start + p.speed * kinks) / DEGREE
+def breakpoints_in_degrees(a_machine, rpm):
+    p, _, breakpoints = cycle_of(a_machine, rpm * RPM)
+    return (p.start + p.speed * breakpoints) / DEGREE
 
 
 def degrees_of(milliseconds, rpm):
@@ -27,45 +27,45 @@ def degrees_of(milliseconds, rpm):
 
 
 def test_a_cycle_begins_at_the_energising_and_ends_a_turn_later():
-    p, _, kinks = cycle_of(machine(energise=-41.0), 1000.0 * RPM)
+    p, _, breakpoints = cycle_of(machine(energise=-41.0), 1000.0 * RPM)
     assert p.start == -41.0 * DEGREE
-    assert kinks[-1] == pytest.approx(60e-3, rel=1e-14)
-    assert np.all(np.diff(kinks) > 0.0)
-    assert kinks[0] > 0.0
+    assert breakpoints[-1] == pytest.approx(60e-3, rel=1e-14)
+    assert np.all(np.diff(breakpoints) > 0.0)
+    assert breakpoints[0] > 0.0
 
 
-def test_kinks_of_an_epv_are_both_edges_of_the_solenoids_and_the_exhaust_valve_s_corners():
+def test_breakpoints_of_an_epv_are_both_edges_of_the_solenoids_and_the_exhaust_valve_s_corners():
     """Dead time and end of ramp, 1.5 and 3 ms after -5 and 70 degrees; the release itself; 600 r/min."""
     solenoids = [edge + degrees_of(lag, 600.0) for edge in (-5.0, 70.0) for lag in (0.0, 1.5, 3.0)][1:]
-    assert kinks_in_degrees(machine(), 600.0) == pytest.approx(sorted([*solenoids, *EXHAUST, 355.0]), abs=1e-9)
+    assert breakpoints_in_degrees(machine(), 600.0) == pytest.approx(sorted([*solenoids, *EXHAUST, 355.0]), abs=1e-9)
 
 
-def test_kinks_of_a_solenoid_that_follows_after_the_next_energising_are_wrapped_into_the_cycle():
+def test_breakpoints_of_a_solenoid_that_follows_after_the_next_energising_are_wrapped_into_the_cycle():
     """Released 20 degrees before the next energising at 3000 r/min: 1.5 ms are 27 degrees, 3 ms are 54."""
-    found = kinks_in_degrees(machine(energise=-30.0, release=310.0), 3000.0)
+    found = breakpoints_in_degrees(machine(energise=-30.0, release=310.0), 3000.0)
     expected = [-30.0 + 7.0, -30.0 + 27.0, -30.0 + 34.0, -30.0 + 54.0, *EXHAUST[:3], 340.0 - 360.0, 310.0, 330.0]
     assert found == pytest.approx(sorted(expected), abs=1e-9)
 
 
-def test_kinks_of_a_cam_are_its_corners_and_where_it_passes_the_lap():
+def test_breakpoints_of_a_cam_are_its_corners_and_where_it_passes_the_lap():
     a_machine = machine(intake="cam")
     cam = cam_corners(a_machine.engine.cam, np.array([1e-3, 9e-3])) / DEGREE
     assert len(cam) == 6
     expected = {round(angle, 6) for angle in [*cam, *EXHAUST, 355.0]} - {-5.0}
-    assert kinks_in_degrees(a_machine, 1000.0) == pytest.approx(sorted(expected), abs=2e-6)
+    assert breakpoints_in_degrees(a_machine, 1000.0) == pytest.approx(sorted(expected), abs=2e-6)
 
 
-def test_kinks_of_a_lift_curve_are_its_rows_and_where_it_passes_the_lap():
+def test_breakpoints_of_a_lift_curve_are_its_rows_and_where_it_passes_the_lap():
     curve = np.array([[-35.0, 0.0], [-15.0, 2e-3], [25.0, 8e-3], [55.0, 8e-3], [95.0, 0.0]]) * [DEGREE, 1.0]
     a_machine = machine(intake="cam", engine__cam__lift_curve=curve)
     expected = sorted([25.0, 55.0, 90.0, 95.0, *EXHAUST, 325.0, 335.0, 345.0, 355.0])
-    assert kinks_in_degrees(a_machine, 1000.0) == pytest.approx(expected, abs=1e-9)
+    assert breakpoints_in_degrees(a_machine, 1000.0) == pytest.approx(expected, abs=1e-9)
 
 
-def test_kinks_of_the_ideal_valve_are_its_targets():
+def test_breakpoints_of_the_ideal_valve_are_its_targets():
     a_machine = machine(intake="ideal", energise=-41.0, targets=(-5.0, 70.0))
     expected = [340.0 - 360.0, -5.0, 70.0, *EXHAUST[:3], 319.0]
-    assert kinks_in_degrees(a_machine, 1000.0) == pytest.approx(expected, abs=1e-9)
+    assert breakpoints_in_degrees(a_machine, 1000.0) == pytest.approx(expected, abs=1e-9)
 
 
 def test_the_start_is_at_rest_with_the_cylinder_at_ambient_and_the_receiver_at_supply():

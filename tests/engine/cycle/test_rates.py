@@ -7,9 +7,9 @@ import pytest
 
 from apesim.engine.angles import DEGREE
 from apesim.engine.breathing import raised_cosine
-from apesim.engine.cycle.flows import exchange_enters
+from apesim.engine.cycle.flows import start_exchange_segment
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-from apesim.engine.cycle.rates import TRACE, cycle_enters, cycle_rates, cycle_responds
+from apesim.engine.cycle.rates import TRACE, cycle_rates, handle_cycle_event, start_cycle_segment
 from apesim.engine.cycle.state import (
     CYLINDER_ENERGY,
     CYLINDER_MASS,
@@ -41,7 +41,7 @@ from apesim.restriction import CHOKED, SHUT
 from apesim.valve.actuator import AREA, AREA_SLOPE, PHASE, PIECE, REGIME, X_A, X_B, state_of
 from apesim.valve.motion import CORNER
 from apesim.valve.piston import TO_OPEN
-from apesim.valve.solenoid_flow import solenoids_enter
+from apesim.valve.solenoid_flow import start_solenoid_segment
 from tests.machines import AMBIENT, RPM, machine, settled
 
 R, K = 287.05, 1.4
@@ -84,8 +84,8 @@ def state(a_machine, angle, cylinder, receiver, chambers=(0.6e6, 0.3e6), rpm=100
     mode[PHASE] = TO_OPEN
     mode[AREA], mode[AREA_SLOPE] = -150e-6 / 8.0, 150e-6 / 8e-3
     mode[X_A], mode[X_B] = 0.5, 0.25
-    solenoids_enter(state_of(p.actuator, y, supply_of(p, y)), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
-    exchange_enters(p, t, t, y, mode)
+    start_solenoid_segment(state_of(p.actuator, y, supply_of(p, y)), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
+    start_exchange_segment(p, t, t, y, mode)
     dy = np.empty_like(y)
     assert cycle_rates(p, t, y, mode, dy)
     return p, dy
@@ -158,7 +158,7 @@ def test_what_one_volume_loses_another_one_gets(case):
 
 
 def test_where_the_groove_begins_to_open_as_the_exhaust_does_the_exhaust_stays_open():
-    p, tables, kinks = cycle_of(machine(receiver=1.0), 1000.0 * RPM)
+    p, tables, breakpoints = cycle_of(machine(receiver=1.0), 1000.0 * RPM)
     y, mode = charged_at_rest(p)
     y[0], y[1], mode[PHASE] = 8e-3, -0.7, TO_OPEN
     opens = p.engine.exhaust.opens
@@ -166,11 +166,11 @@ def test_where_the_groove_begins_to_open_as_the_exhaust_does_the_exhaust_stays_o
         5.0 * cylinder_volume(p.crank, opens)[0] / cylinder_volume(p.crank, p.start)[0]
     )
     t = (opens - p.start) / p.speed
-    cycle_enters(p, tables, t, kinks[kinks > t + 1e-9][0], y, mode)
+    start_cycle_segment(p, tables, t, breakpoints[breakpoints > t + 1e-9][0], y, mode)
     mode[PIECE], mode[GROOVE_FLOW] = 0.0, SHUT
     before = mode.copy()
     assert before[EXHAUST_FLOW] == CHOKED
-    cycle_responds(p, tables, CORNER, t, y, mode)
+    handle_cycle_event(p, tables, CORNER, t, y, mode)
     assert mode[GROOVE_FLOW] != SHUT
     assert mode[EXHAUST_FLOW] == before[EXHAUST_FLOW]
     assert mode[FEED_FLOW] == before[FEED_FLOW]

@@ -146,11 +146,13 @@ def test_blow_by_changes_over_at_an_event_and_the_work_converges(rpm):
     """From the same start, at the default tolerance; 25 tolerances were it stepped over."""
     a_machine = machine(receiver=1.0, effects__blow_by__area=1e-6)
     orbit = settled(a_machine, rpm, tolerance=1e-11).orbit
-    p, tables, kinks = cycle_of(a_machine, rpm * RPM)
+    p, tables, breakpoints = cycle_of(a_machine, rpm * RPM)
     ends, logs = [], []
     for tolerance in (1e-7, 1e-12):
         y, mode, log = orbit.y.copy(), orbit.mode.copy(), np.empty((LOG_ROWS, LOG_HEAD + STATES))
-        outcome = march(p, tables, 0.0, y, mode, kinks, accuracy_at(p, tolerance), log, np.empty(0), np.empty((0, 0)))
+        outcome = march(
+            p, tables, 0.0, y, mode, breakpoints, accuracy_at(p, tolerance), log, np.empty(0), np.empty((0, 0))
+        )
         ends.append(y[-1])
         logs.append(log[: outcome.logged, 1])
     assert ends[0] == pytest.approx(ends[1], rel=5e-7)

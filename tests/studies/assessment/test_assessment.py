@@ -266,7 +266,7 @@ def test_the_change_from_cycle_to_cycle_is_the_solver_s_error_where_the_state_is
     run = run_steady(jumpy, 2400.0 * RPM)
     assert (run.orbit.converged, run.orbit.period) == (True, 2)
     assert outcome_of(jumpy, run, indicators(jumpy, run)) == Outcome.NOT_PERIODIC
-    before = run_steady(jumpy, 2400.0 * RPM, most=run.orbit.cycles - 1)
+    before = run_steady(jumpy, 2400.0 * RPM, max_cycles=run.orbit.cycles - 1)
     mean, torque = (indicators(jumpy, one)["indicated_torque_Nm"] for one in (run, before))
     assert cycle_to_cycle(jumpy, run) == pytest.approx(2.0 * abs(torque - mean), rel=1e-3)
     assert cycle_to_cycle(jumpy, run) > 1e-3

@@ -236,7 +236,7 @@ def test_one_parameter_badly_known_is_named():
 
 
 def test_a_fit_ends_with_a_warning_as_its_simulations_are_spent(monkeypatch):
-    monkeypatch.setattr("apesim.studies.identify.simulation.MOST_SIMULATIONS", 25)
+    monkeypatch.setattr("apesim.studies.identify.simulation.MAX_SIMULATIONS", 25)
     keys = [BETA, SPRING]
     found = fit(measured_run(0), free=keys)
     assert any(f"stopped after {found.evaluations} simulations" in warning for warning in found.warnings)

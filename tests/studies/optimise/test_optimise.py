@@ -144,7 +144,7 @@ def point(torque, work_over_air, place=(0.5, 0.5)):
 
 
 def test_a_state_that_was_not_seen_to_repeat_has_no_merit():
-    few, all_ = (judged(machine(), run_steady(machine(), SPEED, most=most)) for most in (3, 600))
+    few, all_ = (judged(machine(), run_steady(machine(), SPEED, max_cycles=max_cycles)) for max_cycles in (3, 600))
     assert few.merit == (-np.inf, -np.inf) and np.isnan(list(few.values.values())).all() and not few.full_lift
     assert told(all_) == pytest.approx(outcome(-5.0, 75.0), rel=1e-9) and all_.merit[Goal.TORQUE] == told(all_)[0]
     assert all_.merit[Goal.AIR] == pytest.approx(3.6e6 / told(all_)[1])
@@ -156,7 +156,7 @@ def test_points_that_do_not_repeat_or_give_no_work_do_not_count():
     assert landscape.best(Goal.TORQUE).merit == (-3.0, 9e4) and landscape.best(Goal.AIR) is None
     landscape.settled[2] = point(2.0, 5e4)
     assert landscape.best(Goal.AIR).merit == (2.0, 5e4)
-    assert landscape.best(Goal.AIR, torque_least=2.1) is None
+    assert landscape.best(Goal.AIR, min_torque=2.1) is None
     assert undominated(landscape.settled.values()) == [landscape.settled[2]]
 
 

@@ -222,8 +222,8 @@ def test_30_hz_in_the_engine_need_a_longer_window(judged):
 
 
 def test_a_window_that_never_suffices_is_no_number():
-    assert np.isnan(engine.least_window(lambda window: False))
-    assert engine.least_window(lambda window: window > 100.0) == pytest.approx(100.0, abs=0.5)
+    assert np.isnan(engine.min_window(lambda window: False))
+    assert engine.min_window(lambda window: window > 100.0) == pytest.approx(100.0, abs=0.5)
 
 
 def test_advances_follow_temperature_on_a_line(judged, monkeypatch):

@@ -119,7 +119,7 @@ def test_every_reason_has_its_remedy():
 
 def test_what_meets_the_targets_without_repeating_is_not_reached():
     timing = corrected(machine(), 1000.0 * RPM)
-    early = run_steady(timing.machine, 1000.0 * RPM, most=2)
+    early = run_steady(timing.machine, 1000.0 * RPM, max_cycles=2)
     assert reason_of(Look(timing.machine, early, {}, np.zeros(2))) == Reason.NOT_PERIODIC
     assert reason_of(Look(timing.machine, timing.run, {}, np.zeros(2))) == Reason.REACHED
     assert reason_of(Look(timing.machine, timing.run, {}, np.array([0.0, 0.06 * DEGREE]))) == Reason.MISSED
@@ -170,11 +170,11 @@ def test_a_law_is_the_line_its_points_lie_on_and_says_how_far_they_do_not():
     temperatures = np.array([250.0, 287.0, 322.0])
     exact = fitted(1e6, 50.0, temperatures, 7e-3 - 5e-6 * (temperatures - 287.0), np.full(3, 50.0))
     assert (exact.at_reference, exact.slope) == (pytest.approx(7e-3), pytest.approx(-5e-6))
-    assert exact.error_most < 1e-15 and exact.opposite_to_the_paper
+    assert exact.max_error < 1e-15 and exact.opposite_to_the_paper
     bent = fitted(1e6, 50.0, np.array([277.0, 287.0, 297.0]), np.array([7e-3, 7.3e-3, 7e-3]), np.full(3, 50.0))
     assert bent.slope == pytest.approx(0.0, abs=1e-15)
-    assert bent.error_most == pytest.approx(0.2e-3) and bent.error_rms == pytest.approx(np.sqrt(0.02) * 1e-3)
-    assert bent.angle_error_most == pytest.approx(50.0 * 0.2e-3)
+    assert bent.max_error == pytest.approx(0.2e-3) and bent.error_rms == pytest.approx(np.sqrt(0.02) * 1e-3)
+    assert bent.max_angle_error == pytest.approx(50.0 * 0.2e-3)
     assert fitted(1e6, 50.0, temperatures, np.array([7e-3, nan, nan]), np.full(3, 50.0)) is None
 
 

@@ -17,7 +17,7 @@ from apesim.valve.effects.slow_ramp import SlowRamp
 from apesim.valve.effects.solenoid_a_delay import SolenoidADelay
 from apesim.valve.effects.solenoid_b_delay import SolenoidBDelay
 from apesim.valve.effects.vent_back_pressure import VentBackPressure
-from apesim.valve.motion import actuator_enters
+from apesim.valve.motion import start_actuator_segment
 from apesim.valve.piston import HELD_CLOSED
 from apesim.valve.solenoid import Solenoid, energised_fraction
 from apesim.valve.solenoid_flow import SUPPLY_A, VENT_A, solenoid_sides
@@ -55,9 +55,9 @@ def test_a_delay_of_solenoid_b_shifts_its_pressure_by_just_that(rows):
 def test_a_solenoid_b_that_would_be_earlier_than_its_command_keeps_its_lines():
     machine = BenchMachine.with_(valve={"solenoid": Solenoid(dead_time=0.2e-3)})
     p, tables = bench_of(machine._replace(effects=ValveEffects(solenoid_b_delay=SolenoidBDelay(-1e-3))), [0.0, PULSE])
-    for t, t_end in pairwise(tables.kinks(0.0, 2.0 * PULSE)):
+    for t, t_end in pairwise(tables.breakpoints(0.0, 2.0 * PULSE)):
         mode = np.zeros(MODES)
-        actuator_enters(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode, p.supply)
+        start_actuator_segment(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode, p.supply)
         middle = 0.5 * (t + t_end)
         expected = energised_fraction(tables.edges_b, tables.period, tables.curve_b, middle)
         assert mode[X_B] + mode[X_B_SLOPE] * (middle - t) == pytest.approx(expected, abs=1e-9)
@@ -189,7 +189,7 @@ def opened(machine):
     y[2:4] *= 0.5
     mode = np.zeros(MODES)
     mode[PHASE] = HELD_CLOSED
-    actuator_enters(p.actuator, tables, 0.0, 1e-6, y, mode, p.supply)
+    start_actuator_segment(p.actuator, tables, 0.0, 1e-6, y, mode, p.supply)
     return actuator_rates(p.actuator, 0.0, y, mode, p.supply)
 
 

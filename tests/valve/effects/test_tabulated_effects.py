@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from apesim.cubic_table import interpolate_clamped, interpolate_periodic
 from apesim.effect import law
-from apesim.nodes import at_node, round_the_nodes
 from apesim.valve.actuator import closed_at_rest, state_of
 from apesim.valve.bench import bench_of
 from apesim.valve.effects.leakage_a import LeakageA
@@ -36,23 +36,23 @@ def test_a_table_goes_through_its_nodes_as_a_cubic_and_stays_constant_beyond_the
     """Half way: the mean, and an eighth of the fall of the slopes; these are 0 at both ends."""
     values = 4.0, 8.0, -2.0, 6.0
     places = -3.0, 0.0, 1.0, 2.0, 3.0, 7.0
-    assert [at_node(values, place) for place in places] == [4.0, 4.0, 8.0, -2.0, 6.0, 6.0]
-    assert at_node(values, 0.5) == 6.0 + (0.0 + 3.0) / 8.0
-    assert at_node(values, 1.5) == 3.0 + (-3.0 + 1.0) / 8.0
-    assert at_node(values, 2.5) == 2.0 + (-1.0 - 0.0) / 8.0
+    assert [interpolate_clamped(values, place) for place in places] == [4.0, 4.0, 8.0, -2.0, 6.0, 6.0]
+    assert interpolate_clamped(values, 0.5) == 6.0 + (0.0 + 3.0) / 8.0
+    assert interpolate_clamped(values, 1.5) == 3.0 + (-3.0 + 1.0) / 8.0
+    assert interpolate_clamped(values, 2.5) == 2.0 + (-1.0 - 0.0) / 8.0
 
 
 def test_round_the_nodes_the_last_is_followed_by_the_first():
     """Slopes -3 at the last node and 5 at the first."""
     values = 4.0, 8.0, -2.0
-    assert [round_the_nodes(values, place) for place in (0.0, 2.0, 3.0, 301.0)] == [4.0, -2.0, 4.0, 8.0]
-    assert [round_the_nodes(values, place) for place in (-0.5, 2.5)] == [1.0 + (-2.0 - 5.0) / 8.0] * 2
+    assert [interpolate_periodic(values, place) for place in (0.0, 2.0, 3.0, 301.0)] == [4.0, -2.0, 4.0, 8.0]
+    assert [interpolate_periodic(values, place) for place in (-0.5, 2.5)] == [1.0 + (-2.0 - 5.0) / 8.0] * 2
 
 
 @pytest.mark.parametrize("place", [0.0, 1.0, 2.0, 3.0])
 def test_a_table_has_no_corner(place):
     values, step = (4.0, 8.0, -2.0, 6.0), 1e-7
-    for table in (at_node, round_the_nodes):
+    for table in (interpolate_clamped, interpolate_periodic):
         left, right = ((table(values, place + d) - table(values, place)) / d for d in (-step, step))
         assert left == pytest.approx(right, abs=1e-5)
 
@@ -100,8 +100,8 @@ def test_heat_over_the_temperature_by_hand():
     effect = TabulatedHeat(a_at_minus_40=80.0, a_at_0=20.0, b_at_0=-40.0)
     balance = added(effect, 9e-3)
     place = 2.0 - 6.15 / 40.0
-    assert balance[ENERGY_A] == pytest.approx(at_node((0.0, 80.0, 20.0, 0.0, 0.0), place), rel=1e-9)
-    assert balance[ENERGY_B] == pytest.approx(at_node((0.0, 0.0, -40.0, 0.0, 0.0), place), rel=1e-9)
+    assert balance[ENERGY_A] == pytest.approx(interpolate_clamped((0.0, 80.0, 20.0, 0.0, 0.0), place), rel=1e-9)
+    assert balance[ENERGY_B] == pytest.approx(interpolate_clamped((0.0, 0.0, -40.0, 0.0, 0.0), place), rel=1e-9)
 
 
 def same(one, other):
@@ -125,7 +125,7 @@ def test_shares_of_the_area_over_the_pressure_ratio_by_hand():
         (SUPPLY_B, filling, b, 1.101325),
         (VENT_B, venting, b, 0.101325),
     ):
-        assert shares[flow] == pytest.approx(at_node(values, 5.0 * low / high - 1.0), rel=1e-6)
+        assert shares[flow] == pytest.approx(interpolate_clamped(values, 5.0 * low / high - 1.0), rel=1e-6)
 
 
 CURVE = np.array([[1.5e-3, 0.0], [3.0e-3, 1.0]])

@@ -11,7 +11,7 @@ from apesim.valve.bench import bench_of, run_bench
 from apesim.valve.effects import VALVE_EFFECTS, ValveEffects, ValveLaws, ValveTables
 from apesim.valve.effects.bounce import Bounce
 from apesim.valve.effects.coulomb_friction import CoulombFriction
-from apesim.valve.motion import actuator_enters
+from apesim.valve.motion import start_actuator_segment
 from tests.machines import turned_on
 from tests.valve.test_bench import BenchMachine, numbers
 
@@ -41,7 +41,7 @@ def rates_at(phase, machine, position=4e-3, speed=1.2, intake_pressure=None):
     y[0], y[1] = position, speed * np.sign(phase)
     mode = np.zeros(MODES)
     mode[PHASE] = phase
-    actuator_enters(p.actuator, tables, 0.0, 1e-6, y, mode, p.supply)
+    start_actuator_segment(p.actuator, tables, 0.0, 1e-6, y, mode, p.supply)
     return p, y, actuator_rates(p.actuator, 0.0, y, mode, p.supply)
 
 

@@ -144,7 +144,7 @@ def rates_at(a_machine, receiver, line, pipe):
     ):
         y[mass] = pressure * volume / (gas.gas_constant * temperature)
         y[mass + 1] = pressure * volume / (gas.heat_capacity_ratio - 1.0)
-    bench.enter(p, tables, 2e-3, 2.5e-3, y, mode)
+    bench.start_segment(p, tables, 2e-3, 2.5e-3, y, mode)
     dy = np.full_like(y, np.nan)
     assert cycle_rates(p, 2.2e-3, y, mode, dy)
     return dy
@@ -249,12 +249,12 @@ def test_volumes_are_states_only_where_there_are_any():
 
 def test_the_periodic_state_does_not_depend_on_how_full_line_and_pipe_start():
     a_machine = breathing_through((5e-6, 0.1e-3), (100e-6, 0.1e-3), receiver=1.0)
-    p, tables, kinks = cycle_of(a_machine, 1000.0 * RPM)
+    p, tables, breakpoints = cycle_of(a_machine, 1000.0 * RPM)
     accuracy, orbits = accuracy_at(p), []
     for share in (1.0, 0.4):
         y, mode = charged_at_rest(p)
         y[[LINE_MASS, LINE_ENERGY, PIPE_MASS, PIPE_ENERGY, RECEIVER_MASS, RECEIVER_ENERGY, CYLINDER_MASS]] *= share
-        orbits.append(periodic_orbit(p, tables, y, mode, kinks, accuracy))
+        orbits.append(periodic_orbit(p, tables, y, mode, breakpoints, accuracy))
     assert all(orbit.converged for orbit in orbits)
     assert distance(orbits[0].y, orbits[1].y, accuracy.scale) < 1e-6
 

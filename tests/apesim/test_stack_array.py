@@ -2,7 +2,7 @@ import numba
 import numpy as np
 
 from apesim.kernel import kernel
-from apesim.scratch import zeros
+from apesim.stack_array import zeros
 
 
 @kernel

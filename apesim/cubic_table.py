@@ -44,7 +44,7 @@ def between(before, one, other, after, share):
 
 
 @kernel
-def at_node(values, place):
+def interpolate_clamped(values, place):
     """Value at a place among nodes 0, 1, ...; beyond the ends constant, and without a corner there.
 
     Parameters
@@ -67,7 +67,7 @@ def at_node(values, place):
 
 
 @kernel
-def round_the_nodes(values, place):
+def interpolate_periodic(values, place):
     """The same where node 0 follows the last one.
 
     Parameters

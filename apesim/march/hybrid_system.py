@@ -21,17 +21,17 @@ def events(p, t, y, mode, g):
 
 
 @by_type
-def respond(p, tables, event, t, y, mode):
+def handle_event(p, tables, event, t, y, mode):
     """Change y and mode at an event."""
 
 
 @by_type
-def watch(p, t, y, dy, mode, w):
+def zero_crossings(p, t, y, dy, mode, w):
     """Write into w what is located where it changes its sign, and noted, without ending a step."""
 
 
 @by_type
-def enter(p, tables, t, t_end, y, mode):
+def start_segment(p, tables, t, t_end, y, mode):
     """Set mode on entering the smooth stretch from t to t_end."""
 
 
