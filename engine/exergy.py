@@ -7,24 +7,20 @@ states of a cycle, or an impact of its log; none is what is left over.
 
 from apesim.engine.cycle.flows import breathing, effects_of, exchange_sides, piped
 from apesim.engine.cycle.state import (
-    CYLINDER_ENERGY,
-    CYLINDER_MASS,
     EXHAUST_FLOW,
     FEED_FLOW,
     GROOVE_FLOW,
-    LINE_ENERGY,
-    LINE_MASS,
-    PIPE_ENERGY,
     PIPE_FLOW,
-    PIPE_MASS,
-    RECEIVER_ENERGY,
-    RECEIVER_MASS,
     SIZE,
-    WORK,
     control_air,
+    cylinder_gas,
     cylinder_state,
+    engine_ledger,
     has_pipe,
     intake_state,
+    line_gas,
+    pipe_gas,
+    receiver_gas,
     receiver_state,
     supply_of,
 )
@@ -177,14 +173,14 @@ def stored(p, t, y):
     gas, ambient = p.actuator.gas, p.actuator.ambient
     cylinder, _ = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
-    gases = [(CYLINDER_MASS, CYLINDER_ENERGY, cylinder.pressure, cylinder.temperature, cylinder.volume)]
+    gases = [(*cylinder_gas(y), cylinder.pressure, cylinder.temperature, cylinder.volume)]
     if p.receiver_volume > 0.0:
-        gases.append((RECEIVER_MASS, RECEIVER_ENERGY, *receiver, p.receiver_volume))
+        gases.append((*receiver_gas(y), *receiver, p.receiver_volume))
     if has_pipe(p):
-        gases.append((PIPE_MASS, PIPE_ENERGY, *intake_state(p, y, receiver), p.pipe[0]))
+        gases.append((*pipe_gas(y), *intake_state(p, y, receiver), p.pipe[0]))
     if has_line(p.actuator):
-        gases.append((LINE_MASS, LINE_ENERGY, *control_air(p, y)[1], p.actuator.line[0]))
-    total = sum(exergy_stored(gas, ambient, y[mass], y[energy], *state) for mass, energy, *state in gases)
+        gases.append((*line_gas(y), *control_air(p, y)[1], p.actuator.line[0]))
+    total = sum(exergy_stored(gas, ambient, *content) for content in gases)
     return total + (valve_stored(p.actuator, y, supply_of(p, y)) if p.engine.intake == EPV else 0.0)
 
 
@@ -203,7 +199,7 @@ def exergy_ledger(run, friction_work):
         `TERMS` by name [J].
     """
     terms = {name: float(run.exergy_end[SIZE + number]) for name, (number, _) in (ENTERS | LEAVES).items()}
-    work = float(run.exergy_end[WORK])
+    work = float(engine_ledger(run.exergy_end).work)
     works = (
         stored(run.p, 0.0, run.exergy_end) - stored(run.p, 0.0, run.start),
         work,

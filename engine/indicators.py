@@ -9,34 +9,12 @@ from apesim.air import ANR_DENSITY, enthalpy, temperature_at_enthalpy, temperatu
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.breathing import cam_angles
 from apesim.engine.cycle.state import (
-    CYLINDER_ENERGY,
-    CYLINDER_MASS,
-    EXHAUST_BACK,
-    EXHAUSTED,
-    EXHAUSTED_ENTHALPY,
-    FED,
-    FED_ENTHALPY,
-    GROOVE,
-    GROOVE_BACK,
-    GROOVE_ENTHALPY,
-    LINE_ENERGY,
-    LINE_FED,
-    LINE_FED_ENTHALPY,
-    LINE_MASS,
-    OTHER_ENERGY,
-    OTHER_MASS,
-    PIPE_ENERGY,
-    PIPE_FED,
-    PIPE_FED_ENTHALPY,
-    PIPE_MASS,
-    RECEIVER_ENERGY,
-    RECEIVER_MASS,
-    SUPPLIED,
-    SUPPLIED_ENTHALPY,
-    VALVE_WORK,
-    VENTED,
-    VENTED_ENTHALPY,
-    WORK,
+    control_ledger,
+    cylinder_gas,
+    engine_ledger,
+    line_gas,
+    pipe_gas,
+    receiver_gas,
     receiver_state,
 )
 from apesim.engine.cylinder import CAM, IDEAL_VALVE
@@ -50,6 +28,7 @@ from apesim.march.error_bounds import closure_of
 from apesim.valve.actuator import PHASE
 from apesim.valve.chamber import chamber_state
 from apesim.valve.groove import area_table, lap_of
+from apesim.valve.ledger import valve_states
 from apesim.valve.measures import closing_stroke, lap_times, opening_stroke, travel_of
 
 JOULE_PER_KWH = 3.6e6
@@ -195,8 +174,7 @@ def peak_pressure(run):
     pressures = []
     for row in log:
         volume, _ = cylinder_volume(run.p.crank, run.p.start + run.p.speed * row[0])
-        y = row[LOG_HEAD:]
-        pressures.append(chamber_state(gas, y[CYLINDER_MASS], y[CYLINDER_ENERGY], volume)[0])
+        pressures.append(chamber_state(gas, *cylinder_gas(row[LOG_HEAD:]), volume)[0])
     return max(pressures)
 
 
@@ -212,16 +190,16 @@ def receiver_range(run):
 def lowest_temperature(run):
     """Lowest cylinder temperature, over its extrema and the ends of all smooth stretches [K]."""
     gas = run.p.actuator.gas
-    energies = [row[LOG_HEAD + CYLINDER_ENERGY] / row[LOG_HEAD + CYLINDER_MASS] for row in (*run.log, *run.extrema)]
-    return temperature_of(gas, min(energies))
+    gases = [cylinder_gas(row[LOG_HEAD:]) for row in (*run.log, *run.extrema)]
+    return temperature_of(gas, min(energy / mass for mass, energy in gases))
 
 
 def exhaust_temperature(run):
     """Temperature of the mean enthalpy of what flows out through the exhaust valve [K]; NaN where nothing does."""
-    gas, end = run.p.actuator.gas, run.end
-    back = end[EXHAUST_BACK]
-    mass = end[EXHAUSTED] + back
-    energy = end[EXHAUSTED_ENTHALPY] + back * enthalpy(gas, run.p.actuator.ambient.temperature)
+    gas, air = run.p.actuator.gas, engine_ledger(run.end)
+    back = air.exhaust_back
+    mass = air.exhausted + back
+    energy = air.exhausted_enthalpy + back * enthalpy(gas, run.p.actuator.ambient.temperature)
     return temperature_at_enthalpy(gas, energy / mass) if mass > 0.0 else nan
 
 
@@ -240,24 +218,31 @@ def closure(run):
     -------
     mass, energy : float
     """
-    p, d, end = run.p, run.end - run.start, run.end
-    finite = p.receiver_volume > 0.0
-    mass_in, energy_in = (end[FED], end[FED_ENTHALPY]) if finite else (end[PIPE_FED], end[PIPE_FED_ENTHALPY])
-    if not (finite and p.control_from_receiver):
-        mass_in, energy_in = mass_in + end[LINE_FED], energy_in + end[LINE_FED_ENTHALPY]
-    stored = d[2] + d[4] + d[CYLINDER_MASS] + d[RECEIVER_MASS] + d[LINE_MASS] + d[PIPE_MASS]
-    stored_energy = d[3] + d[5] + d[CYLINDER_ENERGY] + d[RECEIVER_ENERGY] + d[LINE_ENERGY] + d[PIPE_ENERGY]
-    mass = stored - (mass_in - end[EXHAUSTED] - end[VENTED] + end[OTHER_MASS])
-    energy = stored_energy - (
-        energy_in - end[EXHAUSTED_ENTHALPY] - end[VENTED_ENTHALPY] + end[OTHER_ENERGY] - end[WORK] - end[VALVE_WORK]
-    )
-    through = end[GROOVE] + end[SUPPLIED] + end[GROOVE_BACK] + end[EXHAUST_BACK]
-    back = end[EXHAUST_BACK] * enthalpy(p.actuator.gas, p.actuator.ambient.temperature)
-    carried = abs(end[GROOVE_ENTHALPY]) + abs(end[SUPPLIED_ENTHALPY]) + back
-    y = run.start
-    held = y[2] + y[4] + y[CYLINDER_MASS] + y[RECEIVER_MASS] + y[LINE_MASS] + y[PIPE_MASS]
-    held_energy = y[3] + y[5] + y[CYLINDER_ENERGY] + y[RECEIVER_ENERGY] + y[LINE_ENERGY] + y[PIPE_ENERGY]
+    p, control, engine = run.p, control_ledger(run.end), engine_ledger(run.end)
+    mass_in, energy_in = engine.pipe_fed, engine.pipe_fed_enthalpy
+    if p.receiver_volume > 0.0:
+        mass_in, energy_in = engine.fed, engine.fed_enthalpy
+    if not (p.receiver_volume > 0.0 and p.control_from_receiver):
+        mass_in, energy_in = mass_in + control.line_fed, energy_in + control.line_fed_enthalpy
+    stored, stored_energy = _gas_held(run.end - run.start)
+    mass = stored - (mass_in - engine.exhausted - control.vented + control.other_mass)
+    energy_in = energy_in - engine.exhausted_enthalpy - control.vented_enthalpy + control.other_energy
+    energy = stored_energy - (energy_in - engine.work - control.valve_work)
+    through = engine.groove + control.supplied + engine.groove_back + engine.exhaust_back
+    back = engine.exhaust_back * enthalpy(p.actuator.gas, p.actuator.ambient.temperature)
+    carried = abs(engine.groove_enthalpy) + abs(control.supplied_enthalpy) + back
+    held, held_energy = _gas_held(run.start)
     return closure_of(mass, through, held), closure_of(energy, carried, held_energy)
+
+
+def _gas_held(y: np.ndarray) -> tuple[float, float]:
+    """Mass [kg] and internal energy [J] of all gas that a state vector of the engine holds."""
+    valve = valve_states(y)
+    volumes = (cylinder_gas(y), receiver_gas(y), line_gas(y), pipe_gas(y))
+    mass, energy = valve.mass_a + valve.mass_b, valve.energy_a + valve.energy_b
+    for volume_mass, volume_energy in volumes:
+        mass, energy = mass + volume_mass, energy + volume_energy
+    return mass, energy
 
 
 def indicators(machine, run):
@@ -273,15 +258,16 @@ def indicators(machine, run):
     dict
         Keys as in `INDICATORS`, SI but for the units that the keys name. NaN: undefined.
     """
-    p, end, orbit = run.p, run.end, run.orbit
+    p, orbit = run.p, run.orbit
+    ledger, control = engine_ledger(run.end), control_ledger(run.end)
     gas, ambient, supply = p.actuator.gas, machine.ambient, machine.supply
     turns = p.speed / TURN
-    work = end[WORK]
+    work = ledger.work
     swept = swept_volume(p.engine)
     peak = peak_pressure(run)
     fmep = friction_pressure(run, peak)
     brake = work - fmep * swept
-    engine_air, control_air = end[GROOVE], end[SUPPLIED]
+    engine_air, control_air = ledger.groove, control.supplied
     air = engine_air + control_air
 
     drawn = p.supply if p.control_from_receiver else p.control
@@ -294,7 +280,7 @@ def indicators(machine, run):
         return efficiency(lambda pressure, temperature: law(gas, temperature, pressure / ambient.pressure))
 
     mass_closure, energy_closure = closure(run)
-    ledger = exergy_ledger(run, fmep * swept)
+    exergy = exergy_ledger(run, fmep * swept)
     return {
         "speed_rpm": float(f"{turns * 60.0:.12g}"),  # so that 1000 rpm is 1000 again
         "indicated_torque_Nm": work / TURN,
@@ -306,8 +292,8 @@ def indicators(machine, run):
         "fmep_Pa": fmep,
         "engine_air_kg_per_cycle": engine_air,
         "control_air_kg_per_cycle": control_air,
-        "groove_back_flow_kg_per_cycle": end[GROOVE_BACK],
-        "exhaust_back_flow_kg_per_cycle": end[EXHAUST_BACK],
+        "groove_back_flow_kg_per_cycle": ledger.groove_back,
+        "exhaust_back_flow_kg_per_cycle": ledger.exhaust_back,
         "specific_air_kg_per_kWh": ratio(air * JOULE_PER_KWH, brake),
         "specific_engine_air_kg_per_kWh": ratio(engine_air * JOULE_PER_KWH, brake),
         "indicated_specific_air_kg_per_kWh": ratio(air * JOULE_PER_KWH, work),
@@ -321,14 +307,14 @@ def indicators(machine, run):
         "intake_pressure_fluctuation_Pa": receiver_range(run),
         "lowest_cylinder_temperature_K": lowest_temperature(run),
         "exhaust_temperature_K": exhaust_temperature(run),
-        **{f"exergy_{name}_J": value for name, value in ledger.items()},
+        **{f"exergy_{name}_J": value for name, value in exergy.items()},
         "converged": int(orbit.converged),
         "period_cycles": orbit.period,
         "cycles": orbit.cycles,
         "periodic_change": orbit.change,
         "mass_closure": mass_closure,
         "energy_closure": energy_closure,
-        "exergy_closure": exergy_closure(run, ledger),
+        "exergy_closure": exergy_closure(run, exergy),
         "work_by_quadrature_change": abs(run.work_by_quadrature / work - 1.0) if work else nan,
         "work_tolerance_change": run.work_change,
         "air_tolerance_change": run.air_change,

@@ -8,7 +8,7 @@ import numpy as np
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of, with_exergy
 from apesim.engine.cycle.rates import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
-from apesim.engine.cycle.state import GROOVE, SIZE, STATES, WORK, Cycle
+from apesim.engine.cycle.state import SIZE, STATES, Cycle, engine_ledger
 from apesim.engine.exergy import RATES
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Status, march
 from apesim.march.periodic import MAX_CYCLES, PERIODIC_TOLERANCE, Orbit, known_orbit, periodic_orbit
@@ -130,8 +130,8 @@ def run_steady(
         trace,
         work,
         exergy_end if estimate_error else np.full_like(exergy_end, nan),
-        _change(coarse[WORK], end[WORK]) if estimate_error else nan,
-        _change(coarse[GROOVE], end[GROOVE]) if estimate_error else nan,
+        _change(engine_ledger(coarse).work, engine_ledger(end).work) if estimate_error else nan,
+        _change(engine_ledger(coarse).groove, engine_ledger(end).groove) if estimate_error else nan,
         tolerance,
         int(outcome.status if orbit.status == Status.DONE else orbit.status),
         outcome.steps,

@@ -25,6 +25,15 @@ from apesim.valve.actuator import (
     state_of,
 )
 from apesim.valve.chamber import filled
+from apesim.valve.ledger import (
+    CONTROL_ENTRIES,
+    ControlLedger,
+    control_ledger_at,
+    control_rates,
+    gas_of_volume,
+    update_part,
+    valve_states,
+)
 from apesim.valve.line import (
     LINE_FLOW,
     before_solenoids,
@@ -38,20 +47,11 @@ from apesim.valve.measures import Travel, closing_stroke, opening_stroke, travel
 from apesim.valve.motion import actuator_events, actuator_zero_crossings, handle_actuator_event, start_actuator_segment
 from apesim.valve.piston import HELD_CLOSED, is_moving
 
-LINE_MASS, LINE_ENERGY = range(STATES, STATES + 2)
-"""States of the supply line; they belong to the ledger, of no size, where there is none."""
-(
-    LINE_FED,
-    LINE_FED_ENTHALPY,
-    SUPPLIED,
-    SUPPLIED_ENTHALPY,
-    VENTED,
-    VENTED_ENTHALPY,
-    OTHER_MASS,
-    OTHER_ENERGY,
-    WORK,
-) = range(STATES + 2, STATES + 11)
-SIZE = STATES + 11
+LINE = STATES
+"""Element of the state vector at which the supply line's gas begins; without a line it is not controlled."""
+LEDGER = LINE + 2
+"""Element at which the ledger of the control air begins."""
+SIZE = LEDGER + CONTROL_ENTRIES
 TRACE = (
     "lift [m]",
     "velocity [m/s]",
@@ -97,10 +97,32 @@ class BenchRun(NamedTuple):
 
 
 @kernel
+def bench_ledger(y: np.ndarray) -> ControlLedger:
+    """Read the ledger of the control air from a state vector of the bench.
+
+    Parameters
+    ----------
+    y : (SIZE,) float array
+        State vector of a bench, or a difference of two.
+
+    Returns
+    -------
+    apesim.valve.ledger.ControlLedger
+        Its entries, by name.
+
+    Examples
+    --------
+    >>> print(bench_ledger(np.zeros(SIZE)).supplied)
+    0.0
+    """
+    return control_ledger_at(y, LEDGER)
+
+
+@kernel
 def control_air(p, y):
     """Where control air comes from, and what is before the solenoids, both as pressure [Pa abs] and temperature [K]."""
     source = p.supply[0], p.supply[1]
-    return source, before_solenoids(p.actuator, y, LINE_MASS, source)
+    return source, before_solenoids(p.actuator, y, LINE, source)
 
 
 @kernel
@@ -116,16 +138,15 @@ def bench_rates(p, t, y, mode, dy):
     """Rates of the bench; see `apesim.march.hybrid_system.rates`."""
     if not in_domain(p.actuator, y):
         return False
-    if has_line(p.actuator) and (y[LINE_MASS] <= 0.0 or y[LINE_ENERGY] <= 0.0):
-        return False
+    if has_line(p.actuator):
+        mass, energy = gas_of_volume(y, LINE)
+        if mass <= 0.0 or energy <= 0.0:
+            return False
     r = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
     fed, fed_enthalpy = line_feed(p.actuator, mode, *control_air(p, y), r)
-    for i in range(STATES):
-        dy[i] = r[i]
-    dy[LINE_MASS], dy[LINE_ENERGY] = fed - r.supplied, fed_enthalpy - r.supplied_enthalpy
-    dy[LINE_FED], dy[LINE_FED_ENTHALPY] = fed, fed_enthalpy
-    for i in range(STATES, len(r)):
-        dy[SUPPLIED - STATES + i] = r[i]
+    update_part(dy, 0, r[:STATES])
+    update_part(dy, LINE, (fed - r.supplied, fed_enthalpy - r.supplied_enthalpy))
+    update_part(dy, LEDGER, control_rates(r, fed, fed_enthalpy, r.other_mass, r.other_energy))
     return True
 
 
@@ -151,7 +172,7 @@ def handle_bench_event(p, tables, event, t, y, mode):
 @kernel
 def bench_zero_crossings(p, t, y, dy, mode, w):
     """Zero crossings of the bench."""
-    actuator_zero_crossings(p.actuator, y, dy[1], mode, w)
+    actuator_zero_crossings(p.actuator, y, valve_states(dy).speed, mode, w)
 
 
 @start_segment.for_type(Bench)
@@ -220,8 +241,8 @@ def closed_at_start(p):
     mode : (MODES,) float array
     """
     y, mode = np.zeros(SIZE), np.zeros(MODES)
-    y[:STATES] = closed_at_rest(p.actuator, p.supply)
-    y[LINE_MASS], y[LINE_ENERGY] = filled(p.actuator.gas, p.actuator.line[0], *p.supply[:2])
+    update_part(y, 0, closed_at_rest(p.actuator, p.supply))
+    update_part(y, LINE, filled(p.actuator.gas, p.actuator.line[0], *p.supply[:2]))
     mode[PHASE] = HELD_CLOSED
     return y, mode
 
@@ -289,9 +310,9 @@ def run_bench(
     horizon = 2.0 * end if repeated else end
     opening = opening_stroke(log, 0.0, horizon)
     closing = closing_stroke(log, pulse, horizon)
-    balance = closure(start, y, outcome.work)
+    supplied, balance = bench_ledger(y).supplied, closure(start, y, outcome.work)
     travel = travel_of(log, phase, opening, closing)
-    return BenchRun(opening, closing, y[SUPPLIED], balance, times, trace, orbit, log, *outcome[:2], travel, p)
+    return BenchRun(opening, closing, supplied, balance, times, trace, orbit, log, *outcome[:2], travel, p)
 
 
 def closure(start, y, quadrature):
@@ -310,12 +331,14 @@ def closure(start, y, quadrature):
         ``mass`` and ``energy`` relative to what was supplied, see `apesim.march.error_bounds.closure_of`; ``work``
         relative to its own size.
     """
-    d = y - start
-    mass = d[2] + d[4] + d[LINE_MASS] - (d[LINE_FED] - d[VENTED] + d[OTHER_MASS])
-    energy = d[3] + d[5] + d[LINE_ENERGY] + d[WORK] - (d[LINE_FED_ENTHALPY] - d[VENTED_ENTHALPY] + d[OTHER_ENERGY])
-    work = quadrature - d[WORK]
+    valve, before, ledger = valve_states(y - start), valve_states(start), bench_ledger(y - start)
+    (line_mass, line_energy), (mass_before, energy_before) = (gas_of_volume(each, LINE) for each in (y - start, start))
+    mass = valve.mass_a + valve.mass_b + line_mass - (ledger.line_fed - ledger.vented + ledger.other_mass)
+    energy = valve.energy_a + valve.energy_b + line_energy + ledger.valve_work
+    energy -= ledger.line_fed_enthalpy - ledger.vented_enthalpy + ledger.other_energy
+    work = quadrature - ledger.valve_work
     return {
-        "mass": closure_of(mass, d[SUPPLIED], start[2] + start[4] + start[LINE_MASS]),
-        "energy": closure_of(energy, d[SUPPLIED_ENTHALPY], start[3] + start[5] + start[LINE_ENERGY]),
-        "work": abs(work / d[WORK]) if d[WORK] else abs(work),
+        "mass": closure_of(mass, ledger.supplied, before.mass_a + before.mass_b + mass_before),
+        "energy": closure_of(energy, ledger.supplied_enthalpy, before.energy_a + before.energy_b + energy_before),
+        "work": abs(work / ledger.valve_work) if ledger.valve_work else abs(work),
     }

@@ -4,6 +4,7 @@ from apesim.kernel import kernel
 from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
 from apesim.valve.actuator import LINE_REGIME
 from apesim.valve.chamber import chamber_state
+from apesim.valve.ledger import gas_of_volume
 from apesim.valve.motion import BRANCHED
 
 LINE_FLOW = BRANCHED + 1
@@ -35,7 +36,7 @@ def before_solenoids(actuator, y, first, source):
     pressure, temperature : float
     """
     if has_line(actuator):
-        return chamber_state(actuator.gas, y[first], y[first + 1], actuator.line[0])
+        return chamber_state(actuator.gas, *gas_of_volume(y, first), actuator.line[0])
     return source
 
 

@@ -32,6 +32,7 @@ from apesim.kernel import kernel
 from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
 from apesim.stack_array import zeros
 from apesim.valve.actuator import AREA, AREA_SLOPE
+from apesim.valve.ledger import valve_states
 from apesim.valve.ports import ports_area
 
 FLOWS = PIPE_FLOW - GROOVE_FLOW + 1
@@ -41,7 +42,7 @@ FLOWS = PIPE_FLOW - GROOVE_FLOW + 1
 def intake_lift(p, angle, y, mode):
     """Lift of the intake [m]."""
     if p.engine.intake == EPV:
-        return p.actuator.valve.stroke - y[0]
+        return p.actuator.valve.stroke - valve_states(y).position
     if p.has_lift_curve:
         return mode[LIFT] + mode[LIFT_SLOPE] * angle
     cam = p.engine.cam

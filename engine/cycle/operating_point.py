@@ -8,20 +8,13 @@ from apesim.effect import adjusted, chosen, kind_of_march, volume_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.breathing import cam_corners, window_corners
 from apesim.engine.cycle.state import (
-    CYLINDER_ENERGY,
-    CYLINDER_MASS,
-    LINE_ENERGY,
-    LINE_MASS,
     MODES,
-    PIPE_ENERGY,
-    PIPE_MASS,
-    RECEIVER_ENERGY,
-    RECEIVER_MASS,
     SCALE,
     SIZE,
     Cycle,
     CycleTables,
     has_pipe,
+    update_states,
 )
 from apesim.engine.cylinder import CAM, EPV
 from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
@@ -29,7 +22,6 @@ from apesim.engine.exergy import RATES
 from apesim.engine.kinematics import crank_of, cylinder_volume, swept_volume
 from apesim.march.adaptive import TOLERANCE, Accuracy
 from apesim.valve.actuator import GAS_SCALE, MAX_STEP, PHASE, actuator_of, closed_at_rest
-from apesim.valve.actuator import STATES as VALVE_STATES
 from apesim.valve.chamber import filled
 from apesim.valve.line import has_line
 from apesim.valve.piston import HELD_CLOSED
@@ -143,11 +135,14 @@ def charged_at_rest(p):
     y, mode = np.zeros(SIZE), np.zeros(MODES)
     gas, ambient = p.actuator.gas, p.actuator.ambient
     control = p.supply if p.control_from_receiver else p.control
-    y[:VALVE_STATES] = closed_at_rest(p.actuator, control)
     volume, _ = cylinder_volume(p.crank, p.start)
-    y[CYLINDER_MASS], y[CYLINDER_ENERGY] = filled(gas, volume, *ambient)
-    y[RECEIVER_MASS], y[RECEIVER_ENERGY] = filled(gas, p.receiver_volume, *p.supply)
-    y[LINE_MASS], y[LINE_ENERGY] = filled(gas, p.actuator.line[0], *control)
-    y[PIPE_MASS], y[PIPE_ENERGY] = filled(gas, p.pipe[0], *p.supply)
+    update_states(
+        y,
+        closed_at_rest(p.actuator, control),
+        filled(gas, volume, *ambient),
+        filled(gas, p.receiver_volume, *p.supply),
+        filled(gas, p.actuator.line[0], *control),
+        filled(gas, p.pipe[0], *p.supply),
+    )
     mode[PHASE] = HELD_CLOSED
     return y, mode

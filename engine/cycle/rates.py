@@ -18,45 +18,24 @@ from apesim.engine.cycle.flows import (
 )
 from apesim.engine.cycle.state import (
     BRANCHES,
-    CYLINDER_ENERGY,
-    CYLINDER_MASS,
-    EXHAUST_BACK,
-    EXHAUSTED,
-    EXHAUSTED_ENTHALPY,
-    FED,
-    FED_ENTHALPY,
-    GROOVE,
-    GROOVE_BACK,
-    GROOVE_ENTHALPY,
     INTAKE_OPEN,
     LIFT,
     LIFT_SLOPE,
-    LINE_ENERGY,
-    LINE_FED,
-    LINE_FED_ENTHALPY,
-    LINE_MASS,
-    OTHER_ENERGY,
-    OTHER_MASS,
-    PIPE_ENERGY,
-    PIPE_FED,
-    PIPE_FED_ENTHALPY,
-    PIPE_MASS,
-    RECEIVER_ENERGY,
-    RECEIVER_MASS,
     SIZE,
-    SUPPLIED,
-    SUPPLIED_ENTHALPY,
-    VALVE_WORK,
-    VENTED,
-    VENTED_ENTHALPY,
-    WORK,
     Cycle,
+    EngineLedger,
     control_air,
+    cylinder_gas,
     cylinder_state,
     has_pipe,
     intake_state,
+    line_gas,
+    pipe_gas,
+    receiver_gas,
     receiver_state,
     supply_of,
+    update_ledgers,
+    update_states,
 )
 from apesim.engine.cylinder import CAM, EPV, indicated_power
 from apesim.engine.exergy import add_exergy_rates
@@ -65,6 +44,7 @@ from apesim.march.hybrid_system import events, handle_event, observe, power, rat
 from apesim.valve import actuator as valve_actuator
 from apesim.valve.actuator import PHASE, PIECE, ActuatorRates, actuator_rates, state_of
 from apesim.valve.groove import piece_of
+from apesim.valve.ledger import control_rates, valve_states
 from apesim.valve.line import LINE_FLOW, change_line_regime, has_line, line_event, line_feed, start_line_segment
 from apesim.valve.motion import (
     CORNER,
@@ -99,15 +79,37 @@ TRACE = (
 
 
 @kernel
+def is_above_zero(gas: tuple[float, float]) -> bool:
+    """Check that mass and internal energy of a gas are above zero.
+
+    Parameters
+    ----------
+    gas : tuple of float
+        Mass [kg] and internal energy [J].
+
+    Returns
+    -------
+    bool
+        Whether both are above zero.
+
+    Examples
+    --------
+    >>> is_above_zero((2e-4, 41.0)), is_above_zero((2e-4, -1.0))
+    (True, False)
+    """
+    return gas[0] > 0.0 and gas[1] > 0.0
+
+
+@kernel
 def in_domain(p, y):
     """Whether masses and energies outside the valve are above zero."""
-    if p.receiver_volume > 0.0 and (y[RECEIVER_MASS] <= 0.0 or y[RECEIVER_ENERGY] <= 0.0):
+    if p.receiver_volume > 0.0 and not is_above_zero(receiver_gas(y)):
         return False
-    if has_pipe(p) and (y[PIPE_MASS] <= 0.0 or y[PIPE_ENERGY] <= 0.0):
+    if has_pipe(p) and not is_above_zero(pipe_gas(y)):
         return False
-    if has_line(p.actuator) and (y[LINE_MASS] <= 0.0 or y[LINE_ENERGY] <= 0.0):
+    if has_line(p.actuator) and not is_above_zero(line_gas(y)):
         return False
-    return y[CYLINDER_MASS] > 0.0 and y[CYLINDER_ENERGY] > 0.0
+    return is_above_zero(cylinder_gas(y))
 
 
 @kernel
@@ -146,23 +148,31 @@ def cycle_rates(p, t, y, mode, dy):
         if p.control_from_receiver:
             drawn += line
             drawn_enthalpy += line_enthalpy
-    for i in range(valve_actuator.STATES):
-        dy[i] = valve[i]
-    dy[CYLINDER_MASS] = groove - exhaust + mass
-    dy[CYLINDER_ENERGY] = groove_enthalpy - exhaust_enthalpy - work + energy
-    dy[RECEIVER_MASS] = fed - drawn
-    dy[RECEIVER_ENERGY] = fed_enthalpy - drawn_enthalpy
-    dy[LINE_MASS], dy[LINE_ENERGY] = line - valve.supplied, line_enthalpy - valve.supplied_enthalpy
-    dy[PIPE_MASS], dy[PIPE_ENERGY] = pipe - groove, pipe_enthalpy - groove_enthalpy
-    dy[LINE_FED], dy[LINE_FED_ENTHALPY], dy[PIPE_FED], dy[PIPE_FED_ENTHALPY] = line, line_enthalpy, pipe, pipe_enthalpy
-    dy[SUPPLIED], dy[SUPPLIED_ENTHALPY] = valve.supplied, valve.supplied_enthalpy
-    dy[VENTED], dy[VENTED_ENTHALPY] = valve.vented, valve.vented_enthalpy
-    dy[OTHER_MASS], dy[OTHER_ENERGY] = valve.other_mass + mass, valve.other_energy + energy
-    dy[VALVE_WORK] = valve.work
-    dy[GROOVE], dy[GROOVE_ENTHALPY], dy[GROOVE_BACK] = groove, groove_enthalpy, max(0.0, -groove)
-    dy[EXHAUSTED], dy[EXHAUSTED_ENTHALPY], dy[EXHAUST_BACK] = exhaust, exhaust_enthalpy, max(0.0, -exhaust)
-    dy[FED], dy[FED_ENTHALPY] = fed, fed_enthalpy
-    dy[WORK] = work
+    update_states(
+        dy,
+        valve[: valve_actuator.STATES],
+        (groove - exhaust + mass, groove_enthalpy - exhaust_enthalpy - work + energy),
+        (fed - drawn, fed_enthalpy - drawn_enthalpy),
+        (line - valve.supplied, line_enthalpy - valve.supplied_enthalpy),
+        (pipe - groove, pipe_enthalpy - groove_enthalpy),
+    )
+    update_ledgers(
+        dy,
+        control_rates(valve, line, line_enthalpy, valve.other_mass + mass, valve.other_energy + energy),
+        EngineLedger(
+            pipe,
+            pipe_enthalpy,
+            groove,
+            groove_enthalpy,
+            max(0.0, -groove),
+            exhaust,
+            exhaust_enthalpy,
+            max(0.0, -exhaust),
+            fed,
+            fed_enthalpy,
+            work,
+        ),
+    )
     if y.shape[0] > SIZE:
         add_exergy_rates(p, t, y, mode, cylinder, dy)
     return True
@@ -197,11 +207,11 @@ def handle_cycle_event(p, tables, event, t, y, mode):
 
 
 @kernel
-def warming_of(p, y, dy, first, temperature):
-    """Slope of the temperature of a gas volume, whose mass and energy stand in y from element ``first`` on [K/s]."""
-    gas, mass_rate = p.actuator.gas, dy[first]
+def warming_of(p, content, rates, temperature):
+    """Slope of the temperature of a gas volume, from its mass and energy and their rates [K/s]."""
+    gas, (mass, energy), (mass_rate, energy_rate) = p.actuator.gas, content, rates
     cv = heat_capacity(gas, temperature) - gas.gas_constant
-    return (dy[first + 1] - y[first + 1] / y[first] * mass_rate) / (y[first] * cv)
+    return (energy_rate - energy / mass * mass_rate) / (mass * cv)
 
 
 @zero_crossings.for_type(Cycle)
@@ -210,16 +220,17 @@ def cycle_zero_crossings(p, t, y, dy, mode, w):
     """Zero crossings of the engine: those of its valve; slopes of the logarithms of both pressures, in cylinder and
     receiver, and of the cylinder temperature."""
     if p.engine.intake == EPV:
-        actuator_zero_crossings(p.actuator, y, dy[1], mode, w)
+        actuator_zero_crossings(p.actuator, y, valve_states(dy).speed, mode, w)
     cylinder, slope = cylinder_state(p, t, y)
-    mass_rate, t_c = dy[CYLINDER_MASS], cylinder.temperature
-    warming = warming_of(p, y, dy, CYLINDER_MASS, t_c)
-    w[PRESSURE_EXTREMUM] = mass_rate / y[CYLINDER_MASS] + warming / t_c - slope * p.speed / cylinder.volume
+    (mass, _), (mass_rate, _), t_c = cylinder_gas(y), cylinder_gas(dy), cylinder.temperature
+    warming = warming_of(p, cylinder_gas(y), cylinder_gas(dy), t_c)
+    w[PRESSURE_EXTREMUM] = mass_rate / mass + warming / t_c - slope * p.speed / cylinder.volume
     w[TEMPERATURE_EXTREMUM] = warming
     if p.receiver_volume > 0.0:
         temperature = receiver_state(p, y)[1]
-        warming = warming_of(p, y, dy, RECEIVER_MASS, temperature)
-        w[RECEIVER_EXTREMUM] = dy[RECEIVER_MASS] / y[RECEIVER_MASS] + warming / temperature
+        (mass, _), (mass_rate, _) = receiver_gas(y), receiver_gas(dy)
+        warming = warming_of(p, receiver_gas(y), receiver_gas(dy), temperature)
+        w[RECEIVER_EXTREMUM] = mass_rate / mass + warming / temperature
 
 
 @start_segment.for_type(Cycle)
@@ -260,8 +271,8 @@ def observe_cycle(p, t, y, mode, row):
     row[0], row[1] = cylinder.pressure, cylinder.temperature
     if p.engine.intake == EPV:
         valve = state_of(p.actuator, y, supply_of(p, y))
-        row[2] = p.actuator.valve.stroke - y[0]
-        row[3] = -y[1] if is_moving(mode[PHASE]) else 0.0
+        row[2] = p.actuator.valve.stroke - valve.position
+        row[3] = -valve.speed if is_moving(mode[PHASE]) else 0.0
         row[4], row[5] = valve.pressure_a, valve.pressure_b
     else:
         row[2] = p.actuator.valve.stroke * mode[INTAKE_OPEN]

@@ -12,39 +12,57 @@ from apesim.kernel import kernel
 from apesim.valve import actuator as valve_actuator
 from apesim.valve.actuator import Actuator, ActuatorTables
 from apesim.valve.chamber import chamber_state
+from apesim.valve.ledger import (
+    CONTROL_ENTRIES,
+    ControlLedger,
+    control_ledger_at,
+    gas_of_volume,
+    update_part,
+)
 from apesim.valve.line import before_solenoids
 from apesim.valve.ports import Ports
 
-CYLINDER_MASS, CYLINDER_ENERGY, RECEIVER_MASS, RECEIVER_ENERGY = range(valve_actuator.STATES, valve_actuator.STATES + 4)
-STATES = valve_actuator.STATES + 4
-LINE_MASS, LINE_ENERGY, PIPE_MASS, PIPE_ENERGY = range(STATES, STATES + 4)
-"""States of the supply line and of the intake pipe; they belong to the ledger, of no size, where there is none."""
-(
-    LINE_FED,
-    LINE_FED_ENTHALPY,
-    PIPE_FED,
-    PIPE_FED_ENTHALPY,
-    SUPPLIED,
-    SUPPLIED_ENTHALPY,
-    VENTED,
-    VENTED_ENTHALPY,
-    OTHER_MASS,
-    OTHER_ENERGY,
-    VALVE_WORK,
-    GROOVE,
-    GROOVE_ENTHALPY,
-    GROOVE_BACK,
-    EXHAUSTED,
-    EXHAUSTED_ENTHALPY,
-    EXHAUST_BACK,
-    FED,
-    FED_ENTHALPY,
-    WORK,
-) = range(STATES + 4, STATES + 24)
-"""The ledger: control air from its source, engine air from the receiver; control air into the solenoids, vents,
-effects, work on the valve's piston; engine air through the groove and what of it flowed back, exhaust and what of it
-flowed back, feed of the receiver; work on the engine's piston. kg and J."""
-SIZE = STATES + 24
+CYLINDER, RECEIVER = valve_actuator.STATES, valve_actuator.STATES + 2
+"""Elements of the state vector at which the gas of the cylinder and of the receiver begins."""
+STATES = RECEIVER + 2
+"""States that every engine has: of its valve, cylinder and receiver."""
+LINE, PIPE = STATES, STATES + 2
+"""Elements at which the gas of the supply line and of the intake pipe begins; without these it is not controlled."""
+LEDGER = PIPE + 2
+"""Element at which the ledger of the control air begins."""
+ENGINE_LEDGER = LEDGER + CONTROL_ENTRIES
+"""Element at which the ledger of the engine air begins."""
+
+
+class EngineLedger(NamedTuple):
+    """Ledger of the engine air: sums since the start, or their rates."""
+
+    pipe_fed: float
+    """Engine air from the receiver, or where there is none, from the supply [kg]."""
+    pipe_fed_enthalpy: float
+    """Enthalpy of the engine air from the receiver [J]."""
+    groove: float
+    """Net engine air through the groove [kg]."""
+    groove_enthalpy: float
+    """Enthalpy of the engine air through the groove [J]."""
+    groove_back: float
+    """Air that flowed back through the groove [kg]."""
+    exhausted: float
+    """Net air out through the exhaust valve [kg]."""
+    exhausted_enthalpy: float
+    """Enthalpy of the air through the exhaust valve [J]."""
+    exhaust_back: float
+    """Air that flowed in through the exhaust valve [kg]."""
+    fed: float
+    """Air from the supply into the receiver [kg]."""
+    fed_enthalpy: float
+    """Enthalpy of the air into the receiver [J]."""
+    work: float
+    """Work of the gas on the engine's piston [J]."""
+
+
+SIZE = ENGINE_LEDGER + len(EngineLedger._fields)
+"""Elements of the state vector of an engine."""
 INTAKE_OPEN, GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, PIPE_FLOW, LIFT, LIFT_SLOPE, BRANCHES, MODES = range(
     valve_actuator.MODES, valve_actuator.MODES + 9
 )
@@ -97,10 +115,221 @@ class CycleTables(NamedTuple):
 
 
 @kernel
+def cylinder_gas(y: np.ndarray) -> tuple[float, float]:
+    """Read the gas of the cylinder from a state vector of the engine, or its rates.
+
+    Parameters
+    ----------
+    y : (>= STATES,) float array
+        State vector, a difference or the rates of such vectors.
+
+    Returns
+    -------
+    mass : float
+        Mass of the gas in the cylinder [kg].
+    energy : float
+        Internal energy of the gas in the cylinder [J].
+
+    Examples
+    --------
+    >>> print(*cylinder_gas(np.arange(float(SIZE))))
+    6.0 7.0
+    """
+    return gas_of_volume(y, CYLINDER)
+
+
+@kernel
+def receiver_gas(y: np.ndarray) -> tuple[float, float]:
+    """Read the gas of the receiver from a state vector of the engine, or its rates.
+
+    Parameters
+    ----------
+    y : (>= STATES,) float array
+        State vector, a difference or the rates of such vectors.
+
+    Returns
+    -------
+    mass : float
+        Mass of the gas in the receiver [kg]; 0 where the receiver is infinite.
+    energy : float
+        Internal energy of the gas in the receiver [J].
+
+    Examples
+    --------
+    >>> print(*receiver_gas(np.arange(float(SIZE))))
+    8.0 9.0
+    """
+    return gas_of_volume(y, RECEIVER)
+
+
+@kernel
+def line_gas(y: np.ndarray) -> tuple[float, float]:
+    """Read the gas of the supply line from a state vector of the engine, or its rates.
+
+    Parameters
+    ----------
+    y : (SIZE,) float array
+        State vector, a difference or the rates of such vectors.
+
+    Returns
+    -------
+    mass : float
+        Mass of the gas in the supply line [kg]; 0 where there is no line.
+    energy : float
+        Internal energy of the gas in the supply line [J].
+
+    Examples
+    --------
+    >>> print(*line_gas(np.arange(float(SIZE))))
+    10.0 11.0
+    """
+    return gas_of_volume(y, LINE)
+
+
+@kernel
+def pipe_gas(y: np.ndarray) -> tuple[float, float]:
+    """Read the gas of the intake pipe from a state vector of the engine, or its rates.
+
+    Parameters
+    ----------
+    y : (SIZE,) float array
+        State vector, a difference or the rates of such vectors.
+
+    Returns
+    -------
+    mass : float
+        Mass of the gas in the intake pipe [kg]; 0 where there is no pipe.
+    energy : float
+        Internal energy of the gas in the intake pipe [J].
+
+    Examples
+    --------
+    >>> print(*pipe_gas(np.arange(float(SIZE))))
+    12.0 13.0
+    """
+    return gas_of_volume(y, PIPE)
+
+
+@kernel
+def control_ledger(y: np.ndarray) -> ControlLedger:
+    """Read the ledger of the control air from a state vector of the engine, or its rates.
+
+    Parameters
+    ----------
+    y : (SIZE,) float array
+        State vector, a difference or the rates of such vectors.
+
+    Returns
+    -------
+    apesim.valve.ledger.ControlLedger
+        Its entries, by name.
+
+    Examples
+    --------
+    >>> print(control_ledger(np.arange(float(SIZE))).line_fed)
+    14.0
+    """
+    return control_ledger_at(y, LEDGER)
+
+
+@kernel
+def engine_ledger(y: np.ndarray) -> EngineLedger:
+    """Read the ledger of the engine air from a state vector of the engine, or its rates.
+
+    Parameters
+    ----------
+    y : (SIZE,) float array
+        State vector, a difference or the rates of such vectors.
+
+    Returns
+    -------
+    EngineLedger
+        Its entries, by name.
+
+    Examples
+    --------
+    >>> ledger = engine_ledger(np.arange(float(SIZE)))
+    >>> print(ledger.pipe_fed, ledger.work)
+    23.0 33.0
+    """
+    return EngineLedger(
+        y[ENGINE_LEDGER],
+        y[ENGINE_LEDGER + 1],
+        y[ENGINE_LEDGER + 2],
+        y[ENGINE_LEDGER + 3],
+        y[ENGINE_LEDGER + 4],
+        y[ENGINE_LEDGER + 5],
+        y[ENGINE_LEDGER + 6],
+        y[ENGINE_LEDGER + 7],
+        y[ENGINE_LEDGER + 8],
+        y[ENGINE_LEDGER + 9],
+        y[ENGINE_LEDGER + 10],
+    )
+
+
+@kernel
+def update_states(
+    y: np.ndarray,
+    valve: tuple[float, ...],
+    cylinder: tuple[float, float],
+    receiver: tuple[float, float],
+    line: tuple[float, float],
+    pipe: tuple[float, float],
+) -> None:
+    """Write the states of an engine into its state vector, or their rates.
+
+    Parameters
+    ----------
+    y : (SIZE,) float array
+        State vector that is changed.
+    valve : tuple of float or (6,) float array
+        States of the valve, see `apesim.valve.ledger.ValveStates`.
+    cylinder, receiver, line, pipe : tuple of float
+        Mass [kg] and internal energy [J] of the gas in each volume.
+
+    Examples
+    --------
+    >>> y = np.zeros(SIZE)
+    >>> update_states(y, (0.0,) * 6, (2e-4, 41.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    >>> print(*cylinder_gas(y))
+    0.0002 41.0
+    """
+    update_part(y, 0, valve)
+    update_part(y, CYLINDER, cylinder)
+    update_part(y, RECEIVER, receiver)
+    update_part(y, LINE, line)
+    update_part(y, PIPE, pipe)
+
+
+@kernel
+def update_ledgers(y: np.ndarray, control: ControlLedger, engine: EngineLedger) -> None:
+    """Write the ledgers of an engine into its state vector, or their rates.
+
+    Parameters
+    ----------
+    y : (SIZE,) float array
+        State vector that is changed.
+    control : apesim.valve.ledger.ControlLedger
+        Ledger of the control air.
+    engine : EngineLedger
+        Ledger of the engine air.
+
+    Examples
+    --------
+    >>> y = np.zeros(SIZE)
+    >>> update_ledgers(y, control_ledger(y), engine_ledger(y)._replace(work=120.0))
+    >>> print(engine_ledger(y).work)
+    120.0
+    """
+    update_part(y, LEDGER, control)
+    update_part(y, ENGINE_LEDGER, engine)
+
+
+@kernel
 def receiver_state(p, y):
     """Pressure [Pa abs] and temperature [K] in the receiver."""
     if p.receiver_volume > 0.0:
-        return chamber_state(p.actuator.gas, y[RECEIVER_MASS], y[RECEIVER_ENERGY], p.receiver_volume)
+        return chamber_state(p.actuator.gas, *receiver_gas(y), p.receiver_volume)
     return p.supply
 
 
@@ -114,7 +343,7 @@ def has_pipe(p):
 def intake_state(p, y, receiver):
     """Pressure [Pa abs] and temperature [K] before the groove."""
     if has_pipe(p):
-        return chamber_state(p.actuator.gas, y[PIPE_MASS], y[PIPE_ENERGY], p.pipe[0])
+        return chamber_state(p.actuator.gas, *pipe_gas(y), p.pipe[0])
     return receiver
 
 
@@ -124,7 +353,7 @@ def cylinder_state(p, t, y):
     angle = p.start + p.speed * t
     volume, slope = cylinder_volume(p.crank, angle)
     gas = p.actuator.gas
-    pressure, temperature = chamber_state(gas, y[CYLINDER_MASS], y[CYLINDER_ENERGY], volume)
+    pressure, temperature = chamber_state(gas, *cylinder_gas(y), volume)
     intake = intake_state(p, y, receiver_state(p, y)) if len(p.effects) > 0 else p.supply
     return CylinderState(
         gas, p.actuator.ambient, p.engine, p.speed, angle, volume, pressure, temperature, intake[0], intake[1]
@@ -135,7 +364,7 @@ def cylinder_state(p, t, y):
 def control_air(p, y):
     """Where control air comes from, and what is before the solenoids, both as pressure [Pa abs] and temperature [K]."""
     source = receiver_state(p, y) if p.control_from_receiver else p.control
-    return source, before_solenoids(p.actuator, y, LINE_MASS, source)
+    return source, before_solenoids(p.actuator, y, LINE, source)
 
 
 @kernel

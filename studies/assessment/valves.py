@@ -8,7 +8,7 @@ import numpy as np
 
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
-from apesim.engine.cycle.state import WORK
+from apesim.engine.cycle.state import engine_ledger
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
 from apesim.engine.indicators import JOULE_PER_KWH, indicators, ratio, valve_motion
 from apesim.engine.steady import run_steady
@@ -226,5 +226,5 @@ def cycle_to_cycle(machine, run):
     torques = []
     for _ in range(CYCLES):
         y, mode, status = drive.march(y, mode)
-        torques.append(y[WORK] / TURN if status == Status.DONE else nan)
+        torques.append(engine_ledger(y).work / TURN if status == Status.DONE else nan)
     return float(np.abs(np.diff(torques)).max())

@@ -8,7 +8,7 @@ import numpy as np
 from apesim.effect import sensed
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.rates import TRACE as ENGINE_TRACE
-from apesim.engine.cycle.state import GROOVE, SUPPLIED, WORK
+from apesim.engine.cycle.state import control_ledger, engine_ledger
 from apesim.engine.cylinder import EPV
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.indicators import friction_pressure, peak_pressure, valve_angles, valve_motion
@@ -174,8 +174,9 @@ class _EngineRun:
         self.marks = dict.fromkeys(("energise", *NEVER), nan)
         if not self.failed:
             self.marks = _engine_marks(self.machine, run)
-            brake = run.end[WORK] - friction_pressure(run, peak_pressure(run)) * swept_volume(run.p.engine)
-            means = {"torque": brake / TURN, "air_flow": (run.end[GROOVE] + run.end[SUPPLIED]) / period}
+            control, engine = control_ledger(run.end), engine_ledger(run.end)
+            brake = engine.work - friction_pressure(run, peak_pressure(run)) * swept_volume(run.p.engine)
+            means = {"torque": brake / TURN, "air_flow": (engine.groove + control.supplied) / period}
             shown |= {name: means[name] for name in MEANS if name in shown}
         return shown
 

@@ -56,7 +56,8 @@ def cycle_at(speed):
         time, code = log[:, :2].T
         angle = (p.start + speed * time) / DEGREE
         met = {name: angle[code == which] for name, which in (("open", MET_OPEN), ("closed", MET_CLOSED))}
-        return {"work of the cycle": y[cycle_state.WORK], "air of the cycle": y[cycle_state.GROOVE]} | {
+        ledger = cycle_state.engine_ledger(y)
+        return {"work of the cycle": ledger.work, "air of the cycle": ledger.groove} | {
             f"angle of contact, {name}": angles[0] for name, angles in met.items() if len(angles)
         }
 

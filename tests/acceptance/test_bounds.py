@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from apesim.air import CANTERA, IDEAL
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.state import EXHAUST_BACK, GROOVE, GROOVE_BACK, SUPPLIED, WORK
+from apesim.engine.cycle.state import control_ledger, engine_ledger
 from apesim.engine.exergy import ENTERS, LEAVES, exergy_closure, exergy_ledger
 from apesim.engine.friction import Friction
 from apesim.engine.ideal_work import full_admission_work, isentropic_work
@@ -79,7 +79,7 @@ def machines(draw):
 
 def ideal_work(law, a_machine, run):
     """By a law of `apesim.engine.ideal_work`, of all the air that the engine takes from the supply [J]."""
-    air = run.end[GROOVE] + (run.end[SUPPLIED] if run.p.control_from_receiver else 0.0)
+    air = engine_ledger(run.end).groove + (control_ledger(run.end).supplied if run.p.control_from_receiver else 0.0)
     supply = a_machine.supply
     return air * law(run.p.actuator.gas, supply.temperature, supply.pressure / a_machine.ambient.pressure)
 
@@ -98,10 +98,11 @@ def test_no_machine_beats_exergy_and_every_one_closes(drawn):
     enters = sum(terms[name] for name in ENTERS)
     assert exergy_closure(run, terms) < EXERGY_CLOSURE
     assert {name for name in LEAVES if terms[name] < -EXERGY_CLOSURE * abs(enters)} == set()
-    work, heat = run.end[WORK], a_machine.effects.cylinder_wall_heat
+    ledger, heat = engine_ledger(run.end), a_machine.effects.cylinder_wall_heat
     heated, leaky = heat.h or heat.factor, a_machine.effects.blow_by.area > 0.0
+    work = ledger.work
     assert work <= enters - terms["control_air"] * (a_machine.supply.control_air == REGULATOR)
-    if work > 0.0 and not (heated or leaky) and run.end[GROOVE_BACK] == run.end[EXHAUST_BACK] == 0.0:
+    if work > 0.0 and not (heated or leaky) and ledger.groove_back == ledger.exhaust_back == 0.0:
         assert work <= ideal_work(isentropic_work, a_machine, run)
 
 
@@ -137,7 +138,7 @@ def test_full_expansion_and_recompression_come_close_to_isentropic_and_not_above
         **SLOW_AND_WIDE,
     )
     run = settled(a_machine, 100.0, angle_step=10.0 * DEGREE)
-    share = run.end[WORK] / ideal_work(isentropic_work, a_machine, run)
+    share = engine_ledger(run.end).work / ideal_work(isentropic_work, a_machine, run)
     assert 1.0 - LOSSES < share < 1.0
 
 
@@ -151,7 +152,7 @@ def test_admission_over_the_whole_stroke_tends_to_the_full_admission_efficiency_
         **SLOW_AND_WIDE,
     )
     run = settled(a_machine, 100.0, angle_step=10.0 * DEGREE)
-    share = run.end[WORK] / ideal_work(full_admission_work, a_machine, run)
+    share = engine_ledger(run.end).work / ideal_work(full_admission_work, a_machine, run)
     filling = (1.0 - AMBIENT / a_machine.supply.pressure) / 1.4 / 49.0
     assert share < 1.0
     assert share == pytest.approx(1.0 / (1.0 + filling), abs=LOSSES)

@@ -12,7 +12,7 @@ import pytest
 from apesim.air import CANTERA
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.rates import TRACE
-from apesim.engine.cycle.state import EXHAUST_BACK, GROOVE, GROOVE_BACK, WORK
+from apesim.engine.cycle.state import engine_ledger
 from apesim.engine.kinematics import cylinder_volume
 from tests.machines import machine, settled
 
@@ -75,10 +75,10 @@ def test_cylinder_agrees_with_a_reactor_network(rpm, options):
     a_machine = machine(air__model=CANTERA, **options)
     run = settled(a_machine, rpm, angle_step=STEP * DEGREE)
     if options:
-        assert run.end[GROOVE_BACK] > 0.02 * run.end[GROOVE]
-        assert run.end[EXHAUST_BACK] > 0.02 * run.end[GROOVE]
+        assert engine_ledger(run.end).groove_back > 0.02 * engine_ledger(run.end).groove
+        assert engine_ledger(run.end).exhaust_back > 0.02 * engine_ledger(run.end).groove
     pressure, temperature = network(run, a_machine.supply.temperature)
     assert pressure == pytest.approx(column(run, "cylinder_pressure"), rel=ERROR)
     assert temperature == pytest.approx(column(run, "cylinder_temperature"), rel=ERROR)
     work = np.trapezoid(pressure, column(run, "cylinder_volume"))
-    assert work == pytest.approx(run.end[WORK], rel=WORK_ERROR)
+    assert work == pytest.approx(engine_ledger(run.end).work, rel=WORK_ERROR)

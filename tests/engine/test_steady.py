@@ -8,10 +8,8 @@ import pytest
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of
 from apesim.engine.cycle.state import (
-    CYLINDER_ENERGY,
-    CYLINDER_MASS,
-    RECEIVER_ENERGY,
-    RECEIVER_MASS,
+    CYLINDER,
+    RECEIVER,
     SCALE,
     STATES,
 )
@@ -35,10 +33,10 @@ def orbit_from(change_start, a_machine, rpm):
 
 def hot_and_full(y):
     """Five times the gas in the cylinder, half as hot again; the receiver at half its pressure; chamber A leaner."""
-    y[CYLINDER_MASS] *= 5.0
-    y[CYLINDER_ENERGY] *= 7.5
-    y[RECEIVER_MASS] *= 0.5
-    y[RECEIVER_ENERGY] *= 0.5
+    y[CYLINDER] *= 5.0
+    y[CYLINDER + 1] *= 7.5
+    y[RECEIVER] *= 0.5
+    y[RECEIVER + 1] *= 0.5
     y[2:4] *= 0.8
 
 

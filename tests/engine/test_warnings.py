@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from apesim.air import CANTERA, CP_UP_TO
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.state import EXHAUSTED, EXHAUSTED_ENTHALPY, WORK
+from apesim.engine.cycle.state import ENGINE_LEDGER, EngineLedger, engine_ledger
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import SUMMARIES, EngineWarning, judge_point
@@ -152,21 +152,21 @@ def test_air_that_hangs_on_the_tolerance_is_told(apesim):
 
 def test_work_that_hangs_on_the_tolerance_is_told():
     def work(rpm):
-        return run_steady(machine(), rpm * RPM).end[WORK]
+        return engine_ledger(run_steady(machine(), rpm * RPM).end).work
 
     found, run = told(brentq(work, 1700.0, 1900.0, xtol=1e-6))
-    assert abs(run.end[WORK]) < 1e-3 and run.work_change > MAX_TOLERANCE_CHANGE
+    assert abs(engine_ledger(run.end).work) < 1e-3 and run.work_change > MAX_TOLERANCE_CHANGE
     assert "indicated work" in found[EngineWarning.WORK_TOLERANCE]
     assert EngineWarning.WORK_TOLERANCE not in told(1700.0)[0]
 
 
-@pytest.mark.parametrize("index", [EXHAUSTED, EXHAUSTED_ENTHALPY])
-def test_a_ledger_that_does_not_close_is_told(index):
+@pytest.mark.parametrize("entry", ["exhausted", "exhausted_enthalpy"])
+def test_a_ledger_that_does_not_close_is_told(entry):
     a_machine = machine()
     run = settled(a_machine, 800.0)
     for share, warnings in ((0.1, set()), (10.0, {EngineWarning.CLOSURE})):
         end = run.end.copy()
-        end[index] *= 1.0 + share * MAX_CLOSURE
+        end[ENGINE_LEDGER + EngineLedger._fields.index(entry)] *= 1.0 + share * MAX_CLOSURE
         lossy = run._replace(end=end)
         assert set(judge_point(a_machine, lossy, indicators(a_machine, lossy))) == warnings
 
@@ -174,7 +174,7 @@ def test_a_ledger_that_does_not_close_is_told(index):
 def test_work_that_its_quadrature_contradicts_is_told():
     a_machine = machine()
     run = settled(a_machine, 800.0)
-    off = run._replace(work_by_quadrature=run.end[WORK] * (1.0 + 2.0 * MAX_QUADRATURE_CHANGE))
+    off = run._replace(work_by_quadrature=engine_ledger(run.end).work * (1.0 + 2.0 * MAX_QUADRATURE_CHANGE))
     assert list(judge_point(a_machine, off, indicators(a_machine, off))) == [EngineWarning.QUADRATURE]
     bench = run_bench(machine(), 50e-3)
     for name, warning in (

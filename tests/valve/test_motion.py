@@ -24,7 +24,7 @@ from apesim.valve.actuator import (
     closed_at_rest,
     state_of,
 )
-from apesim.valve.bench import SIZE, WORK, accuracy_of, bench_of, closed_at_start
+from apesim.valve.bench import SIZE, accuracy_of, bench_ledger, bench_of, closed_at_start
 from apesim.valve.motion import (
     CORNER,
     FLOW,
@@ -275,7 +275,7 @@ def test_work_lost_to_dry_friction_is_force_times_distance():
     turns = np.concatenate([[9e-3], log[log[:, 1] == TURNED, LOG_HEAD], [y[0]]])
     distance = np.abs(np.diff(turns)).sum()
     springs = 1828.0 * (9e-3 * y[0] - y[0] ** 2) - 1828.0 * (9e-3 * 9e-3 - 9e-3**2)
-    lost = (y - start)[WORK] + springs
+    lost = bench_ledger(y - start).valve_work + springs
     assert lost == pytest.approx(5.0 * distance, rel=1e-6)
 
 

@@ -8,7 +8,7 @@ import pytest
 from apesim.engine.angles import DEGREE
 from apesim.engine.breathing import cam_corners
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-from apesim.engine.cycle.state import CYLINDER_ENERGY, CYLINDER_MASS, RECEIVER_ENERGY, RECEIVER_MASS, SIZE
+from apesim.engine.cycle.state import CYLINDER, RECEIVER, SIZE
 from apesim.engine.kinematics import cylinder_volume
 from apesim.valve.actuator import PHASE
 from apesim.valve.piston import HELD_CLOSED
@@ -76,17 +76,17 @@ def test_the_start_is_at_rest_with_the_cylinder_at_ambient_and_the_receiver_at_s
     assert mode[PHASE] == HELD_CLOSED
     assert (y[0], y[1]) == (9e-3, 0.0)
     volume = cylinder_volume(p.crank, p.start)[0]
-    assert y[CYLINDER_MASS] == pytest.approx(AMBIENT * volume / (287.05 * 293.15), rel=1e-14)
-    assert y[CYLINDER_ENERGY] == pytest.approx(AMBIENT * volume / 0.4, rel=1e-14)
-    assert y[RECEIVER_MASS] == pytest.approx((0.7e6 + AMBIENT) * 2e-3 / (287.05 * 280.0), rel=1e-14)
-    assert y[RECEIVER_ENERGY] == pytest.approx((0.7e6 + AMBIENT) * 2e-3 / 0.4, rel=1e-14)
+    assert y[CYLINDER] == pytest.approx(AMBIENT * volume / (287.05 * 293.15), rel=1e-14)
+    assert y[CYLINDER + 1] == pytest.approx(AMBIENT * volume / 0.4, rel=1e-14)
+    assert y[RECEIVER] == pytest.approx((0.7e6 + AMBIENT) * 2e-3 / (287.05 * 280.0), rel=1e-14)
+    assert y[RECEIVER + 1] == pytest.approx((0.7e6 + AMBIENT) * 2e-3 / 0.4, rel=1e-14)
     assert not y[10:].any()
 
 
 def test_an_infinite_receiver_is_none():
     p, _, _ = cycle_of(machine(receiver=inf), 1000.0 * RPM)
     assert p.receiver_volume == 0.0
-    assert not charged_at_rest(p)[0][RECEIVER_MASS]
+    assert not charged_at_rest(p)[0][RECEIVER]
 
 
 def test_control_air_has_its_own_pressure_where_one_is_given():
