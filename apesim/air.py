@@ -1,6 +1,7 @@
 """Air and its thermal state.
 
-Pressures are absolute, everything is SI. The gas of a volume is known by its mass and internal energy.
+Pressures are absolute and all values are in SI units. The gas of a volume is known by its mass and internal energy.
+Equations are those of an ideal gas, with constant or temperature-dependent heat capacity.
 """
 
 import functools
@@ -12,8 +13,9 @@ from apesim.kernel import kernel
 from apesim.quantities import Choice, Pressure, Quantity
 
 IDEAL, CANTERA = 0, 1
+"""Models of the working gas: constant heat capacities, or those of Cantera's air."""
 CP_UP_TO = 1000.0
-"""End of the range of the polynomial of air.yaml that is used [K]."""
+"""Highest temperature at which the polynomial of Cantera's air.yaml is used [K]."""
 ANR_DENSITY = 1.185
 """Density of air at the standard reference atmosphere of ISO 8778 (100 kPa, 20 °C, 65 % RH) [kg/m3]."""
 
@@ -34,23 +36,24 @@ class Ambient(NamedTuple):
 
 
 class Gas(NamedTuple):
-    """What the kernels know of the air; made by `gas_of`."""
+    """Properties of the working gas that the kernels take, made by `gas_of`."""
 
     perfect: int
-    """1: cp depends on temperature, 0: constant."""
+    """Whether cp depends on temperature (1) or is constant (0)."""
     gas_constant: float
-    """[J/(kg K)]"""
+    """Specific gas constant [J/(kg K)]."""
     heat_capacity_ratio: float
-    """At constant cp."""
+    """Ratio of the heat capacities k where cp is constant."""
     critical_ratio: float
+    """Critical pressure ratio where cp is constant."""
     choked_flow: float
-    """psi of choked flow."""
+    """Flow function psi of choked flow."""
     near_flow: float
-    """psi at a pressure ratio of 0.999."""
+    """Flow function psi at a pressure ratio of 0.999."""
     per_heat_capacity: float
-    """1/cv; an estimate where cp depends on temperature [kg K/J]."""
+    """Reciprocal of cv; an estimate where cp depends on temperature [kg K/J]."""
     a0: float
-    """cp/R = a0 + a1 T + a2 T^2 + a3 T^3 + a4 T^4, T in K."""
+    """First coefficient of cp/R = a0 + a1 T + a2 T^2 + a3 T^3 + a4 T^4, with T in K."""
     a1: float
     a2: float
     a3: float
@@ -58,22 +61,87 @@ class Gas(NamedTuple):
 
 
 @kernel
-def heat_capacity(gas, temperature):
-    """cp(T) [J/(kg K)]."""
+def heat_capacity(gas: Gas, temperature: float) -> float:
+    """Return the heat capacity at constant pressure, ``cp = R (a0 + a1 T + a2 T^2 + a3 T^3 + a4 T^4)``.
+
+    The polynomial is fitted to Cantera's ``air.yaml`` at 300...900 K; with the ideal model it is the constant
+    k R/(k - 1).
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    temperature : float
+        Temperature [K].
+
+    Returns
+    -------
+    float
+        Specific heat capacity cp [J/(kg K)].
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> round(heat_capacity(gas, 300.0), 3)
+    1004.675
+    """
     t = temperature
     return gas.gas_constant * (gas.a0 + t * (gas.a1 + t * (gas.a2 + t * (gas.a3 + t * gas.a4))))
 
 
 @kernel
-def heat_capacity_ratio(gas, temperature):
-    """cp/cv at T."""
+def heat_capacity_ratio(gas: Gas, temperature: float) -> float:
+    """Return the ratio of the heat capacities at a temperature, ``k = cp/(cp - R)``.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    temperature : float
+        Temperature [K].
+
+    Returns
+    -------
+    float
+        k, the exponent of isentropic changes.
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> round(heat_capacity_ratio(gas, 300.0), 6)
+    1.4
+    """
     cp = heat_capacity(gas, temperature)
     return cp / (cp - gas.gas_constant)
 
 
 @kernel
-def enthalpy(gas, temperature):
-    """Specific enthalpy, the integral of cp from 0 K [J/kg]."""
+def enthalpy(gas: Gas, temperature: float) -> float:
+    """Return the specific enthalpy, the integral of cp from 0 K to T; ``h = cp T`` where cp is constant.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    temperature : float
+        Temperature [K].
+
+    Returns
+    -------
+    float
+        Specific enthalpy [J/kg].
+
+    Examples
+    --------
+    The ideal cp of 1004.675 J/(kg K) times 300 K:
+
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> round(enthalpy(gas, 300.0), 3)
+    301402.5
+    """
     t = temperature
     if gas.perfect:
         return (
@@ -85,14 +153,58 @@ def enthalpy(gas, temperature):
 
 
 @kernel
-def internal_energy(gas, temperature):
-    """Specific internal energy h - R T [J/kg]."""
+def internal_energy(gas: Gas, temperature: float) -> float:
+    """Return the specific internal energy, ``u = h - R T``.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    temperature : float
+        Temperature [K].
+
+    Returns
+    -------
+    float
+        Specific internal energy [J/kg].
+
+    Examples
+    --------
+    The ideal cv of 717.625 J/(kg K) times 300 K:
+
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> round(internal_energy(gas, 300.0), 3)
+    215287.5
+    """
     return enthalpy(gas, temperature) - gas.gas_constant * temperature
 
 
 @kernel
-def temperature_of(gas, energy):
-    """Temperature of a specific internal energy [J/kg]; four Newton steps where cp depends on it [K]."""
+def temperature_of(gas: Gas, energy: float) -> float:
+    """Return the temperature at which air has a specific internal energy, ``u(T) = energy``.
+
+    Where cp depends on temperature, four steps of Newton's method from a constant cv lead to it.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    energy : float
+        Specific internal energy [J/kg].
+
+    Returns
+    -------
+    float
+        Temperature [K].
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> round(temperature_of(gas, 717.625 * 300.0), 6)
+    300.0
+    """
     t = energy * gas.per_heat_capacity
     if gas.perfect:
         for _ in range(4):
@@ -101,8 +213,32 @@ def temperature_of(gas, energy):
 
 
 @kernel
-def thermal_entropy(gas, temperature):
-    """Specific entropy but for the part of the pressure, the integral of cp/T [J/(kg K)]."""
+def thermal_entropy(gas: Gas, temperature: float) -> float:
+    """Return the part of the specific entropy that temperature makes, the integral of cp/T.
+
+    ``s = cp ln(T)`` where cp is constant. Only differences mean something; the part of the pressure is -R ln(p).
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    temperature : float
+        Temperature [K].
+
+    Returns
+    -------
+    float
+        Specific entropy without the part of the pressure [J/(kg K)].
+
+    Examples
+    --------
+    cp ln(2) from 300 K to 600 K:
+
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> round(thermal_entropy(gas, 600.0) - thermal_entropy(gas, 300.0), 2)
+    696.39
+    """
     t = temperature
     if gas.perfect:
         powers = t * (gas.a1 + t * (gas.a2 / 2.0 + t * (gas.a3 / 3.0 + t * gas.a4 / 4.0)))
@@ -110,8 +246,30 @@ def thermal_entropy(gas, temperature):
     return gas.a0 * gas.gas_constant * log(t)
 
 
-def temperature_at_enthalpy(gas, specific_enthalpy):
-    """Temperature of a specific enthalpy [J/kg], by Newton's method where cp depends on it [K]."""
+def temperature_at_enthalpy(gas: Gas, specific_enthalpy: float) -> float:
+    """Return the temperature at which air has a specific enthalpy, ``h(T) = specific_enthalpy``.
+
+    Where cp depends on temperature, twenty steps of Newton's method from a constant cp lead to it.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    specific_enthalpy : float
+        Specific enthalpy [J/kg].
+
+    Returns
+    -------
+    float
+        Temperature [K].
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> round(temperature_at_enthalpy(gas, 1004.675 * 300.0), 6)
+    300.0
+    """
     k = gas.heat_capacity_ratio
     temperature = specific_enthalpy * (k - 1.0) / (k * gas.gas_constant)
     for _ in range(20 if gas.perfect else 0):
@@ -120,18 +278,27 @@ def temperature_at_enthalpy(gas, specific_enthalpy):
 
 
 @functools.cache
-def gas_of(air):
-    """The kernels' view of the working gas.
+def gas_of(air: Air) -> Gas:
+    """Prepare the working gas for the kernels.
+
+    With ``model = "cantera"`` the heat capacity is the NASA polynomial of Cantera's ``air.yaml`` at 300...1000 K. It is
+    extrapolated to the colder air of an expansion, where it is 1.2 % below the true cp at 180 K.
 
     Parameters
     ----------
     air : Air
+        Model and constants of the working gas.
 
     Returns
     -------
     Gas
-        With ``model = "cantera"`` the NASA polynomial of Cantera's ``air.yaml`` at 300...1000 K, which is
-        extrapolated to the colder air of an expansion: 1.2 % below the true cp at 180 K.
+        What the kernels take.
+
+    Examples
+    --------
+    >>> gas = gas_of(Air())
+    >>> round(gas.critical_ratio, 4), round(gas.choked_flow, 4), round(gas.a0, 6)
+    (0.5283, 0.6847, 3.5)
     """
     if air.model == CANTERA:
         import numpy as np

@@ -1,21 +1,25 @@
-"""Tables among the parameters of an effect: values at fixed nodes, each a strength of its own, cubic in between.
+"""Tables among the parameters of an effect: values at fixed places, each a strength of its own, cubic in between.
 
-They stand for what has no name yet. A node that is 0 does nothing there.
+They stand for what has no name yet. A value of 0 does nothing at its place.
 """
 
-from typing import Annotated, NamedTuple
+from collections.abc import Sequence
+from typing import Annotated, Any, NamedTuple
 
 from apesim.kernel import kernel
 
 
-def table(name, module, **branches):
-    """NamedTuple type of values at nodes; all 0.0, if left out.
+def table(name: str, module: str, **branches: tuple[Sequence[int | str], Any]) -> Any:
+    """Make the NamedTuple type of a table's values, all 0.0 by default.
 
     The compile cache finds a type again by the module that it says it is from, and by its name there.
 
     Parameters
     ----------
-    name, module : str
+    name : str
+        Name of the type.
+    module : str
+        Module that the type is assigned to a name in.
     **branches : tuple
         For each branch of the table its places, sequence of int or str, and the `Quantity` of its values; the value
         at a place is called ``branch_at_place``.
@@ -23,6 +27,13 @@ def table(name, module, **branches):
     Returns
     -------
     type
+        Parameter class with one field for each value.
+
+    Examples
+    --------
+    >>> from apesim.quantities import Quantity
+    >>> table("Example", __name__, force=((0, 50, 100), Quantity("N", -1, 1, "chosen")))._fields
+    ('force_at_0', 'force_at_50', 'force_at_100')
     """
     fields = [
         (f"{branch}_at_{place}", Annotated[float, quantity])
@@ -36,26 +47,53 @@ def table(name, module, **branches):
 
 
 @kernel
-def between(before, one, other, after, share):
-    """Catmull and Rom's cubic from one node to the other: its slopes there are those from neighbour to neighbour."""
+def between(before: float, one: float, other: float, after: float, share: float) -> float:
+    """Return Catmull and Rom's cubic between two values; the slope at each is that from neighbour to neighbour.
+
+    Source: Catmull and Rom, A class of local interpolating splines, 1974.
+
+    Parameters
+    ----------
+    before, one, other, after : float
+        Values at four equally spaced places; the cubic goes from the second to the third.
+    share : float
+        Place between the second and the third, 0...1.
+
+    Returns
+    -------
+    float
+        Value there.
+
+    Examples
+    --------
+    >>> between(0.0, 1.0, 2.0, 3.0, 0.5), between(0.0, 0.0, 1.0, 0.0, 0.5)
+    (1.5, 0.5625)
+    """
     slope, last = 0.5 * (other - before), 0.5 * (after - one)
     bend = 3.0 * (other - one) - 2.0 * slope - last
     return one + share * (slope + share * (bend + share * (2.0 * (one - other) + slope + last)))
 
 
 @kernel
-def interpolate_clamped(values, place):
-    """Value at a place among nodes 0, 1, ...; beyond the ends constant, and without a corner there.
+def interpolate_clamped(values: tuple[float, ...], place: float) -> float:
+    """Return the value of a table at a place, constant beyond its ends, and without a corner there.
 
     Parameters
     ----------
     values : tuple of float
-        Two or more.
+        Two or more values, at the places 0, 1, ....
     place : float
+        Place in units of the distance between two values.
 
     Returns
     -------
     float
+        Value there.
+
+    Examples
+    --------
+    >>> interpolate_clamped((1.0, 2.0, 3.0), 1.0), interpolate_clamped((1.0, 2.0, 3.0), 7.0)
+    (2.0, 3.0)
     """
     last = len(values) - 1
     inside = min(max(place, 0.0), float(last))
@@ -67,17 +105,25 @@ def interpolate_clamped(values, place):
 
 
 @kernel
-def interpolate_periodic(values, place):
-    """The same where node 0 follows the last one.
+def interpolate_periodic(values: tuple[float, ...], place: float) -> float:
+    """Return the value at a place of a table whose first value follows its last.
 
     Parameters
     ----------
     values : tuple of float
+        Values at the places 0, 1, ... of a period.
     place : float
+        Place in units of the distance between two values.
 
     Returns
     -------
     float
+        Value there.
+
+    Examples
+    --------
+    >>> interpolate_periodic((0.0, 1.0, 0.0, -1.0), 5.0), interpolate_periodic((0.0, 1.0, 0.0, -1.0), 3.5)
+    (1.0, -0.625)
     """
     count = len(values)
     inside = place % count

@@ -1,67 +1,119 @@
-"""Exergy of air against the ambient: the work that a reversible machine would take from it (Bejan, Advanced Engineering
-Thermodynamics, 4th ed., chapters 3 and 5).
+"""Exergy of air against the ambient: the work that a reversible machine would take from it.
 
-A stream is a tuple of its mass flow [kg/s] and its temperature [K]; a restriction keeps the temperature.
+Equations: Bejan, Advanced Engineering Thermodynamics, 4th ed., chapters 3 and 5. A stream is a tuple of its mass flow
+[kg/s] and its temperature [K]; a restriction keeps the temperature.
 """
 
 from math import log
 
-from apesim.air import enthalpy, thermal_entropy
+from apesim.air import Ambient, Gas, enthalpy, thermal_entropy
 from apesim.kernel import kernel
 from apesim.restriction import upstream_of
 
 
 @kernel
-def entropy_above(gas, ambient, pressure, temperature):
-    """Specific entropy above that of ambient air [J/(kg K)]."""
+def entropy_above(gas: Gas, ambient: Ambient, pressure: float, temperature: float) -> float:
+    """Return the specific entropy above that of ambient air, ``s - s_0 = cp ln(T/T_0) - R ln(p/p_0)`` for constant cp.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    ambient : apesim.air.Ambient
+        Surroundings, the dead state.
+    pressure : float
+        Pressure [Pa abs].
+    temperature : float
+        Temperature [K].
+
+    Returns
+    -------
+    float
+        Specific entropy difference [J/(kg K)].
+
+    Examples
+    --------
+    -287.05 J/(kg K) * ln(10):
+
+    >>> from apesim.air import Air, Ambient, gas_of
+    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
+    >>> round(entropy_above(gas, ambient, 1e6, 300.0), 2)
+    -660.96
+    """
     thermal = thermal_entropy(gas, temperature) - thermal_entropy(gas, ambient.temperature)
     return thermal - gas.gas_constant * log(pressure / ambient.pressure)
 
 
 @kernel
-def flow_exergy(gas, ambient, pressure, temperature):
-    """Specific exergy of a stream, h - h_0 - T_0 (s - s_0).
+def flow_exergy(gas: Gas, ambient: Ambient, pressure: float, temperature: float) -> float:
+    """Return the specific exergy of a stream, ``e = h - h_0 - T_0 (s - s_0)``.
 
     Parameters
     ----------
     gas : apesim.air.Gas
+        Working gas, as the kernels know it.
     ambient : apesim.air.Ambient
-        The dead state.
+        Surroundings, the dead state.
     pressure : float
-        [Pa abs]
+        Pressure [Pa abs].
     temperature : float
-        [K]
+        Temperature [K].
 
     Returns
     -------
     float
-        [J/kg]
+        Specific flow exergy [J/kg].
+
+    Examples
+    --------
+    At ambient temperature it is R T_0 ln(p/p_0), 287.05 * 300 * ln(10) J/kg:
+
+    >>> from apesim.air import Air, Ambient, gas_of
+    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
+    >>> round(flow_exergy(gas, ambient, 1e6, 300.0) / 1e3, 2)
+    198.29
     """
     heat = enthalpy(gas, temperature) - enthalpy(gas, ambient.temperature)
     return heat - ambient.temperature * entropy_above(gas, ambient, pressure, temperature)
 
 
 @kernel
-def exergy_stored(gas, ambient, mass, energy, pressure, temperature, volume):
-    """Exergy of the gas in a volume, U - m u_0 + p_0 (V - m v_0) - T_0 m (s - s_0).
+def exergy_stored(
+    gas: Gas, ambient: Ambient, mass: float, energy: float, pressure: float, temperature: float, volume: float
+) -> float:
+    """Return the exergy of the gas in a volume, ``U - m u_0 + p_0 (V - m v_0) - T_0 m (s - s_0)``.
 
     Parameters
     ----------
     gas : apesim.air.Gas
+        Working gas, as the kernels know it.
     ambient : apesim.air.Ambient
+        Surroundings, the dead state.
     mass : float
-        [kg]
+        Mass of the gas [kg].
     energy : float
-        Internal energy [J].
-    pressure, temperature : float
-        [Pa abs, K]
+        Internal energy of the gas [J].
+    pressure : float
+        Pressure [Pa abs].
+    temperature : float
+        Temperature [K].
     volume : float
-        [m3]
+        Volume [m3].
 
     Returns
     -------
     float
-        [J]
+        Exergy [J].
+
+    Examples
+    --------
+    1 L at ten times the ambient pressure holds p V (ln(10) - 1 + 1/10) = 1000 J * 1.4026:
+
+    >>> from apesim.air import Air, Ambient, gas_of
+    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
+    >>> mass = 1e6 * 1e-3 / (gas.gas_constant * 300.0)
+    >>> round(exergy_stored(gas, ambient, mass, mass * 717.625 * 300.0, 1e6, 300.0, 1e-3), 1)
+    1402.6
     """
     entropy = mass * entropy_above(gas, ambient, pressure, temperature)
     dead = mass * enthalpy(gas, ambient.temperature)
@@ -69,40 +121,128 @@ def exergy_stored(gas, ambient, mass, energy, pressure, temperature, volume):
 
 
 @kernel
-def stream_through(regime, sides, mass_flow):
-    """Stream through a restriction: mass flow and upstream temperature; see `apesim.restriction.flow_in`."""
+def stream_through(regime: float, sides: tuple[float, float, float, float], mass_flow: float) -> tuple[float, float]:
+    """Return the stream through a restriction: its mass flow and its upstream temperature.
+
+    Parameters
+    ----------
+    regime : int
+        Regime of the flow, see `apesim.restriction`; only its sign counts.
+    sides : tuple of float
+        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+    mass_flow : float
+        Mass flow from side 1 to side 2 [kg/s].
+
+    Returns
+    -------
+    mass_flow : float
+        Mass flow [kg/s].
+    temperature : float
+        Temperature upstream [K].
+
+    Examples
+    --------
+    >>> stream_through(-1, (1e5, 300.0, 2e5, 280.0), -0.01)
+    (-0.01, 280.0)
+    """
     return mass_flow, upstream_of(regime, sides)[1]
 
 
 @kernel
-def stream_exergy(gas, ambient, stream, pressure):
-    """Exergy that a stream carries at a pressure [W]."""
-    return stream[0] * flow_exergy(gas, ambient, pressure, stream[1])
-
-
-@kernel
-def throttling_loss(gas, ambient, stream, pressure_1, pressure_2):
-    """Exergy destroyed in a restriction, T_0 mdot R ln(p_1/p_2) [W]; a stream from 2 to 1 is negative."""
-    return ambient.temperature * stream[0] * gas.gas_constant * log(pressure_1 / pressure_2)
-
-
-@kernel
-def mixing_loss(gas, ambient, stream, temperature):
-    """Exergy destroyed where a stream mixes with the gas of a volume at its pressure [W].
+def stream_exergy(gas: Gas, ambient: Ambient, stream: tuple[float, float], pressure: float) -> float:
+    """Return the exergy that a stream carries at a pressure, ``mdot e(p, T)``.
 
     Parameters
     ----------
     gas : apesim.air.Gas
+        Working gas, as the kernels know it.
     ambient : apesim.air.Ambient
+        Surroundings, the dead state.
     stream : tuple of float
-        Into the volume. One that leaves it has its temperature, and destroys nothing.
-    temperature : float
-        Of the volume [K].
+        Mass flow [kg/s] and temperature [K].
+    pressure : float
+        Pressure [Pa abs].
 
     Returns
     -------
     float
-        T_0 mdot ((h_1 - h)/T - (s_1 - s)).
+        Exergy flow [W].
+
+    Examples
+    --------
+    >>> from apesim.air import Air, Ambient, gas_of
+    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
+    >>> round(stream_exergy(gas, ambient, (0.01, 300.0), 1e6), 1)
+    1982.9
+    """
+    return stream[0] * flow_exergy(gas, ambient, pressure, stream[1])
+
+
+@kernel
+def throttling_loss(
+    gas: Gas, ambient: Ambient, stream: tuple[float, float], pressure_1: float, pressure_2: float
+) -> float:
+    """Return the exergy that a restriction destroys, ``T_0 mdot R ln(p_1/p_2)``.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    ambient : apesim.air.Ambient
+        Surroundings, the dead state.
+    stream : tuple of float
+        Mass flow from 1 to 2, negative the other way [kg/s], and temperature [K].
+    pressure_1, pressure_2 : float
+        Pressures on both sides [Pa abs].
+
+    Returns
+    -------
+    float
+        Exergy destroyed [W].
+
+    Examples
+    --------
+    From 1 MPa to ambient pressure a stream at ambient temperature loses all that it has:
+
+    >>> from apesim.air import Air, Ambient, gas_of
+    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
+    >>> round(throttling_loss(gas, ambient, (0.01, 300.0), 1e6, 1e5), 1)
+    1982.9
+    """
+    return ambient.temperature * stream[0] * gas.gas_constant * log(pressure_1 / pressure_2)
+
+
+@kernel
+def mixing_loss(gas: Gas, ambient: Ambient, stream: tuple[float, float], temperature: float) -> float:
+    """Return the exergy destroyed where a stream mixes with the gas of a volume at its pressure.
+
+    ``T_0 mdot ((h_1 - h)/T - (s_1 - s))``, with the stream's state 1.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    ambient : apesim.air.Ambient
+        Surroundings, the dead state.
+    stream : tuple of float
+        Mass flow into the volume [kg/s] and its temperature [K]. One that leaves the volume has the temperature of the
+        volume, and destroys nothing.
+    temperature : float
+        Temperature of the volume [K].
+
+    Returns
+    -------
+    float
+        Exergy destroyed [W].
+
+    Examples
+    --------
+    With twice the temperature, T_0 mdot cp (2 - 1 - ln(2)):
+
+    >>> from apesim.air import Air, Ambient, gas_of
+    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
+    >>> round(mixing_loss(gas, ambient, (0.01, 600.0), 300.0), 1)
+    924.9
     """
     heat = enthalpy(gas, stream[1]) - enthalpy(gas, temperature)
     entropy = thermal_entropy(gas, stream[1]) - thermal_entropy(gas, temperature)
@@ -110,22 +250,41 @@ def mixing_loss(gas, ambient, stream, temperature):
 
 
 @kernel
-def exergy_brought(gas, ambient, mass_flow, energy_flow, pressure, temperature):
-    """By how much a flow of mass and energy raises the exergy of a volume, whatever carries it.
+def exergy_brought(
+    gas: Gas, ambient: Ambient, mass_flow: float, energy_flow: float, pressure: float, temperature: float
+) -> float:
+    """Return by how much a flow of mass and energy raises the exergy of a volume, whatever carries it.
+
+    ``E - T_0 (E - mu m)/T - g_0 m``, with mu = h - T s of the volume and g_0 of ambient air.
 
     Parameters
     ----------
     gas : apesim.air.Gas
+        Working gas, as the kernels know it.
     ambient : apesim.air.Ambient
-    mass_flow, energy_flow : float
-        [kg/s, W]
-    pressure, temperature : float
-        Of the volume [Pa abs, K].
+        Surroundings, the dead state.
+    mass_flow : float
+        Mass flow into the volume [kg/s].
+    energy_flow : float
+        Energy flow into the volume [W].
+    pressure : float
+        Pressure of the volume [Pa abs].
+    temperature : float
+        Temperature of the volume [K].
 
     Returns
     -------
     float
-        E - T_0 (E - mu m)/T - g_0 m, mu = h - T s of the volume and g_0 of ambient air [W].
+        Rise of the exergy [W].
+
+    Examples
+    --------
+    A stream in the state of the volume brings its flow exergy:
+
+    >>> from apesim.air import Air, Ambient, gas_of
+    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
+    >>> round(exergy_brought(gas, ambient, 0.01, 0.01 * 1004.675 * 300.0, 1e6, 300.0), 1)
+    1982.9
     """
     entropy = entropy_above(gas, ambient, pressure, temperature)
     potential = ambient.temperature * (enthalpy(gas, temperature) / temperature - entropy)
@@ -133,6 +292,27 @@ def exergy_brought(gas, ambient, mass_flow, energy_flow, pressure, temperature):
 
 
 @kernel
-def heat_exergy(ambient, heat, temperature):
-    """Exergy of a heat flow at a temperature, Q (1 - T_0/T) [W]."""
+def heat_exergy(ambient: Ambient, heat: float, temperature: float) -> float:
+    """Return the exergy of a heat flow at a temperature, ``Q (1 - T_0/T)``.
+
+    Parameters
+    ----------
+    ambient : apesim.air.Ambient
+        Surroundings, the dead state.
+    heat : float
+        Heat flow [W].
+    temperature : float
+        Temperature at which the heat flows [K].
+
+    Returns
+    -------
+    float
+        Exergy flow [W].
+
+    Examples
+    --------
+    >>> from apesim.air import Ambient
+    >>> heat_exergy(Ambient(temperature=300.0), 100.0, 600.0)
+    50.0
+    """
     return heat * (1.0 - ambient.temperature / temperature)

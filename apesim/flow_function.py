@@ -1,34 +1,118 @@
-"""The flow function psi(r) of a restriction (Eq. 8), over the ratio of downstream to upstream pressure."""
+"""Flow function psi(r) of a restriction, over the ratio r of downstream to upstream pressure.
+
+The law is that of isentropic flow of an ideal gas to the narrowest section: the EPV paper (doi 10.1631/jzus.A0820373),
+Eq. 8.
+"""
 
 from math import exp, log, sqrt
 
 from apesim.kernel import kernel
 
 NEARLY_EQUAL = 0.999
-"""Pressure ratio above which psi is taken as linear: Eq. 8 has an infinite slope at 1."""
+"""Pressure ratio above which psi is taken as linear; chosen, as the slope of Eq. 8 is infinite at 1, where an adaptive
+solver would chatter.
+"""
 
 
 @kernel
-def critical_ratio(k):
-    """Pressure ratio below which the flow is choked (Eq. 8)."""
+def critical_ratio(k: float) -> float:
+    """Return the pressure ratio below which the flow is choked.
+
+    ``b = (2/(k + 1))^(k/(k - 1))``, Eq. 8 of the EPV paper.
+
+    Parameters
+    ----------
+    k : float
+        Ratio of the heat capacities, above 1.
+
+    Returns
+    -------
+    float
+        Critical pressure ratio.
+
+    Examples
+    --------
+    >>> round(critical_ratio(1.4), 4)
+    0.5283
+    """
     return (2.0 / (k + 1.0)) ** (k / (k - 1.0))
 
 
 @kernel
-def choked_flow_function(k):
-    """psi of choked flow (Eq. 8)."""
+def choked_flow_function(k: float) -> float:
+    """Return the flow function of choked flow.
+
+    ``psi = (2/(k + 1))^(1/(k - 1)) sqrt(2 k/(k + 1))``, Eq. 8 of the EPV paper.
+
+    Parameters
+    ----------
+    k : float
+        Ratio of the heat capacities, above 1.
+
+    Returns
+    -------
+    float
+        psi below the critical pressure ratio.
+
+    Examples
+    --------
+    >>> round(choked_flow_function(1.4), 4)
+    0.6847
+    """
     return (2.0 / (k + 1.0)) ** (1.0 / (k - 1.0)) * sqrt(2.0 * k / (k + 1.0))
 
 
 @kernel
-def subsonic_flow_function(ratio, k):
-    """psi of flow that is not choked (Eq. 8), written with one power: a = r^(1/k)."""
+def subsonic_flow_function(ratio: float, k: float) -> float:
+    """Return the flow function of flow that is not choked.
+
+    ``psi = sqrt(2 k/(k - 1) (r^(2/k) - r^((k + 1)/k)))``, Eq. 8 of the EPV paper; computed with one power, a = r^(1/k).
+
+    Parameters
+    ----------
+    ratio : float
+        Downstream over upstream pressure, from the critical ratio to 1.
+    k : float
+        Ratio of the heat capacities, above 1.
+
+    Returns
+    -------
+    float
+        psi; 0 at equal pressures.
+
+    Examples
+    --------
+    >>> round(subsonic_flow_function(0.8, 1.4), 4)
+    0.5607
+    """
     a = exp(log(ratio) / k)
     return sqrt(2.0 * k / (k - 1.0) * a * (a - ratio))
 
 
 @kernel
-def subsonic_slope(ratio, k):
-    """Slope of psi over the pressure ratio where the flow is not choked."""
+def subsonic_slope(ratio: float, k: float) -> float:
+    """Return the slope of the flow function over the pressure ratio where the flow is not choked.
+
+    It is d(psi)/dr of Eq. 8 of the EPV paper, and negative: less flows as the pressures come closer.
+
+    Parameters
+    ----------
+    ratio : float
+        Downstream over upstream pressure, from the critical ratio to below 1.
+    k : float
+        Ratio of the heat capacities, above 1.
+
+    Returns
+    -------
+    float
+        Slope of psi.
+
+    Examples
+    --------
+    >>> round(subsonic_slope(0.8, 1.4), 3)
+    -1.02
+    >>> round((subsonic_flow_function(0.801, 1.4) - subsonic_flow_function(0.799, 1.4)) / 0.002, 3)
+    -1.02
+    """
     a = exp(log(ratio) / k)
     return 0.5 * subsonic_flow_function(ratio, k) * ((2.0 * a / ratio - 1.0) / k - 1.0) / (a - ratio)

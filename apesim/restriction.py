@@ -1,12 +1,14 @@
-"""Flow through a restriction (Eq. 7): from the higher pressure to the lower, with the upstream gas's enthalpy.
+"""Flow through a restriction, from the higher pressure to the lower, with the enthalpy of the upstream gas.
 
-The law is smooth within a regime only: choked, subsonic, nearly equal pressures; each in either direction. The march
-holds a regime through a step, its law carried on smoothly beyond the ends, and ends the step where the regime ends.
+The law is Eq. 7 of the EPV paper (doi 10.1631/jzus.A0820373), ``mdot = S psi(r) p_up/sqrt(R T_up)``, with the effective
+area S and the flow function psi of `apesim.flow_function`. It is smooth within a regime only: choked, subsonic, nearly
+equal pressures; each in either direction. The march holds a regime through a step, its law carried on smoothly beyond
+the ends, and ends the step where the regime ends.
 """
 
 from math import inf, sqrt
 
-from apesim.air import ANR_DENSITY, enthalpy, heat_capacity_ratio
+from apesim.air import ANR_DENSITY, Gas, enthalpy, heat_capacity_ratio
 from apesim.flow_function import (
     NEARLY_EQUAL,
     choked_flow_function,
@@ -17,16 +19,39 @@ from apesim.flow_function import (
 from apesim.kernel import kernel
 
 SHUT, NEAR, SUBSONIC, CHOKED = range(4)
-"""Regimes of flow from 1 to 2; negative: from 2 to 1."""
+"""Regimes of a flow from side 1 to side 2; negative numbers are the same regimes from side 2 to side 1."""
 ROOM = 1e-6
-"""By so much a pressure ratio passes the end of a regime before the next one begins: rounding does not chatter."""
+"""Distance that a pressure ratio passes the end of a regime before the next one begins; chosen well above rounding, so
+that a flow does not chatter between two regimes."""
 AREA_OF_CONDUCTANCE = 5.02e-6 / 1e-8
-"""Effective area of a sonic conductance: 5.02 mm2 for 1 dm3/(s bar) [m2 / (m3/(s Pa))]."""
+"""Effective area of a sonic conductance, 5.02 mm2 for 1 dm3/(s bar) [m2 / (m3/(s Pa))]."""
 
 
 @kernel
-def ends_of(gas, regime, temperature):
-    """Lowest and highest pressure ratio of a regime, without its direction; temperature upstream [K]."""
+def ends_of(gas: Gas, regime: float, temperature: float) -> tuple[float, float]:
+    """Return the pressure ratios between which a regime holds.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    regime : int
+        NEAR, SUBSONIC or CHOKED, without direction.
+    temperature : float
+        Temperature upstream [K]; it matters only where cp depends on it.
+
+    Returns
+    -------
+    low, high : float
+        Lowest and highest pressure ratio; -inf below choked flow.
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> [round(end, 4) for end in ends_of(gas, SUBSONIC, 287.0)]
+    [0.5283, 0.999]
+    """
     if regime == NEAR:
         return NEARLY_EQUAL, 1.0
     critical = critical_ratio(heat_capacity_ratio(gas, temperature)) if gas.perfect else gas.critical_ratio
@@ -36,22 +61,35 @@ def ends_of(gas, regime, temperature):
 
 
 @kernel
-def flow_function_in(gas, regime, ratio, temperature):
-    """psi(r) of a regime (Eq. 8), linear where pressures are nearly equal; carried on smoothly beyond the ends.
+def flow_function_in(gas: Gas, regime: float, ratio: float, temperature: float) -> float:
+    """Return the flow function of a regime, carried on smoothly beyond the ends of the regime.
+
+    psi(r) is Eq. 8 of the EPV paper up to r = 0.999, and from there linear to 0 at equal pressures.
 
     Parameters
     ----------
-    gas : Gas
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
     regime : int
-        NEAR, SUBSONIC or CHOKED.
+        NEAR, SUBSONIC or CHOKED, without direction.
     ratio : float
         Downstream over upstream pressure.
     temperature : float
-        Upstream [K].
+        Temperature upstream [K].
 
     Returns
     -------
     float
+        psi.
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> round(flow_function_in(gas, CHOKED, 0.2, 287.0), 4), round(flow_function_in(gas, SUBSONIC, 0.8, 287.0), 4)
+    (0.6847, 0.5607)
+    >>> flow_function_in(gas, NEAR, 1.0, 287.0)
+    0.0
     """
     k = heat_capacity_ratio(gas, temperature) if gas.perfect else gas.heat_capacity_ratio
     if regime == CHOKED:
@@ -65,8 +103,30 @@ def flow_function_in(gas, regime, ratio, temperature):
 
 
 @kernel
-def flow_function(gas, ratio, temperature):
-    """psi(r) of Eq. 8, in the regime of the ratio, 0...1; temperature upstream [K]."""
+def flow_function(gas: Gas, ratio: float, temperature: float) -> float:
+    """Return the flow function psi(r) in the regime that the pressure ratio lies in.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    ratio : float
+        Downstream over upstream pressure, 0...1.
+    temperature : float
+        Temperature upstream [K].
+
+    Returns
+    -------
+    float
+        psi, Eq. 8 of the EPV paper; linear above r = 0.999.
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> [round(flow_function(gas, ratio, 287.0), 4) for ratio in (0.3, 0.8, 1.0)]
+    [0.6847, 0.5607, 0.0]
+    """
     regime = SUBSONIC
     if ratio > NEARLY_EQUAL:
         regime = NEAR
@@ -76,19 +136,29 @@ def flow_function(gas, ratio, temperature):
 
 
 @kernel(inline=False)
-def regime_between(gas, sides):
-    """Regime of the flow between two volumes.
+def regime_between(gas: Gas, sides: tuple[float, float, float, float]) -> int:
+    """Return the regime of the flow between two volumes.
 
     Parameters
     ----------
-    gas : Gas
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
     sides : tuple of float
-        Pressure and temperature of the one, then of the other [Pa abs, K, Pa abs, K].
+        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
 
     Returns
     -------
     int
-        NEAR, SUBSONIC or CHOKED; negative from the second to the first.
+        NEAR, SUBSONIC or CHOKED; negative from side 2 to side 1.
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> regime_between(gas, (6e5, 287.0, 1e5, 287.0)) == CHOKED
+    True
+    >>> regime_between(gas, (1e5, 287.0, 1.2e5, 287.0)) == -SUBSONIC
+    True
     """
     direction = 1 if sides[0] >= sides[2] else -1
     ratio, temperature = upstream_of(direction, sides)
@@ -100,16 +170,58 @@ def regime_between(gas, sides):
 
 
 @kernel
-def upstream_of(regime, sides):
-    """Pressure ratio and upstream temperature in the direction of a regime."""
+def upstream_of(regime: float, sides: tuple[float, float, float, float]) -> tuple[float, float]:
+    """Return pressure ratio and upstream temperature in the direction of a regime.
+
+    Parameters
+    ----------
+    regime : int
+        Regime of the flow; only its sign counts.
+    sides : tuple of float
+        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+
+    Returns
+    -------
+    ratio : float
+        Downstream over upstream pressure.
+    temperature : float
+        Temperature upstream [K].
+
+    Examples
+    --------
+    >>> upstream_of(CHOKED, (4e5, 300.0, 1e5, 287.0))
+    (0.25, 300.0)
+    """
     if regime > 0.0:
         return sides[2] / sides[0], sides[1]
     return sides[0] / sides[2], sides[3]
 
 
 @kernel(inline=False)
-def beyond_regime(gas, regime, sides):
-    """By how much the pressure ratio lies outside a regime, above zero where it has left it; see `regime_between`."""
+def beyond_regime(gas: Gas, regime: float, sides: tuple[float, float, float, float]) -> float:
+    """Return by how much the pressure ratio lies outside a regime; above zero the flow has left it.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    regime : int
+        Regime that the flow is held in; negative from side 2 to side 1.
+    sides : tuple of float
+        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+
+    Returns
+    -------
+    float
+        Distance of the pressure ratio from the nearer end of the regime, less `ROOM`; -1 where it is shut.
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> round(beyond_regime(gas, CHOKED, (1e6, 287.0, 6e5, 287.0)), 4)
+    0.0717
+    """
     if regime == SHUT:
         return -1.0
     ratio, temperature = upstream_of(regime, sides)
@@ -118,8 +230,30 @@ def beyond_regime(gas, regime, sides):
 
 
 @kernel(inline=False)
-def next_regime(gas, regime, sides):
-    """The regime that a flow goes over to where it leaves one; see `regime_between`."""
+def next_regime(gas: Gas, regime: float, sides: tuple[float, float, float, float]) -> float:
+    """Return the regime that a flow goes over to where it leaves one.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    regime : int
+        Regime that the flow leaves; negative from side 2 to side 1.
+    sides : tuple of float
+        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+
+    Returns
+    -------
+    int
+        Neighbouring regime: beyond nearly equal pressures it is the same in the other direction.
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> next_regime(gas, CHOKED, (1e6, 287.0, 6e5, 287.0)) == SUBSONIC
+    True
+    """
     direction = 1.0 if regime > 0.0 else -1.0
     ratio, temperature = upstream_of(regime, sides)
     low, high = ends_of(gas, abs(regime), temperature)
@@ -129,22 +263,38 @@ def next_regime(gas, regime, sides):
 
 
 @kernel
-def flow_in(gas, regime, area, sides):
-    """Flow through a restriction between two volumes, held in a regime.
+def flow_in(gas: Gas, regime: float, area: float, sides: tuple[float, float, float, float]) -> tuple[float, float]:
+    """Return the flow through a restriction between two volumes, held in a regime.
+
+    ``mdot = S psi(r) p_up/sqrt(R T_up)``, Eq. 7 of the EPV paper.
 
     Parameters
     ----------
-    gas : Gas
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
     regime : int
+        Regime of the flow; negative from side 2 to side 1.
     area : float
-        Effective area [m2].
+        Effective area S [m2].
     sides : tuple of float
-        See `regime_between`.
+        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
 
     Returns
     -------
-    mass_flow, enthalpy_flow : float
-        See `flow_between`.
+    mass_flow : float
+        From side 1 to side 2; negative the other way [kg/s].
+    enthalpy_flow : float
+        Enthalpy carried along, at the upstream temperature [W].
+
+    Examples
+    --------
+    1 mm2 * 0.6847 * 1 MPa/sqrt(287.05 J/(kg K) * 300 K) = 2.333 g/s:
+
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> mass_flow, _ = flow_in(gas, CHOKED, 1e-6, (1e6, 300.0, 1e5, 287.0))
+    >>> round(mass_flow * 1e3, 3)
+    2.333
     """
     if regime == SHUT or area <= 0.0:
         return 0.0, 0.0
@@ -155,25 +305,40 @@ def flow_in(gas, regime, area, sides):
 
 
 @kernel
-def flow_between(gas, area, pressure_1, temperature_1, pressure_2, temperature_2):
-    """Flow through a restriction between two volumes (Eq. 7), from the higher pressure to the lower.
+def flow_between(
+    gas: Gas, area: float, pressure_1: float, temperature_1: float, pressure_2: float, temperature_2: float
+) -> tuple[float, float]:
+    """Return the flow through a restriction between two volumes, from the higher pressure to the lower.
+
+    ``mdot = S psi(r) p_up/sqrt(R T_up)``, Eq. 7 of the EPV paper.
 
     Parameters
     ----------
-    gas : Gas
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
     area : float
-        Effective area [m2].
+        Effective area S [m2].
     pressure_1, pressure_2 : float
-        [Pa abs]
+        Pressures on both sides [Pa abs].
     temperature_1, temperature_2 : float
-        [K]
+        Temperatures on both sides [K].
 
     Returns
     -------
     mass_flow : float
-        From 1 to 2; negative the other way [kg/s].
+        From side 1 to side 2; negative the other way [kg/s].
     enthalpy_flow : float
-        Carried along, at the upstream temperature [W].
+        Enthalpy carried along, at the upstream temperature [W].
+
+    Examples
+    --------
+    The enthalpy flow is 2.333 g/s times 1004.675 J/(kg K) times 300 K:
+
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> mass_flow, enthalpy_flow = flow_between(gas, 1e-6, 1e6, 300.0, 1e5, 287.0)
+    >>> round(mass_flow * 1e3, 3), round(enthalpy_flow, 1)
+    (2.333, 703.3)
     """
     if area <= 0.0:
         return 0.0, 0.0
@@ -181,8 +346,13 @@ def flow_between(gas, area, pressure_1, temperature_1, pressure_2, temperature_2
     return flow_in(gas, regime_between(gas, sides), area, sides)
 
 
-def iso6358_flow(conductance, critical, pressure_up, pressure_down, temperature=293.15):
-    """Mass flow by sonic conductance and critical pressure ratio (ISO 6358-1).
+def iso6358_flow(
+    conductance: float, critical: float, pressure_up: float, pressure_down: float, temperature: float = 293.15
+) -> float:
+    """Return the mass flow by sonic conductance and critical pressure ratio (ISO 6358-1).
+
+    ``mdot = C rho_0 p_up sqrt(T_0/T) sqrt(1 - ((r - b)/(1 - b))^2)``, with r = p_down/p_up. The second root is
+    1 where the flow is choked, r <= b.
 
     Parameters
     ----------
@@ -191,14 +361,22 @@ def iso6358_flow(conductance, critical, pressure_up, pressure_down, temperature=
     critical : float
         Critical pressure ratio b.
     pressure_up, pressure_down : float
-        [Pa abs]
+        Pressures before and behind the restriction [Pa abs].
     temperature : float
-        Upstream [K].
+        Temperature upstream [K].
 
     Returns
     -------
     float
-        [kg/s]
+        Mass flow [kg/s].
+
+    Examples
+    --------
+    C = 2 dm3/(s bar) and b = 0.3 between 0.5 and 0.4 MPa abs, as a standard volume flow in L/min ANR:
+
+    >>> mass_flow = iso6358_flow(2e-8, 0.3, 5e5, 4e5)
+    >>> round(mass_flow / ANR_DENSITY * 6e4, 1)
+    419.9
     """
     choked = conductance * ANR_DENSITY * pressure_up * sqrt(293.15 / temperature)
     ratio = pressure_down / pressure_up
