@@ -64,7 +64,7 @@ class Gas(NamedTuple):
 def heat_capacity(gas: Gas, temperature: float) -> float:
     """Return the heat capacity at constant pressure, ``cp = R (a0 + a1 T + a2 T^2 + a3 T^3 + a4 T^4)``.
 
-    The polynomial is fitted to Cantera's ``air.yaml`` at 300...900 K; with the ideal model it is the constant
+    The polynomial is that of Cantera's ``air.yaml`` at 300...1000 K; with the ideal model it is the constant
     k R/(k - 1).
 
     Parameters

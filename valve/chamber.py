@@ -1,29 +1,46 @@
-"""The gas of a chamber (Eqs. 3-6): mass and internal energy, from which pressure and temperature follow."""
+"""Gas of a chamber: mass and internal energy, from which pressure and temperature follow.
 
-from apesim.air import internal_energy, temperature_of
+Equations: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 3-6. Its balance of the temperature, Eq. 5, is kept here as
+one of the internal energy, which is the same law.
+"""
+
+from apesim.air import Gas, internal_energy, temperature_of
 from apesim.kernel import kernel
 
 
 @kernel
-def chamber_state(gas, mass, energy, volume):
-    """Pressure and temperature of a uniform gas volume (Eq. 3).
+def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> tuple[float, float]:
+    """Return pressure and temperature of a uniform gas volume.
+
+    ``u(T) = U/m`` and ``p V = m R T`` (Eq. 3 of the EPV paper).
 
     Parameters
     ----------
-    gas : Gas
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
     mass : float
-        [kg]
+        Mass of the gas, above 0 [kg].
     energy : float
-        Internal energy [J].
+        Internal energy of the gas, above 0 [J].
     volume : float
-        [m3]
+        Volume, above 0 [m3].
 
     Returns
     -------
     pressure : float
-        [Pa abs]
+        Pressure [Pa abs].
     temperature : float
-        [K]
+        Temperature [K].
+
+    Examples
+    --------
+    1 g of air with 215.2875 J, the 717.625 J/(kg K) of cv times 300 K, in 1 L:
+
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> pressure, temperature = chamber_state(gas, 1e-3, 215.2875, 1e-3)
+    >>> round(pressure, 1), round(temperature, 6)
+    (86115.0, 300.0)
     """
     temperature = temperature_of(gas, energy / mass)
     if gas.perfect:
@@ -31,7 +48,36 @@ def chamber_state(gas, mass, energy, volume):
     return (gas.heat_capacity_ratio - 1.0) * energy / volume, temperature
 
 
-def filled(gas, volume, pressure, temperature):
-    """Mass [kg] and internal energy [J] of the gas in a volume [m3] at a pressure [Pa abs] and temperature [K]."""
+def filled(gas: Gas, volume: float, pressure: float, temperature: float) -> tuple[float, float]:
+    """Return mass and internal energy of the gas in a volume.
+
+    ``m = p V/(R T)`` (Eq. 3 of the EPV paper) and ``U = m u(T)``.
+
+    Parameters
+    ----------
+    gas : apesim.air.Gas
+        Working gas, as the kernels know it.
+    volume : float
+        Volume [m3].
+    pressure : float
+        Pressure [Pa abs].
+    temperature : float
+        Temperature [K].
+
+    Returns
+    -------
+    mass : float
+        Mass [kg].
+    energy : float
+        Internal energy [J].
+
+    Examples
+    --------
+    >>> from apesim.air import Air, gas_of
+    >>> gas = gas_of(Air())
+    >>> mass, energy = filled(gas, 1e-3, 86115.0, 300.0)
+    >>> round(mass, 9), round(energy, 4)
+    (0.001, 215.2875)
+    """
     mass = pressure * volume / (gas.gas_constant * temperature)
     return mass, mass * internal_energy(gas, temperature)

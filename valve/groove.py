@@ -1,5 +1,9 @@
-"""The groove in the piston, through which the engine breathes."""
+"""Groove in the piston, through which the engine breathes.
 
+The line from the lap to full lift is chosen; a measured table or the geometry of `apesim.valve.ports` replaces it.
+"""
+
+from collections.abc import Iterator
 from math import inf
 from typing import Annotated, NamedTuple
 
@@ -10,6 +14,7 @@ from apesim.quantities import NO_CURVE, Choice, Curve, Quantity
 from apesim.valve.ports import Ports, ports_table
 
 LINE, PORTS = 0, 1
+"""Geometries of the groove."""
 
 
 class Groove(NamedTuple):
@@ -27,18 +32,40 @@ class Groove(NamedTuple):
     ports: Ports = Ports()
 
     @property
-    def has_ports(self):
-        """Whether its area is that of the ports."""
+    def has_ports(self) -> bool:
+        """Whether the effective area is that of the ports."""
         return self.geometry == PORTS and not len(self.area_curve)
 
-    def faults(self):
-        """Faults that no single key shows."""
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the area curve, beyond the ranges of its single values.
+
+        Yields
+        ------
+        key, wrong, right : str
+            Key of the machine file, what is wrong with it, and what would be right.
+
+        Examples
+        --------
+        >>> [wrong for _, wrong, _ in Groove(area_curve=np.array([[0.0, 1e-6], [9e-3, 1e-4]])).faults()]
+        ['does not start closed']
+        """
         curve = self.area_curve
         if len(curve) and (curve[0, 0] < 0.0 or curve[0, 1] != 0.0 or curve[:, 1].min() < 0.0):
             yield "area_curve", "does not start closed", "area 0 in the first row (lift >= 0), nowhere below 0"
 
-    def overruled(self):
-        """Keys that are not looked at, and by what."""
+    def overruled(self) -> Iterator[tuple[str, str]]:
+        """Find keys that are not used because of others.
+
+        Yields
+        ------
+        key, reason : str
+            Key or section, and what is used in its place.
+
+        Examples
+        --------
+        >>> list(Groove().overruled())
+        [('ports', 'groove.geometry is "line"')]
+        """
         if len(self.area_curve):
             yield from ((key, "groove.area_curve is given") for key in ("effective_area", "lap", "geometry", "ports"))
         elif self.has_ports:
@@ -47,12 +74,13 @@ class Groove(NamedTuple):
             yield "ports", 'groove.geometry is "line"'
 
 
-def area_table(groove, stroke):
-    """Effective area over lift, as knots.
+def area_table(groove: Groove, stroke: float) -> np.ndarray:
+    """Return the effective area of the groove over lift, as knots.
 
     Parameters
     ----------
     groove : Groove
+        Parameters of the groove.
     stroke : float
         Full lift [m].
 
@@ -61,6 +89,11 @@ def area_table(groove, stroke):
     (j, 2) float array
         Lift [m] and effective area [m2]; linear in between (with ports: see `apesim.valve.ports.ports_table`), zero
         before the first knot, constant after the last.
+
+    Examples
+    --------
+    >>> area_table(Groove(effective_area=150e-6, lap=1e-3), 9e-3).tolist()
+    [[0.001, 0.0], [0.009, 0.00015]]
     """
     if len(groove.area_curve):
         return np.ascontiguousarray(groove.area_curve)
@@ -69,15 +102,50 @@ def area_table(groove, stroke):
     return np.array([[groove.lap, 0.0], [stroke, groove.effective_area]])
 
 
-def lap_of(table):
-    """Lift at which a table begins to open [m]."""
+def lap_of(table: np.ndarray) -> float:
+    """Return the lift at which a table begins to open.
+
+    Parameters
+    ----------
+    table : (j, 2) float array
+        Lift [m] and effective area [m2], see `area_table`.
+
+    Returns
+    -------
+    float
+        Lap [m].
+
+    Examples
+    --------
+    >>> lap_of(np.array([[1e-3, 0.0], [9e-3, 150e-6]]))
+    0.001
+    """
     opens = int(np.argmax(table[:, 1] > 0.0))
     return float(table[max(opens - 1, 0), 0])
 
 
 @kernel
-def piece_of(table, lift):
-    """Number of the piece of the table that a lift lies in, 0 (before the first knot) to j (after the last)."""
+def piece_of(table: np.ndarray, lift: float) -> int:
+    """Return the number of the piece of the table that a lift lies in.
+
+    Parameters
+    ----------
+    table : (j, 2) float array
+        Lift [m] and effective area [m2], see `area_table`.
+    lift : float
+        Lift [m].
+
+    Returns
+    -------
+    int
+        0 before the first knot, j after the last.
+
+    Examples
+    --------
+    >>> table = np.array([[1e-3, 0.0], [9e-3, 150e-6]])
+    >>> [piece_of(table, lift) for lift in (0.5e-3, 5e-3, 10e-3)]
+    [0, 1, 2]
+    """
     piece = 0
     while piece < table.shape[0] and lift > table[piece, 0]:
         piece += 1
@@ -85,15 +153,32 @@ def piece_of(table, lift):
 
 
 @kernel
-def piece_line(table, piece):
-    """Effective area on a piece of the table, as a line over lift.
+def piece_line(table: np.ndarray, piece: int) -> tuple[float, float, float, float]:
+    """Return the effective area on a piece of the table, as a line over lift.
+
+    Parameters
+    ----------
+    table : (j, 2) float array
+        Lift [m] and effective area [m2], see `area_table`.
+    piece : int
+        Number of the piece, see `piece_of`.
 
     Returns
     -------
-    area, slope : float
-        At lift 0 [m2], and per lift [m].
+    area : float
+        Area of the line at lift 0 [m2].
+    slope : float
+        Slope of the line [m].
     low, high : float
         Ends of the piece [m]; infinite at the outer ones.
+
+    Examples
+    --------
+    150 mm2 over 8 mm of lift, from a lap of 1 mm on:
+
+    >>> area, slope, low, high = piece_line(np.array([[1e-3, 0.0], [9e-3, 150e-6]]), 1)
+    >>> [round(float(x), 5) for x in (area * 1e6, slope * 1e3, low, high)]
+    [-18.75, 18.75, 0.001, 0.009]
     """
     last = table.shape[0]
     if piece == 0:

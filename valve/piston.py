@@ -1,6 +1,7 @@
-"""The piston: the forces on it (Eq. 1), its two stops, and what dry friction does at rest.
+"""Piston of the valve: the forces on it, its two stops, and what dry friction does at rest.
 
-The coordinate L runs from 0 (fully open) to the stroke (closed); positive force and speed point to closed.
+Equations: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 1-2. The coordinate L runs from 0 (fully open) to the stroke
+(closed); positive force and speed point to closed.
 """
 
 from typing import Annotated, NamedTuple
@@ -12,7 +13,7 @@ from apesim.valve.solenoid import Solenoid
 HELD_CLOSED, TO_CLOSED, STUCK, TO_OPEN, HELD_OPEN = 2, 1, 0, -1, -2
 """Phases of the piston. The sign of a moving piston's phase is that of its speed."""
 REST_SPEED = 1e-3
-"""A rebound slower than this stays on the stop [m/s]."""
+"""Slowest rebound that leaves a stop [m/s]; chosen, as slower ones would follow each other without end."""
 
 
 class Valve(NamedTuple):
@@ -28,41 +29,107 @@ class Valve(NamedTuple):
 
 
 @kernel
-def is_moving(phase):
-    """Whether a phase is one of motion."""
+def is_moving(phase: float) -> bool:
+    """Return whether a phase of the piston is one of motion.
+
+    Parameters
+    ----------
+    phase : int
+        Phase of the piston, from HELD_OPEN to HELD_CLOSED.
+
+    Returns
+    -------
+    bool
+        Whether it is TO_CLOSED or TO_OPEN.
+
+    Examples
+    --------
+    >>> is_moving(TO_OPEN), is_moving(STUCK)
+    (True, False)
+    """
     return abs(phase) == TO_CLOSED
 
 
 @kernel
-def volume_a(valve, position):
-    """Chamber A, which pushes to closed [m3]."""
-    return valve.clearance_volume + valve.piston_area * position
-
-
-@kernel
-def volume_b(valve, position):
-    """Chamber B, which pushes to open [m3]."""
-    return valve.clearance_volume + valve.piston_area * (valve.stroke - position)
-
-
-@kernel
-def smooth_force(valve, position, speed, pressure_a, pressure_b):
-    """Force of pressure, springs and viscous friction (Eq. 1 without F_f) [N].
+def volume_a(valve: Valve, position: float) -> float:
+    """Return the volume of chamber A, which pushes to closed: ``V_A = V_c + A L``.
 
     Parameters
     ----------
     valve : Valve
+        Dimensions of the valve.
     position : float
-        L [m].
-    speed : float
-        dL/dt [m/s].
-    pressure_a, pressure_b : float
-        [Pa abs]
+        Position L of the piston, 0 at fully open [m].
 
     Returns
     -------
     float
-        Positive to closed.
+        Volume [m3].
+
+    Examples
+    --------
+    At the default, 11 382 mm3 and 1134.1 mm2 times 9 mm:
+
+    >>> round(volume_a(Valve(), 9e-3) * 1e9, 1)
+    21588.9
+    """
+    return valve.clearance_volume + valve.piston_area * position
+
+
+@kernel
+def volume_b(valve: Valve, position: float) -> float:
+    """Return the volume of chamber B, which pushes to open: ``V_B = V_c + A (L_max - L)``.
+
+    Parameters
+    ----------
+    valve : Valve
+        Dimensions of the valve.
+    position : float
+        Position L of the piston, 0 at fully open [m].
+
+    Returns
+    -------
+    float
+        Volume [m3].
+
+    Examples
+    --------
+    A closed valve leaves chamber B its clearance volume, 11 382 mm3 by default:
+
+    >>> round(volume_b(Valve(), 9e-3) * 1e9, 1)
+    11382.0
+    """
+    return valve.clearance_volume + valve.piston_area * (valve.stroke - position)
+
+
+@kernel
+def smooth_force(valve: Valve, position: float, speed: float, pressure_a: float, pressure_b: float) -> float:
+    """Return the force of pressure, springs and viscous friction on the piston.
+
+    ``F = (p_A - p_B) A + K (L_max - 2 L) - beta dL/dt``, Eq. 1 of the EPV paper without dry friction.
+
+    Parameters
+    ----------
+    valve : Valve
+        Dimensions of the valve.
+    position : float
+        Position L of the piston, 0 at fully open [m].
+    speed : float
+        dL/dt, positive to closed [m/s].
+    pressure_a, pressure_b : float
+        Pressures of the chambers [Pa abs].
+
+    Returns
+    -------
+    float
+        Force, positive to closed [N].
+
+    Examples
+    --------
+    1134.1 mm2 times 0.1 MPa, less 111.08 N s/m times 1 m/s; at half the stroke the springs are in balance:
+
+    >>> round(smooth_force(Valve(), 4.5e-3, 1.0, 3e5, 2e5), 3)
+    2.33
     """
     return (
         (pressure_a - pressure_b) * valve.piston_area
@@ -72,8 +139,28 @@ def smooth_force(valve, position, speed, pressure_a, pressure_b):
 
 
 @kernel
-def dry_friction_force(phase, dry):
-    """Coulomb friction against the motion (Eq. 2) [N]; none in a phase of rest, where it is a reaction."""
+def dry_friction_force(phase: float, dry: float) -> float:
+    """Return the dry friction on a moving piston, against its motion.
+
+    ``F_f = -F_d sign(dL/dt)``, the EPV paper, Eq. 2. At rest friction is a reaction, and this is 0; see `overcome`.
+
+    Parameters
+    ----------
+    phase : int
+        Phase of the piston.
+    dry : float
+        Dry friction F_d without sign [N].
+
+    Returns
+    -------
+    float
+        Force, positive to closed [N].
+
+    Examples
+    --------
+    >>> dry_friction_force(TO_CLOSED, 5.0), dry_friction_force(TO_OPEN, 5.0), dry_friction_force(STUCK, 5.0)
+    (-5.0, 5.0, 0.0)
+    """
     if phase == TO_CLOSED:
         return -dry
     if phase == TO_OPEN:
@@ -82,8 +169,30 @@ def dry_friction_force(phase, dry):
 
 
 @kernel
-def overcome(phase, force, breakaway):
-    """By how much the force exceeds what holds the piston at rest [N]; it starts to move above zero."""
+def overcome(phase: float, force: float, breakaway: float) -> float:
+    """Return by how much a force exceeds what holds the piston at rest; above zero the piston starts to move.
+
+    A stop holds against any force towards it; breakaway friction holds against both directions.
+
+    Parameters
+    ----------
+    phase : int
+        Phase of rest: HELD_CLOSED, STUCK or HELD_OPEN.
+    force : float
+        Force without dry friction, positive to closed [N].
+    breakaway : float
+        Largest dry friction at rest, without sign [N].
+
+    Returns
+    -------
+    float
+        Excess of the force [N].
+
+    Examples
+    --------
+    >>> overcome(HELD_CLOSED, -8.0, 5.0), overcome(HELD_CLOSED, 8.0, 5.0), overcome(STUCK, 8.0, 5.0)
+    (3.0, -13.0, 3.0)
+    """
     if phase == HELD_CLOSED:
         return -force - breakaway
     if phase == HELD_OPEN:
@@ -92,8 +201,26 @@ def overcome(phase, force, breakaway):
 
 
 @kernel
-def start_moving(phase, force):
-    """Phase of a piston that a force sets in motion; from a stop there is one way only."""
+def start_moving(phase: float, force: float) -> int:
+    """Return the phase of a piston that a force sets in motion; from a stop there is one way only.
+
+    Parameters
+    ----------
+    phase : int
+        Phase of rest: HELD_CLOSED, STUCK or HELD_OPEN.
+    force : float
+        Force, positive to closed [N]; only its sign counts.
+
+    Returns
+    -------
+    int
+        TO_CLOSED or TO_OPEN.
+
+    Examples
+    --------
+    >>> start_moving(HELD_CLOSED, -8.0) == TO_OPEN, start_moving(STUCK, 8.0) == TO_CLOSED
+    (True, True)
+    """
     if phase == HELD_CLOSED:
         return TO_OPEN
     if phase == HELD_OPEN:
@@ -102,22 +229,31 @@ def start_moving(phase, force):
 
 
 @kernel
-def land(stop, speed, restitution):
-    """Speed and phase after contact with a stop.
+def land(stop: int, speed: float, restitution: float) -> tuple[float, float]:
+    """Return speed and phase of the piston after contact with a stop.
+
+    ``v+ = -e v-``, Newton's law of restitution. A rebound slower than `REST_SPEED` stays on the stop.
 
     Parameters
     ----------
     stop : int
         HELD_CLOSED or HELD_OPEN.
     speed : float
-        Just before contact [m/s].
+        Speed just before contact, positive to closed [m/s].
     restitution : float
-        Speed after over speed before, 0...1.
+        Speed after over speed before contact e, 0...1.
 
     Returns
     -------
     speed : float
+        Speed after contact [m/s].
     phase : int
+        Phase after contact.
+
+    Examples
+    --------
+    >>> land(HELD_CLOSED, 2.0, 0.0) == (0.0, HELD_CLOSED), land(HELD_CLOSED, 2.0, 0.5) == (-1.0, TO_OPEN)
+    (True, True)
     """
     rebound = -restitution * speed
     if abs(rebound) < REST_SPEED:

@@ -1,4 +1,7 @@
-"""The groove's full geometry: an annular groove in the piston that passes over round ports in the cylinder's wall."""
+"""Full geometry of the groove: an annular groove in the piston that passes over round ports in the cylinder's wall.
+
+The geometry is chosen; its areas are those of segments of a circle.
+"""
 
 from math import atan2, inf, pi, sqrt
 from typing import Annotated, NamedTuple
@@ -9,6 +12,7 @@ from apesim.kernel import kernel
 from apesim.quantities import Quantity
 
 HALVINGS = 200
+"""Halvings of an interval at most; more than the digits of a float, so that the last interval is one float wide."""
 
 
 class Ports(NamedTuple):
@@ -28,47 +32,86 @@ class Ports(NamedTuple):
 
 
 @kernel
-def segment_area(height, diameter):
-    """Area of a circle's segment of a height, 0 to the diameter [m2]."""
+def segment_area(height: float, diameter: float) -> float:
+    """Return the area of a circle's segment.
+
+    ``2 r^2 atan2(sqrt(h), sqrt(d - h)) - (r - h) sqrt(h (d - h))``, with radius r, diameter d and height h; geometry.
+
+    Parameters
+    ----------
+    height : float
+        Height of the segment, clipped to 0...diameter [m].
+    diameter : float
+        Diameter of the circle [m].
+
+    Returns
+    -------
+    float
+        Area [m2].
+
+    Examples
+    --------
+    Half of a circle and the whole, pi/8 and pi/4:
+
+    >>> round(segment_area(0.5, 1.0), 4), round(segment_area(1.0, 1.0), 4)
+    (0.3927, 0.7854)
+    """
     r = 0.5 * diameter
     h = min(max(height, 0.0), diameter)
     return 2.0 * r * r * atan2(sqrt(h), sqrt(diameter - h)) - (r - h) * sqrt(h * (diameter - h))
 
 
 @kernel
-def ports_area(ports, travel):
-    """Effective area of the ports under the groove, without the passage's cap [m2].
+def ports_area(ports: Ports, travel: float) -> float:
+    """Return the effective area of the ports under the groove, without the cap of the passage.
 
-    A port is open between the groove's two edges: segment(travel) - segment(travel - width).
+    A port is open between the groove's two edges: ``C n (segment(travel) - segment(travel - width))``.
 
     Parameters
     ----------
     ports : Ports
+        Dimensions of the ports.
     travel : float
-        Of the groove's leading edge beyond the ports' near side: lift less lap [m].
+        Distance of the groove's leading edge beyond the ports' near side, lift less lap [m].
 
     Returns
     -------
     float
+        Effective area [m2].
+
+    Examples
+    --------
+    Four ports of 8 mm, half covered, times 0.75: 0.75 * 4 * pi/8 * 64 mm2
+
+    >>> round(ports_area(Ports(), 4e-3) * 1e6, 2)
+    75.4
     """
     under = segment_area(travel, ports.diameter) - segment_area(travel - ports.groove_width, ports.diameter)
     return ports.discharge_coefficient * ports.number * under
 
 
-def ports_table(ports, lap, stroke):
-    """Lifts at which the law of the area changes, and the areas there.
+def ports_table(ports: Ports, lap: float, stroke: float) -> np.ndarray:
+    """Return the lifts at which the law of the ports' area changes, and the areas there.
 
     Parameters
     ----------
     ports : Ports
-    lap, stroke : float
-        [m]
+        Dimensions of the ports.
+    lap : float
+        Lift at which the groove meets the ports [m].
+    stroke : float
+        Full lift [m].
 
     Returns
     -------
     (j, 2) float array
         Lift [m] and effective area [m2], from the lap on. Where two rows have one area it is that in between; else
         it is that of `ports_area`.
+
+    Examples
+    --------
+    >>> (ports_table(Ports(), 1e-3, 9e-3) * [1e3, 1e6]).round(2).tolist()
+    [[1.0, 0.0], [8.83, 150.0], [9.0, 150.0]]
     """
     cap = ports.discharge_coefficient * ports.passage_area
     width, diameter = ports.groove_width, ports.diameter

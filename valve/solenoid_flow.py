@@ -1,15 +1,45 @@
-"""The four flows through the solenoids (Eq. 7), and where each goes from one regime into another."""
+"""The four flows through the solenoids, and where each goes from one regime into another.
+
+The law of each flow is the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 7-8; see `apesim.restriction`.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from apesim.kernel import kernel
 from apesim.restriction import SHUT, beyond_regime, next_regime, regime_between
 
+if TYPE_CHECKING:
+    from apesim.valve.terms import ValveState
+
 SUPPLY_A, VENT_A, SUPPLY_B, VENT_B, FLOWS = range(5)
-"""The flows, from supply to chamber and from chamber to ambient; how many there are."""
+"""The flows, from supply to chamber and from chamber to ambient; FLOWS is how many there are."""
 
 
 @kernel
-def stretched(stretch, sides):
-    """A flow's sides with the pressure difference, seen from the higher pressure, times a factor."""
+def stretched(stretch: float, sides: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """Return the sides of a flow with the pressure difference times a factor, seen from the higher pressure.
+
+    ``r' = 1 - stretch (1 - r)``: the flow function of the stretched ratio chokes at another pressure ratio; chosen.
+
+    Parameters
+    ----------
+    stretch : float
+        Factor; 1 changes nothing.
+    sides : tuple of float
+        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+
+    Returns
+    -------
+    tuple of float
+        Pressures and temperatures in the same order.
+
+    Examples
+    --------
+    >>> stretched(2.0, (4e5, 300.0, 3e5, 287.0))
+    (400000.0, 300.0, 200000.0, 287.0)
+    """
     p_1, t_1, p_2, t_2 = sides
     if p_1 >= p_2:
         return p_1, t_1, p_1 - stretch * (p_1 - p_2), t_2
@@ -17,17 +47,29 @@ def stretched(stretch, sides):
 
 
 @kernel
-def solenoid_sides(state):
-    """Pressures and temperatures before and behind each flow, stretched where the solenoids choke elsewhere than Eq. 8.
+def solenoid_sides(state: "ValveState") -> tuple[tuple[float, float, float, float], ...]:
+    """Return pressures and temperatures before and behind each flow through the solenoids.
+
+    They are stretched where the solenoids choke at another pressure ratio than Eq. 8 of the EPV paper says.
 
     Parameters
     ----------
-    state : ValveState
+    state : apesim.valve.terms.ValveState
+        State of the valve at an instant.
 
     Returns
     -------
     tuple of tuple of float
-        For each flow [Pa abs, K, Pa abs, K].
+        For each flow, from SUPPLY_A to VENT_B, its two sides [Pa abs, K, Pa abs, K].
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> [round(float(x), 3) for x in solenoid_sides(state)[SUPPLY_B]]
+    [1000000.0, 300.0, 101325.0, 300.0]
     """
     supply, ambient = (state.supply_pressure, state.supply_temperature), state.ambient
     a, b = (state.pressure_a, state.temperature_a), (state.pressure_b, state.temperature_b)
@@ -47,22 +89,58 @@ def solenoid_sides(state):
 
 
 @kernel
-def open_shares(x_a, x_b):
-    """Share of the effective area that each flow has at the solenoids' energised fractions."""
+def open_shares(x_a: float, x_b: float) -> tuple[float, float, float, float]:
+    """Return the share of the effective area that each flow has.
+
+    De-energised, chamber A sees the supply and B the vent; energised, A sees the vent and B the supply.
+
+    Parameters
+    ----------
+    x_a, x_b : float
+        Energised fractions of the solenoids, 0...1.
+
+    Returns
+    -------
+    tuple of float
+        Shares of SUPPLY_A, VENT_A, SUPPLY_B and VENT_B, 0...1.
+
+    Examples
+    --------
+    >>> open_shares(0.25, 1.0)
+    (0.75, 0.25, 1.0, 0.0)
+    """
     return 1.0 - x_a, x_a, x_b, 1.0 - x_b
 
 
 @kernel
-def start_solenoid_segment(state, shares, shares_end, first, mode):
-    """Regimes at the start of a stretch into mode, from its element ``first``.
+def start_solenoid_segment(
+    state: "ValveState", shares: tuple[float, ...], shares_end: tuple[float, ...], first: int, mode: np.ndarray
+) -> None:
+    """Write the regimes of the flows at the start of a smooth stretch into the modes.
 
     Parameters
     ----------
-    state : ValveState
+    state : apesim.valve.terms.ValveState
+        State of the valve at an instant.
     shares, shares_end : tuple of float
-        See `open_shares`, at the start and the end of the stretch; what is 0 at both is shut.
+        Shares at the start and the end of the stretch, see `open_shares`; what is 0 at both is shut.
     first : int
-    mode : float array
+        Element of the modes that holds the regime of the first flow.
+    mode : (m,) float array
+        Modes of the march; those of the flows are changed.
+
+    Examples
+    --------
+    Chamber A sees the supply and chamber B the vent, both at equal pressures (1, NEAR); the others are shut (0):
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> mode = np.zeros(4)
+    >>> start_solenoid_segment(state, open_shares(0.0, 0.0), open_shares(0.0, 0.0), 0, mode)
+    >>> mode.tolist()
+    [1.0, 0.0, 0.0, 1.0]
     """
     sides = solenoid_sides(state)
     for flow in range(FLOWS):
@@ -71,14 +149,67 @@ def start_solenoid_segment(state, shares, shares_end, first, mode):
 
 
 @kernel
-def solenoid_events(state, mode, first, g, first_event):
-    """By how much each flow has left its regime, into g from its element ``first_event``."""
+def solenoid_events(state: "ValveState", mode: np.ndarray, first: int, g: np.ndarray, first_event: int) -> None:
+    """Write by how much each flow has left its regime into the events.
+
+    Parameters
+    ----------
+    state : apesim.valve.terms.ValveState
+        State of the valve at an instant.
+    mode : (m,) float array
+        Modes of the march.
+    first : int
+        Element of the modes that holds the regime of the first flow.
+    g : (e,) float array
+        Values of the events; those of the flows are changed.
+    first_event : int
+        Element of the events that belongs to the first flow.
+
+    Examples
+    --------
+    A flow that is shut leaves no regime:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> g = np.zeros(4)
+    >>> solenoid_events(state, np.full(4, SHUT), 0, g, 0)
+    >>> g.tolist()
+    [-1.0, -1.0, -1.0, -1.0]
+    """
     sides = solenoid_sides(state)
     for flow in range(FLOWS):
         g[first_event + flow] = beyond_regime(state.gas, mode[first + flow], sides[flow])
 
 
 @kernel
-def change_solenoid_regime(state, flow, first, mode):
-    """Take a flow over into the regime that follows."""
+def change_solenoid_regime(state: "ValveState", flow: int, first: int, mode: np.ndarray) -> None:
+    """Take a flow over into the regime that follows.
+
+    Parameters
+    ----------
+    state : apesim.valve.terms.ValveState
+        State of the valve at an instant.
+    flow : int
+        Flow, from SUPPLY_A to VENT_B.
+    first : int
+        Element of the modes that holds the regime of the first flow.
+    mode : (m,) float array
+        Modes of the march; those of the flows are changed.
+
+    Examples
+    --------
+    A chamber of 0.11 MPa vents to ambient pressure without choking:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> from apesim.restriction import CHOKED, SUBSONIC
+    >>> mode = np.full(4, float(CHOKED))
+    >>> change_solenoid_regime(state._replace(pressure_a=1.1e5), VENT_A, 0, mode)
+    >>> bool(mode[VENT_A] == SUBSONIC)
+    True
+    """
     mode[first + flow] = next_regime(state.gas, mode[first + flow], solenoid_sides(state)[flow])

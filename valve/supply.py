@@ -1,4 +1,4 @@
-"""Where engine air and control air come from."""
+"""Supply of engine air and control air."""
 
 from math import isnan
 from typing import Annotated, NamedTuple
@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 from apesim.quantities import Choice, Pressure, Quantity
 
 REGULATOR, RECEIVER = 0, 1
+"""Sources of the control air."""
 
 
 class Supply(NamedTuple):
@@ -20,7 +21,20 @@ class Supply(NamedTuple):
         float, Pressure(0.02, 30, "of control air from the regulator", show="gauge", text="the supply's", optional=True)
     ] = float("nan")
 
-    def control(self):
-        """Pressure [Pa abs] and temperature [K] of control air from the regulator."""
+    def control(self) -> tuple[float, float]:
+        """Return the state of control air from the regulator.
+
+        Returns
+        -------
+        pressure : float
+            Control pressure, or the supply's where none is given [Pa abs].
+        temperature : float
+            Temperature of the supply [K].
+
+        Examples
+        --------
+        >>> Supply(pressure=1e6, temperature=290.0).control()
+        (1000000.0, 290.0)
+        """
         pressure = self.pressure if isnan(self.control_pressure) else self.control_pressure
         return pressure, self.temperature

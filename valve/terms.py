@@ -1,4 +1,4 @@
-"""What the valve's effects see, and the terms of the balances that they add to."""
+"""State that the valve's effects see, and the terms of the balances that they add to."""
 
 from typing import NamedTuple
 
@@ -7,37 +7,47 @@ from apesim.valve.piston import Valve
 from apesim.valve.solenoid_flow import FLOWS
 
 FORCE, DRY, BREAKAWAY, MASS_A, ENERGY_A, MASS_B, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY, BRANCH, FLOW_SHARE = range(12)
-"""Force on the piston [N], to closed; dry friction while moving and what holds at rest [N], both without sign; mass
-[kg/s] and energy [W] into chamber A and chamber B; what of the energies is heat [W], and the exergy of both heats at
-the temperature of the walls that they come from [W]; branches of the laws, see `apesim.effect.note_branch`; from
-FLOW_SHARE on, the share by which each flow of `apesim.valve.solenoid_flow` is larger."""
+"""Elements of a balance: force on the piston [N], to closed; dry friction while moving and what holds at rest [N], both
+without sign; mass [kg/s] and energy [W] into chamber A and chamber B; what of the energies is heat [W], and the exergy
+of both heats at the temperature of the walls that they come from [W]; branches of the laws, see
+`apesim.effect.note_branch`; from FLOW_SHARE on, the share by which each flow of `apesim.valve.solenoid_flow` is larger.
+"""
 TERMS = FLOW_SHARE + FLOWS
+"""Length of a balance."""
 
 
 class ValveState(NamedTuple):
     """State of the valve at an instant."""
 
     gas: Gas
+    """Working gas."""
     ambient: Ambient
+    """Surroundings."""
     valve: Valve
+    """Dimensions of the valve."""
     position: float
-    """L [m]."""
+    """Position L of the piston, 0 at fully open [m]."""
     speed: float
-    """[m/s]"""
+    """Speed dL/dt, positive to closed [m/s]."""
     pressure_a: float
-    """[Pa abs]"""
+    """Pressure of chamber A [Pa abs]."""
     temperature_a: float
-    """[K]"""
+    """Temperature of chamber A [K]."""
     volume_a: float
-    """[m3]"""
+    """Volume of chamber A [m3]."""
     pressure_b: float
+    """Pressure of chamber B [Pa abs]."""
     temperature_b: float
+    """Temperature of chamber B [K]."""
     volume_b: float
+    """Volume of chamber B [m3]."""
     supply_pressure: float
+    """Pressure of the control air before the solenoids [Pa abs]."""
     supply_temperature: float
+    """Temperature of the control air before the solenoids [K]."""
     intake_pressure: float
-    """Of the air before the groove [Pa abs]."""
+    """Pressure of the air before the groove [Pa abs]."""
     vent_pressure: float
-    """Behind the vents of the solenoids [Pa abs]."""
+    """Pressure behind the vents of the solenoids [Pa abs]."""
     stretch: float
-    """See `apesim.valve.actuator.Actuator`."""
+    """Factor on the pressure difference of the solenoids' flows, see `apesim.valve.actuator.Actuator`."""
