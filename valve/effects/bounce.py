@@ -15,8 +15,26 @@ class Bounce(NamedTuple):
 
 @contact.for_type(Bounce)
 @kernel
-def bounce(effect, speed):
-    """Speed after over speed before contact (Newton's law of restitution)."""
+def bounce(effect: Bounce, speed: float) -> float:
+    """Return the restitution of a stop, ``v+ = -e v-`` (Newton's law of restitution).
+
+    Parameters
+    ----------
+    effect : Bounce
+        Parameters of the effect.
+    speed : float
+        Speed of the contact without sign [m/s]; e does not depend on it.
+
+    Returns
+    -------
+    float
+        Speed after over speed before contact e, 0...1.
+
+    Examples
+    --------
+    >>> bounce(Bounce(restitution=0.3), 2.0)
+    0.3
+    """
     return effect.restitution
 
 

@@ -2,10 +2,12 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.valve.terms import BREAKAWAY, DRY
+from apesim.valve.terms import BREAKAWAY, DRY, ValveState
 
 
 class CoulombFriction(NamedTuple):
@@ -17,8 +19,32 @@ class CoulombFriction(NamedTuple):
 
 @law.for_type(CoulombFriction)
 @kernel
-def coulomb_friction(effect, state, balance):
-    """F_d against the motion, F_s at rest (Eq. 2) [N]."""
+def coulomb_friction(effect: CoulombFriction, state: ValveState, balance: np.ndarray) -> None:
+    """Add dry friction: a constant force against the motion, and what holds the piston at rest.
+
+    ``F_f = F_d sign(dL/dt)`` in motion, up to F_s at rest: the EPV paper (doi 10.1631/jzus.A0820373), Eq. 2.
+
+    Parameters
+    ----------
+    effect : CoulombFriction
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> coulomb_friction(CoulombFriction(force=5.0, breakaway=8.0), state, balance)
+    >>> float(balance[DRY]), float(balance[BREAKAWAY])
+    (5.0, 8.0)
+    """
     balance[DRY] += effect.force
     balance[BREAKAWAY] += max(effect.force, effect.breakaway)
 
@@ -27,7 +53,8 @@ EFFECT = Effect(
     "coulomb_friction",
     CoulombFriction,
     equation="F_f = F_d sign(dL/dt) in motion, up to F_s at rest",
-    source="paper, Eq. 2; Richer and Hurmuzlu 2000, J. Dyn. Syst. Meas. Control 122, 416",
+    source="EPV paper (doi 10.1631/jzus.A0820373), Eq. 2; "
+    "Richer and Hurmuzlu 2000, J. Dyn. Syst. Meas. Control 122, 416",
     seen_in="flight at low pressure; confused with the springs",
     isolated_by="slow strokes at low supply pressure, with both chamber pressures measured",
     strengths=("force", "breakaway"),

@@ -2,11 +2,13 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
 from apesim.valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
-from apesim.valve.terms import FLOW_SHARE
+from apesim.valve.terms import FLOW_SHARE, ValveState
 
 
 class DischargeCoefficientSlope(NamedTuple):
@@ -19,8 +21,35 @@ class DischargeCoefficientSlope(NamedTuple):
 
 @law.for_type(DischargeCoefficientSlope)
 @kernel
-def discharge_coefficient_slope(effect, state, balance):
-    """Each flow through the solenoids is larger by -fall r, r the lower over the higher pressure."""
+def discharge_coefficient_slope(effect: DischargeCoefficientSlope, state: ValveState, balance: np.ndarray) -> None:
+    """Make each flow through the solenoids smaller with the pressure ratio, ``S(r) = S (1 - fall r)``.
+
+    r is the lower over the higher pressure. Source: Jobson 1955, Proc. IMechE 169, 767, on the contraction of a jet;
+    the line over the ratio is chosen.
+
+    Parameters
+    ----------
+    effect : DischargeCoefficientSlope
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    Supply and chamber A are at one pressure, so that the flow between them loses the whole share:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> discharge_coefficient_slope(DischargeCoefficientSlope(fall=0.2), state, balance)
+    >>> round(float(balance[FLOW_SHARE + SUPPLY_A]), 6), round(float(balance[FLOW_SHARE + SUPPLY_B]), 6)
+    (-0.2, -0.020265)
+    """
     supply, vent, a, b = state.supply_pressure, state.vent_pressure, state.pressure_a, state.pressure_b
     balance[FLOW_SHARE + SUPPLY_A] -= effect.fall * (min(supply, a) / max(supply, a))
     balance[FLOW_SHARE + VENT_A] -= effect.fall * (min(vent, a) / max(vent, a))

@@ -2,10 +2,12 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.valve.terms import FORCE
+from apesim.valve.terms import FORCE, ValveState
 
 
 class IntakeFlowForce(NamedTuple):
@@ -16,8 +18,35 @@ class IntakeFlowForce(NamedTuple):
 
 @law.for_type(IntakeFlowForce)
 @kernel
-def intake_flow_force(effect, state, balance):
-    """area (p_intake - p_0), to closed [N]."""
+def intake_flow_force(effect: IntakeFlowForce, state: ValveState, balance: np.ndarray) -> None:
+    """Add the force of the intake air on an unbalanced area, ``F = area (p_i - p_0)``, to closed.
+
+    Source: Merritt 1967, Hydraulic Control Systems, on flow forces that tend to close a spool; the area is chosen.
+
+    Parameters
+    ----------
+    effect : IntakeFlowForce
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    100 mm2 times 0.4 MPa:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> state = state._replace(intake_pressure=state.ambient.pressure + 4e5)
+    >>> intake_flow_force(IntakeFlowForce(area=100e-6), state, balance)
+    >>> round(float(balance[FORCE]), 6)
+    40.0
+    """
     balance[FORCE] += effect.area * (state.intake_pressure - state.ambient.pressure)
 
 

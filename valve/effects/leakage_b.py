@@ -2,11 +2,13 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
-from apesim.valve.terms import BRANCH, ENERGY_B, MASS_B
+from apesim.valve.terms import BRANCH, ENERGY_B, MASS_B, ValveState
 
 
 class LeakageB(NamedTuple):
@@ -17,8 +19,34 @@ class LeakageB(NamedTuple):
 
 @law.for_type(LeakageB)
 @kernel
-def leakage_b(effect, state, balance):
-    """Flow from chamber B to ambient through an effective area (Eq. 7)."""
+def leakage_b(effect: LeakageB, state: ValveState, balance: np.ndarray) -> None:
+    """Add the flow from chamber B to ambient through an effective area.
+
+    ``mdot = S psi(r) p/sqrt(R T)``: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 7-8, which neglects it.
+
+    Parameters
+    ----------
+    effect : LeakageB
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    0.1 mm2 * 0.6847 * 1 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.2333 g/s leave the chamber:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> leakage_b(LeakageB(area=0.1e-6), state._replace(pressure_b=1e6), balance)
+    >>> round(float(balance[MASS_B]) * 1e3, 4)
+    -0.2333
+    """
     sides = state.pressure_b, state.temperature_b, state.ambient.pressure, state.ambient.temperature
     mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
     balance[MASS_B] -= mass
@@ -29,7 +57,7 @@ EFFECT = Effect(
     "leakage_b",
     LeakageB,
     equation="mdot = S psi(r) p / sqrt(R T), from B to ambient",
-    source="paper, Eqs. 7-8; the paper neglects it",
+    source="EPV paper (doi 10.1631/jzus.A0820373), Eqs. 7-8; the paper neglects it",
     seen_in="standing pressure of chamber B; confused with a leak of chamber A on lift alone",
     isolated_by="chamber B charged and shut off, piston on its stop: pressure over time",
 )

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
-from apesim.reading import lagging
+from apesim.reading import Reading, lagging
 
 
 class LiftSensorLag(NamedTuple):
@@ -13,17 +13,32 @@ class LiftSensorLag(NamedTuple):
     time: Annotated[float, Quantity("ms", 0, 0.5, "an eddy-current sensor, filtered at 300 Hz and more")] = 0.0
 
 
-def sensor(effect, reading):
-    """Let the lift lag.
+def sensor(effect: LiftSensorLag, reading: Reading) -> Reading:
+    """Let the recorded lift lag, ``time dy/dt = lift - y``.
+
+    Source: Doebelin, Measurement Systems, 3.3, first-order instruments.
 
     Parameters
     ----------
     effect : LiftSensorLag
+        Parameters of the effect.
     reading : apesim.reading.Reading
+        What the sensors would record without the effect.
 
     Returns
     -------
     apesim.reading.Reading
+        What they record with it.
+
+    Examples
+    --------
+    A lift that rises at 1 m/s is recorded one time constant late:
+
+    >>> import numpy as np
+    >>> reading = Reading(at=lambda times: {"lift": times})
+    >>> lagging = sensor(LiftSensorLag(time=0.2e-3), reading)
+    >>> (lagging.at(np.array([10e-3]))["lift"] * 1e3).round(3).tolist()
+    [9.8]
     """
     return lagging(reading, lambda name: name == "lift", effect.time)
 

@@ -1,9 +1,12 @@
 """Moving mass that differs from the machine file's."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
+
+if TYPE_CHECKING:
+    from apesim.valve.actuator import Actuator, ActuatorTables
 
 
 class MovingMassError(NamedTuple):
@@ -12,18 +15,34 @@ class MovingMassError(NamedTuple):
     share: Annotated[float, Quantity("", -0.15, 0.15, "a third of the springs, oil, fasteners")] = 0.0
 
 
-def adjust(effect, actuator, tables):
-    """Change the moving mass by a share.
+def adjust(
+    effect: MovingMassError, actuator: "Actuator", tables: "ActuatorTables"
+) -> tuple["Actuator", "ActuatorTables"]:
+    """Change the moving mass by a share, ``M = (1 + share) M``.
 
     Parameters
     ----------
     effect : MovingMassError
+        Parameters of the effect.
     actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
     tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
 
     Returns
     -------
-    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator
+        Valve with the effect.
+    apesim.valve.actuator.ActuatorTables
+        Arrays with the effect.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> round(adjust(MovingMassError(share=0.1), actuator, tables)[0].valve.moving_mass, 6)
+    0.12595
     """
     valve = actuator.valve
     valve = valve._replace(moving_mass=(1.0 + effect.share) * valve.moving_mass)
@@ -34,7 +53,7 @@ EFFECT = Effect(
     "moving_mass_error",
     MovingMassError,
     equation="M = (1 + share) M",
-    source="paper, Eq. 1; Rayleigh: a third of a spring moves along",
+    source="EPV paper (doi 10.1631/jzus.A0820373), Eq. 1; Rayleigh: a third of a spring moves along",
     seen_in="acceleration; confused with the pressures' gain",
     isolated_by="weighing the piston, or a free oscillation on its springs",
     adjust=adjust,

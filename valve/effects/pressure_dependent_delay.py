@@ -1,10 +1,13 @@
 """Solenoids whose delay depends on the pressure that they work against."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Pressure, Quantity
 from apesim.valve.solenoid import shifted
+
+if TYPE_CHECKING:
+    from apesim.valve.actuator import Actuator, ActuatorTables
 
 
 class PressureDependentDelay(NamedTuple):
@@ -16,18 +19,41 @@ class PressureDependentDelay(NamedTuple):
     ] = 0.501325e6
 
 
-def adjust(effect, actuator, tables):
-    """Shift both solenoids' opening curves by slope (p_c - reference); not to before the command.
+def adjust(
+    effect: PressureDependentDelay, actuator: "Actuator", tables: "ActuatorTables"
+) -> tuple["Actuator", "ActuatorTables"]:
+    """Shift both solenoids' opening curves with the control pressure, but not to before the command.
+
+    ``x(t) = x(t - slope (p_c - reference))``; the line over the pressure is chosen, after the force balance of a
+    plunger.
 
     Parameters
     ----------
     effect : PressureDependentDelay
+        Parameters of the effect.
     actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
     tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
 
     Returns
     -------
-    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator
+        Valve with the effect.
+    apesim.valve.actuator.ActuatorTables
+        Arrays with the effect.
+
+    Examples
+    --------
+    0.6 MPa above the reference, 1 ms/MPa:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> effect = PressureDependentDelay(slope=1e-9, reference=actuator.control_pressure - 0.6e6)
+    >>> _, later = adjust(effect, actuator, tables)
+    >>> ((later.curve_a - tables.curve_a)[:, 0] * 1e3).round(6).tolist()
+    [0.6, 0.6]
     """
     time = effect.slope * (actuator.control_pressure - effect.reference)
     return actuator, tables._replace(curve_a=shifted(tables.curve_a, time), curve_b=shifted(tables.curve_b, time))

@@ -2,10 +2,12 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.valve.terms import FORCE
+from apesim.valve.terms import FORCE, ValveState
 
 
 class QuadraticDrag(NamedTuple):
@@ -18,8 +20,32 @@ class QuadraticDrag(NamedTuple):
 
 @law.for_type(QuadraticDrag)
 @kernel
-def quadratic_drag(effect, state, balance):
-    """-c v abs(v) [N]."""
+def quadratic_drag(effect: QuadraticDrag, state: ValveState, balance: np.ndarray) -> None:
+    """Add a drag that grows with the square of the speed, ``F = -c v |v|``.
+
+    Source: turbulent drag; Idelchik, Handbook of Hydraulic Resistance.
+
+    Parameters
+    ----------
+    effect : QuadraticDrag
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> quadratic_drag(QuadraticDrag(coefficient=10.0), state._replace(speed=-2.0), balance)
+    >>> float(balance[FORCE])
+    40.0
+    """
     balance[FORCE] -= effect.coefficient * state.speed * abs(state.speed)
 
 

@@ -2,11 +2,13 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
-from apesim.valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B
+from apesim.valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B, ValveState
 
 
 class RingLeakage(NamedTuple):
@@ -17,8 +19,34 @@ class RingLeakage(NamedTuple):
 
 @law.for_type(RingLeakage)
 @kernel
-def ring_leakage(effect, state, balance):
-    """Flow from chamber A to chamber B through an effective area (Eq. 7)."""
+def ring_leakage(effect: RingLeakage, state: ValveState, balance: np.ndarray) -> None:
+    """Add the flow from chamber A to chamber B through an effective area.
+
+    ``mdot = S psi(r) p/sqrt(R T)``: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 7-8, which neglects it.
+
+    Parameters
+    ----------
+    effect : RingLeakage
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    0.1 mm2 * 0.6847 * 1 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.2333 g/s:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> ring_leakage(RingLeakage(area=0.1e-6), state, balance)
+    >>> round(float(balance[MASS_B]) * 1e3, 4), round(float(balance[MASS_A] + balance[MASS_B]), 9)
+    (0.2333, 0.0)
+    """
     sides = state.pressure_a, state.temperature_a, state.pressure_b, state.temperature_b
     mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
     balance[MASS_A] -= mass
@@ -31,7 +59,7 @@ EFFECT = Effect(
     "ring_leakage",
     RingLeakage,
     equation="mdot = S psi(r) p / sqrt(R T), from A to B",
-    source="paper, Eqs. 7-8; the paper neglects it",
+    source="EPV paper (doi 10.1631/jzus.A0820373), Eqs. 7-8; the paper neglects it",
     seen_in="chamber pressures in dwell",
     isolated_by="one chamber pressurised and the other vented, solenoids held, piston on its stop",
 )

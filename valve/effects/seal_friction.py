@@ -2,10 +2,12 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.valve.terms import BREAKAWAY, DRY
+from apesim.valve.terms import BREAKAWAY, DRY, ValveState
 
 
 class SealFriction(NamedTuple):
@@ -18,8 +20,35 @@ class SealFriction(NamedTuple):
 
 @law.for_type(SealFriction)
 @kernel
-def seal_friction(effect, state, balance):
-    """c (abs(p_A - p_0) + abs(p_B - p_0)), moving and at rest [N]."""
+def seal_friction(effect: SealFriction, state: ValveState, balance: np.ndarray) -> None:
+    """Add dry friction in proportion to the chambers' pressures, ``F_f = c (|p_A - p_0| + |p_B - p_0|)``.
+
+    It acts against the motion and holds at rest. Source: Belforte et al. 1993, Lubrication Engineering 49, 775.
+
+    Parameters
+    ----------
+    effect : SealFriction
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    10 N/MPa times 0.5 MPa; chamber B is at ambient pressure:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> state = state._replace(pressure_a=state.ambient.pressure + 5e5)
+    >>> seal_friction(SealFriction(coefficient=1e-5), state, balance)
+    >>> round(float(balance[DRY]), 6)
+    5.0
+    """
     ambient = state.ambient.pressure
     force = effect.coefficient * (abs(state.pressure_a - ambient) + abs(state.pressure_b - ambient))
     balance[DRY] += force

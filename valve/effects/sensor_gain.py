@@ -4,8 +4,10 @@ from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
+from apesim.reading import Reading
 
 SHARE = Quantity("", -0.2, 0.2, "calibration: 0.01 to 0.02")
+"""Declaration of a share by which a channel reads more."""
 
 
 class SensorGain(NamedTuple):
@@ -20,17 +22,30 @@ class SensorGain(NamedTuple):
     supply_pressure: Annotated[float, SHARE] = 0.0
 
 
-def sensor(effect, reading):
-    """Scale the channels, pressures as absolute ones.
+def sensor(effect: SensorGain, reading: Reading) -> Reading:
+    """Scale the recorded channels, ``recorded = (1 + share) x``; pressures as absolute ones.
+
+    Source: Doebelin, Measurement Systems, 3.2, static calibration.
 
     Parameters
     ----------
     effect : SensorGain
+        Parameters of the effect.
     reading : apesim.reading.Reading
+        What the sensors would record without the effect.
 
     Returns
     -------
     apesim.reading.Reading
+        What they record with it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> reading = Reading(at=lambda times: {"lift": 1e-3 + 0.0 * times, "pressure_a": 1e6 * times})
+    >>> scaled = sensor(SensorGain(lift=0.02), reading).at(np.array([0.1]))
+    >>> (scaled["lift"] * 1e3).round(6).tolist(), scaled["pressure_a"].round(6).tolist()
+    ([1.02], [100000.0])
     """
     shares = effect._asdict()
 

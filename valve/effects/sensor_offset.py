@@ -4,8 +4,10 @@ from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
+from apesim.reading import Reading
 
 PRESSURE = Quantity("kPa", -100, 100, "drift of the zero: 1 to 5 kPa")
+"""Declaration of a pressure by which a channel reads more."""
 
 
 class SensorOffset(NamedTuple):
@@ -20,17 +22,30 @@ class SensorOffset(NamedTuple):
     supply_temperature: Annotated[float, Quantity("K", -50, 50, "thermocouple: 1 to 3 K")] = 0.0
 
 
-def sensor(effect, reading):
-    """Shift the channels.
+def sensor(effect: SensorOffset, reading: Reading) -> Reading:
+    """Shift the recorded channels, ``recorded = x + offset``.
+
+    Source: Doebelin, Measurement Systems, 3.2, static calibration.
 
     Parameters
     ----------
     effect : SensorOffset
+        Parameters of the effect.
     reading : apesim.reading.Reading
+        What the sensors would record without the effect.
 
     Returns
     -------
     apesim.reading.Reading
+        What they record with it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> reading = Reading(at=lambda times: {"lift": 1e-3 + 0.0 * times, "pressure_a": 1e6 * times})
+    >>> shifted = sensor(SensorOffset(pressure_a=2e3), reading).at(np.array([0.1]))
+    >>> shifted["pressure_a"].round(6).tolist()
+    [102000.0]
     """
     offsets = effect._asdict()
 

@@ -2,10 +2,12 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.valve.terms import FORCE
+from apesim.valve.terms import FORCE, ValveState
 
 
 class SideForce(NamedTuple):
@@ -16,8 +18,30 @@ class SideForce(NamedTuple):
 
 @law.for_type(SideForce)
 @kernel
-def side_force(effect, state, balance):
-    """A constant force, positive to closed [N]."""
+def side_force(effect: SideForce, state: ValveState, balance: np.ndarray) -> None:
+    """Add a constant force on the piston, positive to closed; chosen, as weight or a preloaded spring.
+
+    Parameters
+    ----------
+    effect : SideForce
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> side_force(SideForce(force=-3.0), state, balance)
+    >>> float(balance[FORCE])
+    -3.0
+    """
     balance[FORCE] += effect.force
 
 
@@ -25,7 +49,7 @@ EFFECT = Effect(
     "side_force",
     SideForce,
     equation="M d2L/dt2 = ... + force",
-    source="paper, Eq. 1, with a force that does not depend on the motion",
+    source="EPV paper (doi 10.1631/jzus.A0820373), Eq. 1, with a force that does not depend on the motion",
     seen_in="opening against closing; confused with the springs' rest position",
     isolated_by="strokes with the valve upright and upside down, or force over travel with both chambers open",
 )

@@ -1,14 +1,18 @@
 """Solenoids that take longer, or shorter, from closed to open."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
+if TYPE_CHECKING:
+    from apesim.valve.actuator import Actuator, ActuatorTables
+
+
 MIN_RAMP = 1e-6
-"""[s]"""
+"""Shortest ramp that is left [s]; chosen, far below any step of the march."""
 
 
 class SlowRamp(NamedTuple):
@@ -17,18 +21,35 @@ class SlowRamp(NamedTuple):
     time: Annotated[float, Quantity("ms", -1.5, 1.5, "as long as the chosen ramp itself")] = 0.0
 
 
-def adjust(effect, actuator, tables):
-    """Stretch the opening curves about their first rows; a ramp keeps at least 0.001 ms.
+def adjust(effect: SlowRamp, actuator: "Actuator", tables: "ActuatorTables") -> tuple["Actuator", "ActuatorTables"]:
+    """Stretch the opening curves about their first rows, ``ramp = ramp + time``; a ramp keeps at least 0.001 ms.
 
     Parameters
     ----------
     effect : SlowRamp
+        Parameters of the effect.
     actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
     tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
 
     Returns
     -------
-    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator
+        Valve with the effect.
+    apesim.valve.actuator.ActuatorTables
+        Arrays with the effect.
+
+    Examples
+    --------
+    The default ramp of 1.5 ms after a dead time of 1.5 ms takes 0.5 ms more:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> _, slower = adjust(SlowRamp(time=0.5e-3), actuator, tables)
+    >>> (slower.curve_a * [1e3, 1.0]).round(6).tolist()
+    [[1.5, 0.0], [3.5, 1.0]]
     """
 
     def slower(curve):

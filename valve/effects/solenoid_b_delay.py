@@ -1,10 +1,13 @@
 """Solenoid B follows later than solenoid A."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 from apesim.valve.solenoid import shifted
+
+if TYPE_CHECKING:
+    from apesim.valve.actuator import Actuator, ActuatorTables
 
 
 class SolenoidBDelay(NamedTuple):
@@ -13,18 +16,35 @@ class SolenoidBDelay(NamedTuple):
     time: Annotated[float, Quantity("ms", -1, 1, "scatter of switching times of like valves")] = 0.0
 
 
-def adjust(effect, actuator, tables):
-    """Shift solenoid B's opening curve in time; not to before the command.
+def adjust(
+    effect: SolenoidBDelay, actuator: "Actuator", tables: "ActuatorTables"
+) -> tuple["Actuator", "ActuatorTables"]:
+    """Shift solenoid B's opening curve in time, ``x_B(t) = x(t - time)``, but not to before the command.
 
     Parameters
     ----------
     effect : SolenoidBDelay
+        Parameters of the effect.
     actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
     tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
 
     Returns
     -------
-    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator
+        Valve with the effect.
+    apesim.valve.actuator.ActuatorTables
+        Arrays with the effect.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> _, later = adjust(SolenoidBDelay(time=0.5e-3), actuator, tables)
+    >>> ((later.curve_b - later.curve_a)[:, 0] * 1e3).round(6).tolist()
+    [0.5, 0.5]
     """
     return actuator, tables._replace(curve_b=shifted(tables.curve_b, effect.time))
 

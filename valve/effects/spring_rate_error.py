@@ -1,9 +1,12 @@
 """Springs whose rate differs from the machine file's."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
+
+if TYPE_CHECKING:
+    from apesim.valve.actuator import Actuator, ActuatorTables
 
 
 class SpringRateError(NamedTuple):
@@ -12,18 +15,34 @@ class SpringRateError(NamedTuple):
     share: Annotated[float, Quantity("", -0.3, 0.3, "springs are sold to 10 percent; an end coil that binds")] = 0.0
 
 
-def adjust(effect, actuator, tables):
-    """Change the spring rate by a share.
+def adjust(
+    effect: SpringRateError, actuator: "Actuator", tables: "ActuatorTables"
+) -> tuple["Actuator", "ActuatorTables"]:
+    """Change the rate of both springs by a share, ``K = (1 + share) K``.
 
     Parameters
     ----------
     effect : SpringRateError
+        Parameters of the effect.
     actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
     tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
 
     Returns
     -------
-    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator
+        Valve with the effect.
+    apesim.valve.actuator.ActuatorTables
+        Arrays with the effect.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> round(adjust(SpringRateError(share=0.1), actuator, tables)[0].valve.spring_rate, 6)
+    2010.8
     """
     valve = actuator.valve
     valve = valve._replace(spring_rate=(1.0 + effect.share) * valve.spring_rate)
@@ -34,7 +53,7 @@ EFFECT = Effect(
     "spring_rate_error",
     SpringRateError,
     equation="K = (1 + share) K",
-    source="paper, Eq. 1; DIN 2095 (now EN 15800) on tolerances of springs",
+    source="EPV paper (doi 10.1631/jzus.A0820373), Eq. 1; DIN 2095 (now EN 15800) on tolerances of springs",
     seen_in="mid stroke; confused with Coulomb friction",
     isolated_by="force over travel with both chambers open",
     adjust=adjust,

@@ -3,10 +3,12 @@
 from math import exp
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.valve.terms import BREAKAWAY, DRY
+from apesim.valve.terms import BREAKAWAY, DRY, ValveState
 
 
 class StribeckFriction(NamedTuple):
@@ -18,8 +20,34 @@ class StribeckFriction(NamedTuple):
 
 @law.for_type(StribeckFriction)
 @kernel
-def stribeck_friction(effect, state, balance):
-    """F exp(-(v/v_s)^2) against the motion, F at rest [N]."""
+def stribeck_friction(effect: StribeckFriction, state: ValveState, balance: np.ndarray) -> None:
+    """Add dry friction that fades with the speed, ``F_f = F exp(-(v/v_s)^2)``; all of it holds at rest.
+
+    Source: Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30, 1083.
+
+    Parameters
+    ----------
+    effect : StribeckFriction
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    At the speed v_s a share 1/e = 0.3679 is left:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> stribeck_friction(StribeckFriction(force=2.0, speed=0.05), state._replace(speed=0.05), balance)
+    >>> round(float(balance[DRY]), 4), float(balance[BREAKAWAY])
+    (0.7358, 2.0)
+    """
     if effect.force > 0.0:
         balance[DRY] += effect.force * exp(-((state.speed / effect.speed) ** 2))
         balance[BREAKAWAY] += effect.force

@@ -1,12 +1,13 @@
 """A supply line whose pressure falls while the solenoids draw from it."""
 
+from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
 MIN_AREA = 2e-6
-"""Smallest feed that is one [m2]."""
+"""Smallest feed of a line [m2]; a smaller one starves the solenoids."""
 
 
 class SupplyDroop(NamedTuple):
@@ -15,14 +16,45 @@ class SupplyDroop(NamedTuple):
     feed_area: Annotated[float, Quantity("mm^2", 0, 50, "effective; from 2 mm2 on: a regulator; 0: no line")] = 0.0
     volume: Annotated[float, Quantity("L", 0.02, 1, "a metre of hose of 6 mm: 0.03 L")] = 0.1e-3
 
-    def faults(self):
-        """Faults that the range does not show."""
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the line, beyond the ranges of its single keys.
+
+        Yields
+        ------
+        key, wrong, right : str
+            Key of the machine file, what is wrong with it, and what would be right.
+
+        Examples
+        --------
+        >>> [wrong for _, wrong, _ in SupplyDroop(feed_area=1e-6).faults()]
+        ['starves the solenoids']
+        """
         if 0.0 < self.feed_area < MIN_AREA:
             yield "feed_area", "starves the solenoids", "2 to 50 mm^2, or 0 for no line"
 
 
-def volume(effect):
-    """Volume of the line [m3] and effective area of its feed [m2]."""
+def volume(effect: SupplyDroop) -> tuple[float, float]:
+    """Return the gas volume of the supply line and its feed.
+
+    The line is a volume with the balances of a chamber, the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 3-8.
+
+    Parameters
+    ----------
+    effect : SupplyDroop
+        Parameters of the effect.
+
+    Returns
+    -------
+    volume : float
+        Volume of the line [m3].
+    area : float
+        Effective area of its feed [m2].
+
+    Examples
+    --------
+    >>> volume(SupplyDroop(feed_area=5e-6, volume=0.2e-3))
+    (0.0002, 5e-06)
+    """
     return effect.volume, effect.feed_area
 
 
@@ -30,7 +62,7 @@ EFFECT = Effect(
     "supply_droop",
     SupplyDroop,
     equation="dm/dt = S psi(r) p_c / sqrt(R T_c) - mdot to the solenoids; S = feed_area",
-    source="paper, Eqs. 3-8, for a volume of its own",
+    source="EPV paper (doi 10.1631/jzus.A0820373), Eqs. 3-8, for a volume of its own",
     seen_in="rise of the filling chamber; confused with the solenoids' effective area",
     isolated_by="pressure right before the solenoids over a stroke",
     volume=volume,

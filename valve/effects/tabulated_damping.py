@@ -1,15 +1,17 @@
-"""A force over the speed that has no name."""
+"""Friction over the speed that has no name, as a table."""
 
 from math import log2
+
+import numpy as np
 
 from apesim.cubic_table import interpolate_clamped, table
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.valve.terms import BREAKAWAY, DRY
+from apesim.valve.terms import BREAKAWAY, DRY, ValveState
 
 PLACES = 0, 100, 300, 700, 1500, 3100
-"""Speed [mm/s]: equally spaced in log2(1 + v/(100 mm/s))."""
+"""Speed at the values of the table [mm/s]: equally spaced in log2(1 + v/(100 mm/s))."""
 
 TabulatedDamping = table(
     "TabulatedDamping",
@@ -22,8 +24,33 @@ TabulatedDamping.__doc__ = "Against the motion: a force over the speed, and one 
 
 @law.for_type(TabulatedDamping)
 @kernel
-def tabulated_damping(effect, state, balance):
-    """R(v) against the motion, R(0) holding at rest, and more in proportion to |p_A - p_0| + |p_B - p_0| [N]."""
+def tabulated_damping(effect: tuple[float, ...], state: ValveState, balance: np.ndarray) -> None:
+    """Add a friction over the speed, and one in proportion to the chambers' pressures.
+
+    ``F_f = R(|v|) + seal (|p_A - p_0| + |p_B - p_0|)/(1 MPa)`` against the motion; R(0) and the seals hold at rest.
+    Chosen.
+
+    Parameters
+    ----------
+    effect : TabulatedDamping
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> tabulated_damping(TabulatedDamping(friction_at_100=3.0), state._replace(speed=-0.1), balance)
+    >>> round(float(balance[DRY]), 6), float(balance[BREAKAWAY])
+    (3.0, 0.0)
+    """
     ambient = state.ambient.pressure
     seal = effect[6] * 1e-6 * (abs(state.pressure_a - ambient) + abs(state.pressure_b - ambient))
     balance[DRY] += seal + interpolate_clamped(effect[:6], log2(1.0 + abs(state.speed) / 0.1))

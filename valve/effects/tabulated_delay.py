@@ -1,4 +1,7 @@
-"""An opening of the solenoids over time that has no name."""
+"""Opening of the solenoids over time that has no name, as tables."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -6,34 +9,44 @@ from apesim.cubic_table import table
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 
+if TYPE_CHECKING:
+    from apesim.valve.actuator import Actuator, ActuatorTables
+
+
 PLACES = 0, 25, 50, 75, 100
-"""How far a solenoid has followed its switch [%]."""
+"""Share of the opening at the values of the tables of each solenoid [%]."""
 PRESSURES = 0, 400, 800, 1200
-"""Of control air above ambient [kPa]."""
+"""Control pressure above ambient at the values of the table of both solenoids [kPa]."""
 SIZE = Quantity("ms", -2, 2, "solenoid valves of 120 Hz")
+"""Declaration of a value: the time by which an opening is later."""
 APART = 1e-6
-"""Least time between two points of an opening curve [s]."""
+"""Shortest time between two points of an opening curve [s]; chosen, so that the curve always rises."""
 
 TabulatedDelay = table("TabulatedDelay", __name__, a=(PLACES, SIZE), b=(PLACES, SIZE), pressure=(PRESSURES, SIZE))
 TabulatedDelay.__doc__ = "How much later each solenoid has come how far; and how much later both, over the pressure."
 
 
-def bent(curve, times, all_times):
-    """An opening curve whose points come later.
+def bent(curve: np.ndarray, times: Sequence[float], all_times: float) -> np.ndarray:
+    """Return an opening curve whose points come later, by a table over the opening.
 
     Parameters
     ----------
     curve : (j, 2) float array
-        See `apesim.valve.solenoid.opening_curve`.
+        Opening curve, see `apesim.valve.solenoid.opening_curve`.
     times : sequence of float
-        At the openings `PLACES` [s].
+        Delays at the openings `PLACES`, linear in between [s].
     all_times : float
-        At any opening [s].
+        Delay at any opening [s].
 
     Returns
     -------
     (k, 2) float array
-        Not to before the switch, and rising.
+        Rising curve, not to before the switch.
+
+    Examples
+    --------
+    >>> bent(np.array([[1e-3, 0.0], [2e-3, 1.0]]), (0.0, 0.0, 0.0, 0.0, 1e-3), 0.5e-3)[[0, -1]].tolist()
+    [[0.0015, 0.0], [0.0035, 1.0]]
     """
     nodes = np.array(PLACES) / 100.0
     between = np.column_stack((np.interp(nodes[1:-1], curve[:, 1], curve[:, 0]), nodes[1:-1]))
@@ -43,18 +56,35 @@ def bent(curve, times, all_times):
     return np.column_stack((np.maximum.accumulate(np.maximum(later, 0.0) - room) + room, points[:, 1]))
 
 
-def adjust(effect, actuator, tables):
-    """Bend both solenoids' opening curves.
+def adjust(
+    effect: tuple[float, ...], actuator: "Actuator", tables: "ActuatorTables"
+) -> tuple["Actuator", "ActuatorTables"]:
+    """Delay both solenoids' opening curves by tables, ``t(x) = t(x) + delay(x) + delay(p_c)``. Chosen.
 
     Parameters
     ----------
     effect : TabulatedDelay
+        Parameters of the effect.
     actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
     tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
 
     Returns
     -------
-    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator
+        Valve with the effect.
+    apesim.valve.actuator.ActuatorTables
+        Arrays with the effect.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> _, later = adjust(TabulatedDelay(a_at_0=0.5e-3), actuator, tables)
+    >>> round(float(later.curve_a[0, 0] - tables.curve_a[0, 0]) * 1e3, 6)
+    0.5
     """
     above = (actuator.control_pressure - actuator.ambient.pressure) / 1e3
     both = float(np.interp(above, PRESSURES, effect[10:]))

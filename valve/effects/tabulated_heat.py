@@ -1,15 +1,18 @@
-"""Heat into the chambers that has no name."""
+"""Heat into the chambers that has no name, as tables over their temperature."""
+
+import numpy as np
 
 from apesim.cubic_table import interpolate_clamped, table
 from apesim.effect import Effect, law
 from apesim.exergy import heat_exergy
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
-from apesim.valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY
+from apesim.valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY, ValveState
 
 PLACES = "minus_80", "minus_40", 0, 40, 80
-"""Temperature of the air above ambient [K]."""
+"""Temperature of the air above ambient at the values of the tables [K]."""
 SIZE = Quantity("W", -200, 200, "400 W/(m2 K) over 60 cm2 and 80 K")
+"""Declaration of a value: a heat flow."""
 
 TabulatedHeat = table("TabulatedHeat", __name__, a=(PLACES, SIZE), b=(PLACES, SIZE))
 TabulatedHeat.__doc__ = "Heat into chamber A and chamber B over the temperature of their air above ambient."
@@ -17,8 +20,33 @@ TabulatedHeat.__doc__ = "Heat into chamber A and chamber B over the temperature 
 
 @law.for_type(TabulatedHeat)
 @kernel
-def tabulated_heat(effect, state, balance):
-    """Q_A(T_A - T_0) and Q_B(T_B - T_0) into the chambers [W]; walls, unknown, count as of the air's temperature."""
+def tabulated_heat(effect: tuple[float, ...], state: ValveState, balance: np.ndarray) -> None:
+    """Add the heat that tables give over the temperature of each chamber's air, ``Q(T - T_0)``. Chosen.
+
+    The walls are not known; they count as ones with the temperature of the air.
+
+    Parameters
+    ----------
+    effect : TabulatedHeat
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> state = state._replace(temperature_a=state.ambient.temperature + 40.0)
+    >>> tabulated_heat(TabulatedHeat(a_at_40=-7.0), state, balance)
+    >>> round(float(balance[HEAT_A]), 6)
+    -7.0
+    """
     ambient = state.ambient.temperature
     heat_a = interpolate_clamped(effect[:5], 2.0 + (state.temperature_a - ambient) / 40.0)
     heat_b = interpolate_clamped(effect[5:], 2.0 + (state.temperature_b - ambient) / 40.0)

@@ -1,15 +1,18 @@
-"""Leaks that have no name."""
+"""Leaks that have no name, as tables over the lift."""
+
+import numpy as np
 
 from apesim.cubic_table import interpolate_clamped, table
 from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
-from apesim.valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B
+from apesim.valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B, ValveState
 
 PLACES = 0, 50, 100
-"""Share of the stroke [%]."""
+"""Share of the stroke at the values of the tables [%]."""
 SIZE = Quantity("mm^2", 0, 1, "worn seals")
+"""Declaration of a value: an effective area."""
 
 TabulatedLeak = table("TabulatedLeak", __name__, a=(PLACES, SIZE), b=(PLACES, SIZE), between=(PLACES, SIZE))
 TabulatedLeak.__doc__ = "Effective areas over the lift, from chamber A and B to ambient and between the two."
@@ -17,8 +20,34 @@ TabulatedLeak.__doc__ = "Effective areas over the lift, from chamber A and B to 
 
 @law.for_type(TabulatedLeak)
 @kernel
-def tabulated_leak(effect, state, balance):
-    """Flows through S_A(lift) and S_B(lift) to ambient and S_AB(lift) from A to B (Eq. 7)."""
+def tabulated_leak(effect: tuple[float, ...], state: ValveState, balance: np.ndarray) -> None:
+    """Add flows through effective areas over the lift: from each chamber to ambient, and from A to B.
+
+    ``mdot = S(lift) psi(r) p/sqrt(R T)``: the EPV paper (doi 10.1631/jzus.A0820373), Eq. 7; the tables are chosen.
+
+    Parameters
+    ----------
+    effect : TabulatedLeak
+        Parameters of the effect.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+    balance : (TERMS,) float array
+        Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    Examples
+    --------
+    0.1 mm2 * 0.6847 * 1 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.2333 g/s leave chamber A:
+
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.terms import TERMS
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> balance = np.zeros(TERMS)
+    >>> tabulated_leak(TabulatedLeak(a_at_0=0.1e-6), state, balance)
+    >>> round(float(balance[MASS_A]) * 1e3, 4)
+    -0.2333
+    """
     place = 2.0 * (1.0 - state.position / state.valve.stroke)
     a, b = (state.pressure_a, state.temperature_a), (state.pressure_b, state.temperature_b)
     ambient = state.ambient.pressure, state.ambient.temperature

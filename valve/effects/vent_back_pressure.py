@@ -1,9 +1,12 @@
 """Back pressure behind the vents: silencers, long lines."""
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from apesim.effect import Effect
 from apesim.quantities import Quantity
+
+if TYPE_CHECKING:
+    from apesim.valve.actuator import Actuator, ActuatorTables
 
 
 class VentBackPressure(NamedTuple):
@@ -12,18 +15,36 @@ class VentBackPressure(NamedTuple):
     pressure: Annotated[float, Quantity("kPa", 0, 30, "a clogged silencer")] = 0.0
 
 
-def adjust(effect, actuator, tables):
-    """Raise the pressure behind the vents; air that comes back keeps ambient temperature.
+def adjust(
+    effect: VentBackPressure, actuator: "Actuator", tables: "ActuatorTables"
+) -> tuple["Actuator", "ActuatorTables"]:
+    """Raise the pressure behind the vents, ``p_vent = p_0 + pressure``; air that comes back keeps ambient temperature.
+
+    Source: ISO 6358-1, an exhaust restriction in series; that its pressure is constant is chosen.
 
     Parameters
     ----------
     effect : VentBackPressure
+        Parameters of the effect.
     actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
     tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
 
     Returns
     -------
-    apesim.valve.actuator.Actuator, apesim.valve.actuator.ActuatorTables
+    apesim.valve.actuator.Actuator
+        Valve with the effect.
+    apesim.valve.actuator.ActuatorTables
+        Arrays with the effect.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> from apesim.valve.actuator import actuator_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> adjust(VentBackPressure(pressure=1e4), actuator, tables)[0].vent_pressure - actuator.vent_pressure
+    10000.0
     """
     return actuator._replace(vent_pressure=actuator.vent_pressure + effect.pressure), tables
 
