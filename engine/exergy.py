@@ -1,17 +1,23 @@
 """Exergy ledger of a cycle: what enters with the air, where it is destroyed or carried off, and what becomes work.
 
-The dead state is the ambient's pressure p_0 and temperature T_0. A restriction keeps the enthalpy and destroys
-mdot T_0 (s_down - s_up); mixing, heat through a wall and friction destroy theirs. Every term is integrated beside the
-states of a cycle, or an impact of its log; none is what is left over.
+The dead state is the ambient's pressure p_0 and temperature T_0. A restriction keeps the enthalpy of a stream and
+destroys ``mdot T_0 (s_down - s_up)``; mixing, heat through a wall and friction destroy theirs (Bejan, Advanced
+Engineering Thermodynamics, 4th ed., chapters 3 and 5). Every term is integrated beside the states of a cycle, or
+taken from an impact in its log; none is what is left over.
 """
 
-from apesim.engine.cycle.flows import breathing, effects_of, exchange_sides, piped
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from apesim.engine.cycle.flows import effect_terms, exchange_flows, exchange_sides, pipe_flow
 from apesim.engine.cycle.state import (
     EXHAUST_FLOW,
     FEED_FLOW,
     GROOVE_FLOW,
     PIPE_FLOW,
     SIZE,
+    Cycle,
     control_air,
     cylinder_gas,
     cylinder_state,
@@ -24,7 +30,7 @@ from apesim.engine.cycle.state import (
     receiver_state,
     supply_of,
 )
-from apesim.engine.cylinder import EPV
+from apesim.engine.cylinder import EPV, CylinderState
 from apesim.exergy import (
     exergy_brought,
     exergy_stored,
@@ -55,10 +61,13 @@ from apesim.valve.exergy import (
 )
 from apesim.valve.line import has_line
 
+if TYPE_CHECKING:
+    from apesim.engine.steady import SteadyRun
+
 ENGINE_AIR, FEED, RECEIVER_MIXING, GROOVE, CYLINDER_MIXING, EXHAUST_VALVE, EXHAUST_AIR, RATES = range(
     VALVE_RATES, VALVE_RATES + 8
 )
-"""Rates of the ledger that belong to the engine; how many there are with the valve's."""
+"""Rates of the ledger that belong to the engine; RATES is how many there are with the valve's."""
 ENTERS = {
     "engine_air": (ENGINE_AIR, "exergy that engine air brings from its supply, net of what flows back"),
     "control_air": (CONTROL_AIR, "exergy that control air brings from its supply, net of what flows back"),
@@ -67,7 +76,7 @@ ENTERS = {
         "exergy of the heat from the walls, Q (1 - T_0/T_wall); a tabulated heat counts at the air's temperature",
     ),
 }
-"""Terms of exergy that enters: name, rate and what it is."""
+"""Terms of exergy that enters: rate and meaning by name."""
 LEAVES = {
     "feed": (FEED, "exergy destroyed by throttling in the feed of receiver and intake pipe"),
     "receiver_mixing": (RECEIVER_MIXING, "exergy destroyed by mixing in receiver and intake pipe"),
@@ -84,39 +93,59 @@ LEAVES = {
     "leaks": (LEAKS, "exergy that leaks of effects between chambers and to ambient destroy or carry off"),
     "heat_transfer": (HEAT_TRANSFER, "exergy destroyed by heat transfer between walls and air"),
 }
-"""Terms of exergy that is destroyed or carried off."""
+"""Terms of exergy that is destroyed or carried off: rate and meaning by name."""
 WORKS = {
     "stored": "rise of the exergy stored in air, springs and motion over the cycle",
     "indicated_work": "indicated work, of the march with this ledger",
     "engine_friction": "work of the engine's friction",
     "brake_work": "brake work",
 }
-"""Terms that are no rate. What enters is what leaves, stored and indicated work; that is friction and brake work."""
+"""Terms that are no rate: meaning by name. What enters leaves, is stored or becomes indicated work."""
 TERMS = {name: text for name, (_, text) in (ENTERS | LEAVES).items()} | WORKS
-"""Terms of the ledger in the order of flow: name and what it is, J in a cycle."""
+"""Meaning of every term of the ledger by name, in the order of flow; J in a cycle."""
 
 
 @kernel(inline=False)
-def add_exergy_rates(p, t, y, mode, cylinder, dy):
-    """Write the rates of the exergy ledger into dy, behind those of a cycle [W].
+def add_exergy_rates(
+    p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, cylinder: CylinderState, dy: np.ndarray
+) -> None:
+    """Write the rates of the exergy ledger into the rates of a cycle's state vector, behind them.
 
     Parameters
     ----------
     p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
     t : float
-        [s]
-    y, mode : float array
+        Time from the start of the cycle [s].
+    y : (>= SIZE,) float array
+        State vector.
+    mode : (MODES,) float array
+        Modes of the smooth segment.
     cylinder : apesim.engine.cylinder.CylinderState
+        State of the cylinder at that time.
     dy : (SIZE + RATES,) float array
+        Rates of the state vector; its last elements are changed [W].
+
+    Examples
+    --------
+    With all at rest before the first cycle, nothing is destroyed by friction of the valve's piston:
+
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, _, _ = cycle_of(Machine(), 100.0)
+    >>> (y, mode), dy = charged_at_rest(cycle), np.full(SIZE + RATES, np.nan)
+    >>> add_exergy_rates(cycle, 0.0, y, mode, cylinder_state(cycle, 0.0, y)[0], dy)
+    >>> print(abs(dy[SIZE + VALVE_FRICTION]))
+    0.0
     """
-    r = zeros(RATES)
+    r: np.ndarray = zeros(RATES)  # type: ignore[call-arg]
     gas, ambient = p.actuator.gas, p.actuator.ambient
     p_c, t_c = cylinder.pressure, cylinder.temperature
     receiver = receiver_state(p, y)
     intake = intake_state(p, y, receiver)
     sides = exchange_sides(p, cylinder, receiver, intake)
-    groove, groove_enthalpy, exhaust, _, fed, _ = breathing(p, y, mode, cylinder, receiver, intake)
-    mass, energy, past_groove, past_groove_enthalpy, heat, wall_exergy, _ = effects_of(p, cylinder)
+    groove, groove_enthalpy, exhaust, _, fed, _ = exchange_flows(p, y, mode, cylinder, receiver, intake)
+    mass, energy, past_groove, past_groove_enthalpy, heat, wall_exergy, _ = effect_terms(p, cylinder)
     through = stream_through(mode[GROOVE_FLOW], sides[0], groove)
     past = stream_through(past_groove, sides[0], past_groove)
     out = stream_through(mode[EXHAUST_FLOW], sides[1], exhaust)
@@ -133,7 +162,7 @@ def add_exergy_rates(p, t, y, mode, cylinder, dy):
     if p.engine.intake == EPV:
         control, mixing = add_valve_rates(p.actuator, t, y, mode, control_air(p, y)[0], supply_of(p, y), r)
     if has_pipe(p):
-        pipe, _ = piped(p, mode, receiver, intake, groove + past_groove, groove_enthalpy + past_groove_enthalpy)
+        pipe, _ = pipe_flow(p, mode, receiver, intake, groove + past_groove, groove_enthalpy + past_groove_enthalpy)
         drawn = stream_through(mode[PIPE_FLOW], sides[3], pipe)
         r[FEED] += throttling_loss(gas, ambient, drawn, receiver[0], intake[0])
         r[RECEIVER_MIXING] += mixing_loss(gas, ambient, drawn, intake[1])
@@ -156,19 +185,30 @@ def add_exergy_rates(p, t, y, mode, cylinder, dy):
         dy[SIZE + i] = r[i]
 
 
-def stored(p, t, y):
-    """Exergy of all the air between supply and exhaust, and of the valve's springs and motion [J].
+def stored_exergy(p: Cycle, t: float, y: np.ndarray) -> float:
+    """Sum the exergy of all the air between supply and exhaust, and of the valve's springs and motion.
 
     Parameters
     ----------
     p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
     t : float
-        [s]
-    y : (SIZE,) float array
+        Time from the start of the cycle [s].
+    y : (>= SIZE,) float array
+        State vector.
 
     Returns
     -------
     float
+        Stored exergy [J].
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, _, _ = cycle_of(Machine(), 100.0)
+    >>> print(round(stored_exergy(cycle, 0.0, charged_at_rest(cycle)[0])), "J")
+    1721 J
     """
     gas, ambient = p.actuator.gas, p.actuator.ambient
     cylinder, _ = cylinder_state(p, t, y)
@@ -184,24 +224,34 @@ def stored(p, t, y):
     return total + (valve_stored(p.actuator, y, supply_of(p, y)) if p.engine.intake == EPV else 0.0)
 
 
-def exergy_ledger(run, friction_work):
-    """Exergy ledger of a cycle.
+def exergy_ledger(run: "SteadyRun", friction_work: float) -> dict[str, float]:
+    """Compute the exergy ledger of a cycle.
 
     Parameters
     ----------
     run : apesim.engine.steady.SteadyRun
+        Operating point, with an estimate of its error.
     friction_work : float
-        Of the engine's friction [J].
+        Work of the engine's friction in a cycle [J].
 
     Returns
     -------
-    dict
+    dict of str to float
         `TERMS` by name [J].
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1)
+    >>> terms = exergy_ledger(run, friction_work=30.0)
+    >>> round(terms["indicated_work"] - terms["brake_work"], 6)
+    30.0
     """
     terms = {name: float(run.exergy_end[SIZE + number]) for name, (number, _) in (ENTERS | LEAVES).items()}
     work = float(engine_ledger(run.exergy_end).work)
     works = (
-        stored(run.p, 0.0, run.exergy_end) - stored(run.p, 0.0, run.start),
+        stored_exergy(run.p, 0.0, run.exergy_end) - stored_exergy(run.p, 0.0, run.start),
         work,
         friction_work,
         work - friction_work,
@@ -209,13 +259,54 @@ def exergy_ledger(run, friction_work):
     return terms | dict(zip(WORKS, map(float, works), strict=True))
 
 
-def exergy_entering(terms):
-    """Exergy that enters by a ledger [J]; the work that drives an engine which compresses is part of it."""
+def exergy_entering(terms: dict[str, float]) -> float:
+    """Sum the exergy that enters by a ledger, with the work that drives an engine which compresses.
+
+    Parameters
+    ----------
+    terms : dict of str to float
+        `TERMS` by name [J].
+
+    Returns
+    -------
+    float
+        Exergy that enters [J].
+
+    Examples
+    --------
+    >>> terms = {"engine_air": 700.0, "control_air": 80.0, "wall_heat": -5.0, "indicated_work": 200.0}
+    >>> exergy_entering(terms)
+    780.0
+    """
     return sum(max(0.0, term) for term in (*(terms[name] for name in ENTERS), -terms["indicated_work"]))
 
 
-def exergy_closure(run, terms):
-    """Exergy that the ledger of a run does not account for, see `apesim.march.error_bounds.closure_of`."""
+def exergy_closure(run: "SteadyRun", terms: dict[str, float]) -> float:
+    """Relative exergy that the ledger of a run does not account for.
+
+    ``closure = |in - destroyed - carried off - stored - work|/in``; how small sums are treated, see
+    `apesim.march.error_bounds.closure_of`.
+
+    Parameters
+    ----------
+    run : apesim.engine.steady.SteadyRun
+        Operating point, with an estimate of its error.
+    terms : dict of str to float
+        Its ledger, `TERMS` by name [J].
+
+    Returns
+    -------
+    float
+        Relative exergy that is not accounted for.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1)
+    >>> bool(exergy_closure(run, exergy_ledger(run, friction_work=30.0)) < 1e-3)
+    True
+    """
     enters, leaves = (sum(terms[name] for name in names) for names in (ENTERS, LEAVES))
-    left = enters - leaves - terms["stored"] - terms["indicated_work"]
-    return closure_of(left, exergy_entering(terms), stored(run.p, 0.0, run.start))
+    unaccounted = enters - leaves - terms["stored"] - terms["indicated_work"]
+    return closure_of(unaccounted, exergy_entering(terms), stored_exergy(run.p, 0.0, run.start))

@@ -1,11 +1,13 @@
-"""What comes out of an operating point: work, air, efficiencies, true valve angles, and how well it closes."""
+"""Indicators of an operating point: work, air, efficiencies, true valve angles, and how well the balances close."""
 
+from collections.abc import Callable
 from functools import partial
 from math import nan
+from typing import Any
 
 import numpy as np
 
-from apesim.air import ANR_DENSITY, enthalpy, temperature_at_enthalpy, temperature_of
+from apesim.air import ANR_DENSITY, Gas, enthalpy, temperature_at_enthalpy, temperature_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.breathing import cam_angles
 from apesim.engine.cycle.state import (
@@ -22,6 +24,8 @@ from apesim.engine.exergy import TERMS, exergy_closure, exergy_ledger
 from apesim.engine.friction import friction_mean_effective_pressure, mean_piston_speed
 from apesim.engine.ideal_work import full_admission_work, isentropic_work, isothermal_work
 from apesim.engine.kinematics import cylinder_volume, swept_volume
+from apesim.engine.machine import Machine
+from apesim.engine.steady import SteadyRun
 from apesim.exergy import flow_exergy
 from apesim.march.adaptive import LOG_HEAD
 from apesim.march.error_bounds import closure_of
@@ -29,9 +33,10 @@ from apesim.valve.actuator import PHASE
 from apesim.valve.chamber import chamber_state
 from apesim.valve.groove import area_table, lap_of
 from apesim.valve.ledger import valve_states
-from apesim.valve.measures import closing_stroke, lap_times, opening_stroke, travel_of
+from apesim.valve.measures import Stroke, Travel, closing_stroke, lap_times, opening_stroke, travel_of
 
 JOULE_PER_KWH = 3.6e6
+"""Joules in a kilowatt-hour."""
 INDICATORS = {
     "speed_rpm": ("r/min", "speed, revolutions a minute"),
     "indicated_torque_Nm": ("N m", "mean indicated torque"),
@@ -79,41 +84,75 @@ INDICATORS = {
     "air_tolerance_change": ("1", "change of the engine air at ten times the tolerance, relative"),
     "tolerance": ("1", "of a step"),
 }
-"""Name of each indicator, as in files: its unit and what it is."""
+"""Unit and meaning of each indicator, by its name in files."""
 FLAGS = ("converged",)
+"""Names of the indicators that are 1 for yes and 0 for no."""
 COUNTS = ("period_cycles", "cycles")
+"""Names of the indicators that count cycles."""
 
 
-def ratio(numerator, denominator):
-    """A quotient, or NaN where the denominator is not positive."""
+def ratio(numerator: float, denominator: float) -> float:
+    """Quotient of two numbers, NaN where the denominator is not positive.
+
+    Parameters
+    ----------
+    numerator, denominator : float
+        Numbers in units that fit.
+
+    Returns
+    -------
+    float
+        Numerator over denominator, or NaN.
+
+    Examples
+    --------
+    >>> ratio(3.0, 2.0), ratio(3.0, -2.0)
+    (1.5, nan)
+    """
     return numerator / denominator if denominator > 0.0 else nan
 
 
-def valve_angles(machine, run):
-    """True opening and closing of the intake.
+def valve_angles(machine: Machine, run: SteadyRun) -> dict[str, float]:
+    """Find the true opening and closing of the intake, and how hard the valve lands.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine of the run.
     run : apesim.engine.steady.SteadyRun
+        Operating point.
 
     Returns
     -------
-    dict
-        ``valve_open_deg``, ``valve_close_deg``, ``full_open_deg``, ``closed_deg``, ``peak_lift_m``, seating speeds and
-        fluctuations. NaN: it never comes to it.
+    dict of str to float
+        ``valve_open_deg``, ``valve_close_deg``, ``full_open_deg``, ``closed_deg`` [deg], ``peak_lift_m`` [m], the
+        seating speeds [m/s] and fluctuations. NaN where the intake never comes to it.
+
+    Examples
+    --------
+    The ideal valve opens and closes at the intended angles:
+
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> machine = Machine()
+    >>> machine = machine._replace(engine=machine.engine._replace(intake=IDEAL_VALVE))
+    >>> run = run_steady(machine, 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> angles = valve_angles(machine, run)
+    >>> round(angles["valve_open_deg"], 6), round(angles["valve_close_deg"], 6)
+    (-5.0, 70.0)
     """
     p, log = run.p, run.log
     table = area_table(machine.groove, machine.valve.stroke)
     if p.engine.intake == CAM:
         return _angles(*cam_angles(machine.engine.cam, lap_of(table))) | _no_strokes()
     if p.engine.intake == IDEAL_VALVE:
-        found = (p.open_target, p.close_target, p.open_target, p.close_target, machine.valve.stroke)
-        return _angles(*found) | _no_strokes()
+        opens, closes = p.open_target, p.close_target
+        return _angles(opens, closes, opens, closes, machine.valve.stroke) | _no_strokes()
     opening, closing, opened, shut = valve_motion(machine, run)
     lift = np.minimum(machine.valve.stroke - log[:, LOG_HEAD], machine.valve.stroke)
     times = (opened, shut, opening.contact, closing.contact)
-    return _angles(*(p.start + p.speed * t for t in times), lift.max()) | {
+    opens, closes, full_open, closed = (p.start + p.speed * t for t in times)
+    return _angles(opens, closes, full_open, closed, lift.max()) | {
         "opening_seating_speed_m_s": opening.seating_speed,
         "closing_seating_speed_m_s": closing.seating_speed,
         "fluctuation": opening.fluctuation,
@@ -121,10 +160,33 @@ def valve_angles(machine, run):
     }
 
 
-def valve_motion(machine, run):
-    """Strokes of the valve (`apesim.valve.measures.Stroke`), and when its lift rises and falls through the lap [s].
+def valve_motion(machine: Machine, run: SteadyRun) -> tuple[Stroke, Stroke, float, float]:
+    """Find both strokes of the electro-pneumatic valve, and when its lift crosses the lap.
 
-    Times are from the energising on, and later than a cycle where the valve moves into the next; NaN: never.
+    Times are counted from the energising. They are later than a cycle where the valve moves into the next cycle.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+        Machine of the run.
+    run : apesim.engine.steady.SteadyRun
+        Operating point.
+
+    Returns
+    -------
+    opening, closing : apesim.valve.measures.Stroke
+        Strokes of the valve.
+    opened, shut : float
+        Times at which the lift rises and falls through the lap [s]; NaN: never.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> opening, closing, opened, shut = valve_motion(Machine(), run)
+    >>> print(round(opened * 1e3, 1), "ms,", round(shut * 1e3, 1), "ms")
+    6.7 ms, 23.6 ms
     """
     p, log = run.p, run.log
     table = area_table(machine.groove, machine.valve.stroke)
@@ -137,23 +199,35 @@ def valve_motion(machine, run):
     return opening, closing, *lap_times(doubled, machine.valve.stroke, lap_of(table))
 
 
-def valve_travel(machine, run):
-    """Which of its stops the piston of the electro-pneumatic valve meets in a cycle.
+def valve_travel(machine: Machine, run: SteadyRun) -> Travel:
+    """Find which of its stops the piston of the electro-pneumatic valve meets in a cycle.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine of the run.
     run : apesim.engine.steady.SteadyRun
+        Operating point.
 
     Returns
     -------
     apesim.valve.measures.Travel
+        Whether the valve opens and closes fully, or what it does instead.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> valve_travel(Machine(), run).name
+    'COMPLETE'
     """
     opening, closing, *_ = valve_motion(machine, run)
     return travel_of(run.log, run.orbit.mode[PHASE], opening, closing)
 
 
-def _angles(opens, closes, full_open, closed, lift):
+def _angles(opens: float, closes: float, full_open: float, closed: float, lift: float) -> dict[str, float]:
+    """Give angles [rad] and the peak lift [m] the names of their indicators."""
     return {
         "valve_open_deg": opens / DEGREE,
         "valve_close_deg": closes / DEGREE,
@@ -163,13 +237,33 @@ def _angles(opens, closes, full_open, closed, lift):
     }
 
 
-def _no_strokes():
+def _no_strokes() -> dict[str, float]:
+    """Give the indicators of strokes for an intake without a piston between stops: all NaN."""
     names = ("opening_seating_speed_m_s", "closing_seating_speed_m_s", "fluctuation", "closing_fluctuation")
     return dict.fromkeys(names, nan)
 
 
-def peak_pressure(run):
-    """Highest cylinder pressure, over its extrema and the ends of all smooth stretches [Pa abs]."""
+def peak_pressure(run: SteadyRun) -> float:
+    """Find the highest cylinder pressure of a cycle, over its located extrema and the ends of all smooth segments.
+
+    Parameters
+    ----------
+    run : apesim.engine.steady.SteadyRun
+        Operating point.
+
+    Returns
+    -------
+    float
+        Highest cylinder pressure [Pa abs].
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> print(round(peak_pressure(run) / 1e6, 3), "MPa")
+    0.847 MPa
+    """
     gas, log = run.p.actuator.gas, run.log
     pressures = []
     for row in log:
@@ -178,8 +272,29 @@ def peak_pressure(run):
     return max(pressures)
 
 
-def receiver_range(run):
-    """Highest less lowest pressure in the receiver, over its extrema and the ends of all smooth stretches [Pa]."""
+def receiver_range(run: SteadyRun) -> float:
+    """Find how far the receiver's pressure swings in a cycle, highest less lowest.
+
+    Located extrema and the ends of all smooth segments are used.
+
+    Parameters
+    ----------
+    run : apesim.engine.steady.SteadyRun
+        Operating point.
+
+    Returns
+    -------
+    float
+        Highest less lowest pressure in the receiver [Pa]; 0 where the receiver is infinite.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> print(round(receiver_range(run) / 1e3, 1), "kPa")
+    84.3 kPa
+    """
     p = run.p
     if p.receiver_volume == 0.0:
         return 0.0
@@ -187,15 +302,56 @@ def receiver_range(run):
     return max(pressures) - min(pressures)
 
 
-def lowest_temperature(run):
-    """Lowest cylinder temperature, over its extrema and the ends of all smooth stretches [K]."""
+def lowest_temperature(run: SteadyRun) -> float:
+    """Find the lowest cylinder temperature of a cycle, over its located extrema and the ends of all smooth segments.
+
+    Parameters
+    ----------
+    run : apesim.engine.steady.SteadyRun
+        Operating point.
+
+    Returns
+    -------
+    float
+        Lowest cylinder temperature [K].
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> print(round(lowest_temperature(run), 1), "K")
+    158.1 K
+    """
     gas = run.p.actuator.gas
     gases = [cylinder_gas(row[LOG_HEAD:]) for row in (*run.log, *run.extrema)]
     return temperature_of(gas, min(energy / mass for mass, energy in gases))
 
 
-def exhaust_temperature(run):
-    """Temperature of the mean enthalpy of what flows out through the exhaust valve [K]; NaN where nothing does."""
+def exhaust_temperature(run: SteadyRun) -> float:
+    """Mixed temperature of the exhaust air: that of the mean enthalpy of what flows out in a cycle.
+
+    ``h(T_mix) = (H_e + m_back h(T_0))/(m_e + m_back)``, with net mass m_e and enthalpy H_e through the exhaust valve,
+    and the mass m_back that flowed in through it at ambient temperature T_0.
+
+    Parameters
+    ----------
+    run : apesim.engine.steady.SteadyRun
+        Operating point.
+
+    Returns
+    -------
+    float
+        Mixed temperature of the exhaust air [K]; NaN where nothing flows out.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> print(round(exhaust_temperature(run), 1), "K")
+    223.2 K
+    """
     gas, air = run.p.actuator.gas, engine_ledger(run.end)
     back = air.exhaust_back
     mass = air.exhausted + back
@@ -203,20 +359,58 @@ def exhaust_temperature(run):
     return temperature_at_enthalpy(gas, energy / mass) if mass > 0.0 else nan
 
 
-def friction_pressure(run, peak):
-    """Friction mean effective pressure of a run with a highest cylinder pressure [Pa]."""
+def friction_pressure(run: SteadyRun, peak: float) -> float:
+    """Friction mean effective pressure of a run, by the correlation of Chen and Flynn (SAE 650733).
+
+    Parameters
+    ----------
+    run : apesim.engine.steady.SteadyRun
+        Operating point.
+    peak : float
+        Highest cylinder pressure of the cycle [Pa abs].
+
+    Returns
+    -------
+    float
+        Friction mean effective pressure [Pa].
+
+    Examples
+    --------
+    At 10 bar and a mean piston speed of 0.088 m * 100 rad/s/pi = 2.80 m/s:
+
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> print(round(friction_pressure(run, 10e5) / 1e3, 1), "kPa")
+    68.0 kPa
+    """
     engine = run.p.engine
     return friction_mean_effective_pressure(engine.friction, peak, mean_piston_speed(engine.stroke, run.p.speed))
 
 
-def closure(run):
-    """Mass and energy that the cycle's ledger does not account for, relative to what goes through the engine.
+def closure(run: SteadyRun) -> tuple[float, float]:
+    """Relative mass and energy that the balances of a cycle do not account for.
 
-    See `apesim.march.error_bounds.closure_of`.
+    ``closure = |stored - (in - out)|``, over the air and the enthalpy that go through the engine; how small sums are
+    treated, see `apesim.march.error_bounds.closure_of`.
+
+    Parameters
+    ----------
+    run : apesim.engine.steady.SteadyRun
+        Operating point.
 
     Returns
     -------
     mass, energy : float
+        Relative mass and energy that are not accounted for.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> bool(max(closure(run)) < 1e-10)
+    True
     """
     p, control, engine = run.p, control_ledger(run.end), engine_ledger(run.end)
     mass_in, energy_in = engine.pipe_fed, engine.pipe_fed_enthalpy
@@ -245,18 +439,29 @@ def _gas_held(y: np.ndarray) -> tuple[float, float]:
     return mass, energy
 
 
-def indicators(machine, run):
-    """All scalar results of an operating point.
+def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
+    """Compute all scalar results of an operating point.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine of the run.
     run : apesim.engine.steady.SteadyRun
+        Operating point.
 
     Returns
     -------
-    dict
-        Keys as in `INDICATORS`, SI but for the units that the keys name. NaN: undefined.
+    dict of str to float or int
+        Keys as in `INDICATORS`; SI but for the units that the keys name. NaN: undefined.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> values = indicators(Machine(), run)
+    >>> print(round(values["speed_rpm"], 1), "r/min,", round(values["indicated_torque_Nm"], 1), "N m")
+    954.9 r/min, 37.9 N m
     """
     p, orbit = run.p, run.orbit
     ledger, control = engine_ledger(run.end), control_ledger(run.end)
@@ -272,11 +477,11 @@ def indicators(machine, run):
 
     drawn = p.supply if p.control_from_receiver else p.control
 
-    def efficiency(law):
+    def efficiency(law: Callable[[float, float], float]) -> float:
         ideal = engine_air * law(supply.pressure, supply.temperature) + control_air * law(*drawn)
         return ratio(brake, ideal) if brake > 0.0 else nan
 
-    def expanded(law):
+    def expansion_efficiency(law: Callable[[Gas, float, float], float]) -> float:
         return efficiency(lambda pressure, temperature: law(gas, temperature, pressure / ambient.pressure))
 
     mass_closure, energy_closure = closure(run)
@@ -299,9 +504,9 @@ def indicators(machine, run):
         "indicated_specific_air_kg_per_kWh": ratio(air * JOULE_PER_KWH, work),
         "air_L_per_min_ANR": air * turns / ANR_DENSITY * 60e3,
         "exergy_efficiency": efficiency(partial(flow_exergy, gas, ambient)),
-        "isothermal_efficiency": expanded(isothermal_work),
-        "isentropic_efficiency": expanded(isentropic_work),
-        "full_admission_efficiency": expanded(full_admission_work),
+        "isothermal_efficiency": expansion_efficiency(isothermal_work),
+        "isentropic_efficiency": expansion_efficiency(isentropic_work),
+        "full_admission_efficiency": expansion_efficiency(full_admission_work),
         **valve_angles(machine, run),
         "peak_cylinder_pressure_Pa": peak,
         "intake_pressure_fluctuation_Pa": receiver_range(run),

@@ -1,4 +1,4 @@
-"""One operating point at its periodic steady state."""
+"""Periodic steady state of an operating point: a machine at a speed."""
 
 from math import nan
 from typing import NamedTuple
@@ -10,83 +10,102 @@ from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cy
 from apesim.engine.cycle.rates import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
 from apesim.engine.cycle.state import SIZE, STATES, Cycle, engine_ledger
 from apesim.engine.exergy import RATES
+from apesim.engine.machine import Machine
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Status, march
-from apesim.march.periodic import MAX_CYCLES, PERIODIC_TOLERANCE, Orbit, known_orbit, periodic_orbit
+from apesim.march.periodic import MAX_CYCLES, PERIODIC_TOLERANCE, Known, Orbit, known_orbit, periodic_orbit
 from apesim.valve.actuator import PHASE
 from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
 from apesim.valve.piston import HELD_CLOSED
 
 
 class SteadyRun(NamedTuple):
-    """The last cycle of a march to the periodic state."""
+    """Last cycle of a march to the periodic state."""
 
     p: Cycle
+    """Machine at its speed, as numbers for the kernels."""
     orbit: Orbit
+    """Periodic state, and how it was found."""
     start: np.ndarray
-    """State at the start of the cycle, (SIZE,)."""
+    """State vector at the start of the cycle, (SIZE,)."""
     end: np.ndarray
-    """State at its end, and the cycle's ledger; with a period of 2 cycles, their mean change added to the start."""
+    """State vector at the end of the cycle, (SIZE,); with a period of 2 cycles, their mean change added to the start.
+    Its ledgers are those of the cycle, see `apesim.engine.cycle.state.engine_ledger`."""
     log: np.ndarray
-    """See `apesim.march.adaptive.march`; without the extrema below."""
+    """Breakpoints, events and zero crossings of the cycle, see `apesim.march.adaptive.march`; without `extrema`."""
     extrema: np.ndarray
     """Rows of the log at extrema of the receiver's pressure and of the cylinder's temperature."""
     angles: np.ndarray
     """Crank angles of the trace [rad], (n,)."""
     trace: np.ndarray
-    """Columns `apesim.engine.cycle.rates.TRACE`, (n, 11)."""
+    """Trace with the columns `apesim.engine.cycle.rates.TRACE`, (n, 11)."""
     work_by_quadrature: float
-    """[J]"""
+    """Work of the cycle by quadrature of the power over the dense output [J]."""
     exergy_end: np.ndarray
-    """The same as `end` of a march of the cycle that holds the exergy ledger to the tolerance, too, with the rates of
-    `apesim.engine.exergy` integrated behind it [J], (SIZE + RATES,)."""
+    """State vector at the end of a march that holds the exergy ledger to the tolerance, too, with the terms of
+    `apesim.engine.exergy` behind it [J], (SIZE + RATES,)."""
     work_change: float
-    """Of the cycle's work at tenfold tolerance, see `apesim.march.adaptive.Accuracy.tenfold`; relative."""
+    """Relative change of the cycle's work at tenfold tolerance, see `apesim.march.adaptive.Accuracy.tenfold`."""
     air_change: float
-    """The same of the air through the groove."""
+    """Relative change of the air through the groove at tenfold tolerance."""
     tolerance: float
+    """Relative tolerance of a step."""
     status: int
+    """How the march ended, `apesim.march.adaptive.Status`."""
     steps: int
+    """Steps of the cycle."""
 
 
 def run_steady(
-    machine,
-    speed,
-    tolerance=TOLERANCE,
-    angle_step=0.5 * DEGREE,
-    max_cycles=MAX_CYCLES,
-    periodic_tolerance=PERIODIC_TOLERANCE,
-    trace_start=0.0,
-    angles=None,
-    start=None,
-    estimate_error=True,
-):
-    """March an operating point to its periodic steady state, and through one more cycle that is noted.
+    machine: Machine,
+    speed: float,
+    tolerance: float = TOLERANCE,
+    angle_step: float = 0.5 * DEGREE,
+    max_cycles: int = MAX_CYCLES,
+    periodic_tolerance: float = PERIODIC_TOLERANCE,
+    trace_start: float = 0.0,
+    angles: np.ndarray | None = None,
+    start: Known | None = None,
+    estimate_error: bool = True,
+) -> SteadyRun:
+    """March an operating point to its periodic steady state, and through one more cycle that is recorded.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine, its effects included.
     speed : float
-        [rad/s]
+        Speed of the crank [rad/s], above 0.
     tolerance : float
+        Relative tolerance of a step.
     angle_step : float
-        Between two rows of the trace [rad].
+        Angle between two rows of the trace [rad].
     max_cycles : int
-        Cycles at most.
+        Largest number of cycles.
     periodic_tolerance : float
-        Largest change of a state over a cycle that counts as periodic, relative.
+        Largest relative change of a state over a cycle that counts as periodic.
     trace_start : float
-        Of the first row of the trace, from the energising [rad].
+        Angle of the first row of the trace, from the energising [rad].
     angles : (n,) float array, optional
-        Of the rows of the trace, ascending within the turn from the energising on [rad]; they go before a step.
+        Crank angles of the rows of the trace, ascending within the turn from the energising [rad]; in place of
+        `angle_step` and `trace_start`.
     start : apesim.march.periodic.Known, optional
-        See `known_state`.
+        Periodic state of a similar machine to start from, see `known_state`; else the engine starts at rest, charged.
     estimate_error : bool
-        Whether to march two more cycles, one at tenfold tolerance for the changes of work and air, and one for the
-        exergy ledger; else these are NaN.
+        Whether to march two more cycles: one at tenfold tolerance for the changes of work and air, and one for the
+        exergy ledger. Without them these are NaN.
 
     Returns
     -------
     SteadyRun
+        The recorded cycle. Whether it is periodic stands in its `orbit`, whether it came to its end in its `status`.
+
+    Examples
+    --------
+    The first cycle of the default machine from rest:
+
+    >>> run = run_steady(Machine(), speed=100.0, tolerance=1e-4, max_cycles=1, estimate_error=False)
+    >>> run.orbit.cycles, run.orbit.converged
+    (1, False)
     """
     p, tables, breakpoints = cycle_of(machine, speed)
     accuracy = accuracy_at(p, tolerance)
@@ -138,19 +157,28 @@ def run_steady(
     )
 
 
-def known_state(machine, speed):
-    """The periodic state of an operating point, from which those of a little different machines take few cycles.
+def known_state(machine: Machine, speed: float) -> Known | None:
+    """Find the periodic state of an operating point, from which those of similar machines take few cycles.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine, its effects included.
     speed : float
-        [rad/s]
+        Speed of the crank [rad/s], above 0.
 
     Returns
     -------
     apesim.march.periodic.Known or None
-        None where it does not settle to a period of one cycle.
+        Periodic state, and how to come to others; None where the machine does not settle to a period of one cycle.
+
+    Examples
+    --------
+    The same point, started from its own periodic state, takes a few cycles only (a whole march, for compiled code):
+
+    >>> known = known_state(Machine(), speed=100.0)  # doctest: +SKIP
+    >>> run_steady(Machine(), speed=100.0, start=known).orbit.cycles < 5  # doctest: +SKIP
+    True
     """
     p, tables, breakpoints = cycle_of(machine, speed)
     accuracy = accuracy_at(p)
@@ -158,15 +186,16 @@ def known_state(machine, speed):
     return known_orbit(p, tables, orbit, breakpoints, accuracy)
 
 
-def _at_its_stop(p, known):
-    """A known state whose piston, held closed, is so at this machine's stroke."""
+def _at_its_stop(p: Cycle, known: Known) -> Known:
+    """Move a known state's piston, where it is held closed, to the closed stop of this machine."""
     y = known.y.copy()
     if known.mode[PHASE] == HELD_CLOSED:
         y[0] = p.actuator.valve.stroke
     return known._replace(y=y)
 
 
-def _change(value, reference):
+def _change(value: float, reference: float) -> float:
+    """Relative change of a value against a reference; NaN where only the reference is 0."""
     if value == reference:
         return 0.0
     return abs(value / reference - 1.0) if reference else nan

@@ -1,21 +1,26 @@
-"""What a user should know of an operating point."""
+"""Warnings about an operating point: what may be wrong with it, and what to change."""
 
 from enum import IntEnum
+from typing import Any
 
 from apesim.air import CP_UP_TO
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import valve_travel
+from apesim.engine.machine import Machine
+from apesim.engine.steady import SteadyRun
 from apesim.march.adaptive import LOG_HEAD
 from apesim.march.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
+from apesim.march.periodic import Orbit
 from apesim.valve.measures import Travel
 from apesim.valve.warnings import closure_text, control_text, quadrature_text, travel_text
 
 TEMPERATURE = TRACE.index("cylinder_temperature [K]")
+"""Column of a trace that holds the cylinder's temperature."""
 
 
 class EngineWarning(IntEnum):
-    """What may be wrong with an operating point."""
+    """Kinds of warning about an operating point."""
 
     NOT_PERIODIC = 0
     EVERY_SECOND_CYCLE = 1
@@ -35,13 +40,13 @@ class EngineWarning(IntEnum):
     EXERGY_CLOSURE = 15
 
     @property
-    def summary(self):
-        """What is the matter, in short."""
+    def summary(self) -> str:
+        """Short text of the warning."""
         return SUMMARIES[self]
 
     @property
-    def is_incomplete_stroke(self):
-        """Whether the valve does not open fully and close fully in every cycle."""
+    def is_incomplete_stroke(self) -> bool:
+        """Whether the warning is of a valve that does not open and close fully in every cycle."""
         return self.name in Travel.__members__
 
 
@@ -69,40 +74,52 @@ TOLERANCE_TEXT = (
 )
 
 
-def judge_point(machine, run, values):
-    """What a user should know of an operating point.
+def judge_point(machine: Machine, run: SteadyRun, values: dict[str, Any]) -> dict[EngineWarning, str]:
+    """Find what a user should know of an operating point.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine of the run.
     run : apesim.engine.steady.SteadyRun
-        One that did not end early.
-    values : dict
-        See `apesim.engine.indicators.indicators`.
+        Operating point whose march did not end early.
+    values : dict of str to float or int
+        Its indicators, see `apesim.engine.indicators.indicators`.
 
     Returns
     -------
     dict of EngineWarning to str
-        Each with what was found and what to change.
+        Text of each warning: what is the matter, and what to change.
+
+    Examples
+    --------
+    After a single cycle the state does not repeat yet:
+
+    >>> from apesim.engine.indicators import indicators
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 100.0, tolerance=1e-4, max_cycles=1)
+    >>> EngineWarning.NOT_PERIODIC in judge_point(Machine(), run, indicators(Machine(), run))
+    True
     """
-    told = _of_the_orbit(run.orbit)
+    warnings = _judge_orbit(run.orbit)
     if values["brake_torque_Nm"] <= 0.0:
-        told[EngineWarning.NO_BRAKE_WORK] = "brake work is not positive: what is related to it is null"
+        warnings[EngineWarning.NO_BRAKE_WORK] = "brake work is not positive: what is related to it is null"
     if machine.engine.intake == EPV:
-        told |= _of_the_valve(machine, run)
+        warnings |= _judge_valve(machine, run)
     if values["isentropic_efficiency"] > 1.0:
-        told[EngineWarning.ABOVE_ISENTROPIC] = (
+        warnings[EngineWarning.ABOVE_ISENTROPIC] = (
             "more than isentropic work: heat from the walls, or air from outside, adds to it"
         )
     hottest = float(run.trace[:, TEMPERATURE].max())
     if run.p.actuator.gas.perfect and hottest > CP_UP_TO:
-        told[EngineWarning.BEYOND_CP] = (
+        warnings[EngineWarning.BEYOND_CP] = (
             f"the cylinder comes to {hottest:.0f} K, beyond the {CP_UP_TO:g} K up to which cp(T) holds"
         )
-    return told | _of_the_accuracy(values)
+    return warnings | _judge_accuracy(values)
 
 
-def _of_the_orbit(orbit):
+def _judge_orbit(orbit: Orbit) -> dict[EngineWarning, str]:
+    """Find what a user should know of the periodic state."""
     if not orbit.converged:
         text = f"not periodic after {orbit.cycles} cycles: the state still changes by {orbit.change:.1e}"
         return {EngineWarning.NOT_PERIODIC: text}
@@ -112,34 +129,37 @@ def _of_the_orbit(orbit):
     return {}
 
 
-def _of_the_valve(machine, run):
-    told, actuator, travel = {}, run.p.actuator, valve_travel(machine, run)
+def _judge_valve(machine: Machine, run: SteadyRun) -> dict[EngineWarning, str]:
+    """Find what a user should know of the valve's strokes and of its control air."""
+    warnings: dict[EngineWarning, str] = {}
+    actuator, travel = run.p.actuator, valve_travel(machine, run)
     if travel != Travel.COMPLETE:
         stroke = actuator.valve.stroke
         lifts = stroke - run.log[:, LOG_HEAD]
-        told[EngineWarning[travel.name]] = travel_text(travel, stroke, lifts.min(), lifts.max())
+        warnings[EngineWarning[travel.name]] = travel_text(travel, stroke, lifts.min(), lifts.max())
     control, _ = run.p.supply if run.p.control_from_receiver else run.p.control
     if control < actuator.vent_pressure:
-        told[EngineWarning.CONTROL_BELOW_AMBIENT] = control_text(control, actuator.vent_pressure)
-    return told
+        warnings[EngineWarning.CONTROL_BELOW_AMBIENT] = control_text(control, actuator.vent_pressure)
+    return warnings
 
 
-def _of_the_accuracy(values):
-    told = {}
+def _judge_accuracy(values: dict[str, Any]) -> dict[EngineWarning, str]:
+    """Find what a user should know of the closure of the balances and of the tolerance."""
+    warnings: dict[EngineWarning, str] = {}
     mass, energy = values["mass_closure"], values["energy_closure"]
     if max(mass, energy) > MAX_CLOSURE:
-        told[EngineWarning.CLOSURE] = closure_text(mass, energy)
+        warnings[EngineWarning.CLOSURE] = closure_text(mass, energy)
     if values["exergy_closure"] > MAX_EXERGY_CLOSURE:
-        told[EngineWarning.EXERGY_CLOSURE] = (
+        warnings[EngineWarning.EXERGY_CLOSURE] = (
             f"exergy closes to {values['exergy_closure']:.1e} of what enters; {MAX_EXERGY_CLOSURE:g} is promised: "
             "trust its table to that much only"
         )
     if values["work_by_quadrature_change"] > MAX_QUADRATURE_CHANGE:
-        told[EngineWarning.QUADRATURE] = quadrature_text("indicated work", values["work_by_quadrature_change"])
+        warnings[EngineWarning.QUADRATURE] = quadrature_text("indicated work", values["work_by_quadrature_change"])
     for warning, name, what in (
         (EngineWarning.WORK_TOLERANCE, "work_tolerance_change", "indicated work"),
         (EngineWarning.AIR_TOLERANCE, "air_tolerance_change", "engine air"),
     ):
         if values[name] > MAX_TOLERANCE_CHANGE:
-            told[warning] = TOLERANCE_TEXT.format(what=what, change=values[name], most=MAX_TOLERANCE_CHANGE)
-    return told
+            warnings[warning] = TOLERANCE_TEXT.format(what=what, change=values[name], most=MAX_TOLERANCE_CHANGE)
+    return warnings

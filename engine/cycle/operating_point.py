@@ -1,4 +1,4 @@
-"""A machine at a speed: what the kernels need to know, where a cycle's smooth stretches end, and where to start."""
+"""Operating point: a machine at a speed, as the march takes it, with the ends of its smooth segments and a start."""
 
 from math import isinf
 
@@ -20,6 +20,7 @@ from apesim.engine.cylinder import CAM, EPV
 from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
 from apesim.engine.exergy import RATES
 from apesim.engine.kinematics import crank_of, cylinder_volume, swept_volume
+from apesim.engine.machine import Machine
 from apesim.march.adaptive import TOLERANCE, Accuracy
 from apesim.valve.actuator import GAS_SCALE, MAX_STEP, PHASE, actuator_of, closed_at_rest
 from apesim.valve.chamber import filled
@@ -28,27 +29,37 @@ from apesim.valve.piston import HELD_CLOSED
 from apesim.valve.supply import RECEIVER
 
 MAX_TURN = 2.0 * DEGREE
-"""Longest step [rad]."""
+"""Longest step [rad]; chosen."""
 EXERGY_SCALE = 0.01
 """Scale of the exergy ledger's terms, as a share of what the supply's pressure would do over the swept volume."""
 NOT_HELD = 1e300
 """Scale of what an accuracy is not to hold; not infinite, as an implicit step divides by it."""
 
 
-def cycle_of(machine, speed):
-    """The kernels' view of a machine at a speed.
+def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.ndarray]:
+    """Compute what the kernels need to know of a machine at a speed.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine, its effects included.
     speed : float
-        [rad/s]
+        Speed of the crank [rad/s], above 0.
 
     Returns
     -------
-    Cycle, CycleTables
+    cycle : Cycle
+        Machine at the speed, as numbers.
+    tables : CycleTables
+        Arrays of the machine.
     breakpoints : (n,) float array
-        Of a cycle, from its start at the energising; the last is its period [s].
+        Times at which a smooth segment ends, from the start of the cycle at the energising; the last is the period [s].
+
+    Examples
+    --------
+    >>> cycle, tables, breakpoints = cycle_of(Machine(), speed=100.0)
+    >>> print(round(breakpoints[-1] * 1e3, 2), "ms")
+    62.83 ms
     """
     engine, command = machine.engine, machine.command
     period = TURN / speed
@@ -62,7 +73,7 @@ def cycle_of(machine, speed):
         machine.supply.control(),
         int(machine.supply.control_air == RECEIVER),
         0.0 if infinite else engine.receiver.volume,
-        engine._replace(cam=engine.cam._replace(lift_curve=None)),
+        engine._replace(cam=engine.cam._replace(lift_curve=None)),  # type: ignore[arg-type]
         crank_of(engine),
         speed,
         command.energise,
@@ -80,43 +91,91 @@ def cycle_of(machine, speed):
     return p, tables, breakpoints_of_cycle(p, tables, period)
 
 
-def breakpoints_of_cycle(p, tables, period):
-    """Times from the start of a cycle at which a smooth stretch ends [s]."""
-    angles = [window_corners(p.engine.exhaust)]
-    times = [np.array([period])]
+def breakpoints_of_cycle(p: Cycle, tables: CycleTables, period: float) -> np.ndarray:
+    """Find the times from the start of a cycle at which a smooth segment ends.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine.
+    period : float
+        Period of the cycle [s].
+
+    Returns
+    -------
+    (n,) float array
+        Times, ascending; the last is the period [s].
+
+    Examples
+    --------
+    >>> cycle, tables, _ = cycle_of(Machine(), speed=100.0)
+    >>> print(round(breakpoints_of_cycle(cycle, tables, 0.0628)[-1] * 1e3, 2), "ms")
+    62.8 ms
+    """
+    angles, starts = [window_corners(p.engine.exhaust)], [np.array([period])]
     if p.engine.intake == EPV:
-        times.append(tables.valve.breakpoints(0.0, period))
+        starts.append(tables.valve.breakpoints(0.0, period))
     elif p.engine.intake == CAM:
         angles.append(cam_corners(p.engine.cam._replace(lift_curve=tables.cam), tables.valve.groove[:, 0]))
     else:
         angles.append(np.array([p.open_target, p.close_target]))
-    times.append((np.concatenate(angles) - p.start) % TURN / p.speed)
-    times = np.unique(np.concatenate(times))
-    apart = np.append(np.diff(times) > 1e-12 * period, True)
-    return times[apart & (times > 1e-12 * period)]
+    starts.append((np.concatenate(angles) - p.start) % TURN / p.speed)
+    times = np.unique(np.concatenate(starts))
+    is_new = np.append(np.diff(times) > 1e-12 * period, True)
+    return times[is_new & (times > 1e-12 * period)]
 
 
-def accuracy_at(p, tolerance=TOLERANCE):
-    """`apesim.march.adaptive.Accuracy` of an engine; its supply line and intake pipe are states where it has them."""
-    more = 4 if has_pipe(p) else 2 if has_line(p.actuator) else 0
-    return Accuracy(tolerance, min(MAX_STEP, MAX_TURN / p.speed), np.array(SCALE + more * (GAS_SCALE,)))
-
-
-def with_exergy(p, accuracy):
-    """An accuracy that the exergy ledger is held to, too.
-
-    The states alone do not tell how well it is integrated: where a flow is choked, mass and energy are lines in time
-    and a step may be long, while the entropy of the air bends.
+def accuracy_at(p: Cycle, tolerance: float = TOLERANCE) -> Accuracy:
+    """Compute what the march of an engine holds to; its supply line and intake pipe are states where it has them.
 
     Parameters
     ----------
-    p : Cycle
-    accuracy : apesim.march.adaptive.Accuracy
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    tolerance : float
+        Relative tolerance of a step.
 
     Returns
     -------
     apesim.march.adaptive.Accuracy
-        For a state of (SIZE + RATES,), see `apesim.engine.exergy`.
+        Tolerance, longest step and scales of the states.
+
+    Examples
+    --------
+    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
+    >>> accuracy = accuracy_at(cycle)
+    >>> accuracy.tolerance, len(accuracy.scale)
+    (1e-07, 10)
+    """
+    more = 4 if has_pipe(p) else 2 if has_line(p.actuator) else 0
+    return Accuracy(tolerance, min(MAX_STEP, MAX_TURN / p.speed), np.array(SCALE + more * (GAS_SCALE,)))
+
+
+def with_exergy(p: Cycle, accuracy: Accuracy) -> Accuracy:
+    """Extend an accuracy so that the march holds the exergy ledger to it, too.
+
+    The states alone do not show how well the ledger is integrated: where a flow is choked, mass and energy are lines in
+    time and a step may be long, while the entropy of the air bends.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    accuracy : apesim.march.adaptive.Accuracy
+        Accuracy for the states.
+
+    Returns
+    -------
+    apesim.march.adaptive.Accuracy
+        Accuracy for a state vector of (SIZE + RATES,), see `apesim.engine.exergy`.
+
+    Examples
+    --------
+    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
+    >>> len(with_exergy(cycle, accuracy_at(cycle)).scale) == SIZE + RATES
+    True
     """
     energy = EXERGY_SCALE * max(p.supply[0], p.actuator.ambient.pressure) * swept_volume(p.engine)
     others = np.full(SIZE - len(accuracy.scale), NOT_HELD)
@@ -124,13 +183,31 @@ def with_exergy(p, accuracy):
     return accuracy._replace(scale=scale)
 
 
-def charged_at_rest(p):
-    """A start: valve closed and at rest, receiver, line and pipe at supply pressure, cylinder at ambient.
+def charged_at_rest(p: Cycle) -> tuple[np.ndarray, np.ndarray]:
+    """State vector and modes of an engine at rest.
+
+    The valve is closed; receiver, line and pipe are at supply pressure, the cylinder is at ambient pressure.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
 
     Returns
     -------
     y : (SIZE,) float array
+        State vector.
     mode : (MODES,) float array
+        Modes.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.state import cylinder_gas
+    >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> mass, energy = cylinder_gas(y)
+    >>> print(round(mass * 1e6, 1), "mg")
+    36.8 mg
     """
     y, mode = np.zeros(SIZE), np.zeros(MODES)
     gas, ambient = p.actuator.gas, p.actuator.ambient

@@ -1,4 +1,4 @@
-"""The coupled cycle: valve, receiver and cylinder in one march."""
+"""Rates, events and traces of the coupled cycle: valve, receiver and cylinder in one march."""
 
 import numpy as np
 
@@ -7,12 +7,12 @@ from apesim.engine.angles import TURN
 from apesim.engine.breathing import lift_line
 from apesim.engine.cycle.flows import (
     FLOWS,
-    breathing,
-    effects_of,
-    exchange_changes,
+    change_exchange_regime,
+    effect_terms,
     exchange_events,
+    exchange_flows,
     intake_lift,
-    piped,
+    pipe_flow,
     start_exchange_segment,
     start_groove_segment,
 )
@@ -23,6 +23,7 @@ from apesim.engine.cycle.state import (
     LIFT_SLOPE,
     SIZE,
     Cycle,
+    CycleTables,
     EngineLedger,
     control_air,
     cylinder_gas,
@@ -57,9 +58,9 @@ from apesim.valve.motion import (
 from apesim.valve.piston import is_moving
 
 FLOW = LINE_FLOW + 1
-"""First event of the flows through groove, exhaust valve, feed and pipe: into another regime."""
+"""First of the events of flows through groove, exhaust valve, feed and pipe into another regime."""
 BRANCHED = FLOW + FLOWS
-"""Event: an effect of the cylinder on another branch of its law."""
+"""Event of an effect of the cylinder on another branch of its law."""
 PRESSURE_EXTREMUM, RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM = range(3, 6)
 """Zero crossings: extremum of the pressure in the cylinder and in the receiver, and of the cylinder temperature."""
 TRACE = (
@@ -101,8 +102,30 @@ def is_above_zero(gas: tuple[float, float]) -> bool:
 
 
 @kernel
-def in_domain(p, y):
-    """Whether masses and energies outside the valve are above zero."""
+def in_domain(p: Cycle, y: np.ndarray) -> bool:
+    """Check that masses and energies outside the valve are above zero.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    y : (>= SIZE,) float array
+        State vector.
+
+    Returns
+    -------
+    bool
+        Whether the laws of the gas hold for the state.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> print(in_domain(cycle, y), in_domain(cycle, -y))
+    True False
+    """
     if p.receiver_volume > 0.0 and not is_above_zero(receiver_gas(y)):
         return False
     if has_pipe(p) and not is_above_zero(pipe_gas(y)):
@@ -113,23 +136,85 @@ def in_domain(p, y):
 
 
 @kernel
-def branches_of(p, t, y):
-    """On which branches of their laws the cylinder's effects are."""
+def effect_branches(p: Cycle, t: float, y: np.ndarray) -> float:
+    """Find on which branches of their laws the effects of the cylinder are.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    t : float
+        Time from the start of the cycle [s].
+    y : (>= SIZE,) float array
+        State vector.
+
+    Returns
+    -------
+    float
+        Branches, see `apesim.effect.note_branch`; 0 without effects.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> effect_branches(cycle, 0.0, y)
+    0.0
+    """
     if len(p.effects) > 0:
-        return effects_of(p, cylinder_state(p, t, y)[0])[6]
+        return effect_terms(p, cylinder_state(p, t, y)[0])[6]
     return 0.0
 
 
 @rates.for_type(Cycle)
 @kernel
-def cycle_rates(p, t, y, mode, dy):
-    """Rates of the engine, and of its exergy ledger where there is room; see `apesim.march.hybrid_system.rates`."""
+def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndarray) -> bool:
+    """Write the rates of an engine's state vector, and where there is room behind it, those of its exergy ledger.
+
+    ``dm/dt = sum of mdot`` and ``dU/dt = sum of mdot h - p dV/dt + Q`` for every gas volume (Eqs. 4 and 5 of the EPV
+    paper, doi 10.1631/jzus.A0820373, for the valve's chambers; here also for cylinder, receiver, line and pipe).
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    t : float
+        Time from the start of the cycle [s].
+    y : (>= SIZE,) float array
+        State vector.
+    mode : (MODES,) float array
+        Modes of the smooth segment.
+    dy : (>= SIZE,) float array
+        Rates of the state vector; changed.
+
+    Returns
+    -------
+    bool
+        Whether the state is in its domain; if not, nothing is written.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+
+    Shut in, the gas of the cylinder changes its energy by the piston's work alone:
+
+    >>> dy = np.zeros_like(y)
+    >>> cycle_rates(cycle, 0.0, y, mode, dy)
+    True
+    >>> mass_rate, energy_rate = cylinder_gas(dy)
+    >>> print(mass_rate, energy_rate == -cycle_power(cycle, 0.0, y))
+    0.0 True
+    """
     if not in_domain(p, y):
         return False
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
     intake = intake_state(p, y, receiver)
-    flows = breathing(p, y, mode, cylinder, receiver, intake)
+    flows = exchange_flows(p, y, mode, cylinder, receiver, intake)
     groove, groove_enthalpy, exhaust, exhaust_enthalpy, fed, fed_enthalpy = flows
     valve = ActuatorRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if p.engine.intake == EPV:
@@ -137,10 +222,10 @@ def cycle_rates(p, t, y, mode, dy):
             return False
         valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
     line, line_enthalpy = line_feed(p.actuator, mode, *control_air(p, y), valve)
-    mass, energy, past_groove, past_groove_enthalpy, _, _, _ = effects_of(p, cylinder)
+    mass, energy, past_groove, past_groove_enthalpy, _, _, _ = effect_terms(p, cylinder)
     groove += past_groove
     groove_enthalpy += past_groove_enthalpy
-    pipe, pipe_enthalpy = piped(p, mode, receiver, intake, groove, groove_enthalpy)
+    pipe, pipe_enthalpy = pipe_flow(p, mode, receiver, intake, groove, groove_enthalpy)
     work = cylinder.pressure * slope * p.speed
     drawn = drawn_enthalpy = 0.0
     if p.receiver_volume > 0.0:
@@ -180,24 +265,79 @@ def cycle_rates(p, t, y, mode, dy):
 
 @events.for_type(Cycle)
 @kernel
-def cycle_events(p, t, y, mode, g):
-    """Events of the engine: those of its valve, and flows into another regime."""
+def cycle_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndarray) -> None:
+    """Write the values of an engine's events: those of its valve, and flows into another regime.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    t : float
+        Time from the start of the cycle [s].
+    y : (>= SIZE,) float array
+        State vector.
+    mode : (MODES,) float array
+        Modes of the smooth segment.
+    g : (n,) float array
+        Values of the events; changed. Above zero: the event has happened.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+
+    At rest and shut, nothing happens by itself:
+
+    >>> g = np.full(16, -1.0)
+    >>> cycle_events(cycle, 0.0, y, mode, g)
+    >>> bool(g.max() < 0.0)
+    True
+    """
     if p.engine.intake == EPV:
         actuator_events(p.actuator, y, mode, supply_of(p, y), g)
         g[LINE_FLOW] = line_event(p.actuator, *control_air(p, y), mode)
     exchange_events(p, t, y, mode, g, FLOW)
     if len(p.effects) > 0:
-        g[BRANCHED] = -1.0 if branches_of(p, t, y) == mode[BRANCHES] else 1.0
+        g[BRANCHED] = -1.0 if effect_branches(p, t, y) == mode[BRANCHES] else 1.0
 
 
 @handle_event.for_type(Cycle)
 @kernel
-def handle_cycle_event(p, tables, event, t, y, mode):
-    """Responses of the engine: those of its valve, and the regimes of the flows that they change."""
+def handle_cycle_event(p: Cycle, tables: CycleTables, event: int, t: float, y: np.ndarray, mode: np.ndarray) -> None:
+    """Change state and mode at an event of the engine: one of its valve, or a flow into another regime.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine.
+    event : int
+        Number of the event.
+    t : float
+        Time from the start of the cycle [s].
+    y : (>= SIZE,) float array
+        State vector; changed.
+    mode : (MODES,) float array
+        Modes of the smooth segment; changed.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> mode[BRANCHES] = 3.0
+    >>> handle_cycle_event(cycle, tables, BRANCHED, 0.0, y, mode)
+    >>> print(mode[BRANCHES])
+    0.0
+    """
     if event == BRANCHED:
-        mode[BRANCHES] = branches_of(p, t, y)
+        mode[BRANCHES] = effect_branches(p, t, y)
     elif event >= FLOW:
-        exchange_changes(p, t, y, event - FLOW, mode)
+        change_exchange_regime(p, t, y, event - FLOW, mode)
     elif event == LINE_FLOW:
         change_line_regime(p.actuator, *control_air(p, y), mode)
     else:
@@ -207,8 +347,38 @@ def handle_cycle_event(p, tables, event, t, y, mode):
 
 
 @kernel
-def warming_of(p, content, rates, temperature):
-    """Slope of the temperature of a gas volume, from its mass and energy and their rates [K/s]."""
+def temperature_rate(p: Cycle, content: tuple[float, float], rates: tuple[float, float], temperature: float) -> float:
+    """Rate of the temperature of a gas volume.
+
+    ``dT/dt = (dU/dt - u dm/dt)/(m cv)``, with the mass m, the internal energy U, ``u = U/m`` and the heat capacity cv.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    content : tuple of float
+        Mass [kg] and internal energy [J] of the gas.
+    rates : tuple of float
+        Rates of mass [kg/s] and internal energy [W].
+    temperature : float
+        Temperature of the gas [K].
+
+    Returns
+    -------
+    float
+        Rate of the temperature [K/s].
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+
+    717.6 W into 1 kg of air at constant volume, 717.6 J/(kg K), warm it by 1 K/s:
+
+    >>> print(round(temperature_rate(cycle, (1.0, 2e5), (0.0, 717.625), 290.0), 6))
+    1.0
+    """
     gas, (mass, energy), (mass_rate, energy_rate) = p.actuator.gas, content, rates
     cv = heat_capacity(gas, temperature) - gas.gas_constant
     return (energy_rate - energy / mass * mass_rate) / (mass * cv)
@@ -216,28 +386,90 @@ def warming_of(p, content, rates, temperature):
 
 @zero_crossings.for_type(Cycle)
 @kernel
-def cycle_zero_crossings(p, t, y, dy, mode, w):
-    """Zero crossings of the engine: those of its valve; slopes of the logarithms of both pressures, in cylinder and
-    receiver, and of the cylinder temperature."""
+def cycle_zero_crossings(p: Cycle, t: float, y: np.ndarray, dy: np.ndarray, mode: np.ndarray, w: np.ndarray) -> None:
+    """Write what is located where it crosses zero: slopes of both pressures and of the cylinder's temperature.
+
+    The slopes are those of the logarithms of the pressures in cylinder and receiver, and of the cylinder's temperature;
+    the zero crossings of the valve are added.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    t : float
+        Time from the start of the cycle [s].
+    y : (>= SIZE,) float array
+        State vector.
+    dy : (>= SIZE,) float array
+        Rates of the state vector.
+    mode : (MODES,) float array
+        Modes of the smooth segment.
+    w : (n,) float array
+        Values that are followed; changed.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+
+    With no flow, temperature and pressure rise as long as the piston compresses:
+
+    >>> (dy, w), compressing = (np.zeros_like(y), np.zeros(16)), -0.001
+    >>> cycle_rates(cycle, compressing, y, mode, dy)
+    True
+    >>> cycle_zero_crossings(cycle, compressing, y, dy, mode, w)
+    >>> bool(w[PRESSURE_EXTREMUM] > 0.0 and w[TEMPERATURE_EXTREMUM] > 0.0)
+    True
+    """
     if p.engine.intake == EPV:
         actuator_zero_crossings(p.actuator, y, valve_states(dy).speed, mode, w)
     cylinder, slope = cylinder_state(p, t, y)
     (mass, _), (mass_rate, _), t_c = cylinder_gas(y), cylinder_gas(dy), cylinder.temperature
-    warming = warming_of(p, cylinder_gas(y), cylinder_gas(dy), t_c)
+    warming = temperature_rate(p, cylinder_gas(y), cylinder_gas(dy), t_c)
     w[PRESSURE_EXTREMUM] = mass_rate / mass + warming / t_c - slope * p.speed / cylinder.volume
     w[TEMPERATURE_EXTREMUM] = warming
     if p.receiver_volume > 0.0:
         temperature = receiver_state(p, y)[1]
         (mass, _), (mass_rate, _) = receiver_gas(y), receiver_gas(dy)
-        warming = warming_of(p, receiver_gas(y), receiver_gas(dy), temperature)
+        warming = temperature_rate(p, receiver_gas(y), receiver_gas(dy), temperature)
         w[RECEIVER_EXTREMUM] = mass_rate / mass + warming / temperature
 
 
 @start_segment.for_type(Cycle)
 @kernel
-def start_cycle_segment(p, tables, t, t_end, y, mode):
-    """Modes of a smooth stretch: the valve's; or the line of a cam's curve and which piece of the groove's table it is
-    on, or whether the ideal valve is open; the flows' regimes."""
+def start_cycle_segment(p: Cycle, tables: CycleTables, t: float, t_end: float, y: np.ndarray, mode: np.ndarray) -> None:
+    """Set the modes of a smooth segment of the cycle.
+
+    These are the valve's modes; or the line of a cam's curve and its piece of the groove's table; or whether the ideal
+    valve is open; then the regimes of the flows, and the branches of the effects.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    tables : apesim.engine.cycle.state.CycleTables
+        Arrays of the machine.
+    t : float
+        Time from the start of the cycle [s].
+    t_end : float
+        Time at the end of the segment [s].
+    y : (>= SIZE,) float array
+        State vector.
+    mode : (MODES,) float array
+        Modes of the smooth segment; changed.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> start_cycle_segment(cycle, tables, 0.0, 1e-3, y, mode)
+    >>> print(mode[BRANCHES])
+    0.0
+    """
     middle = p.start + p.speed * 0.5 * (t + t_end)
     if p.engine.intake == EPV:
         start_actuator_segment(p.actuator, tables.valve, t, t_end, y, mode, supply_of(p, y))
@@ -250,24 +482,76 @@ def start_cycle_segment(p, tables, t, t_end, y, mode):
     else:
         mode[INTAKE_OPEN] = 1.0 if (middle - p.open_target) % TURN < p.close_target - p.open_target else 0.0
     start_exchange_segment(p, t, t_end, y, mode)
-    mode[BRANCHES] = branches_of(p, t, y)
+    mode[BRANCHES] = effect_branches(p, t, y)
 
 
 @power.for_type(Cycle)
 @kernel
-def cycle_power(p, t, y):
-    """Power of the gas on the engine's piston [W]."""
+def cycle_power(p: Cycle, t: float, y: np.ndarray) -> float:
+    """Power of the gas on the engine's piston, ``P = p dV/dphi omega``.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    t : float
+        Time from the start of the cycle [s].
+    y : (>= STATES,) float array
+        State vector.
+
+    Returns
+    -------
+    float
+        Power [W]; the ambient's pressure on the other side is not taken off.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+
+    At the energising, 5 degrees before TDC, the piston still compresses:
+
+    >>> bool(cycle_power(cycle, 0.0, y) < 0.0)
+    True
+    """
     cylinder, slope = cylinder_state(p, t, y)
     return cylinder.pressure * slope * p.speed
 
 
 @observe.for_type(Cycle)
 @kernel
-def observe_cycle(p, t, y, mode, row):
-    """A row of the trace."""
+def observe_cycle(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, row: np.ndarray) -> None:
+    """Write a row of the trace.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    t : float
+        Time from the start of the cycle [s].
+    y : (>= SIZE,) float array
+        State vector.
+    mode : (MODES,) float array
+        Modes of the smooth segment.
+    row : (11,) float array
+        Values of the columns `TRACE`; changed.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> row = np.zeros(len(TRACE))
+    >>> observe_cycle(cycle, 0.0, y, mode, row)
+    >>> print(round(row[TRACE.index("cylinder_pressure [Pa abs]")]), "Pa")
+    101325 Pa
+    """
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
-    groove, _, exhaust, _, _, _ = breathing(p, y, mode, cylinder, receiver, intake_state(p, y, receiver))
+    groove, _, exhaust, _, _, _ = exchange_flows(p, y, mode, cylinder, receiver, intake_state(p, y, receiver))
     row[0], row[1] = cylinder.pressure, cylinder.temperature
     if p.engine.intake == EPV:
         valve = state_of(p.actuator, y, supply_of(p, y))
@@ -279,6 +563,6 @@ def observe_cycle(p, t, y, mode, row):
         row[3] = row[4] = row[5] = np.nan
         if p.engine.intake == CAM:
             row[2] = intake_lift(p, cylinder.angle, y, mode)
-    row[6] = groove + effects_of(p, cylinder)[2]
+    row[6] = groove + effect_terms(p, cylinder)[2]
     row[7] = indicated_power(cylinder.pressure, p.actuator.ambient.pressure, slope, 1.0)
     row[8], row[9], row[10] = receiver[0], exhaust, cylinder.volume

@@ -1,4 +1,4 @@
-"""State and ledger of a cycle of the engine, and what the kernels know of its machine."""
+"""State vector of an engine: where its states and ledgers stand, and what the kernels know of its machine."""
 
 from typing import NamedTuple
 
@@ -66,52 +66,63 @@ SIZE = ENGINE_LEDGER + len(EngineLedger._fields)
 INTAKE_OPEN, GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, PIPE_FLOW, LIFT, LIFT_SLOPE, BRANCHES, MODES = range(
     valve_actuator.MODES, valve_actuator.MODES + 9
 )
-"""Modes: whether the ideal valve is open; regimes of the flows; the line of a cam's lift curve, as lift at crank angle
-0 [m] and slope [m/rad]; branches of the effects' laws; how many modes there are."""
+"""Modes of a smooth segment, behind those of the valve.
+
+INTAKE_OPEN says whether the ideal valve is open. GROOVE_FLOW to PIPE_FLOW hold the regimes of the flows. LIFT [m] and
+LIFT_SLOPE [m/rad] are the line of a cam's lift curve, from crank angle 0. BRANCHES holds the branches of the effects'
+laws; MODES is how many modes there are."""
 SCALE = valve_actuator.SCALE + 4 * (valve_actuator.GAS_SCALE,)
-"""Without line and pipe."""
+"""Scale of the error of each state beside its own size, without supply line and intake pipe."""
 
 
 class Cycle(NamedTuple):
-    """A machine at a speed, as numbers for the kernels."""
+    """Machine at a speed, as numbers for the kernels."""
 
     actuator: Actuator
+    """Valve with what surrounds it."""
     supply: tuple[float, float]
-    """Engine air: pressure [Pa abs], temperature [K]."""
+    """Pressure [Pa abs] and temperature [K] of the engine air in its supply."""
     control: tuple[float, float]
-    """Control air from the regulator."""
+    """Pressure [Pa abs] and temperature [K] of the control air from the regulator."""
     control_from_receiver: int
+    """1: control air comes from the receiver, 0: from the regulator."""
     receiver_volume: float
-    """[m3]; 0: infinite."""
+    """Volume of the receiver [m3]; 0: infinite."""
     engine: Engine
-    """Without its cam's curve, which is in the tables."""
+    """Keys of the engine, without its cam's curve, which is in the tables."""
     crank: Crank
+    """Dimensions of the slider-crank."""
     speed: float
-    """[rad/s]"""
+    """Speed of the crank [rad/s]."""
     start: float
     """Crank angle at the start of a cycle, where the solenoids are energised [rad]."""
     open_target: float
+    """Crank angle of the intended opening [rad]."""
     close_target: float
+    """Crank angle of the intended closing [rad]."""
     full_area: float
-    """Of the groove at full lift [m2]."""
+    """Effective area of the groove at full lift [m2]."""
     lap: float
-    """Of the groove [m]."""
+    """Lift at which the groove begins to open [m]."""
     has_ports: int
-    """1: the groove's area is that of its ports."""
+    """1: the groove's area is that of its ports, 0: that of its table."""
     ports: Ports
+    """Ports of the groove."""
     has_lift_curve: int
-    """1: the cam's lift is that of its curve."""
+    """1: the cam's lift is that of its curve, 0: that of its flanks."""
     pipe: tuple[float, float]
-    """Intake pipe between receiver and groove, see `apesim.effect.volume_of`."""
-    effects: EngineLaws | EngineTables | NoEffects
+    """Volume of the intake pipe [m3] and effective area of its feed [m2], see `apesim.effect.volume_of`."""
+    effects: EngineLaws | EngineTables | NoEffects  # type: ignore[valid-type]
+    """Parameters of the effects that act on the cylinder."""
 
 
 class CycleTables(NamedTuple):
-    """The machine's arrays."""
+    """Arrays of a machine."""
 
     valve: ActuatorTables
+    """Arrays of the valve."""
     cam: np.ndarray
-    """The cam's lift curve: crank angle [rad] and lift [m]; no rows: it has none."""
+    """Lift curve of the cam: crank angle [rad] and lift [m], (n, 2); no rows: it has none."""
 
 
 @kernel
@@ -326,30 +337,127 @@ def update_ledgers(y: np.ndarray, control: ControlLedger, engine: EngineLedger) 
 
 
 @kernel
-def receiver_state(p, y):
-    """Pressure [Pa abs] and temperature [K] in the receiver."""
+def receiver_state(p: Cycle, y: np.ndarray) -> tuple[float, float]:
+    """Pressure and temperature in the receiver.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    y : (>= STATES,) float array
+        State vector.
+
+    Returns
+    -------
+    pressure : float
+        Pressure in the receiver [Pa abs]; that of the supply where the receiver is infinite.
+    temperature : float
+        Temperature in the receiver [K].
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> pressure, temperature = receiver_state(cycle, y)
+    >>> print(round(pressure), "Pa,", round(temperature, 6), "K")
+    1101325 Pa, 287.0 K
+    """
     if p.receiver_volume > 0.0:
         return chamber_state(p.actuator.gas, *receiver_gas(y), p.receiver_volume)
     return p.supply
 
 
 @kernel
-def has_pipe(p):
-    """Whether there is an intake pipe."""
+def has_pipe(p: Cycle) -> bool:
+    """Check whether the machine has an intake pipe, by an effect.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+
+    Returns
+    -------
+    bool
+        Whether there is an intake pipe.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> has_pipe(cycle)
+    False
+    """
     return len(p.effects) > 0 and p.pipe[1] > 0.0
 
 
 @kernel
-def intake_state(p, y, receiver):
-    """Pressure [Pa abs] and temperature [K] before the groove."""
+def intake_state(p: Cycle, y: np.ndarray, receiver: tuple[float, float]) -> tuple[float, float]:
+    """Pressure and temperature before the groove: in the intake pipe, or where there is none, in the receiver.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    y : (>= SIZE,) float array
+        State vector.
+    receiver : tuple of float
+        Pressure [Pa abs] and temperature [K] in the receiver.
+
+    Returns
+    -------
+    pressure : float
+        Pressure before the groove [Pa abs].
+    temperature : float
+        Temperature before the groove [K].
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> intake_state(cycle, y, (1e6, 290.0))
+    (1000000.0, 290.0)
+    """
     if has_pipe(p):
         return chamber_state(p.actuator.gas, *pipe_gas(y), p.pipe[0])
     return receiver
 
 
 @kernel
-def cylinder_state(p, t, y):
-    """State of the cylinder, and the slope of its volume [m3/rad]."""
+def cylinder_state(p: Cycle, t: float, y: np.ndarray) -> tuple[CylinderState, float]:
+    """State of the cylinder, and the slope of its volume over the crank angle.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    t : float
+        Time from the start of the cycle [s].
+    y : (>= STATES,) float array
+        State vector.
+
+    Returns
+    -------
+    state : apesim.engine.cylinder.CylinderState
+        State of the cylinder, as the laws of its effects see it.
+    slope : float
+        Slope of the cylinder's volume over the crank angle [m3/rad].
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> state, slope = cylinder_state(cycle, 0.0, y)
+    >>> print(round(state.pressure), "Pa,", round(state.temperature, 6), "K")
+    101325 Pa, 293.15 K
+    """
     angle = p.start + p.speed * t
     volume, slope = cylinder_volume(p.crank, angle)
     gas = p.actuator.gas
@@ -361,15 +469,65 @@ def cylinder_state(p, t, y):
 
 
 @kernel
-def control_air(p, y):
-    """Where control air comes from, and what is before the solenoids, both as pressure [Pa abs] and temperature [K]."""
+def control_air(p: Cycle, y: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Pressure and temperature of the control air at its source and before the solenoids.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    y : (>= SIZE,) float array
+        State vector.
+
+    Returns
+    -------
+    source : tuple of float
+        Pressure [Pa abs] and temperature [K] in the receiver or behind the regulator.
+    before_solenoids : tuple of float
+        Pressure [Pa abs] and temperature [K] in the supply line, or where there is none, those of the source.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> control_air(cycle, y)
+    ((1101325.0, 287.0), (1101325.0, 287.0))
+    """
     source = receiver_state(p, y) if p.control_from_receiver else p.control
     return source, before_solenoids(p.actuator, y, LINE, source)
 
 
 @kernel
-def supply_of(p, y):
-    """What `apesim.valve.actuator.state_of` wants to know."""
+def supply_of(p: Cycle, y: np.ndarray) -> tuple[float, float, float]:
+    """State of the air around the valve, as `apesim.valve.actuator.state_of` takes it.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    y : (>= SIZE,) float array
+        State vector.
+
+    Returns
+    -------
+    pressure : float
+        Pressure of the control air before the solenoids [Pa abs].
+    temperature : float
+        Temperature of the control air before the solenoids [K].
+    before_groove : float
+        Pressure before the groove [Pa abs]; that of the supply where no effect of the valve asks for it.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> supply_of(cycle, y)
+    (1101325.0, 287.0, 1101325.0)
+    """
     pressure, temperature = control_air(p, y)[1]
     before_groove = p.supply[0]
     if len(p.actuator.effects) > 0:
