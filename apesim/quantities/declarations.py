@@ -7,7 +7,7 @@ from functools import cached_property
 from numbers import Integral, Real
 
 from apesim.quantities.culprits import Wrong, quoted
-from apesim.quantities.units import NUMBER, si_value, unit
+from apesim.quantities.units import NUMBER, respelt, si_value, unit
 
 DECIMAL_COMMA = r"(?<=[0-9]),(?=[0-9])"
 SLIPS = (
@@ -104,6 +104,7 @@ class Quantity(Declaration):
         meant = raw.strip()
         for slip, spelling in SLIPS:
             meant = re.sub(slip, spelling, meant)
+        meant = respelt(meant)
         if meant == raw.strip():
             return None
         try:

@@ -1,30 +1,111 @@
-"""Single names of units, as pint knows them.
+"""Single names of units: a table of those that engines, valves and their test benches are measured in.
 
-To import pint and to read its definitions takes a third of a second. What it once said is kept on disk, as long as
-neither pint nor this file is another.
+Factors are exact, but for pi: a degree is the float that `math.radians` multiplies by, so that radians(15) and "15 deg"
+agree to the last bit.
 """
 
-import contextlib
-import hashlib
-import json
-import os
-from decimal import Decimal
+import difflib
+import math
 from fractions import Fraction
 from functools import lru_cache
-from pathlib import Path
 
-from apesim.cache import private_folder
 from apesim.quantities.culprits import Wrong, quoted
 
+PREFIXES = {
+    "n": ("nano", -9),
+    "u": ("micro", -6),
+    "µ": ("micro", -6),
+    "m": ("milli", -3),
+    "c": ("centi", -2),
+    "d": ("deci", -1),
+    "h": ("hecto", 2),
+    "k": ("kilo", 3),
+    "M": ("mega", 6),
+    "G": ("giga", 9),
+}
+"""Symbol of each prefix: its name, its power of ten."""
 
-@lru_cache(maxsize=512)
+BASES = {"m": "meter", "kg": "kilogram", "s": "second", "K": "kelvin", "rad": "radian", "A": "ampere"}
+FORCE, PRESSURE, ENERGY, POWER = "kg m s^-2", "kg m^-1 s^-2", "kg m^2 s^-2", "kg m^2 s^-3"
+
+WITH_PREFIXES = {
+    "m": ("meter metre", 1, "m"),
+    "g": ("gram", "1/1000", "kg"),
+    "s": ("second", 1, "s"),
+    "K": ("kelvin", 1, "K"),
+    "rad": ("radian", 1, "rad"),
+    "A": ("ampere", 1, "A"),
+    "V": ("volt", 1, "kg m^2 s^-3 A^-1"),
+    "N": ("newton", 1, FORCE),
+    "Pa": ("pascal", 1, PRESSURE),
+    "bar": ("bar", 100_000, PRESSURE),
+    "J": ("joule", 1, ENERGY),
+    "W": ("watt", 1, POWER),
+    "Wh": ("", 3600, ENERGY),
+    "Hz": ("hertz", 1, "s^-1"),
+    "L": ("l liter litre", "1/1000", "m^3"),
+}
+"""Units by their symbol: other names, factor in SI, SI units. These take prefixes; names in full take them in full."""
+
+WITHOUT_PREFIXES = {
+    "min": ("minute", 60, "s"),
+    "h": ("hour hr", 3600, "s"),
+    "d": ("day", 86400, "s"),
+    "sec": ("", 1, "s"),
+    "deg": ("degree °", Fraction(math.pi / 180.0), "rad"),
+    "r": ("rev revolution turn", Fraction(2.0 * math.pi), "rad"),
+    "t": ("tonne", 1000, "kg"),
+    "lb": ("pound", "0.45359237", "kg"),
+    "in": ("inch inches", "0.0254", "m"),
+    "ft": ("foot feet", "0.3048", "m"),
+    "micron": ("", "1/1000000", "m"),
+    "kgf": ("", "9.80665", FORCE),
+    "lbf": ("", "4.4482216152605", FORCE),
+    "atm": ("atmosphere", 101_325, PRESSURE),
+    "psi": ("", Fraction("4.4482216152605") / Fraction("0.0254") ** 2, PRESSURE),
+    "torr": ("", Fraction(101_325, 760), PRESSURE),
+    "mmHg": ("", "133.322387415", PRESSURE),
+    "hp": ("horsepower", Fraction("4.4482216152605") * Fraction("0.3048") * 550, POWER),
+    "percent": ("%", "1/100", ""),
+    "ppm": ("", "1/1000000", ""),
+}
+SHORTEST_PLURAL = 4
+"""Letters of a name from which on it may stand in the plural: "days" and "meters", not "ms"."""
+RIGHT_FORMS = {"Nm": "N m", "Ns": "N s", "lpm": "L/min", "slpm": "L/min", "C": "degC", "F": "degF", "kp": "kgf"}
+"""What is often written and no unit here, or not this one: the right form."""
+MIN_LIKENESS = 0.75
+"""Likeness of a name to a right one, by `difflib`: "milimeter" and "barr" have it, "xyz" has not."""
+
+
+@lru_cache(maxsize=1)
+def known_units():
+    """Factor and bases of all names, prefixes and plurals among them, by name."""
+    known = {}
+    for symbol, (others, factor, units) in WITH_PREFIXES.items():
+        found = Fraction(factor), bases_of(units)
+        for name in (symbol, *others.split()):
+            for prefix, (full, power) in PREFIXES.items():
+                written = prefix if len(name) < 3 or name == symbol else full
+                known.setdefault(written + name, (found[0] * Fraction(10) ** power, found[1]))
+    for table in (WITH_PREFIXES, WITHOUT_PREFIXES):
+        for symbol, (others, factor, units) in table.items():
+            known |= dict.fromkeys((symbol, *others.split()), (Fraction(factor), bases_of(units)))
+    return {f"{name}s": found for name, found in known.items() if len(name) >= SHORTEST_PLURAL} | known
+
+
+def bases_of(units):
+    """Pairs of base unit and exponent: (("meter", 1), ("second", -2)) for "m s^-2"."""
+    factors = (unit.partition("^") for unit in units.split())
+    return tuple((BASES[name], int(power or 1)) for name, _, power in factors)
+
+
 def named(name):
     """What a single name stands for.
 
     Parameters
     ----------
     name : str
-        Letters, nothing else.
+        Letters, "%" or "°".
 
     Returns
     -------
@@ -36,72 +117,38 @@ def named(name):
     Raises
     ------
     Wrong
-        It names no unit that numbers are multiplied with.
+        It names no unit that numbers are multiplied with; says the nearest one that does.
+
+    Examples
+    --------
+    >>> named("kPa")
+    (Fraction(1000, 1), (('kilogram', 1), ('meter', -1), ('second', -2)))
     """
-    kept = _kept()
-    if name not in kept:
-        kept[name] = _asked(name)
-        _keep(kept)
-    return kept[name]
-
-
-@lru_cache(maxsize=1)
-def _registry():
-    import pint
-
-    return pint.UnitRegistry(non_int_type=Decimal)
-
-
-def _asked(name):
-    """What pint says."""
-    wrong = Wrong(f"{quoted(name)} is no known unit")
-    if not _registry().parse_unit_name(name):
-        raise wrong
     try:
-        one, two = (_registry().Quantity(Decimal(n), name).to_base_units() for n in (1, 2))
-    except (TypeError, ValueError, ArithmeticError, AttributeError):  # logarithms of Decimals, in many ways
-        raise wrong from None
-    bases = tuple((str(base), int(power)) for base, power in one.unit_items() if power == int(power))
-    linear = abs(two.magnitude / one.magnitude - 2) < 1e-20  # degC is not
-    if not linear or len(bases) < len(one.unit_items()):
-        raise wrong
-    factor = Fraction(one.magnitude)
-    # pi is irrational; with the float that math.radians multiplies by, radians(15) and "15 deg" agree.
-    return Fraction(float(factor)) if ("radian", 1) in bases else factor, bases
+        return known_units()[name]
+    except KeyError:
+        raise Wrong(f"{quoted(name)} is no known unit") from None
 
 
-@lru_cache(maxsize=1)
-def _said_by():
-    """Who said it: this pint, asked by this file."""
-    from importlib.metadata import version
+def nearest(name):
+    """Right name that is nearest to an unknown one; the unknown one itself where none is near.
 
-    return f"{version('pint')} {hashlib.sha256(Path(__file__).read_bytes()).hexdigest()[:16]}"
+    Parameters
+    ----------
+    name : str
 
+    Returns
+    -------
+    str
 
-@lru_cache(maxsize=1)
-def _kept():
-    """What is kept on disk, by name; nothing where that cannot be read."""
-    folder = private_folder("units")
-    try:
-        content = json.loads((folder / "units.json").read_text())
-        if content["said by"] == _said_by():
-            return {name: (Fraction(factor), _pairs(bases)) for name, (factor, bases) in content["units"].items()}
-    except Exception:  # there is none, or it is damaged in any way
-        pass
-    return {}
-
-
-def _pairs(bases):
-    return tuple((str(base), int(power)) for base, power in bases)
-
-
-def _keep(kept):
-    """Keep it on disk, where that can be written."""
-    folder = private_folder("units")
-    if folder is None:
-        return
-    content = {"said by": _said_by(), "units": {name: (str(factor), bases) for name, (factor, bases) in kept.items()}}
-    own = folder / f"units.{os.getpid()}"
-    with contextlib.suppress(OSError):
-        own.write_text(json.dumps(content))
-        own.replace(folder / "units.json")
+    Examples
+    --------
+    >>> nearest("Mpa"), nearest("milimeter"), nearest("Nm"), nearest("xyz")
+    ('MPa', 'millimeter', 'N m', 'xyz')
+    """
+    if name in RIGHT_FORMS:
+        return RIGHT_FORMS[name]
+    right = (*known_units(), "rpm", "degC", "degF")
+    alike = [known for known in right if known.lower() == name.lower()]
+    alike.sort(key=lambda known: -sum(map(str.__eq__, known, name)))
+    return (alike or difflib.get_close_matches(name, right, n=1, cutoff=MIN_LIKENESS) or [name])[0]

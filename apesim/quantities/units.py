@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from apesim.quantities.culprits import Wrong, quoted
-from apesim.quantities.names import named
+from apesim.quantities.names import BASES, known_units, named, nearest
 
 NUMBER = r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"
 """The grammar of a number, one group."""
@@ -42,8 +42,8 @@ class Unit(NamedTuple):
     @property
     def si_text(self):
         """The SI unit of the same dimension, e.g. "m s^-1"; "-" without dimension."""
-        short = {"meter": "m", "kilogram": "kg", "second": "s", "kelvin": "K", "radian": "rad"}
-        powers = [(short.get(name, name), f"^{power}" * (power != 1)) for name, power in self.dimension]
+        short = {name: symbol for symbol, name in BASES.items()}
+        powers = [(short[name], f"^{power}" * (power != 1)) for name, power in self.dimension]
         return " ".join(map("".join, powers)) or "-"
 
 
@@ -51,8 +51,9 @@ TEMPERATURES = {
     "degC": Unit(Fraction(1), Fraction("273.15"), (("kelvin", 1),)),
     "degF": Unit(Fraction(5, 9), Fraction("459.67") * Fraction(5, 9), (("kelvin", 1),)),
 }
-ALIASES = {"%": "percent", "°": "degree", "r": "revolution", "rev": "revolution"}
 SPELLINGS = ("μ", "µ"), ("⋅", "·"), ("×", "*"), ("**", "^"), ("°C", "degC"), ("°F", "degF")
+NO_NAMES = {"rpm", "gauge", "abs"}
+"""Words of a quantity that are right, and no names of units."""
 SUPERSCRIPTS = str.maketrans("⁻¹²³⁴", "-1234")
 TOKEN = re.compile(r"([A-Za-zµ°%]+)(?:\^?(-?[1-9])(?![0-9]))?|1(?![0-9])|[*·/()]|\s+")
 
@@ -94,7 +95,7 @@ def unit(text):
         at = token.end()
         if token[1]:
             power = sign * int(token[2] or 1)
-            scale, bases = named(ALIASES.get(token[1], token[1]))
+            scale, bases = named(token[1])
             factor *= scale**power
             for base, exponent in bases:
                 dimension[base] = dimension.get(base, 0) + exponent * power
@@ -110,6 +111,30 @@ def unit(text):
     if brackets:
         raise wrong
     return Unit(factor, Fraction(0), tuple(sorted(item for item in dimension.items() if item[1])))
+
+
+def respelt(text):
+    """A number with a unit whose unknown names are replaced by the nearest right ones.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> respelt("0.49 Mpa gauge"), respelt("12 Nm")
+    ('0.49 MPa gauge', '12 N m')
+    """
+    number = re.match(rf"{NUMBER}\s*", text)
+    if not number:
+        return text
+    right = known_units().keys() | TEMPERATURES.keys() | NO_NAMES
+    body = re.sub(r"[A-Za-zµ°%]+", lambda name: name[0] if name[0] in right else nearest(name[0]), text[number.end() :])
+    return number[0] + body
 
 
 def si_value(raw, text, expected, reference=0.0):

@@ -1,82 +1,83 @@
-"""What pint once said is kept, as long as it can be trusted."""
+"""Names of units, against pint, which knows hundreds."""
 
-import json
 import math
+from decimal import Decimal
 from fractions import Fraction
 
+import pint
 import pytest
 
-from apesim.quantities import Wrong, names
+from apesim.quantities import Quantity, Wrong, parse, unit
+from apesim.quantities.names import WITH_PREFIXES, WITHOUT_PREFIXES, known_units, named, nearest
 
-ASKED = names._asked
-REVOLUTION = Fraction(2.0 * math.pi), (("radian", 1),)
-
-
-@pytest.fixture
-def said(tmp_path, monkeypatch):
-    """Names a unit as a fresh process would, and tells whether pint was asked."""
-    monkeypatch.setenv("APESIM_CACHE_DIR", str(tmp_path))
-
-    def of(name):
-        asked = []
-        monkeypatch.setattr(names, "_asked", lambda name, ask=ASKED: asked.append(name) or ask(name))
-        for function in (names.named, names._kept, names._said_by):
-            function.cache_clear()
-        return names.named(name), bool(asked)
-
-    yield of
-    names.named.cache_clear()
-    names._kept.cache_clear()
+STROKE, SPEED = Quantity("mm", 1, 500, "a test"), Quantity("rpm", 1, 5000, "a test")
+TORQUE = Quantity("N m", 0, 100, "a test")
+OURS = {"r": "revolution", "rev": "revolution", "°": "degree", "%": "percent"}
+"""Names that pint knows not, or otherwise: to it r is no unit."""
 
 
-def test_pint_is_asked_once(said):
-    assert said("revolution") == (REVOLUTION, True)
-    assert said("revolution") == (REVOLUTION, False)
-    assert said("minute") == ((Fraction(60), (("second", 1),)), True)
-    assert said("revolution") == (REVOLUTION, False)
+def test_every_unit_is_that_of_pint():
+    registry = pint.UnitRegistry(non_int_type=Decimal)
+    names = ["mm", "kPa", "MPa", "mbar", "hPa", "us", "µs", "kWh", "mL", "dm", "kN", "mrad", "millimeter", "kilopascal"]
+    for table in (WITH_PREFIXES, WITHOUT_PREFIXES):
+        names += [*table, *(other for others, *_ in table.values() for other in others.split())]
+    assert len(names) > 60
+    for name in names:
+        theirs = registry.Quantity(Decimal(1), OURS.get(name, name)).to_base_units()
+        factor, bases = named(name)
+        assert float(factor) == float(theirs.magnitude), name
+        assert dict(bases) == {str(base): int(power) for base, power in theirs.unit_items()}, name
 
 
-def test_a_unit_that_was_met_before_does_not_load_pint(tmp_path):
-    from tests.apesim.test_kernel import ROOT, python
-
-    code = "import sys; from apesim.quantities import unit; print(unit('rpm').factor, 'pint' in sys.modules)"
-    first, again = (python(code, ROOT, APESIM_CACHE_DIR=str(tmp_path)).split() for _ in range(2))
-    assert first == [str(Fraction(2.0 * math.pi) / 60), "True"]
-    assert again == [first[0], "False"]
+def test_angles_are_those_of_math_to_the_last_bit():
+    assert named("deg") == (Fraction(math.radians(1.0)), (("radian", 1),))
+    assert named("r") == (Fraction(2.0 * math.pi), (("radian", 1),))
 
 
-@pytest.mark.parametrize("damage", ["", "garbage", "[]", '{"said by": 1}', '{"units": {}}', "truncated", "no fraction"])
-def test_a_damaged_file_is_rebuilt(said, tmp_path, damage):
-    said("revolution")
-    path = tmp_path / "units" / "units.json"
-    whole = path.read_text()
-    changed = {"truncated": whole[: len(whole) // 2], "no fraction": whole.replace("/", "//")}.get(damage, damage)
-    assert changed != whole
-    path.write_text(changed)
-    assert said("revolution") == (REVOLUTION, True)
-    assert path.read_text() == whole
+def test_names_of_one_unit_do_not_hide_each_other():
+    for name, factor in (("min", 60), ("ft", Fraction("0.3048")), ("h", 3600), ("d", 86400), ("Pa", 1), ("hp", None)):
+        assert factor is None or named(name)[0] == factor
+    assert named("mmHg")[1] == named("Pa")[1]
 
 
-def test_what_another_pint_said_does_not_count(said, tmp_path):
-    said("revolution")
-    path = tmp_path / "units" / "units.json"
-    content = json.loads(path.read_text())
-    path.write_text(json.dumps(content | {"said by": "0.1 " + content["said by"]}))
-    assert said("revolution") == (REVOLUTION, True)
+@pytest.mark.parametrize("name", ["PS", "cfm", "Nm", "R", "at", "foo", "mmm", "kmin", "barg", "degC", ""])
+def test_what_is_no_unit_here_is_refused(name):
+    with pytest.raises(Wrong, match="no known unit"):
+        named(name)
 
 
-def test_a_file_that_others_may_write_is_not_read(said, tmp_path):
-    said("revolution")
-    (tmp_path / "units").chmod(0o777)
-    assert said("revolution") == (REVOLUTION, True)
+@pytest.mark.parametrize(
+    ("name", "right"),
+    [
+        ("Mpa", "MPa"),
+        ("KPA", "kPa"),
+        ("Bar", "bar"),
+        ("RPM", "rpm"),
+        ("milimeter", "millimeter"),
+        ("Nm", "N m"),
+        ("lpm", "L/min"),
+        ("xyz", "xyz"),
+    ],
+)
+def test_the_nearest_right_name(name, right):
+    assert nearest(name) == right and name not in known_units()
 
 
-def test_where_nothing_can_be_kept_pint_is_asked(said, tmp_path):
-    (tmp_path / "units").write_text("a file, not a folder")
-    assert said("revolution") == said("revolution") == (REVOLUTION, True)
+@pytest.mark.parametrize(
+    ("text", "declaration", "right"),
+    [
+        ("9 milimeter", STROKE, 'write "9 millimeter"'),
+        ("1000 RPM", SPEED, 'write "1000 rpm"'),
+        ("12 Nm", TORQUE, 'write "12 N m"'),
+    ],
+)
+def test_an_unknown_unit_is_refused_with_the_nearest_right_one(text, declaration, right):
+    with pytest.raises(Wrong) as caught:
+        declaration.read(text)
+    assert caught.value.right == right
+    assert parse(right.removeprefix("write ").strip('"'), declaration) > 0.0
 
 
-def test_what_is_no_unit_is_wrong_each_time(said):
-    for _ in range(2):
-        with pytest.raises(Wrong):
-            said("furlongest")
+def test_all_known_names_are_units():
+    for name in known_units():
+        assert unit(name).factor > 0
