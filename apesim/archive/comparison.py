@@ -14,7 +14,7 @@ import numpy as np
 from apesim.archive.file import Archive, read, read_about
 from apesim.archive.grid import axes_of, words_of
 
-__all__ = ["Difference", "Summary", "diff", "machine_differences", "provenance_differences", "summarise"]
+__all__ = ["Comparison", "Difference", "Summary", "diff", "machine_differences", "provenance_differences", "summarise"]
 
 Path = str | os.PathLike[str]
 
@@ -31,6 +31,19 @@ class Difference(NamedTuple):
     samples: int  # values that differ
 
 
+class Comparison(NamedTuple):
+    """What comparing two archives came to."""
+
+    differences: list[Difference]
+    """Empty when equal."""
+    runs: int
+    """Runs compared side by side."""
+    same: int
+    """Variables and axes that agree in all runs compared; the run numbers do not count."""
+    different: int
+    """Variables and axes that do not, or that only one of them has."""
+
+
 class Summary(NamedTuple):
     """All differences of one name."""
 
@@ -41,15 +54,18 @@ class Summary(NamedTuple):
     largest: float | None
     """Largest absolute difference of a number; None: there are no two numbers."""
     relative: float | None
-    """The same, over the larger of both magnitudes."""
+    """Largest difference over the larger of both magnitudes, taken where each run differs most."""
     where: str
     """Place of the largest."""
+    where_relative: str
+    """Place of the largest relative one."""
 
 
-def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> list[Difference]:
+def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> Comparison:
     """Compare two archives in machine, axes and results; NaN equals NaN.
 
-    Runs of two grids, see `apesim.archive.grid`, are matched by their coordinates, others by number.
+    Runs are matched by the coordinates that both archives have, such as speed and pressure; by number where one has
+    none, or where coordinates do not tell its runs from each other.
 
     Parameters
     ----------
@@ -60,9 +76,9 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> li
 
     Returns
     -------
-    list of Difference
-        Empty when equal; for results one row for each variable and run. A variable over an axis of another
-        length is not compared, the axis is reported. Provenance: see `provenance_differences`.
+    Comparison
+        For results one difference for each variable and run. A variable over an axis of another length is not
+        compared, the axis is reported. Provenance: see `provenance_differences`.
 
     Raises
     ------
@@ -102,23 +118,35 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> li
                 run, place = int(a.runs[at_a[i]]), places[at_a[i]]
                 found = _compared(kind, name, run, ours[i], theirs[i], a, mine.dims[1:], rtol, atol)
                 rows += [row._replace(where=", ".join(filter(None, (place, row.where)))) for row in found]
-    return rows
+    compared = (a.variables.keys() | b.variables.keys()) - {"run"}
+    different = compared & {row.name for row in rows if row.kind in ("axis", "variable")}
+    return Comparison(rows, len(at_a), len(compared) - len(different), len(different))
 
 
 def _common_axes(a: Archive, b: Archive, rows: list[Difference]) -> list[str] | None:
-    """Names of the axes by which the runs of two archives are matched; None: by number, one of them is no grid.
+    """Names of the coordinates by which the runs of two archives are matched; None: by number.
 
-    An axis that only one of them has is added to `rows`, and runs are matched by the others, where these suffice.
+    One that only one of them has is added to `rows`, and runs are matched by the others, where these suffice.
     """
-    try:
-        axes_a, axes_b = axes_of(a), axes_of(b)
-    except ValueError:
+    axes_a, axes_b = _coordinates(a), _coordinates(b)
+    if not axes_a or not axes_b:
+        return None
+    if axes_a.keys() == axes_b.keys() and any(len(_keys_of(one, list(axes_a))) < len(one.runs) for one in (a, b)):
         return None
     for name in {**axes_a, **axes_b}:
         if name not in axes_a or name not in axes_b:
             mine, other = (", ".join(axes[name]) if name in axes else None for axes in (axes_a, axes_b))
             rows.append(Difference("axis", name, None, "in one of them only", mine, other, 1))
     return [name for name in axes_a if name in axes_b]
+
+
+def _coordinates(archive: Archive) -> dict[str, list[str]]:
+    """Texts of the values of each coordinate over the runs, by its name."""
+    try:
+        return axes_of(archive)
+    except ValueError:
+        columns = {name: v for name, v in archive.variables.items() if v.coordinate and v.dims == ("run",)}
+        return {name: [str(value) for value in dict.fromkeys(words_of(v).tolist())] for name, v in columns.items()}
 
 
 def _keys_of(archive: Archive, names: list[str] | None) -> dict[tuple[Any, ...], int]:
@@ -157,11 +185,12 @@ def summarise(rows: Iterable[Difference]) -> list[Summary]:
         numbers = [(size, row) for size, row in apart if size is not None]
         runs = len({(row.run, row.a is None) for row in group if row.run is not None})
         if not numbers:
-            found.append(Summary(kind, name, runs, None, None, group[0].where))
+            found.append(Summary(kind, name, runs, None, None, group[0].where, ""))
             continue
         size, row = max(numbers, key=lambda pair: pair[0])
-        relative = max(number / max(abs(row.a), abs(row.b)) for number, row in numbers)
-        found.append(Summary(kind, name, runs, size, relative, row.where))
+        shares = [(number / max(abs(row.a), abs(row.b)), row) for number, row in numbers]
+        relative, relative_row = max(shares, key=lambda pair: pair[0])
+        found.append(Summary(kind, name, runs, size, relative, row.where, relative_row.where))
     return found
 
 

@@ -11,7 +11,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, read, write
-from apesim.archive.shards import lock, merge, missing_runs, plan_hash, read_shards, remove_shards, shards_folder
+from apesim.archive.shards import (
+    lock,
+    merge,
+    missing_runs,
+    plan_hash,
+    read_shards,
+    remove_shards,
+    runs_planned,
+    shards_folder,
+)
 from apesim.engine.cycle.operating_point import cycle_of
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
@@ -126,9 +135,7 @@ def run_sweep(
         start = time.perf_counter()
         there = _own_archive(out, provenance, overwrite) if resume else None
         if there and not missing_runs(there):
-            read_shards(shards_folder(out), provenance["plan_hash"])  # those of another sweep are not ours to remove
-            remove_shards(shards_folder(out))
-            return SweepResult(out, there, faults_of(there), time.perf_counter() - start, was_finished=True)
+            return _finished(out, there, start)
         _clear(out, resume, overwrite or there)
         warm_up(compute, _first_of_each_kind(points))  # one process compiles; the others' time is that of computing
         start = time.perf_counter()
@@ -149,6 +156,44 @@ def run_sweep(
             remove_shards(shards_folder(out))
     faults = [f"{what}; {remedy}" for what, remedy in found.faults] + faults_of(archive)
     return SweepResult(out, archive, faults, time.perf_counter() - start, was_finished=False)
+
+
+def find_finished(out):
+    """A finished sweep, whatever was swept: for whom resumes it without saying what.
+
+    Parameters
+    ----------
+    out : path
+        The archive.
+
+    Returns
+    -------
+    SweepResult or None
+        None where there is no sound archive of a sweep, or one that lacks runs.
+
+    Raises
+    ------
+    ArchiveError
+        Another process writes it.
+    """
+    out = Path(out)
+    if not out.is_file():
+        return None
+    with lock(out):
+        start = time.perf_counter()
+        try:
+            there = read(out)
+        except ArchiveError:
+            return None
+        is_whole = "plan_hash" in there.provenance and runs_planned(there) is not None and not missing_runs(there)
+        return _finished(out, there, start) if is_whole else None
+
+
+def _finished(out, archive, start):
+    """Result of a sweep whose archive is there and whole; shards that it left are removed."""
+    read_shards(shards_folder(out), archive.provenance["plan_hash"])  # those of another sweep are not ours to remove
+    remove_shards(shards_folder(out))
+    return SweepResult(out, archive, faults_of(archive), time.perf_counter() - start, was_finished=True)
 
 
 def _run_here(jobs, chunks):

@@ -415,14 +415,18 @@ def test_archives_that_differ_end_with_3_and_name_what_differs(apesim):
     apesim("engine", "sweep", *FAST, "--no-figures", "--out", "a.h5")
     apesim("engine", "sweep", *FAST, "--no-figures", "--out", "b.h5")
     apesim("engine", "sweep", *FAST, "--no-figures", "--out", "c.h5", "--set", "engine.bore=90 mm")
-    assert apesim("archive", "diff", "a.h5", "b.h5")[0] == 0
+    code, out, _ = apesim("archive", "diff", "a.h5", "b.h5")
+    assert code == 0 and " variables the same, 0 differ" in out
     code, out, _ = apesim("archive", "diff", "a.h5", "c.h5")
     assert code == 3
+    assert "largest relative difference" in out and out.index("runs compared") < out.index("Summary")
     assert out.index("Summary") < out.index("Differences")
     assert "20 of " in out
     assert len(out.splitlines()) < len(apesim("archive", "diff", "a.h5", "c.h5", "--all")[1].splitlines())
     code, out, _ = apesim("archive", "diff", "a.h5", "c.h5", "--json")
-    names = {row["name"] for row in json.loads(out)["differences"]}
+    data = json.loads(out)
+    assert data["variables_same"] > 0 and data["variables_different"] > 10
+    names = {row["name"] for row in data["differences"]}
     assert code == 3
     assert {"engine.bore", "brake_torque_Nm"} <= names
 

@@ -12,6 +12,8 @@ from apesim.studies.options import ArchivePath, Common
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from apesim.archive.comparison import Comparison, Summary
+
 MAX_SHOWN = 20
 """Differences that are shown one by one: a screen of them."""
 
@@ -24,30 +26,47 @@ def compare_archives(
     atol: Annotated[float, typer.Option(min=0.0, help="Absolute difference that counts as none, in SI.")] = 0.0,
     show_all: Annotated[bool, typer.Option("--all", help="Show every difference, not only the first 20.")] = False,
 ) -> int:
-    """Compare two archives, sweeps by the coordinates of their runs; exit code 3 if they differ."""
+    """Compare two archives by the coordinates of their runs, a summary first; exit code 3 if they differ."""
     from apesim.archive.comparison import diff, provenance_differences, summarise
     from apesim.archive.inspection import info
     from apesim.studies.commands.archive.machine_differences import difference_lines, differences_from_given
 
     others = differences_from_given(common, [path, other])
-    rows = diff(path, other, rtol, atol)
+    compared = diff(path, other, rtol, atol)
+    rows = compared.differences
     provenance, summary = provenance_differences(path, other), summarise(rows)
     data = {
+        "runs_compared": compared.runs,
+        "variables_same": compared.same,
+        "variables_different": compared.different,
         "summary": [row._asdict() for row in summary],
         "differences": [row._asdict() for row in rows],
         "provenance": [row._asdict() for row in provenance],
         "machine_differences": others,
     }
-    told = [f"no differences; {len(provenance)} entries of provenance differ"]
+    told = [_headline(compared, summary), f"no differences; {len(provenance)} entries of provenance differ"]
     if rows:
         units = {v["name"]: v["unit"] for file in (other, path) for v in info(file)["variables"]}
         rows = sorted(rows, key=lambda row: row.kind == "run")  # which run is missing comes last
         shown = rows if show_all else rows[:MAX_SHOWN]
-        told = [_summary_table(summary, units), _difference_table(shown, path, other)]
+        told[1:] = [_summary_table(summary, units), _difference_table(shown, path, other)]
         if len(rows) > MAX_SHOWN and not show_all:
             told.append(f"{MAX_SHOWN} of {len(rows)} differences; --all shows every one, --json holds them")
     common.console.result(data, *told, *difference_lines(others))
     return INCOMPLETE if rows or others else DONE
+
+
+def _headline(compared: "Comparison", summary: "Sequence[Summary]") -> str:
+    """How many variables are the same, how many differ, and the largest relative difference, in one line."""
+    from apesim.terminal import visible
+
+    line = f"{compared.runs} runs compared: {compared.same} variables the same, {compared.different} differ"
+    numbers = [row for row in summary if row.kind == "variable" and row.relative is not None]
+    if not numbers:
+        return line
+    worst = max(numbers, key=lambda row: row.relative or 0.0)
+    where = f" at {worst.where_relative}" if worst.where_relative else ""
+    return visible(f"{line}; largest relative difference {worst.relative:.2g}: {worst.name}{where}")
 
 
 def _summary_table(summary: Sequence, units: dict[str, str]) -> "Table":

@@ -9,10 +9,13 @@ import typer
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, Speeds
 
+ALL_SPEEDS, ALL_TIMINGS, ALL_INTAKES = "300:2400:100 rpm", "both", "epv,cam,ideal"
+"""What is swept if nothing else is asked for."""
+
 
 def sweep_engine(
     common: Common,
-    speed: Speeds = "300:2400:100 rpm",
+    speed: Speeds = ALL_SPEEDS,
     varied: Annotated[
         list[str] | None,
         typer.Option(
@@ -27,8 +30,8 @@ def sweep_engine(
             metavar="NAME",
             help="Command angles of the epv: fixed (the machine's), corrected (so that it meets its targets), or both.",
         ),
-    ] = "both",
-    intake: Annotated[str, typer.Option(metavar="LIST", help="Of epv, cam, ideal.")] = "epv,cam,ideal",
+    ] = ALL_TIMINGS,
+    intake: Annotated[str, typer.Option(metavar="LIST", help="Of epv, cam, ideal.")] = ALL_INTAKES,
     out: Out = Path("sweep.h5"),
     jobs: Jobs = None,
     dask: Annotated[
@@ -51,9 +54,10 @@ def sweep_engine(
     from apesim.studies.figures.sweep import sweep_figures
     from apesim.studies.operating_conditions import SPEED
     from apesim.studies.output import written_text
-    from apesim.studies.sweep import run_sweep, vary
+    from apesim.studies.sweep import find_finished, run_sweep, vary
     from apesim.studies.sweep.results import warnings_of
     from apesim.studies.sweep.table import sweep_table
+    from apesim.terminal import visible
 
     console, machine = common.console, common.load_machine()
     speeds = _once(parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE), "--speed", _in_rpm)
@@ -66,13 +70,16 @@ def sweep_engine(
         raise InputError([Culprit(COMMAND_LINE, "--jobs", "is for this machine, not for --dask", "leave one out")])
     options = {"timings": timings, "variation": variation, "jobs": jobs, "shard": shard, "resume": resume}
     options |= {"overwrite": overwrite, "warm_up": console.warm_up}
+    is_default = (speed, timing, intake) == (ALL_SPEEDS, ALL_TIMINGS, ALL_INTAKES)
+    is_default = is_default and not (varied or shard or common.machine_file or common.settings)
+    finished = find_finished(out) if resume and is_default and not overwrite else None
     try:
         with contextlib.ExitStack() as stack:
             cluster = stack.enter_context(connected(dask)) if dask else None
             report = stack.enter_context(console.progress("sweep"))
             command = command_line(["apesim", *sys.argv[1:]])
             options |= {"cluster": cluster, "report": report, "command": command}
-            result = run_sweep(machine, speeds, intakes, out, **options)
+            result = finished or run_sweep(machine, speeds, intakes, out, **options)
     except KeyboardInterrupt:
         console.message("interrupted; what is done is kept, go on with the same command and --resume")
         raise
@@ -91,6 +98,8 @@ def sweep_engine(
     }
     runs = f"{data['runs']} runs"
     told = f"finished already, its {runs} checked" if result.was_finished else runs
+    if finished:
+        told = f"{told}, made by `{visible(result.archive.provenance.get('command', ''))}`,"
     console.result(data, sweep_table(result.archive), written_text(data, told))
     for line in result.faults + warnings:
         console.message(f"warning: {line}")

@@ -12,7 +12,7 @@ from tests.archive_samples import MACHINE, sample
 @pytest.fixture
 def compare(tmp_path):
     def compare(a, b, **tolerances):
-        return diff(write(a, tmp_path / "a.h5"), write(b, tmp_path / "b.h5"), **tolerances)
+        return diff(write(a, tmp_path / "a.h5"), write(b, tmp_path / "b.h5"), **tolerances).differences
 
     return compare
 
@@ -178,4 +178,38 @@ def test_differences_are_summed_up_by_name_with_the_largest(compare):
     [row] = summarise(compare(grid([300.0, 400.0]), other))
     assert row[:4] == ("variable", "torque", 2, 4.0)
     assert row.relative == pytest.approx(4.0 / 404.0)
-    assert row.where == "intake = fixed, speed = 400.0"
+    assert row.where == row.where_relative == "intake = fixed, speed = 400.0"
+
+
+def test_the_largest_relative_difference_has_a_place_of_its_own(compare):
+    other = grid([300.0, 4000.0])
+    other.variables["torque"].values[:2] += [5.0, 8.0]
+    [row] = summarise(compare(grid([300.0, 4000.0]), other))
+    assert (row.largest, row.where) == (8.0, "intake = fixed, speed = 4000.0")
+    assert row.relative == pytest.approx(5.0 / 305.0) and row.where_relative == "intake = fixed, speed = 300.0"
+
+
+def test_variables_that_agree_and_that_differ_are_counted(tmp_path):
+    other = changed("torque", 0, 9.0)
+    del other.variables["warning"]
+    compared = diff(write(sample(), tmp_path / "a.h5"), write(other, tmp_path / "b.h5"))
+    assert (compared.runs, compared.same, compared.different) == (3, 5, 2)
+
+
+def at_speeds(speeds, **fields):
+    """Runs located by a coordinate alone, without named axes; torque is that of the speed."""
+    archive = sample(range(len(speeds)))
+    kept = {name: archive.variables[name] for name in ("run", "speed", "torque")}
+    kept["speed"] = replace(kept["speed"], values=np.array(speeds), coordinate=True)
+    kept["torque"] = replace(kept["torque"], values=0.1 * np.array(speeds))
+    return replace(archive, variables=kept)
+
+
+def test_runs_with_coordinates_are_matched_by_them(compare):
+    rows = compare(at_speeds([300.0, 400.0, 500.0]), at_speeds([500.0, 400.0]))
+    assert [(row.kind, row.run, row.where) for row in rows] == [("run", 0, "speed = 300.0")]
+
+
+def test_runs_that_coordinates_do_not_tell_apart_are_matched_by_number(compare):
+    rows = compare(at_speeds([300.0, 300.0, 500.0]), at_speeds([300.0, 300.0, 600.0]))
+    assert [(row.kind, row.name, row.run) for row in rows] == [("variable", "speed", 2), ("variable", "torque", 2)]

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import shutil
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -249,6 +250,20 @@ def test_a_sweep_that_is_finished_says_so_and_ends_with_0(apesim):
     code, _, err = apesim("engine", "sweep", *FAST, "--resume", "--set", "engine.bore=90 mm")
     assert code == 2 and "exists already" in err
     assert Path("sweep.h5").read_bytes() == content
+
+
+def test_a_finished_sweep_is_resumed_without_saying_what_was_swept(apesim):
+    assert apesim("engine", "sweep", *FAST, "--out", "finished.h5")[0] == 0
+    content = Path("finished.h5").read_bytes()
+    code, out, err = apesim("engine", "sweep", "--resume", "--out", "finished.h5", "--no-figures")
+    assert (code, err) == (0, "") and "finished already, its 6 runs checked, made by `apesim" in " ".join(out.split())
+    assert Path("finished.h5").read_bytes() == content
+    code, _, err = apesim("engine", "sweep", "--resume", "--out", "finished.h5", "--speed", "900 rpm")
+    assert code == 2 and "exists already" in err
+    whole = read("finished.h5")
+    write(replace(whole, provenance=whole.provenance | {"runs_planned": "7"}), "finished.h5")
+    code, _, err = apesim("engine", "sweep", "--resume", "--out", "finished.h5")
+    assert code == 2 and "exists already" in err
 
 
 def test_a_finished_sweep_with_a_point_out_of_reach_is_finished(apesim):
