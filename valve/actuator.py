@@ -1,6 +1,10 @@
-"""Solenoids, chambers and piston together: the valve as bench and engine march it."""
+"""Solenoids, chambers and piston together: the valve as bench and engine march it.
 
-from typing import NamedTuple
+Equations: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 1-8.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +29,7 @@ from apesim.valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
 from apesim.valve.terms import DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, MASS_A, MASS_B, TERMS, ValveState
 
 STATES = 6
-"""Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, the same of chamber B."""
+"""Number of states: position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B."""
 PHASE, PIECE, PIECE_LOW, PIECE_HIGH, AREA, AREA_SLOPE, START, X_A, X_A_SLOPE, X_B, X_B_SLOPE, REGIME = range(12)
 BRANCHES, LINE_REGIME, MODES = range(REGIME + FLOWS, REGIME + FLOWS + 3)
 """Modes: phase of the piston; piece of the groove's table, its ends [m], its line as area [m2] at lift 0 and slope [m];
@@ -33,70 +37,112 @@ start of the stretch [s], energised fraction of each solenoid there and its slop
 flows through the solenoids, see `apesim.restriction`; branches of the effects' laws; regime of the
 flow into the supply line; how many modes there are."""
 GAS_SCALE = 1e-30
+"""Scale of the error of a mass or energy beside its own size; so small that the error of gas states is relative."""
 SCALE = (9e-3, 1.0, GAS_SCALE, GAS_SCALE, GAS_SCALE, GAS_SCALE)
-"""Scale of the error of each state beside its own size: the paper's stroke, 1 m/s; gas states are relative."""
+"""Scale of the error of each state beside its own size: the stroke of the EPV paper, 1 m/s; gas states are relative."""
 MAX_STEP = 0.5e-3
-"""Longest step [s]: no contact and start from rest of a valve fit into it unseen."""
+"""Longest step [s]; chosen, so that no contact and start from rest of a valve fit into it unseen."""
 
 
 class Actuator(NamedTuple):
-    """The valve with what surrounds it, as numbers for the kernels."""
+    """Valve with what surrounds it, as numbers for the kernels."""
 
     gas: Gas
+    """Working gas."""
     ambient: Ambient
+    """Surroundings."""
     valve: Valve
-    """Without its curve, which is in the tables."""
+    """Dimensions of the valve; its opening curve is in the tables."""
     control_pressure: float
-    """Of control air from the regulator [Pa abs]."""
+    """Pressure of control air from the regulator [Pa abs]."""
     vent_pressure: float
-    """Behind the vents of the solenoids [Pa abs]."""
+    """Pressure behind the vents of the solenoids [Pa abs]."""
     stretch: float
-    """On the pressure difference over the upstream pressure, in Eq. 8 of the solenoids; 1: they choke as it says."""
+    """Factor on 1 - r in the flow function of the solenoids, with the pressure ratio r; 1: Eq. 8 of the EPV paper."""
     line: tuple[float, float]
-    """Supply line before the solenoids, see `apesim.effect.volume_of`."""
+    """Volume [m3] and feed [m2] of a supply line before the solenoids, see `apesim.effect.volume_of`."""
     effects: ValveLaws | ValveTables | NoEffects
+    """Parameters of the effects that act within the march."""
 
 
 class ActuatorTables(NamedTuple):
-    """The valve's arrays."""
+    """Arrays of the valve."""
 
     edges_a: np.ndarray
-    """Of solenoid A: energise, release, energise, ... ascending [s], shape (n,)."""
+    """Edges of solenoid A: energise, release, energise, ..., ascending [s], shape (n,)."""
     edges_b: np.ndarray
+    """Edges of solenoid B [s], shape (m,)."""
     period: float
-    """At which the edges repeat for ever, in the past too [s]; inf: they happen once."""
+    """Period at which the edges repeat for ever, in the past too [s]; inf: they happen once."""
     curve_a: np.ndarray
-    """How solenoid A follows a switch, see `apesim.valve.solenoid.opening_curve`."""
+    """Opening curve of solenoid A, see `apesim.valve.solenoid.opening_curve`."""
     curve_b: np.ndarray
+    """Opening curve of solenoid B."""
     groove: np.ndarray
-    """See `apesim.valve.groove.area_table`."""
+    """Effective area of the groove over lift, see `apesim.valve.groove.area_table`."""
 
-    def breakpoints(self, start, end):
-        """Times at which a switch happens or a solenoid's curve bends, up to end and with it [s]."""
+    def breakpoints(self, start: float, end: float) -> np.ndarray:
+        """Return the times at which a switch happens or an energised fraction has a corner.
+
+        Parameters
+        ----------
+        start, end : float
+            Stretch of time that is looked at [s].
+
+        Returns
+        -------
+        (m,) float array
+            Ascending, after start and up to end, end itself included [s].
+
+        Examples
+        --------
+        The default solenoids have a dead time and a ramp of 1.5 ms:
+
+        >>> import apesim
+        >>> _, tables = actuator_of(apesim.Machine(), edges=[0.0, 0.05], period=np.inf)
+        >>> (tables.breakpoints(0.0, 0.1) * 1e3).round(6).tolist()
+        [1.5, 3.0, 50.0, 51.5, 53.0, 100.0]
+        """
         solenoids = (self.edges_a, self.curve_a), (self.edges_b, self.curve_b)
         breakpoints = [breakpoints_of(edges, self.period, curve[:, 0], start, end) for edges, curve in solenoids]
         return np.unique(np.concatenate(breakpoints))
 
 
-def actuator_of(machine, edges, period, edges_b=None, kind=0):
-    """The kernels' view of a machine's valve, its effects applied.
+def actuator_of(
+    machine: Any,
+    edges: Sequence[float] | np.ndarray,
+    period: float,
+    edges_b: Sequence[float] | np.ndarray | None = None,
+    kind: int = 0,
+) -> tuple[Actuator, ActuatorTables]:
+    """Prepare a machine's valve for the kernels, with its effects applied.
 
     Parameters
     ----------
     machine : NamedTuple
-        With the sections ``air``, ``ambient``, ``supply``, ``valve``, ``groove`` and ``effects``.
+        Machine with the sections ``air``, ``ambient``, ``supply``, ``valve``, ``groove`` and ``effects``.
     edges : (n,) float array
-        Energise, release, energise, ... ascending [s].
+        Times of the edges energise, release, energise, ..., ascending [s].
     period : float
-        At which the edges repeat [s]; inf: they happen once.
+        Period at which the edges repeat [s]; inf: they happen once.
     edges_b : (m,) float array, optional
-        Those of solenoid B where they are its own [s].
+        Edges of solenoid B where they are its own [s].
     kind : int
-        See `apesim.effect.chosen`.
+        Which laws the march needs at least, see `apesim.effect.chosen`.
 
     Returns
     -------
-    Actuator, ActuatorTables
+    Actuator
+        Numbers of the valve.
+    ActuatorTables
+        Arrays of the valve.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=np.inf)
+    >>> actuator.valve.stroke, actuator.vent_pressure
+    (0.009, 101325.0)
     """
     valve = machine.valve
     curve = opening_curve(valve.solenoid)
@@ -115,18 +161,32 @@ def actuator_of(machine, edges, period, edges_b=None, kind=0):
     return adjusted(VALVE_EFFECTS, machine.effects, actuator, tables)
 
 
-def closed_at_rest(actuator, supply):
-    """State of a piston at rest, closed: chamber A at supply pressure, B at the vent's, both at supply temperature.
+def closed_at_rest(actuator: Actuator, supply: tuple[float, ...]) -> np.ndarray:
+    """Return the state of a piston at rest, closed.
+
+    Chamber A is at supply pressure, chamber B at the pressure of the vents, both at the temperature of the supply.
 
     Parameters
     ----------
     actuator : Actuator
+        Valve as the kernels take it.
     supply : tuple of float
         Control air: pressure [Pa abs], temperature [K].
 
     Returns
     -------
     (6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
+
+    Examples
+    --------
+    1 MPa * 21 589 mm3/(287.05 J/(kg K) * 300 K) = 0.2507 g in chamber A:
+
+    >>> import apesim
+    >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=np.inf)
+    >>> y = closed_at_rest(actuator, (1e6, 300.0))
+    >>> round(float(y[2]) * 1e3, 4)
+    0.2507
     """
     gas, valve = actuator.gas, actuator.valve
     pressure, temperature = supply[:2]
@@ -137,40 +197,65 @@ def closed_at_rest(actuator, supply):
 
 
 class ActuatorRates(NamedTuple):
-    """Rates of the states and of the ledger."""
+    """Rates of the valve's states and of its ledger."""
 
     position: float
+    """Speed of the piston dL/dt [m/s]."""
     speed: float
+    """Acceleration of the piston [m/s2]."""
     mass_a: float
+    """Mass flow into chamber A [kg/s]."""
     energy_a: float
+    """Rate of the energy of chamber A [W]."""
     mass_b: float
+    """Mass flow into chamber B [kg/s]."""
     energy_b: float
+    """Rate of the energy of chamber B [W]."""
     supplied: float
     """Control air through the supply sides of both solenoids [kg/s]."""
     supplied_enthalpy: float
+    """Enthalpy of the control air [W]."""
     vented: float
+    """Air through the vents of both solenoids [kg/s]."""
     vented_enthalpy: float
+    """Enthalpy of the vented air [W]."""
     other_mass: float
-    """Into the chambers by effects [kg/s]."""
+    """Mass flow into the chambers by effects [kg/s]."""
     other_energy: float
+    """Energy flow into the chambers by effects [W]."""
     work: float
-    """Of both chambers on the piston [W]."""
+    """Power of both chambers on the piston [W]."""
 
 
 @kernel
-def state_of(actuator, y, supply):
-    """The valve's state as the laws see it.
+def state_of(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, float]) -> ValveState:
+    """Return the valve's state as the laws see it.
 
     Parameters
     ----------
     actuator : Actuator
+        Valve as the kernels take it.
     y : (>= 6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
     supply : tuple of float
-        Control air: pressure [Pa abs], temperature [K]; pressure before the groove [Pa abs].
+        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
 
     Returns
     -------
     ValveState
+        Pressures, temperatures and volumes beside position and speed.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> state = state_of(actuator, y, supply)
+    >>> round(float(state.pressure_a)), round(float(state.temperature_b), 6)
+    (1000000, 300.0)
     """
     valve = actuator.valve
     v_a = volume_a(valve, y[0])
@@ -198,8 +283,32 @@ def state_of(actuator, y, supply):
 
 
 @kernel
-def in_domain(actuator, y):
-    """Whether masses, energies and volumes are above zero."""
+def in_domain(actuator: Actuator, y: np.ndarray) -> bool:
+    """Return whether masses, energies and volumes are above zero.
+
+    Parameters
+    ----------
+    actuator : Actuator
+        Valve as the kernels take it.
+    y : (>= 6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
+
+    Returns
+    -------
+    bool
+        Whether the laws hold for the state.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> bool(in_domain(actuator, y)), bool(in_domain(actuator, -y))
+    (True, False)
+    """
     valve = actuator.valve
     return (
         y[2] > 0.0
@@ -212,8 +321,46 @@ def in_domain(actuator, y):
 
 
 @kernel
-def solenoid_flows(actuator, t, mode, state):
-    """Flows SUPPLY_A...VENT_B through the solenoids, each with its enthalpy; without the effects' shares [kg/s, W]."""
+def solenoid_flows(
+    actuator: Actuator, t: float, mode: np.ndarray, state: ValveState
+) -> tuple[tuple[float, float], ...]:
+    """Return the flows through the solenoids, without the shares of effects.
+
+    ``mdot = S x psi(r) p/sqrt(R T)``, Eq. 7 of the EPV paper, with the open share x of each flow.
+
+    Parameters
+    ----------
+    actuator : Actuator
+        Valve as the kernels take it.
+    t : float
+        Time [s].
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    state : ValveState
+        State of the valve.
+
+    Returns
+    -------
+    tuple of tuple of float
+        For each flow, from SUPPLY_A to VENT_B, mass flow [kg/s] and enthalpy flow [W].
+
+    Examples
+    --------
+    9 mm2 * 0.6847 * 1 MPa/sqrt(287.05 J/(kg K) * 300 K) = 21.0 g/s into an energised chamber B:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.restriction import CHOKED
+    >>> mode = np.zeros(MODES)
+    >>> mode[X_B], mode[REGIME + SUPPLY_B] = 1.0, CHOKED
+    >>> flows = solenoid_flows(actuator, 0.0, mode, state_of(actuator, y, supply))
+    >>> round(float(flows[SUPPLY_B][0]) * 1e3, 2)
+    21.0
+    """
     gas, area, sides = actuator.gas, actuator.valve.solenoid.effective_area, solenoid_sides(state)
     x_a = mode[X_A] + mode[X_A_SLOPE] * (t - mode[START])
     x_b = mode[X_B] + mode[X_B_SLOPE] * (t - mode[START])
@@ -226,13 +373,35 @@ def solenoid_flows(actuator, t, mode, state):
 
 
 @kernel
-def _larger(flow, share):
+def _larger(flow: tuple[float, float], share: float) -> tuple[float, float]:
+    """Return a mass flow and an enthalpy flow, both larger by a share."""
     return (1.0 + share) * flow[0], (1.0 + share) * flow[1]
 
 
 @kernel
-def with_shares(flows, balance):
-    """Flows through the solenoids with the shares by which effects make them larger."""
+def with_shares(flows: tuple[tuple[float, float], ...], balance: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """Return the flows through the solenoids with the shares by which effects make them larger.
+
+    Parameters
+    ----------
+    flows : tuple of tuple of float
+        For each flow, from SUPPLY_A to VENT_B, mass flow [kg/s] and enthalpy flow [W].
+    balance : (TERMS,) float array
+        Balance of the valve, see `apesim.valve.terms`.
+
+    Returns
+    -------
+    tuple of tuple of float
+        Flows in the same order.
+
+    Examples
+    --------
+    >>> balance = np.zeros(TERMS)
+    >>> balance[FLOW_SHARE + VENT_A] = 0.5
+    >>> flows = with_shares(((1.0, 10.0), (2.0, 20.0), (3.0, 30.0), (4.0, 40.0)), balance)
+    >>> [(float(mass), float(enthalpy)) for mass, enthalpy in flows]
+    [(1.0, 10.0), (3.0, 30.0), (3.0, 30.0), (4.0, 40.0)]
+    """
     return (
         _larger(flows[SUPPLY_A], balance[FLOW_SHARE + SUPPLY_A]),
         _larger(flows[VENT_A], balance[FLOW_SHARE + VENT_A]),
@@ -242,22 +411,49 @@ def with_shares(flows, balance):
 
 
 @kernel
-def actuator_rates(actuator, t, y, mode, supply):
-    """Rates of the valve (Eqs. 1-8).
+def actuator_rates(
+    actuator: Actuator, t: float, y: np.ndarray, mode: np.ndarray, supply: tuple[float, float, float]
+) -> ActuatorRates:
+    """Return the rates of the valve's states and ledger.
+
+    Balances of momentum, mass and energy: the EPV paper, Eqs. 1-8. The energy balance ``dU/dt = sum(h mdot) - p dV/dt``
+    is Eq. 5 for the internal energy.
 
     Parameters
     ----------
     actuator : Actuator
+        Valve as the kernels take it.
     t : float
-        [s]
+        Time [s].
     y : (>= 6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
     mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
     supply : tuple of float
-        See `state_of`.
+        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
 
     Returns
     -------
     ActuatorRates
+        Rates.
+
+    Examples
+    --------
+    A free piston, with A at 1 MPa, B at 0.101325 MPa and the springs' 16.45 N to open:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.valve.piston import TO_CLOSED
+    >>> mode = np.zeros(MODES)
+    >>> mode[PHASE] = TO_CLOSED
+    >>> round(float(actuator_rates(actuator, 0.0, y, mode, supply).speed * actuator.valve.moving_mass), 2)
+    1002.74
+    >>> round(1134.1e-6 * (1e6 - 101325.0) - 1828.0 * 9e-3, 2)
+    1002.74
     """
     valve = actuator.valve
     phase = mode[PHASE]

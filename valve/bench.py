@@ -1,7 +1,11 @@
-"""The valve alone on its test bench."""
+"""Bench: the valve alone, as it is marched and measured.
 
+Equations: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 1-8; the measures are those of its Fig. 7.
+"""
+
+from collections.abc import Sequence
 from math import inf
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +22,7 @@ from apesim.valve.actuator import (
     SCALE,
     STATES,
     Actuator,
+    ActuatorTables,
     actuator_of,
     actuator_rates,
     closed_at_rest,
@@ -52,6 +57,7 @@ LINE = STATES
 LEDGER = LINE + 2
 """Element at which the ledger of the control air begins."""
 SIZE = LEDGER + CONTROL_ENTRIES
+"""Length of a state vector of the bench."""
 TRACE = (
     "lift [m]",
     "velocity [m/s]",
@@ -64,9 +70,10 @@ TRACE = (
 
 
 class Bench(NamedTuple):
-    """The bench, for the kernels."""
+    """Bench as the kernels take it."""
 
     actuator: Actuator
+    """Valve as the kernels take it."""
     supply: tuple[float, float, float]
     """Control air: pressure [Pa abs], temperature [K]; pressure before the groove [Pa abs]."""
 
@@ -75,25 +82,29 @@ class BenchRun(NamedTuple):
     """One run of the bench."""
 
     opening: object
-    """`apesim.valve.measures.Stroke`"""
+    """Measures of the opening, `apesim.valve.measures.Stroke`."""
     closing: object
+    """Measures of the closing, `apesim.valve.measures.Stroke`."""
     control_air: float
-    """Through the supply sides of both solenoids [kg]."""
+    """Mass through the supply sides of both solenoids [kg]."""
     closure: dict
-    """Mass and energy, relative to what was supplied; work on the piston as a ledger against its quadrature."""
+    """Closure of mass and energy, relative to what was supplied; work on the piston, ledger against quadrature."""
     times: np.ndarray
-    """[s], shape (n,)"""
+    """Times of the trace's rows [s], shape (n,)."""
     trace: np.ndarray
-    """Columns `TRACE`, shape (n, 6)."""
+    """Trace with the columns `TRACE`, shape (n, 6)."""
     orbit: object
-    """`apesim.march.periodic.Orbit` of a repeated pulse, else None."""
+    """Periodic state of a repeated pulse, `apesim.march.periodic.Orbit`, else None."""
     log: np.ndarray
-    """Of the march, see `apesim.march.adaptive.march`; of a repeated pulse, two periods."""
+    """Log of the march, see `apesim.march.adaptive.march`; of a repeated pulse, two periods."""
     status: int
-    """`apesim.march.adaptive.Status`"""
+    """How the march ended, `apesim.march.adaptive.Status`."""
     steps: int
+    """Number of steps of the march."""
     travel: Travel
+    """Which of its stops the piston met."""
     p: Bench
+    """Bench as the kernels took it."""
 
 
 @kernel
@@ -119,23 +130,95 @@ def bench_ledger(y: np.ndarray) -> ControlLedger:
 
 
 @kernel
-def control_air(p, y):
-    """Where control air comes from, and what is before the solenoids, both as pressure [Pa abs] and temperature [K]."""
+def control_air(p: Bench, y: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the state of the control air at its source and before the solenoids.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    y : (SIZE,) float array
+        State and ledger of the bench.
+
+    Returns
+    -------
+    source, before : tuple of float
+        Pressure [Pa abs] and temperature [K].
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> control_air(p, y)[0]
+    (1101325.0, 287.0)
+    """
     source = p.supply[0], p.supply[1]
     return source, before_solenoids(p.actuator, y, LINE, source)
 
 
 @kernel
-def supply_of(p, y):
-    """What `apesim.valve.actuator.state_of` wants to know."""
+def supply_of(p: Bench, y: np.ndarray) -> tuple[float, float, float]:
+    """Return the air before the solenoids and before the groove.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    y : (SIZE,) float array
+        State and ledger of the bench.
+
+    Returns
+    -------
+    tuple of float
+        Pressure [Pa abs] and temperature [K] before the solenoids, pressure before the groove [Pa abs].
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> supply_of(p, y)
+    (1101325.0, 287.0, 101325.0)
+    """
     pressure, temperature = control_air(p, y)[1]
     return pressure, temperature, p.supply[2]
 
 
 @rates.for_type(Bench)
 @kernel
-def bench_rates(p, t, y, mode, dy):
-    """Rates of the bench; see `apesim.march.hybrid_system.rates`."""
+def bench_rates(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndarray) -> bool:
+    """Write the rates of the bench, see `apesim.march.hybrid_system.rates`.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    t : float
+        Time [s].
+    y : (SIZE,) float array
+        State and ledger of the bench.
+    mode : (MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    dy : (SIZE,) float array
+        Rates; filled.
+
+    Returns
+    -------
+    bool
+        Whether the state lies in the domain of the laws.
+
+    Examples
+    --------
+    A piston at rest does not move, whatever presses on it:
+
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> dy = np.ones(SIZE)
+    >>> bool(bench_rates(p, 0.0, y, mode, dy)), float(dy[0])
+    (True, 0.0)
+    """
     if not in_domain(p.actuator, y):
         return False
     if has_line(p.actuator):
@@ -152,16 +235,65 @@ def bench_rates(p, t, y, mode, dy):
 
 @events.for_type(Bench)
 @kernel
-def bench_events(p, t, y, mode, g):
-    """Events of the bench."""
+def bench_events(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndarray) -> None:
+    """Write the values of the bench's events, see `apesim.march.hybrid_system.events`.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    t : float
+        Time [s].
+    y : (SIZE,) float array
+        State and ledger of the bench.
+    mode : (MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    g : (EVENTS,) float array
+        Values of the events; filled.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> g = np.zeros(16)
+    >>> bench_events(p, 0.0, y, mode, g)
+    >>> float(g[LINE_FLOW])
+    -1.0
+    """
     actuator_events(p.actuator, y, mode, supply_of(p, y), g)
     g[LINE_FLOW] = line_event(p.actuator, *control_air(p, y), mode)
 
 
 @handle_event.for_type(Bench)
 @kernel
-def handle_bench_event(p, tables, event, t, y, mode):
-    """Responses of the bench."""
+def handle_bench_event(p: Bench, tables: ActuatorTables, event: int, t: float, y: np.ndarray, mode: np.ndarray) -> None:
+    """Change state and modes at an event, see `apesim.march.hybrid_system.handle_event`.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
+    event : int
+        Event, see `apesim.valve.motion`.
+    t : float
+        Time [s].
+    y : (SIZE,) float array
+        State and ledger of the bench.
+    mode : (MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> handle_bench_event(p, tables, 0, 0.0, y, mode)
+    >>> bool(mode[PHASE] == HELD_CLOSED)
+    True
+    """
     if event == LINE_FLOW:
         change_line_regime(p.actuator, *control_air(p, y), mode)
     else:
@@ -170,31 +302,129 @@ def handle_bench_event(p, tables, event, t, y, mode):
 
 @zero_crossings.for_type(Bench)
 @kernel
-def bench_zero_crossings(p, t, y, dy, mode, w):
-    """Zero crossings of the bench."""
+def bench_zero_crossings(p: Bench, t: float, y: np.ndarray, dy: np.ndarray, mode: np.ndarray, w: np.ndarray) -> None:
+    """Write the values whose zero crossings are located, see `apesim.march.hybrid_system.zero_crossings`.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    t : float
+        Time [s].
+    y : (SIZE,) float array
+        State and ledger of the bench.
+    dy : (SIZE,) float array
+        Rates.
+    mode : (MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    w : (EVENTS,) float array
+        Values; filled.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> w = np.zeros(16)
+    >>> bench_zero_crossings(p, 0.0, y, np.full(SIZE, 3.0), mode, w)
+    >>> float(w[2])
+    3.0
+    """
     actuator_zero_crossings(p.actuator, y, valve_states(dy).speed, mode, w)
 
 
 @start_segment.for_type(Bench)
 @kernel
-def start_bench_segment(p, tables, t, t_end, y, mode):
-    """Modes of a smooth stretch."""
+def start_bench_segment(
+    p: Bench, tables: ActuatorTables, t: float, t_end: float, y: np.ndarray, mode: np.ndarray
+) -> None:
+    """Write what is constant over a smooth stretch, see `apesim.march.hybrid_system.start_segment`.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
+    t, t_end : float
+        Start and end of the stretch [s].
+    y : (SIZE,) float array
+        State and ledger of the bench.
+    mode : (MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> start_bench_segment(p, tables, 0.0, 1e-3, y, mode)
+    >>> bool(mode[PHASE] == HELD_CLOSED)
+    True
+    """
     start_actuator_segment(p.actuator, tables, t, t_end, y, mode, supply_of(p, y))
     start_line_segment(p.actuator, *control_air(p, y), mode)
 
 
 @power.for_type(Bench)
 @kernel
-def bench_power(p, t, y):
-    """Power of the chambers on the piston [W]."""
+def bench_power(p: Bench, t: float, y: np.ndarray) -> float:
+    """Return the power of the chambers on the piston, ``(p_A - p_B) A dL/dt``.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    t : float
+        Time [s].
+    y : (SIZE,) float array
+        State and ledger of the bench.
+
+    Returns
+    -------
+    float
+        Power [W].
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> float(bench_power(p, 0.0, y))
+    0.0
+    """
     state = state_of(p.actuator, y, p.supply)
     return (state.pressure_a - state.pressure_b) * p.actuator.valve.piston_area * state.speed
 
 
 @observe.for_type(Bench)
 @kernel
-def observe_bench(p, t, y, mode, row):
-    """A row of the trace."""
+def observe_bench(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, row: np.ndarray) -> None:
+    """Write a row of the trace, see `TRACE`.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    t : float
+        Time [s].
+    y : (SIZE,) float array
+        State and ledger of the bench.
+    mode : (MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    row : (6,) float array
+        Row of the trace; filled.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> row = np.zeros(6)
+    >>> observe_bench(p, 0.0, y, mode, row)
+    >>> round(float(row[2]), 3), round(float(row[3]), 3)
+    (1101325.0, 101325.0)
+    """
     state = state_of(p.actuator, y, p.supply)
     row[0] = p.actuator.valve.stroke - state.position
     row[1] = -state.speed if is_moving(mode[PHASE]) else 0.0
@@ -202,43 +432,95 @@ def observe_bench(p, t, y, mode, row):
     row[4], row[5] = state.temperature_a, state.temperature_b
 
 
-def bench_of(machine, edges, period=inf, intake_pressure=None, edges_b=None):
-    """The bench with a machine's valve and supply.
+def bench_of(
+    machine: Any,
+    edges: Sequence[float] | np.ndarray,
+    period: float = inf,
+    intake_pressure: float | None = None,
+    edges_b: Sequence[float] | np.ndarray | None = None,
+) -> tuple[Bench, ActuatorTables]:
+    """Prepare the bench with a machine's valve and supply.
 
     Parameters
     ----------
     machine : NamedTuple
-        With the sections ``air``, ``ambient``, ``supply``, ``valve``, ``groove`` and ``effects``.
+        Machine with the sections ``air``, ``ambient``, ``supply``, ``valve``, ``groove`` and ``effects``.
     edges : (n,) float array
-        Energise, release, energise, ... ascending [s].
+        Times of the edges energise, release, energise, ..., ascending [s].
     period : float
-        At which they repeat [s].
+        Period at which they repeat [s]; inf: they happen once.
     intake_pressure : float, optional
-        Before the groove; ambient pressure if left out [Pa abs].
+        Pressure before the groove; ambient pressure if left out [Pa abs].
     edges_b : (m,) float array, optional
-        Those of solenoid B where they are its own [s].
+        Edges of solenoid B where they are its own [s].
 
     Returns
     -------
-    Bench, apesim.valve.actuator.ActuatorTables
+    Bench
+        Numbers of the bench.
+    apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, _ = bench_of(apesim.Machine(), edges=[0.0, 0.05])
+    >>> p.supply
+    (1101325.0, 287.0, 101325.0)
     """
     actuator, tables = actuator_of(machine, edges, period, edges_b)
     before_groove = machine.ambient.pressure if intake_pressure is None else intake_pressure
     return Bench(actuator, (*machine.supply.control(), before_groove)), tables
 
 
-def accuracy_of(p, tolerance=TOLERANCE):
-    """`apesim.march.adaptive.Accuracy` of a bench; its supply line is among the states where it has one."""
+def accuracy_of(p: Bench, tolerance: float = TOLERANCE) -> Accuracy:
+    """Return what the march of a bench holds to; its supply line is among the states where it has one.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
+    tolerance : float
+        Error of a step, relative.
+
+    Returns
+    -------
+    apesim.march.adaptive.Accuracy
+        Tolerance, longest step and scales.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> accuracy_of(p, 1e-9).tolerance
+    1e-09
+    """
     return Accuracy(tolerance, MAX_STEP, np.array(SCALE + 2 * (GAS_SCALE,) if has_line(p.actuator) else SCALE))
 
 
-def closed_at_start(p):
-    """State and mode of a bench at rest: valve closed, see `apesim.valve.actuator.closed_at_rest`, supply line full.
+def closed_at_start(p: Bench) -> tuple[np.ndarray, np.ndarray]:
+    """Return state and modes of a bench at rest: valve closed, supply line full.
+
+    Parameters
+    ----------
+    p : Bench
+        Bench as the kernels take it.
 
     Returns
     -------
     y : (SIZE,) float array
+        State, see `apesim.valve.actuator.closed_at_rest`; the ledger is zero.
     mode : (MODES,) float array
+        Modes of the valve.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> float(y[0]), float(mode[PHASE])
+    (0.009, 2.0)
     """
     y, mode = np.zeros(SIZE), np.zeros(MODES)
     update_part(y, 0, closed_at_rest(p.actuator, p.supply))
@@ -248,42 +530,53 @@ def closed_at_start(p):
 
 
 def run_bench(
-    machine,
-    pulse,
-    until=None,
-    period=inf,
-    sample=1e-4,
-    tolerance=TOLERANCE,
-    brakes=(),
-    intake_pressure=None,
-    brakes_b=None,
-):
-    """One run: from rest with a single pulse, or the periodic state of a repeated one.
+    machine: Any,
+    pulse: float,
+    until: float | None = None,
+    period: float = inf,
+    sample: float | np.ndarray = 1e-4,
+    tolerance: float = TOLERANCE,
+    brakes: Sequence[float] = (),
+    intake_pressure: float | None = None,
+    brakes_b: Sequence[float] | None = None,
+) -> BenchRun:
+    """Run the bench once: from rest with a single pulse, or the periodic state of a repeated one.
 
     Parameters
     ----------
     machine : NamedTuple
-        See `bench_of`.
+        Machine, see `bench_of`.
     pulse : float
         Time for which the solenoids are energised, from t = 0 [s].
     until : float, optional
         End of a single run; twice the pulse if left out [s].
     period : float
-        Of a repeated pulse [s]; inf: it is single.
+        Period of a repeated pulse [s]; inf: it is single.
     sample : float or (n,) float array
-        Between two rows of the trace, or when to take them, ascending [s].
+        Time between two rows of the trace, or when to take them, ascending [s].
     tolerance : float
+        Error of a step, relative.
     brakes : sequence of float
         Further edges of the solenoids, which interrupt a stroke: two (or four, ...) between the edges of the pulse, as
         many as wanted after it [s].
     intake_pressure : float, optional
-        See `bench_of`.
+        Pressure before the groove, see `bench_of` [Pa abs].
     brakes_b : sequence of float, optional
-        Those of solenoid B where they are its own; then ``brakes`` are those of solenoid A [s].
+        Edges of solenoid B where they are its own; then ``brakes`` are those of solenoid A [s].
 
     Returns
     -------
     BenchRun
+        Measures, trace, log and closure.
+
+    Examples
+    --------
+    The default valve passes 1 % of its stroke 5.8 ms after the command:
+
+    >>> import apesim
+    >>> run = run_bench(apesim.Machine(), pulse=10e-3, until=8e-3)
+    >>> round(run.opening.delay * 1e3, 2)
+    5.8
     """
     repeated = period < inf
     edges_a, edges_b = (sorted((0.0, pulse, *own)) for own in (brakes, brakes if brakes_b is None else brakes_b))
@@ -315,8 +608,8 @@ def run_bench(
     return BenchRun(opening, closing, supplied, balance, times, trace, orbit, log, *outcome[:2], travel, p)
 
 
-def closure(start, y, quadrature):
-    """How well mass, energy and work of a run close.
+def closure(start: np.ndarray, y: np.ndarray, quadrature: float) -> dict[str, float]:
+    """Return how well mass, energy and work of a run close.
 
     Parameters
     ----------
@@ -330,6 +623,14 @@ def closure(start, y, quadrature):
     dict
         ``mass`` and ``energy`` relative to what was supplied, see `apesim.march.error_bounds.closure_of`; ``work``
         relative to its own size.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
+    >>> y, mode = closed_at_start(p)
+    >>> float(closure(y, y.copy(), 0.0)["mass"])
+    0.0
     """
     valve, before, ledger = valve_states(y - start), valve_states(start), bench_ledger(y - start)
     (line_mass, line_energy), (mass_before, energy_before) = (gas_of_volume(each, LINE) for each in (y - start, start))

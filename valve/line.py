@@ -1,39 +1,82 @@
-"""The supply line between control air and solenoids, where an effect puts one there: a gas volume and its feed."""
+"""Supply line between control air and solenoids, where an effect puts one there: a gas volume and its feed.
+
+Its balances are those of a chamber, its flow that of a restriction: the EPV paper (doi 10.1631/jzus.A0820373), Eqs.
+3-8.
+"""
+
+import numpy as np
 
 from apesim.kernel import kernel
 from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
-from apesim.valve.actuator import LINE_REGIME
+from apesim.valve.actuator import LINE_REGIME, Actuator, ActuatorRates
 from apesim.valve.chamber import chamber_state
 from apesim.valve.ledger import gas_of_volume
 from apesim.valve.motion import BRANCHED
 
 LINE_FLOW = BRANCHED + 1
-"""Event: the flow into the line, into another regime."""
+"""Event: the flow into the line goes over into another regime."""
 
 
 @kernel
-def has_line(actuator):
-    """Whether there is a supply line."""
+def has_line(actuator: Actuator) -> bool:
+    """Return whether there is a supply line.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+
+    Returns
+    -------
+    bool
+        Whether an effect feeds the solenoids through a line.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> has_line(actuator)
+    False
+    """
     return len(actuator.effects) > 0 and actuator.line[1] > 0.0
 
 
 @kernel
-def before_solenoids(actuator, y, first, source):
-    """Pressure [Pa abs] and temperature [K] before the solenoids.
+def before_solenoids(actuator: Actuator, y: np.ndarray, first: int, source: tuple[float, float]) -> tuple[float, float]:
+    """Return the state of the control air before the solenoids.
 
     Parameters
     ----------
-    actuator : Actuator
-    y : float array
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    y : (n,) float array
         State; without a line it may end before the line's.
     first : int
-        Its element that is the mass of the air in the line [kg]; the next one is the energy [J].
+        Element of the state that is the mass of the air in the line [kg]; the next one is the energy [J].
     source : tuple of float
-        Pressure and temperature of the control air; of this also where there is no line.
+        Pressure [Pa abs] and temperature [K] of the control air; also the answer where there is no line.
 
     Returns
     -------
-    pressure, temperature : float
+    pressure : float
+        Pressure [Pa abs].
+    temperature : float
+        Temperature [K].
+
+    Examples
+    --------
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> before_solenoids(actuator, y, 6, (1e6, 300.0))
+    (1000000.0, 300.0)
     """
     if has_line(actuator):
         return chamber_state(actuator.gas, *gas_of_volume(y, first), actuator.line[0])
@@ -41,20 +84,46 @@ def before_solenoids(actuator, y, first, source):
 
 
 @kernel
-def line_feed(actuator, mode, source, line, valve):
-    """Control air from its source: into the line, or where there is none, to the solenoids [kg/s, W].
+def line_feed(
+    actuator: Actuator, mode: np.ndarray, source: tuple[float, float], line: tuple[float, float], valve: ActuatorRates
+) -> tuple[float, float]:
+    """Return the control air from its source: into the line, or to the solenoids where there is none.
+
+    ``mdot = S psi(r) p/sqrt(R T)``, Eq. 7 of the EPV paper, with the area of the feed.
 
     Parameters
     ----------
-    actuator : Actuator
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
     mode : (>= MODES,) float array
-    source, line : tuple of float
-        Pressure and temperature before and in the line.
+        Modes of the valve, see `apesim.valve.actuator`.
+    source : tuple of float
+        Pressure [Pa abs] and temperature [K] of the control air before its line.
+    line : tuple of float
+        Pressure [Pa abs] and temperature [K] before the solenoids.
     valve : apesim.valve.actuator.ActuatorRates
+        Rates of the valve.
 
     Returns
     -------
-    mass_flow, enthalpy_flow : float
+    mass_flow : float
+        Mass flow [kg/s].
+    enthalpy_flow : float
+        Enthalpy flow [W].
+
+    Examples
+    --------
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.valve.actuator import MODES, actuator_rates
+    >>> mode = np.zeros(MODES)
+    >>> rates = actuator_rates(actuator, 0.0, y, mode, supply)
+    >>> line_feed(actuator, mode, (1e6, 300.0), (1e6, 300.0), rates)
+    (0.0, 0.0)
     """
     if has_line(actuator):
         return flow_in(actuator.gas, mode[LINE_REGIME], actuator.line[1], (*source, *line))
@@ -62,18 +131,108 @@ def line_feed(actuator, mode, source, line, valve):
 
 
 @kernel
-def start_line_segment(actuator, source, line, mode):
-    """Regime of the feed at the start of a stretch."""
+def start_line_segment(
+    actuator: Actuator, source: tuple[float, float], line: tuple[float, float], mode: np.ndarray
+) -> None:
+    """Write the regime of the feed at the start of a smooth stretch into the modes.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    source : tuple of float
+        Pressure [Pa abs] and temperature [K] of the control air before its line.
+    line : tuple of float
+        Pressure [Pa abs] and temperature [K] before the solenoids.
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+
+    Examples
+    --------
+    Without a line the feed is shut:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.valve.actuator import MODES
+    >>> mode = np.ones(MODES)
+    >>> start_line_segment(actuator, (1e6, 300.0), (1e6, 300.0), mode)
+    >>> float(mode[LINE_REGIME])
+    0.0
+    """
     mode[LINE_REGIME] = regime_between(actuator.gas, (*source, *line)) if has_line(actuator) else SHUT
 
 
 @kernel
-def line_event(actuator, source, line, mode):
-    """By how much the feed has left its regime."""
+def line_event(actuator: Actuator, source: tuple[float, float], line: tuple[float, float], mode: np.ndarray) -> float:
+    """Return by how much the feed has left its regime; above zero it has.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    source : tuple of float
+        Pressure [Pa abs] and temperature [K] of the control air before its line.
+    line : tuple of float
+        Pressure [Pa abs] and temperature [K] before the solenoids.
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+
+    Returns
+    -------
+    float
+        Distance of the pressure ratio from its regime; -1 without a line.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.valve.actuator import MODES
+    >>> line_event(actuator, (1e6, 300.0), (1e6, 300.0), np.zeros(MODES))
+    -1.0
+    """
     return beyond_regime(actuator.gas, mode[LINE_REGIME], (*source, *line)) if has_line(actuator) else -1.0
 
 
 @kernel
-def change_line_regime(actuator, source, line, mode):
-    """Take the feed over into the regime that follows."""
+def change_line_regime(
+    actuator: Actuator, source: tuple[float, float], line: tuple[float, float], mode: np.ndarray
+) -> None:
+    """Take the feed over into the regime that follows.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    source : tuple of float
+        Pressure [Pa abs] and temperature [K] of the control air before its line.
+    line : tuple of float
+        Pressure [Pa abs] and temperature [K] before the solenoids.
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+
+    Examples
+    --------
+    A line at 0.8 of the pressure of the source is not filled by a choked flow:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.restriction import CHOKED, SUBSONIC
+    >>> from apesim.valve.actuator import MODES
+    >>> mode = np.full(MODES, float(CHOKED))
+    >>> change_line_regime(actuator, (1e6, 300.0), (8e5, 300.0), mode)
+    >>> bool(mode[LINE_REGIME] == SUBSONIC)
+    True
+    """
     mode[LINE_REGIME] = next_regime(actuator.gas, mode[LINE_REGIME], (*source, *line))

@@ -1,4 +1,7 @@
-"""Delay time, full stroke time, seating speed and fluctuation of a stroke (Fig. 7); how far the piston travels."""
+"""Measures of a stroke: delay time, full stroke time, seating speed and fluctuation; how far the piston travels.
+
+The first three are those of the EPV paper (doi 10.1631/jzus.A0820373), Fig. 7.
+"""
 
 from enum import IntEnum
 from typing import NamedTuple
@@ -10,6 +13,7 @@ from apesim.valve.motion import CORNER, LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, O
 from apesim.valve.piston import HELD_CLOSED, HELD_OPEN
 
 NEVER = float("nan")
+"""Measure of a motion that did not come to it."""
 
 
 class Travel(IntEnum):
@@ -23,7 +27,7 @@ class Travel(IntEnum):
     BETWEEN_STOPS = 5
 
     @property
-    def opens_fully(self):
+    def opens_fully(self) -> bool:
         """Whether the piston is on its open stop at any time."""
         return self in (Travel.COMPLETE, Travel.STAYS_OPEN, Travel.CLOSES_PARTLY)
 
@@ -35,28 +39,28 @@ class Stroke(NamedTuple):
     """
 
     delay: float = NEVER
-    """t_d: command edge to 1 % of the stroke [s]."""
+    """Delay time t_d, from the command edge to 1 % of the stroke [s]."""
     stroke_time: float = NEVER
-    """t_f: from there to the first contact with the far stop [s]."""
+    """Full stroke time t_f, from 1 % of the stroke to the first contact with the far stop [s]."""
     seating_speed: float = NEVER
-    """v_e: speed just before that contact [m/s]."""
+    """Seating speed v_e, just before the first contact [m/s]."""
     fluctuation: float = NEVER
-    """(peak speed - lowest later speed before contact)/peak."""
+    """Peak speed less the lowest later speed before contact, over the peak speed."""
     reverses: bool = False
     """Whether the motion turns back before contact."""
     contact: float = NEVER
-    """Time of the first contact [s]."""
+    """Time of the first contact with the far stop [s]."""
 
 
-def stroke_of(log, command, until, began, met):
-    """Measures of the stroke that follows a command edge.
+def stroke_of(log: np.ndarray, command: float, until: float, began: tuple[int | float, float], met: int) -> Stroke:
+    """Measure the stroke that follows a command edge.
 
     Parameters
     ----------
     log : (l, 3 + n) float array
-        Of a march, see `apesim.march.adaptive.march`; columns 3 and 4 are position and speed.
+        Log of a march, see `apesim.march.adaptive.march`; columns 3 and 4 are position [m] and speed [m/s].
     command, until : float
-        The edge, and where the search ends [s].
+        Command edge, and where the search ends [s].
     began : tuple of int
         Code and sign of the zero crossing at 1 % of the stroke.
     met : int
@@ -65,6 +69,16 @@ def stroke_of(log, command, until, began, met):
     Returns
     -------
     Stroke
+        Measures; NaN where the motion did not come to it.
+
+    Examples
+    --------
+    The lift passes 1 % at 5 ms, and the piston meets the open stop at 11 ms:
+
+    >>> log = np.array([[5e-3, ZERO_CROSSING + ONE_PERCENT, 1.0, 8.91e-3, -0.1], [11e-3, MET_OPEN, 0.0, 0.0, -2.0]])
+    >>> stroke = stroke_of(log, 0.0, 1.0, (ZERO_CROSSING + ONE_PERCENT, 1.0), MET_OPEN)
+    >>> round(stroke.delay * 1e3, 6), round(stroke.stroke_time * 1e3, 6), stroke.seating_speed
+    (5.0, 6.0, 2.0)
     """
     time, code, sign, speed = log[:, 0], log[:, 1], log[:, 2], log[:, LOG_HEAD + 1]
     after = (time >= command) & (time <= until)
@@ -90,30 +104,77 @@ def stroke_of(log, command, until, began, met):
     )
 
 
-def opening_stroke(log, command, until):
-    """Measures of an opening; see `stroke_of`."""
-    return stroke_of(log, command, until, (ZERO_CROSSING + ONE_PERCENT, 1.0), MET_OPEN)
-
-
-def closing_stroke(log, command, until):
-    """Measures of a closing; see `stroke_of`."""
-    return stroke_of(log, command, until, (ZERO_CROSSING + NEAR_OPEN, -1.0), MET_CLOSED)
-
-
-def lap_times(log, stroke, lap):
-    """When the lift first rises through the lap, and when it then falls through it.
+def opening_stroke(log: np.ndarray, command: float, until: float) -> Stroke:
+    """Measure an opening.
 
     Parameters
     ----------
     log : (l, 3 + n) float array
-        See `stroke_of`; of two periods where the motion repeats, so that an opening late in one has its closing.
+        Log of a march, see `stroke_of`.
+    command, until : float
+        Edge that energises, and where the search ends [s].
+
+    Returns
+    -------
+    Stroke
+        Measures; NaN where the motion did not come to it.
+
+    Examples
+    --------
+    >>> log = np.array([[5e-3, ZERO_CROSSING + ONE_PERCENT, 1.0, 8.91e-3, -0.1], [11e-3, MET_OPEN, 0.0, 0.0, -2.0]])
+    >>> round(opening_stroke(log, 1e-3, 1.0).delay * 1e3, 6)
+    4.0
+    """
+    return stroke_of(log, command, until, (ZERO_CROSSING + ONE_PERCENT, 1.0), MET_OPEN)
+
+
+def closing_stroke(log: np.ndarray, command: float, until: float) -> Stroke:
+    """Measure a closing.
+
+    Parameters
+    ----------
+    log : (l, 3 + n) float array
+        Log of a march, see `stroke_of`.
+    command, until : float
+        Edge that releases, and where the search ends [s].
+
+    Returns
+    -------
+    Stroke
+        Measures; NaN where the motion did not come to it.
+
+    Examples
+    --------
+    >>> log = np.array([[5e-3, ZERO_CROSSING + NEAR_OPEN, -1.0, 0.09e-3, 0.1], [11e-3, MET_CLOSED, 0.0, 9e-3, 2.5]])
+    >>> closing_stroke(log, 1e-3, 1.0).seating_speed
+    2.5
+    """
+    return stroke_of(log, command, until, (ZERO_CROSSING + NEAR_OPEN, -1.0), MET_CLOSED)
+
+
+def lap_times(log: np.ndarray, stroke: float, lap: float) -> tuple[float, float]:
+    """Return when the lift first rises through the lap, and when it then falls through it.
+
+    Parameters
+    ----------
+    log : (l, 3 + n) float array
+        Log of a march, see `stroke_of`; of two periods where the motion repeats, so that an opening late in one has its
+        closing.
     stroke, lap : float
-        [m]
+        Stroke of the piston and lap of the groove [m].
 
     Returns
     -------
     opened, shut : float
-        [s]; NaN: never.
+        Times [s]; NaN: never.
+
+    Examples
+    --------
+    With 9 mm of stroke and a lap of 1 mm the piston passes the lap at L = 8 mm:
+
+    >>> log = np.array([[5e-3, CORNER, 0.0, 8e-3, -1.0], [30e-3, CORNER, 0.0, 8e-3, 1.5]])
+    >>> lap_times(log, 9e-3, 1e-3)
+    (0.005, 0.03)
     """
     time, code, speed = log[:, 0], log[:, 1], log[:, LOG_HEAD + 1]
     lift = np.minimum(stroke - log[:, LOG_HEAD], stroke)
@@ -124,20 +185,27 @@ def lap_times(log, stroke, lap):
     return opened, float(shut[0]) if len(shut) else NEVER
 
 
-def travel_of(log, phase, opening, closing):
-    """Which of its stops a piston meets.
+def travel_of(log: np.ndarray, phase: float, opening: Stroke, closing: Stroke) -> Travel:
+    """Return which of its stops a piston meets.
 
     Parameters
     ----------
     log : (l, 3 + n) float array
-        Of the run, or of one cycle of a periodic state, see `apesim.march.adaptive.march`.
+        Log of the run, or of one cycle of a periodic state, see `apesim.march.adaptive.march`.
     phase : int
-        Of the piston at its start, see `apesim.valve.piston`.
+        Phase of the piston at the start, see `apesim.valve.piston`.
     opening, closing : Stroke
+        Measures of both strokes.
 
     Returns
     -------
     Travel
+        Travel of the piston.
+
+    Examples
+    --------
+    >>> travel_of(np.empty((0, 5)), HELD_CLOSED, Stroke(), Stroke()).name
+    'STAYS_CLOSED'
     """
     if not np.any(log[:, 1] == LEFT):
         if phase == HELD_CLOSED:

@@ -1,5 +1,9 @@
-"""How the piston's motion breaks up into smooth stretches: contacts, starts from rest, corners of tables,
-regimes of flow."""
+"""Motion of the piston in smooth stretches: contacts, starts from rest, corners of tables, regimes of flow.
+
+The pieces are what the march needs to locate every jump of the laws; see `apesim.march.hybrid_system`.
+"""
+
+import numpy as np
 
 from apesim.effect import add_laws, restitution
 from apesim.kernel import kernel
@@ -18,6 +22,8 @@ from apesim.valve.actuator import (
     X_A_SLOPE,
     X_B,
     X_B_SLOPE,
+    Actuator,
+    ActuatorTables,
     state_of,
 )
 from apesim.valve.groove import piece_line, piece_of
@@ -40,22 +46,50 @@ from apesim.valve.solenoid_flow import (
     solenoid_events,
     start_solenoid_segment,
 )
-from apesim.valve.terms import BRANCH, BREAKAWAY, FORCE, TERMS
+from apesim.valve.terms import BRANCH, BREAKAWAY, FORCE, TERMS, ValveState
 
 MET_CLOSED, MET_OPEN, LEFT, TURNED, CORNER, FLOW = range(6)
 """Events: contact with the closed and the open stop, start from rest, speed through zero, corner of the groove's
-table; from FLOW on, one of the flows through the solenoids into another regime."""
+table; from FLOW on, one of the flows through the solenoids into another regime.
+"""
 BRANCHED = FLOW + FLOWS
-"""Event: an effect on another branch of its law."""
+"""Event: an effect goes over to another branch of its law."""
 ONE_PERCENT, NEAR_OPEN, SPEED_EXTREMUM = range(3)
 """Zero crossings: 1 % of the stroke from closed and from open, extremum of the speed."""
 DETECTED = 0.01
-"""Share of the stroke at which a motion counts as begun (Fig. 7)."""
+"""Share of the stroke at which a motion counts as begun: the EPV paper (doi 10.1631/jzus.A0820373), Fig. 7."""
 
 
 @kernel
-def rest_forces(actuator, state):
-    """Force on a piston without dry friction, and what holds it at rest [N]."""
+def rest_forces(actuator: Actuator, state: ValveState) -> tuple[float, float]:
+    """Return the force on a piston at rest, and what holds it.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+
+    Returns
+    -------
+    force : float
+        Force without dry friction, positive to closed [N].
+    breakaway : float
+        Dry friction that holds it, without sign [N].
+
+    Examples
+    --------
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> force, breakaway = rest_forces(actuator, state_of(actuator, y, supply))
+    >>> round(float(force), 2), breakaway
+    (1002.74, 0.0)
+    """
     force = smooth_force(actuator.valve, state.position, state.speed, state.pressure_a, state.pressure_b)
     if len(actuator.effects) > 0:
         balance = zeros(TERMS)
@@ -65,8 +99,32 @@ def rest_forces(actuator, state):
 
 
 @kernel
-def branches_of(actuator, state):
-    """On which branches of their laws the effects are."""
+def branches_of(actuator: Actuator, state: ValveState) -> float:
+    """Return on which branches of their laws the effects are, as one number.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    state : apesim.valve.terms.ValveState
+        State of the valve.
+
+    Returns
+    -------
+    float
+        Number of the branches, see `apesim.effect.note_branch`; 0 without effects.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> branches_of(actuator, state_of(actuator, y, supply))
+    0.0
+    """
     if len(actuator.effects) > 0:
         balance = zeros(TERMS)
         add_laws(actuator.effects, state, balance)
@@ -75,8 +133,42 @@ def branches_of(actuator, state):
 
 
 @kernel
-def actuator_events(actuator, y, mode, supply, g):
-    """Values of the valve's events."""
+def actuator_events(
+    actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: tuple[float, float, float], g: np.ndarray
+) -> None:
+    """Write the values of the valve's events, which happen where they rise above zero.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    y : (>= 6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    supply : tuple of float
+        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+    g : (>= BRANCHED + 1,) float array
+        Values of the events; filled.
+
+    Examples
+    --------
+    A piston that is pressed to its closed stop does not leave it:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.valve.actuator import MODES
+    >>> from apesim.valve.piston import HELD_CLOSED
+    >>> mode, g = np.zeros(MODES), np.zeros(BRANCHED + 1)
+    >>> mode[PHASE] = HELD_CLOSED
+    >>> actuator_events(actuator, y, mode, supply, g)
+    >>> round(float(g[LEFT]), 2)
+    -1002.74
+    """
     phase = mode[PHASE]
     stroke = actuator.valve.stroke
     moving = is_moving(phase)
@@ -98,16 +190,86 @@ def actuator_events(actuator, y, mode, supply, g):
 
 
 @kernel
-def set_free(actuator, y, mode, supply):
-    """Let a piston at rest start where the force on it exceeds what holds it."""
+def set_free(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: tuple[float, float, float]) -> None:
+    """Let a piston at rest start where the force on it exceeds what holds it.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    y : (>= 6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    supply : tuple of float
+        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+
+    Examples
+    --------
+    With chamber A at the pressure of chamber B the springs alone open the valve:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.valve.actuator import MODES
+    >>> mode = np.zeros(MODES)
+    >>> mode[PHASE] = HELD_CLOSED
+    >>> set_free(actuator, closed_at_rest(actuator, (101325.0, 300.0)), mode, supply)
+    >>> bool(mode[PHASE] == TO_OPEN)
+    True
+    """
     force, breakaway = rest_forces(actuator, state_of(actuator, y, supply))
     if overcome(mode[PHASE], force, breakaway) > 0.0:
         mode[PHASE] = start_moving(mode[PHASE], force)
 
 
 @kernel
-def handle_actuator_event(actuator, tables, event, y, mode, supply):
-    """What the valve does at an event of its own."""
+def handle_actuator_event(
+    actuator: Actuator,
+    tables: ActuatorTables,
+    event: int,
+    y: np.ndarray,
+    mode: np.ndarray,
+    supply: tuple[float, float, float],
+) -> None:
+    """Change state and modes at an event of the valve.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
+    event : int
+        Event, from MET_CLOSED to BRANCHED.
+    y : (>= 6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    supply : tuple of float
+        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+
+    Examples
+    --------
+    A contact with the closed stop ends the motion:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.valve.actuator import MODES
+    >>> from apesim.valve.piston import TO_CLOSED
+    >>> mode = np.zeros(MODES)
+    >>> mode[PHASE], y[1] = TO_CLOSED, 2.0
+    >>> handle_actuator_event(actuator, tables, MET_CLOSED, y, mode, supply)
+    >>> bool(mode[PHASE] == HELD_CLOSED), float(y[1])
+    (True, 0.0)
+    """
     if event <= MET_OPEN:
         stop = HELD_CLOSED if event == MET_CLOSED else HELD_OPEN
         y[0] = actuator.valve.stroke if event == MET_CLOSED else 0.0
@@ -131,15 +293,71 @@ def handle_actuator_event(actuator, tables, event, y, mode, supply):
 
 
 @kernel
-def take_piece(tables, mode):
-    """Take over the line of the current piece of the groove's table."""
+def take_piece(tables: ActuatorTables, mode: np.ndarray) -> None:
+    """Write the line of the current piece of the groove's table into the modes.
+
+    Parameters
+    ----------
+    tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+
+    Examples
+    --------
+    The default groove opens from 0 to 150 mm2 over 8 mm, a slope of 18.75 mm:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.valve.actuator import MODES
+    >>> mode = np.zeros(MODES)
+    >>> mode[PIECE] = 1
+    >>> take_piece(tables, mode)
+    >>> round(float(mode[AREA_SLOPE]) * 1e3, 6)
+    18.75
+    """
     line = piece_line(tables.groove, int(mode[PIECE]))
     mode[AREA], mode[AREA_SLOPE], mode[PIECE_LOW], mode[PIECE_HIGH] = line
 
 
 @kernel
-def actuator_zero_crossings(actuator, y, acceleration, mode, w):
-    """Values of the valve's zero crossings."""
+def actuator_zero_crossings(
+    actuator: Actuator, y: np.ndarray, acceleration: float, mode: np.ndarray, w: np.ndarray
+) -> None:
+    """Write the values whose zero crossings are located without ending a step.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    y : (>= 6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
+    acceleration : float
+        Acceleration of the piston [m/s2].
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    w : (>= 3,) float array
+        Values; filled.
+
+    Examples
+    --------
+    A closed valve is 0.09 mm below 1 % of its stroke:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> w = np.zeros(3)
+    >>> actuator_zero_crossings(actuator, y, 0.0, np.zeros(20), w)
+    >>> round(float(w[ONE_PERCENT]) * 1e3, 6)
+    -0.09
+    """
     stroke = actuator.valve.stroke
     lift = stroke - y[0]
     w[ONE_PERCENT] = lift - DETECTED * stroke
@@ -148,8 +366,51 @@ def actuator_zero_crossings(actuator, y, acceleration, mode, w):
 
 
 @kernel
-def start_actuator_segment(actuator, tables, t, t_end, y, mode, supply):
-    """Set what the valve keeps over a stretch: piece of the groove's table, the solenoids' lines, regimes of flow."""
+def start_actuator_segment(
+    actuator: Actuator,
+    tables: ActuatorTables,
+    t: float,
+    t_end: float,
+    y: np.ndarray,
+    mode: np.ndarray,
+    supply: tuple[float, float, float],
+) -> None:
+    """Write what is constant over a smooth stretch into the modes.
+
+    It is the piece of the groove's table, the solenoids' lines over time, the regimes of the flows and the branches of
+    the effects.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    tables : apesim.valve.actuator.ActuatorTables
+        Arrays of the valve.
+    t, t_end : float
+        Start and end of the stretch [s].
+    y : (>= 6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+    supply : tuple of float
+        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+
+    Examples
+    --------
+    The default ramp of a solenoid, from 1.5 ms on, takes 1.5 ms:
+
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> supply = 1e6, 300.0, 1e5
+    >>> y = closed_at_rest(actuator, supply)
+    >>> from apesim.valve.actuator import MODES
+    >>> mode = np.zeros(MODES)
+    >>> start_actuator_segment(actuator, tables, 1.5e-3, 3e-3, y, mode, supply)
+    >>> round(float(mode[X_A]), 6), round(1.0 / float(mode[X_A_SLOPE]), 6)
+    (0.0, 0.0015)
+    """
     mode[PIECE] = piece_of(tables.groove, actuator.valve.stroke - y[0])
     take_piece(tables, mode)
     mode[START] = t

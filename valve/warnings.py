@@ -1,14 +1,18 @@
-"""What a user should know of a run of the valve's bench."""
+"""Warnings: what a user should know of a run of the valve's bench."""
 
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 from apesim.march.adaptive import LOG_HEAD
 from apesim.march.error_bounds import MAX_CLOSURE, MAX_QUADRATURE_CHANGE
 from apesim.valve.measures import Travel
 
+if TYPE_CHECKING:
+    from apesim.valve.bench import BenchRun
+
 
 class BenchWarning(IntEnum):
-    """What may be wrong with a run of the bench."""
+    """Kinds of what may be wrong with a run of the bench."""
 
     NOT_PERIODIC = 0
     EVERY_SECOND_CYCLE = 1
@@ -32,58 +36,125 @@ TRAVEL_TEXTS = {
     Travel.BETWEEN_STOPS: "neither opens nor closes fully: its lift goes from {lowest:.3g} to {highest:.3g} of "
     "{stroke:.3g} mm; give both strokes more time",
 }
-"""Of travels that are not complete, for lifts in millimetres."""
+"""Texts of travels that are not complete, for lifts in millimetres."""
 CONTROL_BELOW_AMBIENT = (
     "the control pressure, {control:.4g} MPa abs, is below that of the vents, {vent:.4g} MPa abs: control air flows "
     "back into its supply, and counts negative; raise it"
 )
+"""Text for control air below the pressure of the vents, both in MPa abs."""
 
 
-def travel_text(travel, stroke, lowest, highest):
-    """What is told of a travel that is not complete.
+def travel_text(travel: Travel, stroke: float, lowest: float, highest: float) -> str:
+    """Return the text of a travel that is not complete.
 
     Parameters
     ----------
     travel : apesim.valve.measures.Travel
+        Travel of the piston.
     stroke, lowest, highest : float
-        Of the piston, and its lifts [m].
+        Stroke of the piston, its lowest and its highest lift [m].
 
     Returns
     -------
     str
+        What happened, and what to change.
+
+    Examples
+    --------
+    >>> print(travel_text(Travel.OPENS_PARTLY, 9e-3, 0.0, 5e-3))
+    the valve does not open fully: its lift reaches 5 of 9 mm; energise it for longer, or raise the control pressure
     """
     lowest, highest = (1e3 * min(max(lift, 0.0), stroke) for lift in (lowest, highest))
     text = TRAVEL_TEXTS[travel].format(lowest=lowest, highest=highest, stroke=1e3 * stroke)
     return f"the valve {text}, or raise the control pressure"
 
 
-def control_text(control, vent):
-    """What is told of control air below the pressure of the vents, both [Pa abs]."""
+def control_text(control: float, vent: float) -> str:
+    """Return the text for control air below the pressure of the vents.
+
+    Parameters
+    ----------
+    control, vent : float
+        Control pressure and pressure of the vents [Pa abs].
+
+    Returns
+    -------
+    str
+        What is wrong, and what to change.
+
+    Examples
+    --------
+    >>> print(control_text(0.9e5, 1e5).partition(":")[0])
+    the control pressure, 0.09 MPa abs, is below that of the vents, 0.1 MPa abs
+    """
     return CONTROL_BELOW_AMBIENT.format(control=control * 1e-6, vent=vent * 1e-6)
 
 
-def closure_text(mass, energy):
-    """What is told where mass or energy do not close as they should."""
+def closure_text(mass: float, energy: float) -> str:
+    """Return the text for a run whose mass or energy do not close.
+
+    Parameters
+    ----------
+    mass, energy : float
+        Closure of mass and of energy, relative.
+
+    Returns
+    -------
+    str
+        What is wrong, and what is promised.
+
+    Examples
+    --------
+    >>> print(closure_text(1e-5, 2e-5))
+    mass closes to 1.0e-05, energy to 2.0e-05; 1e-08 is promised: please report this run
+    """
     return f"mass closes to {mass:.1e}, energy to {energy:.1e}; {MAX_CLOSURE:g} is promised: please report this run"
 
 
-def quadrature_text(work, change):
-    """What is told where a work, by name, is another by quadrature than by the ledger."""
+def quadrature_text(work: str, change: float) -> str:
+    """Return the text for a work that differs between ledger and quadrature.
+
+    Parameters
+    ----------
+    work : str
+        Name of the work.
+    change : float
+        Difference, relative.
+
+    Returns
+    -------
+    str
+        What is wrong, and what is promised.
+
+    Examples
+    --------
+    >>> print(quadrature_text("the piston's work", 1e-3))
+    the piston's work by quadrature is off by 1.0e-03; 2e-05 is promised: please report this run
+    """
     return f"{work} by quadrature is off by {change:.1e}; {MAX_QUADRATURE_CHANGE:g} is promised: please report this run"
 
 
-def judge_bench(run):
-    """What a user should know of a run of the bench.
+def judge_bench(run: "BenchRun") -> dict[BenchWarning, str]:
+    """Find what a user should know of a run of the bench.
 
     Parameters
     ----------
     run : apesim.valve.bench.BenchRun
-        One that did not end early.
+        Run that did not end early.
 
     Returns
     -------
     dict of BenchWarning to str
         Each with what was found and what to change.
+
+    Examples
+    --------
+    A pulse of 1 ms is shorter than the dead time of the solenoids:
+
+    >>> import apesim
+    >>> from apesim.valve.bench import run_bench
+    >>> [warning.name for warning in judge_bench(run_bench(apesim.Machine(), pulse=1e-3))]
+    ['STAYS_CLOSED']
     """
     told, orbit, closure, actuator = {}, run.orbit, run.closure, run.p.actuator
     if orbit and not orbit.converged:
