@@ -1,4 +1,4 @@
-"""The one adaptive march in time, with located events.
+"""Adaptive march in time, with located events.
 
 A machine is a NamedTuple of parameters; for its type it registers the kernels of `apesim.march.hybrid_system`, and the
 march of that machine is chosen when it is compiled. Its steps are those of `apesim.march.dormand_prince`; in a stretch
@@ -6,7 +6,7 @@ that proves stiff, and to the end of that march, those of `apesim.march.rosenbro
 """
 
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ class Status(IntEnum):
     TOO_MANY_STEPS = 3
 
     @property
-    def remedy(self):
+    def remedy(self) -> str:
         """What happened, and what to change."""
         return REMEDIES[self]
 
@@ -38,6 +38,7 @@ REMEDIES = {
     Status.TOO_MANY_STEPS: "more than 2 million steps, or 10 million to the periodic state: the volumes are too small "
     "for their areas, or the time too long",
 }
+"""Text of each status: what happened, and what to change."""
 
 TOLERANCE = 1e-7
 """Default tolerance of a step."""
@@ -46,29 +47,46 @@ EVENTS = 16
 BREAKPOINT, ZERO_CROSSING = -1, 100
 """Codes in the log: the end of a smooth stretch; zero crossing number n is ZERO_CROSSING + n."""
 MAX_STEPS = 2_000_000
+"""Largest number of steps of a march, accepted and rejected; chosen, as a march that needs more does not end in useful time."""
 MAX_EVENTS = 2000
+"""Largest number of events of a march; more are chatter."""
 MAX_SHORT_STEPS = 20_000
 """Explicit steps in one smooth stretch, each below `SHORT` of the longest step: one that needs more is stiff."""
 SHORT = 0.1
+"""Share of the longest step below which a step counts as short."""
 MIN_STEP = 1e-14
+"""Shortest step [s], far below the time in which anything of a machine changes."""
 ROOT_TOLERANCE = 1e-12
+"""Error in the time of an event or zero crossing [s]."""
 LOG_ROWS, LOG_HEAD = 24_000, 3
 """Room in a log, for an extremum in each of `MAX_SHORT_STEPS` steps, too: where a stretch is stiff, the slope of a
 pressure may change its sign at every step. Columns before the state: time [s], code, sign of the change."""
 
 
 class Accuracy(NamedTuple):
-    """What the march holds to."""
+    """Tolerances that the march holds to."""
 
     tolerance: float
     """Error of a step, relative to scale + abs(y)."""
     max_step: float
     """Longest step [s]."""
     scale: np.ndarray
-    """One for each integrated state; the ledger behind them is not controlled."""
+    """Scale of the error of each integrated state; the ledger behind them is not controlled."""
 
-    def tenfold(self):
-        """Ten times the tolerance, and the longest step as far up as order 5 has it: what changes is the error."""
+    def tenfold(self) -> "Accuracy":
+        """Return ten times the tolerance, and the longest step as far up as order 5 has it, to see the error change.
+
+        Returns
+        -------
+        Accuracy
+            Coarser tolerances.
+
+        Examples
+        --------
+        >>> coarse = Accuracy(1e-7, 1e-3, np.ones(1)).tenfold()
+        >>> round(coarse.tolerance * 1e6, 6), round(coarse.max_step * 1e3, 3)
+        (1.0, 1.585)
+        """
         return self._replace(tolerance=10.0 * self.tolerance, max_step=10.0**0.2 * self.max_step)
 
 
@@ -76,12 +94,17 @@ class Outcome(NamedTuple):
     """How a march went."""
 
     status: int
+    """How it ended, `Status`."""
     steps: int
+    """Number of accepted steps."""
     rejected: int
+    """Number of rejected steps."""
     events: int
+    """Number of events."""
     logged: int
+    """Number of rows in the log."""
     work: float
-    """Quadrature of `power` over the dense output [J]."""
+    """Quadrature of the power over the dense output [J]."""
 
 
 _NODES = np.array([0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842, 0.953089922969332])
@@ -232,35 +255,71 @@ def _interpolant(h, y, trial, implicit, k, u, c):
 
 
 @entry
-def march(p, tables, t, y, mode, breakpoints, accuracy, log, times, trace):
+def march(
+    p: Any,
+    tables: Any,
+    t: float,
+    y: np.ndarray,
+    mode: np.ndarray,
+    breakpoints: np.ndarray,
+    accuracy: Accuracy,
+    log: np.ndarray,
+    times: np.ndarray,
+    trace: np.ndarray,
+) -> Outcome:
     """March a machine through its smooth stretches.
 
     Parameters
     ----------
     p : NamedTuple
-        The machine.
+        Parameters of the machine.
     tables : NamedTuple
-        Its arrays.
+        Arrays of the machine.
     t : float
         Start [s].
     y : (n,) float array
         State at the start; the state at the end on return.
     mode : (m,) float array
-        Likewise.
+        Modes at the start; the modes at the end on return.
     breakpoints : (j,) float array
         Times at which a smooth stretch ends, ascending; the last one is the end of the march [s].
     accuracy : Accuracy
+        Tolerance, longest step and scales.
     log : (l, 3 + i) float array
         Filled with a row for each breakpoint, event and zero crossing: time, code, sign of the change, the i integrated
         states. No rows: nothing is noted, and no work taken by quadrature.
     times : (r,) float array
         When to take rows of the trace, ascending [s].
     trace : (r, q) float array
-        Filled by `observe`; rows that the march does not reach are left as they are.
+        Filled by `apesim.march.hybrid_system.observe`; rows that the march does not reach are left as they are.
 
     Returns
     -------
     Outcome
+        Status and counts.
+
+    Examples
+    --------
+    A decay at 2 per second over 1 s, exp(-2) = 0.1353353:
+
+    >>> from typing import NamedTuple
+    >>> import numpy as np
+    >>> from apesim.kernel import kernel
+    >>> from apesim.march.hybrid_system import rates
+    >>> class Decay(NamedTuple):
+    ...     rate: float
+    >>> @rates.for_type(Decay)
+    ... @kernel
+    ... def decay_rates(p, t, y, mode, dy):
+    ...     dy[0] = -p.rate * y[0]
+    ...     return True
+    >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
+    >>> class NoTables(NamedTuple):
+    ...     nothing: float = 0.0
+    >>> accuracy, log, times = Accuracy(1e-9, 0.1, np.ones(1)), np.empty((0, 4)), np.empty(0)
+    >>> outcome = march(p, NoTables(), 0.0, y, mode, np.array([1.0]), accuracy, log, times, np.empty((0, 0)))
+    >>> Status(outcome.status).name, round(float(y[0]), 7)
+    ('DONE', 0.1353353)
     """
     scale = accuracy.scale
     n = scale.shape[0]

@@ -1,4 +1,4 @@
-"""How well a run promises to close: a run that closes worse than one of these bounds says so."""
+"""Error bounds: how well a run promises to close. A run that closes worse than one of them says so."""
 
 MAX_CLOSURE = 1e-8
 """Mass or energy that a ledger does not account for, relative. Only rounding is left of it: 1e-15 as a rule,
@@ -17,20 +17,26 @@ MIN_SHARE_MOVED = 1e-6
 nothing but rounding flows, which would be compared with itself."""
 
 
-def closure_of(missing, moved, held):
-    """What a ledger does not account for, relative to what flows.
+def closure_of(missing: float, moved: float, held: float) -> float:
+    """Return what a ledger does not account for, relative to what flows.
 
     Parameters
     ----------
     missing : float
-        What the ledger does not account for [kg] or [J].
+        Mass or energy that the ledger does not account for [kg] or [J].
     moved : float
-        What flows through [kg] or [J].
+        Mass or energy that flows through [kg] or [J].
     held : float
-        What the volumes hold, all of them together [kg] or [J].
+        Mass or energy that the volumes hold, all of them together [kg] or [J].
 
     Returns
     -------
     float
+        Closure, relative to what flows, or to `MIN_SHARE_MOVED` of what is held.
+
+    Examples
+    --------
+    >>> closure_of(1e-9, 1e-3, 1e-3), closure_of(0.0, 0.0, 1e-3)
+    (1e-06, 0.0)
     """
     return abs(missing) / max(abs(moved), MIN_SHARE_MOVED * held)

@@ -1,4 +1,4 @@
-"""What a machine registers, for the type of its parameters, to be marched.
+"""Hybrid system: what a machine registers, for the type of its parameters, to be marched.
 
 The state ``y`` holds the integrated states first, and behind them the ledger: quantities that are integrated
 beside the states and act on nothing. ``mode`` holds what jumps between smooth stretches and is constant within one:
@@ -7,40 +7,222 @@ apart, as ``tables``, and are looked at on entering a stretch: a reference count
 from law to law costs more than the laws.
 """
 
+from typing import Any
+
+import numpy as np
+
 from apesim.kernel import by_type
 
 
 @by_type(required=True)
-def rates(p, t, y, mode, dy):
-    """Write dy/dt into dy; False where the state has left its domain."""
+def rates(p: Any, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndarray) -> Any:
+    """Write the rates of states and ledger, ``dy/dt``; every machine has to register its own.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    t : float
+        Time [s].
+    y : (m,) float array
+        State and ledger.
+    mode : (k,) float array
+        Modes of the machine.
+    dy : (m,) float array
+        Rates; filled.
+
+    Returns
+    -------
+    bool
+        Whether the state lies in the domain of the laws.
+
+    Examples
+    --------
+    A machine that decays at 2 per second:
+
+    >>> from typing import NamedTuple
+    >>> import numpy as np
+    >>> from apesim.kernel import kernel
+    >>> from apesim.march.hybrid_system import rates
+    >>> class Decay(NamedTuple):
+    ...     rate: float
+    >>> @rates.for_type(Decay)
+    ... @kernel
+    ... def decay_rates(p, t, y, mode, dy):
+    ...     dy[0] = -p.rate * y[0]
+    ...     return True
+    >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
+    >>> dy = np.empty(1)
+    >>> rates(p, 0.0, y, mode, dy), dy.tolist()
+    (True, [-2.0])
+    """
 
 
 @by_type
-def events(p, t, y, mode, g):
-    """Write into g what ends a step where it rises above zero: contacts, lift-offs, corners of a table."""
+def events(p: Any, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndarray) -> None:
+    """Write values that end a step where they rise above zero: contacts, lift-offs, corners of a table.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    t : float
+        Time [s].
+    y : (m,) float array
+        State and ledger.
+    mode : (k,) float array
+        Modes of the machine.
+    g : (EVENTS,) float array
+        Values of the events, -1 before; filled.
+
+    Examples
+    --------
+    A machine that registers none has no events:
+
+    >>> g = np.full(16, -1.0)
+    >>> events((), 0.0, np.zeros(1), np.zeros(1), g)
+    >>> float(g.max())
+    -1.0
+    """
 
 
 @by_type
-def handle_event(p, tables, event, t, y, mode):
-    """Change y and mode at an event."""
+def handle_event(p: Any, tables: Any, event: int, t: float, y: np.ndarray, mode: np.ndarray) -> None:
+    """Change state and modes at an event.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    tables : NamedTuple
+        Arrays of the machine.
+    event : int
+        Number of the event.
+    t : float
+        Time [s].
+    y : (m,) float array
+        State and ledger.
+    mode : (k,) float array
+        Modes of the machine.
+
+    Examples
+    --------
+    A machine that registers none stays as it is:
+
+    >>> y = np.ones(1)
+    >>> handle_event((), (), 0, 0.0, y, np.zeros(1))
+    >>> y.tolist()
+    [1.0]
+    """
 
 
 @by_type
-def zero_crossings(p, t, y, dy, mode, w):
-    """Write into w what is located where it changes its sign, and noted, without ending a step."""
+def zero_crossings(p: Any, t: float, y: np.ndarray, dy: np.ndarray, mode: np.ndarray, w: np.ndarray) -> None:
+    """Write values that are located and noted where they change their sign, without ending a step.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    t : float
+        Time [s].
+    y : (m,) float array
+        State and ledger.
+    dy : (m,) float array
+        Rates.
+    mode : (k,) float array
+        Modes of the machine.
+    w : (EVENTS,) float array
+        Values, 0 before; filled.
+
+    Examples
+    --------
+    A machine that registers none has no zero crossings:
+
+    >>> w = np.zeros(16)
+    >>> zero_crossings((), 0.0, np.zeros(1), np.zeros(1), np.zeros(1), w)
+    >>> float(np.abs(w).max())
+    0.0
+    """
 
 
 @by_type
-def start_segment(p, tables, t, t_end, y, mode):
-    """Set mode on entering the smooth stretch from t to t_end."""
+def start_segment(p: Any, tables: Any, t: float, t_end: float, y: np.ndarray, mode: np.ndarray) -> None:
+    """Set the modes on entering a smooth stretch.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    tables : NamedTuple
+        Arrays of the machine.
+    t, t_end : float
+        Start and end of the stretch [s].
+    y : (m,) float array
+        State and ledger.
+    mode : (k,) float array
+        Modes of the machine.
+
+    Examples
+    --------
+    A machine that registers none keeps its modes:
+
+    >>> mode = np.ones(1)
+    >>> start_segment((), (), 0.0, 1.0, np.zeros(1), mode)
+    >>> mode.tolist()
+    [1.0]
+    """
 
 
 @by_type
-def power(p, t, y):
-    """The power whose integral is also taken by quadrature of the dense output [W]."""
+def power(p: Any, t: float, y: np.ndarray) -> float:
+    """Return the power whose integral is also taken by quadrature of the dense output.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    t : float
+        Time [s].
+    y : (m,) float array
+        State and ledger.
+
+    Returns
+    -------
+    float
+        Power; 0 for a machine that registers none [W].
+
+    Examples
+    --------
+    >>> power((), 0.0, np.zeros(1))
+    0.0
+    """
     return 0.0
 
 
 @by_type
-def observe(p, t, y, mode, row):
-    """Write one row of a trace."""
+def observe(p: Any, t: float, y: np.ndarray, mode: np.ndarray, row: np.ndarray) -> None:
+    """Write one row of a trace.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    t : float
+        Time [s].
+    y : (m,) float array
+        State and ledger.
+    mode : (k,) float array
+        Modes of the machine.
+    row : (q,) float array
+        Row of the trace; filled.
+
+    Examples
+    --------
+    A machine that registers none leaves the row as it is:
+
+    >>> row = np.zeros(2)
+    >>> observe((), 0.0, np.zeros(1), np.zeros(1), row)
+    >>> row.tolist()
+    [0.0, 0.0]
+    """

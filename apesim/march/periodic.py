@@ -1,19 +1,21 @@
-"""The periodic state of a machine that is driven in cycles."""
+"""Periodic state of a machine that is driven in cycles."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.march.adaptive import LOG_HEAD, Status, march
+from apesim.march.adaptive import LOG_HEAD, Accuracy, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
+"""Default largest change of a state over a cycle that counts as periodic, relative."""
 MAX_CYCLES = 600
+"""Largest number of cycles; some cases near and beyond the valve's limit need more than 120 plain ones."""
 MAX_STEPS = 10_000_000
-"""Of all cycles together."""
+"""Largest number of steps of all cycles together."""
 NOISE = 100.0
-"""Two cycles that differ by less than this many tolerances of a step differ by the solver's error."""
+"""Tolerances of a step below which two cycles differ by the solver's error."""
 PATIENCE = 60
-"""Cycles after which a tenth of that is good enough."""
+"""Cycles after which a change of a tenth of `NOISE` is good enough."""
 BURST = 15
 """Plain cycles before the march is helped by Newton's method, and between two such helps."""
 NEARER = 0.9
@@ -23,10 +25,11 @@ FARTHEST = 10.0
 SLOWEST = 0.999
 """Factor by which a change falls from cycle to cycle, at most, when the distance is estimated."""
 NO_TIMES, NO_TRACE = np.empty(0), np.empty((0, 0))
+"""Arrays of no rows, for a march without a trace."""
 SWINGING = -0.5
 """Factor by which a deviation falls from cycle to cycle, below which a machine near by may settle otherwise."""
 MAX_CORRECTIONS = 12
-"""Cycles from a known state, before it counts as too far away."""
+"""Largest number of cycles from a known state, before it counts as too far away."""
 LOOSE = 1e-9
 """A state whose map differs from the identity by less is held, as a piston on its stop."""
 CLIP = 0.3
@@ -36,52 +39,114 @@ NUDGE = 1e-3
 
 
 class Known(NamedTuple):
-    """A periodic state, from which those of a little different machines are near."""
+    """Periodic state from which those of machines that differ a little are near."""
 
     y: np.ndarray
+    """State at the start of the cycle."""
     mode: np.ndarray
+    """Modes at the start of the cycle."""
     correction: np.ndarray
-    """(n, n): times what a state gains over a cycle, it is the way to the periodic state; both relative."""
+    """Matrix (n, n): times what a state gains over a cycle, it is the way to the periodic state; both relative."""
 
 
 class Orbit(NamedTuple):
-    """What a machine settles to."""
+    """State that a machine settles to."""
 
     y: np.ndarray
     """State at the start of the cycle; the ledger behind it is zero."""
     mode: np.ndarray
+    """Modes at the start of the cycle."""
     converged: bool
+    """Whether the state was seen to repeat."""
     period: int
     """Cycles after which the state repeats: 1 or 2; 0 where it was not seen to repeat."""
     cycles: int
-    """Marched in all."""
+    """Number of cycles marched in all."""
     change: float
     """Largest change of a state over the last cycle, relative to scale + abs(state)."""
     change_of_two: float
-    """The same over the last two cycles."""
+    """Largest change of a state over the last two cycles, relative to scale + abs(state)."""
     status: int
-    """`Status` of the last march."""
+    """Status of the last march, `apesim.march.adaptive.Status`."""
     known: Known | None = None
-    """The same as a start for the next machine, where it was reached from one; None: it cannot be one."""
+    """Start for the next machine, where this one was reached from one; None: it cannot be one."""
 
 
-def distance(a, b, scale):
-    """Largest difference of two states, relative to scale + abs(state)."""
+def distance(a: np.ndarray, b: np.ndarray, scale: np.ndarray) -> float:
+    """Return the largest difference of two states, relative to scale + abs(state).
+
+    Parameters
+    ----------
+    a, b : (m,) float array
+        States.
+    scale : (n,) float array
+        Scale of the error of each integrated state.
+
+    Returns
+    -------
+    float
+        Largest relative difference of the first n elements.
+
+    Examples
+    --------
+    >>> distance(np.array([1.0, 5.0]), np.array([1.5, 7.0]), np.array([0.5]))
+    0.25
+    """
     n = len(scale)
     sizes = scale + np.maximum(np.abs(a[:n]), np.abs(b[:n]))
     return float(np.max(np.abs(a[:n] - b[:n]) / sizes))
 
 
 class Drive:
-    """A machine and the cycle that it is driven in; counts what is marched."""
+    """Machine with the cycle that it is driven in; counts what is marched."""
 
-    def __init__(self, p, tables, breakpoints, accuracy):
+    def __init__(self, p: Any, tables: Any, breakpoints: np.ndarray, accuracy: Accuracy) -> None:
         self.p, self.tables, self.breakpoints, self.accuracy = p, tables, breakpoints, accuracy
         self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
         self.cycles = self.steps = 0
 
-    def march(self, y, mode, count=1):
-        """State and mode after some cycles, the state's ledger theirs, and the status of the last."""
+    def march(self, y: np.ndarray, mode: np.ndarray, count: int = 1) -> tuple[np.ndarray, np.ndarray, int]:
+        """March some cycles.
+
+        Parameters
+        ----------
+        y : (m,) float array
+            State at the start; it stays as it is.
+        mode : (k,) float array
+            Modes at the start; they stay as they are.
+        count : int
+            Number of cycles.
+
+        Returns
+        -------
+        y : (m,) float array
+            State at the end; its ledger is that of the last cycles.
+        mode : (k,) float array
+            Modes at the end.
+        status : int
+            Status of the last march, `apesim.march.adaptive.Status`.
+
+        Examples
+        --------
+        A cycle of 1 s of a decay at 2 per second, exp(-2) = 0.1353353:
+
+        >>> from typing import NamedTuple
+        >>> import numpy as np
+        >>> from apesim.kernel import kernel
+        >>> from apesim.march.hybrid_system import rates
+        >>> class Decay(NamedTuple):
+        ...     rate: float
+        >>> @rates.for_type(Decay)
+        ... @kernel
+        ... def decay_rates(p, t, y, mode, dy):
+        ...     dy[0] = -p.rate * y[0]
+        ...     return True
+        >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
+        >>> drive = Drive(p, None, np.array([1.0]), Accuracy(1e-9, 0.1, np.ones(1)))
+        >>> end, _, status = drive.march(y, mode)
+        >>> round(float(end[0]), 7), drive.cycles
+        (0.1353353, 1)
+        """
         y, mode = y.copy(), mode.copy()
         y[len(self.accuracy.scale) :] = 0.0
         status = Status.DONE
@@ -97,17 +162,22 @@ class Drive:
 
 
 class Settling(NamedTuple):
-    """Where plain cycles have led."""
+    """Result of some plain cycles."""
 
     y: np.ndarray
+    """State at the end."""
     mode: np.ndarray
+    """Modes at the end."""
     status: int
+    """Status of the last march."""
     change: float
+    """Largest change of a state over the last cycle, relative."""
     change_of_two: float
+    """Largest change of a state over the last two cycles, relative."""
     period: int
     """1 or 2 where the state repeats, else 0."""
     correction: np.ndarray | None = None
-    """See `Known`; None: not known."""
+    """Correction of a state, see `Known`; None: not known."""
 
 
 def _plain_cycles(drive, y, mode, tolerance, max_cycles, sure):
@@ -210,13 +280,48 @@ def _correction(slopes):
     return correction
 
 
-def known_orbit(p, tables, orbit, breakpoints, accuracy):
-    """A periodic state as a start for others, see `periodic_orbit`.
+def known_orbit(p: Any, tables: Any, orbit: Orbit, breakpoints: np.ndarray, accuracy: Accuracy) -> Known | None:
+    """Return a periodic state as a start for others, see `periodic_orbit`.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    tables : NamedTuple
+        Arrays of the machine.
+    orbit : Orbit
+        Periodic state of the machine.
+    breakpoints : (j,) float array
+        Breakpoints of a cycle from 0; the last is its period [s].
+    accuracy : Accuracy
+        Tolerance, longest step and scales.
 
     Returns
     -------
     Known or None
         None where it has not converged to a period of one cycle, or its map has no slope, or nearly swings.
+
+    Examples
+    --------
+    A decay at 2 per second gains exp(-2) - 1 of its distance from 0 in a cycle of 1 s, so that 1/(1 - exp(-2)) = 1.1565
+    times a gain leads there:
+
+    >>> from typing import NamedTuple
+    >>> import numpy as np
+    >>> from apesim.kernel import kernel
+    >>> from apesim.march.hybrid_system import rates
+    >>> class Decay(NamedTuple):
+    ...     rate: float
+    >>> @rates.for_type(Decay)
+    ... @kernel
+    ... def decay_rates(p, t, y, mode, dy):
+    ...     dy[0] = -p.rate * y[0]
+    ...     return True
+    >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
+    >>> cycle = np.array([1.0]), Accuracy(1e-9, 0.1, np.ones(1))
+    >>> orbit = periodic_orbit(p, None, y, mode, *cycle)
+    >>> round(float(known_orbit(p, None, orbit, *cycle).correction[0, 0]), 4)
+    1.1565
     """
     if not orbit.converged or orbit.period != 1:
         return None
@@ -286,36 +391,67 @@ def _settled(drive, y, mode, tolerance, max_cycles):
 
 
 def periodic_orbit(
-    p, tables, y, mode, breakpoints, accuracy, tolerance=PERIODIC_TOLERANCE, max_cycles=MAX_CYCLES, known=None
-):
+    p: Any,
+    tables: Any,
+    y: np.ndarray,
+    mode: np.ndarray,
+    breakpoints: np.ndarray,
+    accuracy: Accuracy,
+    tolerance: float = PERIODIC_TOLERANCE,
+    max_cycles: int = MAX_CYCLES,
+    known: Known | None = None,
+) -> Orbit:
     """March to the periodic state, helped by Newton's method where plain cycles converge slowly.
 
-    What a Newton step found is kept only where the plain cycles after it come nearer to a period than those before it.
-    Where the state swings from cycle to cycle, the step is one of the map of two cycles.
+    A Newton step is kept only where the plain cycles after it come nearer to a period than those before it. Where the
+    state swings from cycle to cycle, the step is one of the map of two cycles.
 
     Parameters
     ----------
     p : NamedTuple
-        The machine.
+        Parameters of the machine.
     tables : NamedTuple
-        Its arrays.
+        Arrays of the machine.
     y : (n,) float array
-        Start.
+        State at the start.
     mode : (m,) float array
+        Modes at the start.
     breakpoints : (j,) float array
-        Of a cycle from 0; the last is its period [s].
+        Breakpoints of a cycle from 0; the last is its period [s].
     accuracy : Accuracy
+        Tolerance, longest step and scales.
     tolerance : float
         Largest change of any state over a cycle, relative.
     max_cycles : int
-        Cycles at most.
+        Largest number of cycles.
     known : Known, optional
-        Of a little different machine: where that is near, and has the same states, it takes few cycles; else the march
-        is the one without it.
+        Periodic state of a machine that differs a little: where that is near, and has the same states, it takes few
+        cycles; else the march is the one without it.
 
     Returns
     -------
     Orbit
+        Periodic state, or the last state where none was found.
+
+    Examples
+    --------
+    A decay settles to 0:
+
+    >>> from typing import NamedTuple
+    >>> import numpy as np
+    >>> from apesim.kernel import kernel
+    >>> from apesim.march.hybrid_system import rates
+    >>> class Decay(NamedTuple):
+    ...     rate: float
+    >>> @rates.for_type(Decay)
+    ... @kernel
+    ... def decay_rates(p, t, y, mode, dy):
+    ...     dy[0] = -p.rate * y[0]
+    ...     return True
+    >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
+    >>> orbit = periodic_orbit(p, None, y, mode, np.array([1.0]), Accuracy(1e-9, 0.1, np.ones(1)))
+    >>> orbit.converged, orbit.period, round(float(orbit.y[0]), 7)
+    (True, 1, 0.0)
     """
     drive = Drive(p, tables, breakpoints, accuracy)
     found = _from_known(drive, known, tolerance) if known else None
