@@ -251,7 +251,7 @@ def exergy_ledger(run: "SteadyRun", friction_work: float) -> dict[str, float]:
     terms = {name: float(run.exergy_end[SIZE + number]) for name, (number, _) in (ENTERS | LEAVES).items()}
     work = float(engine_ledger(run.exergy_end).work)
     works = (
-        stored_exergy(run.p, 0.0, run.exergy_end) - stored_exergy(run.p, 0.0, run.start),
+        stored_exergy(run.cycle, 0.0, run.exergy_end) - stored_exergy(run.cycle, 0.0, run.start),
         work,
         friction_work,
         work - friction_work,
@@ -309,4 +309,4 @@ def exergy_closure(run: "SteadyRun", terms: dict[str, float]) -> float:
     """
     enters, leaves = (sum(terms[name] for name in names) for names in (ENTERS, LEAVES))
     unaccounted = enters - leaves - terms["stored"] - terms["indicated_work"]
-    return closure_of(unaccounted, exergy_entering(terms), stored_exergy(run.p, 0.0, run.start))
+    return closure_of(unaccounted, exergy_entering(terms), stored_exergy(run.cycle, 0.0, run.start))

@@ -141,7 +141,7 @@ def valve_angles(machine: Machine, run: SteadyRun) -> dict[str, float]:
     >>> round(angles["valve_open_deg"], 6), round(angles["valve_close_deg"], 6)
     (-5.0, 70.0)
     """
-    p, log = run.p, run.log
+    p, log = run.cycle, run.log
     table = area_table(machine.groove, machine.valve.stroke)
     if p.engine.intake == CAM:
         return _angles(*cam_angles(machine.engine.cam, lap_of(table))) | _no_strokes()
@@ -188,7 +188,7 @@ def valve_motion(machine: Machine, run: SteadyRun) -> tuple[Stroke, Stroke, floa
     >>> print(round(opened * 1e3, 1), "ms,", round(shut * 1e3, 1), "ms")
     6.7 ms, 23.6 ms
     """
-    p, log = run.p, run.log
+    p, log = run.cycle, run.log
     table = area_table(machine.groove, machine.valve.stroke)
     period = TURN / p.speed
     doubled = np.concatenate((log, log))
@@ -264,10 +264,10 @@ def peak_pressure(run: SteadyRun) -> float:
     >>> print(round(peak_pressure(run) / 1e6, 3), "MPa")
     0.847 MPa
     """
-    gas, log = run.p.actuator.gas, run.log
+    gas, log = run.cycle.actuator.gas, run.log
     pressures = []
     for row in log:
-        volume, _ = cylinder_volume(run.p.crank, run.p.start + run.p.speed * row[0])
+        volume, _ = cylinder_volume(run.cycle.crank, run.cycle.start + run.cycle.speed * row[0])
         pressures.append(chamber_state(gas, *cylinder_gas(row[LOG_HEAD:]), volume)[0])
     return max(pressures)
 
@@ -295,7 +295,7 @@ def receiver_range(run: SteadyRun) -> float:
     >>> print(round(receiver_range(run) / 1e3, 1), "kPa")
     84.3 kPa
     """
-    p = run.p
+    p = run.cycle
     if p.receiver_volume == 0.0:
         return 0.0
     pressures = [receiver_state(p, row[LOG_HEAD:])[0] for row in (*run.log, *run.extrema)]
@@ -323,7 +323,7 @@ def lowest_temperature(run: SteadyRun) -> float:
     >>> print(round(lowest_temperature(run), 1), "K")
     158.1 K
     """
-    gas = run.p.actuator.gas
+    gas = run.cycle.actuator.gas
     gases = [cylinder_gas(row[LOG_HEAD:]) for row in (*run.log, *run.extrema)]
     return temperature_of(gas, min(energy / mass for mass, energy in gases))
 
@@ -352,10 +352,10 @@ def exhaust_temperature(run: SteadyRun) -> float:
     >>> print(round(exhaust_temperature(run), 1), "K")
     223.2 K
     """
-    gas, air = run.p.actuator.gas, engine_ledger(run.end)
+    gas, air = run.cycle.actuator.gas, engine_ledger(run.end)
     back = air.exhaust_back
     mass = air.exhausted + back
-    energy = air.exhausted_enthalpy + back * enthalpy(gas, run.p.actuator.ambient.temperature)
+    energy = air.exhausted_enthalpy + back * enthalpy(gas, run.cycle.actuator.ambient.temperature)
     return temperature_at_enthalpy(gas, energy / mass) if mass > 0.0 else nan
 
 
@@ -384,8 +384,8 @@ def friction_pressure(run: SteadyRun, peak: float) -> float:
     >>> print(round(friction_pressure(run, 10e5) / 1e3, 1), "kPa")
     68.0 kPa
     """
-    engine = run.p.engine
-    return friction_mean_effective_pressure(engine.friction, peak, mean_piston_speed(engine.stroke, run.p.speed))
+    engine = run.cycle.engine
+    return friction_mean_effective_pressure(engine.friction, peak, mean_piston_speed(engine.stroke, run.cycle.speed))
 
 
 def closure(run: SteadyRun) -> tuple[float, float]:
@@ -412,7 +412,7 @@ def closure(run: SteadyRun) -> tuple[float, float]:
     >>> bool(max(closure(run)) < 1e-10)
     True
     """
-    p, control, engine = run.p, control_ledger(run.end), engine_ledger(run.end)
+    p, control, engine = run.cycle, control_ledger(run.end), engine_ledger(run.end)
     mass_in, energy_in = engine.pipe_fed, engine.pipe_fed_enthalpy
     if p.receiver_volume > 0.0:
         mass_in, energy_in = engine.fed, engine.fed_enthalpy
@@ -463,7 +463,7 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     >>> print(round(values["speed_rpm"], 1), "r/min,", round(values["indicated_torque_Nm"], 1), "N m")
     954.9 r/min, 37.9 N m
     """
-    p, orbit = run.p, run.orbit
+    p, orbit = run.cycle, run.orbit
     ledger, control = engine_ledger(run.end), control_ledger(run.end)
     gas, ambient, supply = p.actuator.gas, machine.ambient, machine.supply
     turns = p.speed / TURN

@@ -21,7 +21,7 @@ from apesim.valve.piston import HELD_CLOSED
 class SteadyRun(NamedTuple):
     """Last cycle of a march to the periodic state."""
 
-    p: Cycle
+    cycle: Cycle
     """Machine at its speed, as numbers for the kernels."""
     orbit: Orbit
     """Periodic state, and how it was found."""

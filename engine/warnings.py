@@ -111,7 +111,7 @@ def judge_point(machine: Machine, run: SteadyRun, values: dict[str, Any]) -> dic
             "more than isentropic work: heat from the walls, or air from outside, adds to it"
         )
     hottest = float(run.trace[:, TEMPERATURE].max())
-    if run.p.actuator.gas.perfect and hottest > CP_UP_TO:
+    if run.cycle.actuator.gas.perfect and hottest > CP_UP_TO:
         warnings[EngineWarning.BEYOND_CP] = (
             f"the cylinder comes to {hottest:.0f} K, beyond the {CP_UP_TO:g} K up to which cp(T) holds"
         )
@@ -132,12 +132,12 @@ def _judge_orbit(orbit: Orbit) -> dict[EngineWarning, str]:
 def _judge_valve(machine: Machine, run: SteadyRun) -> dict[EngineWarning, str]:
     """Find what a user should know of the valve's strokes and of its control air."""
     warnings: dict[EngineWarning, str] = {}
-    actuator, travel = run.p.actuator, valve_travel(machine, run)
+    actuator, travel = run.cycle.actuator, valve_travel(machine, run)
     if travel != Travel.COMPLETE:
         stroke = actuator.valve.stroke
         lifts = stroke - run.log[:, LOG_HEAD]
         warnings[EngineWarning[travel.name]] = travel_text(travel, stroke, lifts.min(), lifts.max())
-    control, _ = run.p.supply if run.p.control_from_receiver else run.p.control
+    control, _ = run.cycle.supply if run.cycle.control_from_receiver else run.cycle.control
     if control < actuator.vent_pressure:
         warnings[EngineWarning.CONTROL_BELOW_AMBIENT] = control_text(control, actuator.vent_pressure)
     return warnings

@@ -32,7 +32,7 @@ def constant_speed_lift(machine, run, opens, closes):
         Crank angle [rad] and lift [m].
     """
     lap = lap_of(area_table(machine.groove, machine.valve.stroke))
-    angle = run.p.start + run.p.speed * run.log[:, 0]
+    angle = run.cycle.start + run.cycle.speed * run.log[:, 0]
     angle, lift = np.concatenate((angle, angle + TURN)), np.tile(machine.valve.stroke - run.log[:, LOG_HEAD], 2)
     opened = (opens < angle) & (angle < closes)
     peak = lift[opened].max()
@@ -59,13 +59,13 @@ def lift_curve_of(machine, run):
     (n, 2) float array
         Crank angle [rad] and lift [m]; that of the first and the last row is taken as zero.
     """
-    located = run.p.start + run.p.speed * run.log[:, 0]
+    located = run.cycle.start + run.cycle.speed * run.log[:, 0]
     angles = np.concatenate((run.angles[:-1], located))
     lifts = np.concatenate((run.trace[:-1, LIFT], machine.valve.stroke - run.log[:, LOG_HEAD]))
-    angles, first = np.unique((angles - run.p.start) % TURN, return_index=True)
+    angles, first = np.unique((angles - run.cycle.start) % TURN, return_index=True)
     lifts = np.clip(lifts[first], 0.0, machine.valve.stroke)
     lowest = int(np.argmin(lifts))
-    angles = np.concatenate((angles[lowest:], angles[: lowest + 1] + TURN)) + run.p.start
+    angles = np.concatenate((angles[lowest:], angles[: lowest + 1] + TURN)) + run.cycle.start
     lifts = np.concatenate((lifts[lowest:], lifts[: lowest + 1]))
     lifts[[0, -1]] = 0.0
     return np.column_stack((angles, lifts))

@@ -155,7 +155,7 @@ def lateness_of(machine, run, values):
         ("opening", opening, values["valve_open_deg"], command.open_target, command.energise),
         ("closing", closing, values["valve_close_deg"], command.close_target, command.release),
     ):
-        delay, advance = measured.delay * run.p.speed / DEGREE, (target - edge) / DEGREE
+        delay, advance = measured.delay * run.cycle.speed / DEGREE, (target - edge) / DEGREE
         lateness = true_angle - target / DEGREE
         parts = (lateness, delay, lateness + advance - delay, advance, measured.delay)
         found |= {f"{stroke}_{name}": part for name, part in zip(LATENESS, parts, strict=True)}
@@ -164,7 +164,7 @@ def lateness_of(machine, run, values):
 
 def acts_on_intake(run):
     """Whether the control air is drawn from a receiver, and so lowers the pressure before the groove."""
-    return run.p.control_from_receiver and run.p.receiver_volume > 0.0
+    return run.cycle.control_from_receiver and run.cycle.receiver_volume > 0.0
 
 
 def outcome_of(machine, run, values):
@@ -221,7 +221,7 @@ def cycle_to_cycle(machine, run):
 
     In a periodic state it is the solver's error.
     """
-    drive = Drive(*cycle_of(machine, run.p.speed), accuracy_at(run.p, run.tolerance))
+    drive = Drive(*cycle_of(machine, run.cycle.speed), accuracy_at(run.cycle, run.tolerance))
     y, mode = run.orbit.y, run.orbit.mode
     torques = []
     for _ in range(CYCLES):

@@ -175,7 +175,7 @@ class _EngineRun:
         if not self.failed:
             self.marks = _engine_marks(self.machine, run)
             control, engine = control_ledger(run.end), engine_ledger(run.end)
-            brake = engine.work - friction_pressure(run, peak_pressure(run)) * swept_volume(run.p.engine)
+            brake = engine.work - friction_pressure(run, peak_pressure(run)) * swept_volume(run.cycle.engine)
             means = {"torque": brake / TURN, "air_flow": (engine.groove + control.supplied) / period}
             shown |= {name: means[name] for name in MEANS if name in shown}
         return shown
@@ -195,7 +195,7 @@ def _marks(opening, closing, release):
 
 def _engine_marks(machine, run):
     """See `Prediction.marks`."""
-    p, command = run.p, machine.command
+    p, command = run.cycle, machine.command
     release = (command.release - command.energise) / p.speed
     if p.engine.intake == EPV:
         opening, closing, opens, closes = valve_motion(machine, run)

@@ -27,7 +27,7 @@ def column(run, name):
 
 def network(run, supply_temperature):
     """Pressure [Pa] and temperature [K] of the reactor at the angles of the run's trace."""
-    p, speed = run.p, run.p.speed
+    p, speed = run.cycle, run.cycle.speed
     times = (run.angles - p.start) / speed
     ambient = p.actuator.ambient
     pressure, temperature = column(run, "cylinder_pressure"), column(run, "cylinder_temperature")

@@ -105,7 +105,7 @@ def test_a_sweep_is_refused_for_all_that_is_wrong_with_it(tmp_path):
 
 def test_a_whole_number_is_a_speed_as_well_and_compiles_nothing_anew():
     run = apesim.run_steady(Machine(), 100, max_cycles=1)
-    assert type(run.p.speed) is float
+    assert type(run.cycle.speed) is float
 
 
 # --- effects that nothing computes ---

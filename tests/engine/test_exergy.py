@@ -157,7 +157,7 @@ def test_terms_are_those_of_the_trace():
     run = settled(a_machine, 1000.0, angle_step=0.05 * DEGREE)
     found = indicators(a_machine, run)
     column = {name.split(" [")[0]: run.trace[:, i] for i, name in enumerate(TRACE)}
-    time = (run.angles - run.p.start) / run.p.speed
+    time = (run.angles - run.cycle.start) / run.cycle.speed
     pressure, temperature = column["cylinder_pressure"], column["cylinder_temperature"]
     into, out = column["groove_flow"], column["exhaust_flow"]
     supply, ambient = a_machine.supply, 293.15

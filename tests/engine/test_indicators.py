@@ -63,7 +63,7 @@ def test_brake_is_indicated_less_chen_and_flynn_at_the_peak_pressure(point):
 
 def test_air_is_what_flows_through_the_groove_net_of_back_flow(point):
     _, run, found = point
-    time = (run.angles - run.p.start) / run.p.speed
+    time = (run.angles - run.cycle.start) / run.cycle.speed
     groove, exhaust = columns(run)["groove_flow"], columns(run)["exhaust_flow"]
     assert found["engine_air_kg_per_cycle"] == pytest.approx(np.trapezoid(groove, time), rel=QUADRATURE)
     back = np.trapezoid(np.maximum(0.0, -groove), time)
@@ -123,7 +123,7 @@ def test_exergy_efficiency_is_brake_work_over_flow_exergy_against_the_ambient(po
 
 def test_lowest_temperature_and_that_of_the_mixed_exhaust_are_those_of_the_trace(point):
     _, run, found = point
-    time, column = (run.angles - run.p.start) / run.p.speed, columns(run)
+    time, column = (run.angles - run.cycle.start) / run.cycle.speed, columns(run)
     temperature, out = column["cylinder_temperature"], np.maximum(0.0, column["exhaust_flow"])
     mixed = np.trapezoid(out * temperature, time) / np.trapezoid(out, time)
     assert found["exhaust_temperature_K"] == pytest.approx(mixed, rel=QUADRATURE)

@@ -182,19 +182,19 @@ def traced(request):
 
 
 def over_time(run, column):
-    return np.trapezoid(column, (run.angles - run.p.start) / run.p.speed)
+    return np.trapezoid(column, (run.angles - run.cycle.start) / run.cycle.speed)
 
 
 def test_torque_is_the_pressure_above_ambient_on_the_volume_s_slope(traced):
     run, column = traced
-    slope = np.array([cylinder_volume(run.p.crank, angle)[1] for angle in run.angles])
+    slope = np.array([cylinder_volume(run.cycle.crank, angle)[1] for angle in run.angles])
     assert column["torque"] == pytest.approx((column["cylinder_pressure"] - AMBIENT) * slope, rel=1e-12, abs=1e-9)
 
 
 def test_torque_and_flows_integrate_to_the_ledger(traced):
     """Trapezia of 0.05 degrees: an error of second order, and of a jump of the ideal valve half a step of its flow."""
     run, column = traced
-    jump = column["groove_flow"].max() * FINE / run.p.speed if run.p.engine.intake == 2 else 0.0
+    jump = column["groove_flow"].max() * FINE / run.cycle.speed if run.cycle.engine.intake == 2 else 0.0
     assert np.trapezoid(column["torque"], run.angles) == pytest.approx(engine_ledger(run.end).work, rel=1e-4)
     assert over_time(run, column["groove_flow"]) == pytest.approx(engine_ledger(run.end).groove, rel=1e-4, abs=jump)
     assert over_time(run, column["exhaust_flow"]) == pytest.approx(engine_ledger(run.end).exhausted, rel=1e-4)
@@ -206,10 +206,10 @@ def test_pressure_temperature_and_volume_hold_the_cylinder_s_gas(traced):
     mass = column["cylinder_pressure"] * column["cylinder_volume"] / (R * column["cylinder_temperature"])
     assert mass[0] == pytest.approx(run.start[CYLINDER], rel=1e-12)
     net = column["groove_flow"] - column["exhaust_flow"]
-    steps = 0.5 * (net[1:] + net[:-1]) * FINE / run.p.speed
-    jump = 2.0 * abs(net).max() * FINE / run.p.speed
+    steps = 0.5 * (net[1:] + net[:-1]) * FINE / run.cycle.speed
+    jump = 2.0 * abs(net).max() * FINE / run.cycle.speed
     assert mass == pytest.approx(mass[0] + np.append(0.0, np.cumsum(steps)), abs=jump)
-    volumes = [cylinder_volume(run.p.crank, angle)[0] for angle in run.angles]
+    volumes = [cylinder_volume(run.cycle.crank, angle)[0] for angle in run.angles]
     assert column["cylinder_volume"] == pytest.approx(volumes, rel=1e-12)
 
 
@@ -222,10 +222,10 @@ def test_the_trace_begins_where_it_ends(traced):
 
 def test_velocity_is_the_slope_of_the_lift(traced):
     run, column = traced
-    if run.p.engine.intake != 0:
+    if run.cycle.engine.intake != 0:
         assert np.isnan(column["velocity"]).all()
         return
-    step = FINE / run.p.speed
+    step = FINE / run.cycle.speed
     slope = (column["lift"][2:] - column["lift"][:-2]) / (2.0 * step)
     contacts = np.abs(np.diff(column["velocity"], 2)) > 0.1
     near_contact = np.convolve(contacts, np.ones(5), "same") > 0.0

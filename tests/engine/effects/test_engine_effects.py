@@ -115,7 +115,7 @@ def test_constant_wall_heat_is_the_integral_over_the_trace_and_adds_work():
     column = {name.split(" [")[0]: run.trace[:, i] for i, name in enumerate(TRACE)}
     area = 2.0 * PISTON + 4.0 * column["cylinder_volume"] / 0.085
     rate = h * area * (wall - column["cylinder_temperature"])
-    heat = np.trapezoid(rate, run.angles) / run.p.speed
+    heat = np.trapezoid(rate, run.angles) / run.cycle.speed
     assert control_ledger(run.end).other_energy == pytest.approx(heat, rel=1e-5)
     assert heat > 0.0
     assert adiabatic.end[-1] < run.end[-1] < adiabatic.end[-1] + heat

@@ -83,7 +83,7 @@ def test_an_advance_of_more_than_a_turn_is_told_from_one_of_less():
     # 365 deg at 12000 r/min are 5.07 ms; 5 deg would be 0.07 ms, within the dead time of the solenoids.
     timing = corrected(machine(), 12000.0 * RPM)
     assert timing.reachable
-    assert timing.advance / timing.run.p.speed > machine().valve.solenoid.dead_time
+    assert timing.advance / timing.run.cycle.speed > machine().valve.solenoid.dead_time
     assert TURN < timing.advance < 1.5 * TURN
 
 
