@@ -12,52 +12,71 @@ from typing import NamedTuple
 import numpy as np
 
 LAG_STEP = 1e-5
-"""Between the instants at which a lagging sensor is followed [s]."""
+"""Time between the instants at which a lagging sensor is followed [s]; chosen, below the time between two samples."""
 LAG_MEMORY = 25.0
-"""Time constants after which a lag has forgotten what was before."""
+"""Time constants after which a lag has forgotten what was before: exp(-25) is 1.4e-11."""
 
 
 class Reading(NamedTuple):
-    """A run as sensors see it."""
+    """Run as sensors see it."""
 
     at: Callable
-    """From (n,) times [s] to a dict of channels: (n,) arrays, and numbers for means; SI."""
+    """Function from (n,) times [s] to a dict of channels: (n,) arrays, and numbers for means; SI."""
     speed: float = nan
-    """Of an engine's crank, as recorded [rad/s]; NaN on a valve's bench, whose record stands over time."""
+    """Speed of an engine's crank, as recorded [rad/s]; NaN on a valve's bench, whose record stands over time."""
     start: float = nan
-    """Its recorded crank angle at time 0 [rad]."""
+    """Recorded crank angle at time 0 [rad]."""
 
 
-def moved(reading, instants):
-    """A reading whose records are taken at other times.
+def moved(reading: Reading, instants: Callable[[np.ndarray], np.ndarray]) -> Reading:
+    """Return a reading whose records are taken at other times.
 
     Parameters
     ----------
     reading : Reading
+        What the sensors show.
     instants : callable
-        From recorded times to those at which the recorded happened, (n,) arrays [s].
+        Function from recorded times to those at which the recorded happened, (n,) arrays [s].
 
     Returns
     -------
     Reading
+        What sensors with another clock show.
+
+    Examples
+    --------
+    >>> reading = Reading(at=lambda times: {"lift": 2.0 * times})
+    >>> moved(reading, lambda times: times - 1.0).at(np.array([3.0]))["lift"].tolist()
+    [4.0]
     """
     return reading._replace(at=lambda times: reading.at(instants(times)))
 
 
-def lagging(reading, names, lag):
-    """A reading whose channels of some names lag: ``lag dy/dt = x - y``.
+def lagging(reading: Reading, names: Callable[[str], bool], lag: float) -> Reading:
+    """Return a reading some of whose channels lag, ``lag dy/dt = x - y``.
 
     Parameters
     ----------
     reading : Reading
+        What the sensors show.
     names : callable
-        Whether a channel's name is one of them.
+        Function from the name of a channel to whether it lags.
     lag : float
         Time constant [s].
 
     Returns
     -------
     Reading
+        What lagging sensors show.
+
+    Examples
+    --------
+    A ramp is recorded one time constant late:
+
+    >>> reading = Reading(at=lambda times: {"lift": times})
+    >>> late = lagging(reading, lambda name: name == "lift", 1e-3).at(np.array([0.1]))
+    >>> late["lift"].round(9).tolist()
+    [0.099]
     """
 
     def at(times):
@@ -80,41 +99,60 @@ def lagging(reading, names, lag):
     return reading._replace(at=at)
 
 
-def followed(values, lag):
-    """What lags a signal that is linear between its instants, `LAG_STEP` apart, and had rested before the first.
+def followed(values: np.ndarray, lag: float) -> np.ndarray:
+    """Return what lags a signal that is linear between its instants, `LAG_STEP` apart, and had rested before the first.
 
     Parameters
     ----------
     values : (n,) float array
+        Signal.
     lag : float
         Time constant [s].
 
     Returns
     -------
     (n,) float array
+        Lagging signal.
+
+    Examples
+    --------
+    A step within 0.01 ms, seen by a time constant of 0.01 ms: 1 - (1 - exp(-1)) = exp(-1)
+
+    >>> followed(np.array([0.0, 1.0]), 1e-5).round(4).tolist()
+    [0.0, 0.3679]
     """
     kept, rise = float(np.exp(-LAG_STEP / lag)), values - values[0]
     drive = stepped(0.0, rise[:-1], rise[1:], LAG_STEP, lag)
     return values[0] + np.array(list(accumulate(drive.tolist(), lambda y, x: kept * y + x, initial=0.0)))
 
 
-def stepped(y, first, last, time, lag):
-    """What lags a signal at the end of a straight stretch.
+def stepped(
+    y: np.ndarray | float, first: np.ndarray, last: np.ndarray, time: np.ndarray | float, lag: float
+) -> np.ndarray:
+    """Return what lags a signal at the end of a straight stretch, the exact solution of ``lag dy/dt = x - y``.
 
     Parameters
     ----------
     y : (n,) float array or float
-        The lagging at its beginning.
+        Lagging signal at the beginning of the stretch.
     first, last : (n,) float array
-        The signal at its ends.
+        Signal at the ends of the stretch.
     time : (n,) float array or float
-        That it takes [s].
+        Length of the stretch [s].
     lag : float
         Time constant [s].
 
     Returns
     -------
     (n,) float array
+        Lagging signal at the end of the stretch.
+
+    Examples
+    --------
+    A constant signal is approached by 1 - exp(-1) in one time constant:
+
+    >>> stepped(0.0, np.array([1.0]), np.array([1.0]), 1e-3, 1e-3).round(4).tolist()
+    [0.6321]
     """
     behind = (last - first) * np.where(time > 0.0, lag / np.maximum(time, 1e-300), 0.0)  # of a ramp
     return last - behind + (y - first + behind) * np.exp(-time / lag)

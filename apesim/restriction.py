@@ -318,10 +318,14 @@ def flow_between(
         Working gas, as the kernels know it.
     area : float
         Effective area S [m2].
-    pressure_1, pressure_2 : float
-        Pressures on both sides [Pa abs].
-    temperature_1, temperature_2 : float
-        Temperatures on both sides [K].
+    pressure_1 : float
+        Pressure on side 1 [Pa abs].
+    temperature_1 : float
+        Temperature on side 1 [K].
+    pressure_2 : float
+        Pressure on side 2 [Pa abs].
+    temperature_2 : float
+        Temperature on side 2 [K].
 
     Returns
     -------

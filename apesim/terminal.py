@@ -4,18 +4,25 @@ A terminal obeys what it is sent: a control character in a stranger's file could
 """
 
 
-def visible(text, keep=""):
-    r"""A text whose characters that do not print stand as escapes, e.g. ``\x1b``.
+def visible(text: str, keep: str = "") -> str:
+    r"""Return a text whose characters that do not print stand as escapes.
 
     Parameters
     ----------
     text : str
+        Text of a stranger.
     keep : str
         Characters that stay as they are, e.g. line breaks where they are the text's own.
 
     Returns
     -------
     str
+        Text that a terminal may be sent.
+
+    Examples
+    --------
+    >>> print(visible("red: " + chr(27) + "[31m"))
+    red: \x1b[31m
     """
     if text.isprintable():
         return text

@@ -19,7 +19,7 @@ COMMAND_LINE = "command line"
 LAYOUT = "\n\t"
 """Characters of control that are ours; all others in what is shown come from files."""
 PATIENCE = 1.0
-"""For which nothing is told of what is at work [s]."""
+"""Time before anything is told of what is at work [s]."""
 COMPILING = "compiling the model for this processor: once, some fifteen seconds"
 
 
@@ -68,7 +68,7 @@ class Console:
 
     @contextlib.contextmanager
     def stages(self, what):
-        """The same of work in stages; yields ``report(stage, done, total)``."""
+        """Progress of work in stages; yields ``report(stage, done, total)``."""
         if self.quiet or not sys.stderr.isatty():
             yield lambda stage, done, total: None
             return

@@ -1,4 +1,4 @@
-"""Where results go: nothing that is there is lost unasked."""
+"""Output of results: nothing that is there is lost unasked."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""Where results are computed: versions of all that computes, the commit of a checkout, the processor."""
+"""Surroundings of a computation: versions of all that computes, the commit of a checkout, the processor."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ GIT_SECONDS = 5.0
 
 
 def surroundings() -> dict[str, str]:
-    """Where and when a result is computed, for its provenance; nothing that names a user, a folder or a computer.
+    """Return where and when a result is computed; nothing that names a user, a folder or a computer.
 
     Returns
     -------

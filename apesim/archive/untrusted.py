@@ -166,8 +166,10 @@ def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SI
 
 
 def _inspect(dataset: h5d.DatasetID) -> tuple[str, int]:
-    """What is unsafe about a dataset ("" if nothing), and its size in memory; the extent is asked for last,
-    because asking a virtual dataset opens its sources."""
+    """What is unsafe about a dataset ("" if nothing), and its size in memory.
+
+    The extent is asked for last, because asking a virtual dataset opens its sources.
+    """
     creation = dataset.get_create_plist()
     if creation.get_external_count():
         return "is stored in another file", 0

@@ -47,7 +47,7 @@ EVENTS = 16
 BREAKPOINT, ZERO_CROSSING = -1, 100
 """Codes in the log: the end of a smooth stretch; zero crossing number n is ZERO_CROSSING + n."""
 MAX_STEPS = 2_000_000
-"""Largest number of steps of a march, accepted and rejected; chosen, as a march that needs more does not end in useful time."""
+"""Largest number of steps of a march, accepted and rejected; chosen, as a march that needs more takes too long."""
 MAX_EVENTS = 2000
 """Largest number of events of a march; more are chatter."""
 MAX_SHORT_STEPS = 20_000

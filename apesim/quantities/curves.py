@@ -16,7 +16,7 @@ NO_CURVE = np.empty((0, 2))
 """A curve that is not given."""
 
 MAX_POINTS = 100_000
-"""Of a curve, a range or a list."""
+"""Largest number of points of a curve, a range or a list; far more than a kernel's table needs."""
 
 
 @dataclass(frozen=True)

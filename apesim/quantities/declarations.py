@@ -20,7 +20,7 @@ SLIPS = (
 MAX_SLIP = 60
 """Characters of a text in which a slip is looked for: a longer one is no quantity."""
 ROUNDING = 1e-12
-"""By which a value computed in SI may miss an end of its range, relative."""
+"""Relative error by which a value computed in SI may miss an end of its range."""
 
 
 class Declaration:

@@ -69,7 +69,7 @@ EXERGY = {
         ("receiver_mixing", "cylinder_mixing", "leaks", "heat_transfer", "wall_heat", "stored"),
     ),
 }
-"""Where the exergy of a cycle comes from and where it goes: what it is, and its terms of `apesim.engine.exergy`."""
+"""Sources and sinks of a cycle's exergy: what it is, and its terms of `apesim.engine.exergy`."""
 ENTERS = ("engine_air", "control_air")
 """Those of `EXERGY` that come in; they are the sum of the others."""
 LATENESS = {

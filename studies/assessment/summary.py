@@ -128,7 +128,7 @@ def tables_of(archive: Archive) -> list[Table]:
 
 
 def exergy_tables(v: dict[str, np.ndarray]) -> list[Table]:
-    """Where the exergy of a cycle goes with the ideal and with the real valve.
+    """Tabulate where the exergy of a cycle goes with the ideal and with the real valve.
 
     Parameters
     ----------

@@ -40,13 +40,13 @@ class AreaFit(NamedTuple):
     half_band: np.ndarray
     """Half the width of the point-wise 95 % band [m2], shape (j,)."""
     covariance: np.ndarray
-    """Of the estimate under the noise [m4], shape (j, j)."""
+    """Covariance of the estimate under the noise [m4], shape (j, j)."""
     noise: np.ndarray
     """Standard deviation of each test [Pa]."""
     pressures: list
     """Fitted, at the samples of each test [Pa abs]."""
     rate: float
-    """Of the random walk before the valve is open [m4/s]."""
+    """Rate of the random walk before the valve is open [m4/s]."""
 
 
 def integrals(times, knots):

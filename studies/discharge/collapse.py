@@ -11,7 +11,7 @@ class Collapse(NamedTuple):
     """How well the curves of several tests fall on one another, where all of them tell."""
 
     rms: float
-    """Of the deviations from their mean, over the full area."""
+    """Root mean square of the deviations from their mean, over the full area."""
     largest_spread: float
     """Between the highest and the lowest, over the full area."""
     expected_spread: float

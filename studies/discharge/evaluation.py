@@ -25,9 +25,9 @@ class Discharge(NamedTuple):
     records: list
     """The tests as fitted, `Record`: down to `MIN_RATIO`, long ones averaged to at most `MAX_SAMPLES`."""
     noise: list
-    """Of single samples before the valve is switched, by test [Pa]."""
+    """Standard deviation of single samples before the valve is switched, by test [Pa]."""
     fits: list
-    """Of each test alone, `AreaFit`."""
+    """Fit of each test alone, `AreaFit`."""
     ends: list
     """Until when each test tells [s]."""
     pooled: AreaFit

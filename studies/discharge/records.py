@@ -18,7 +18,7 @@ COLUMNS = {"time": "ms", "pressure": "kPa abs"}
 FEWEST_BEFORE, FEWEST_AFTER = 10, 20
 MAX_SAMPLES = 4000
 MIN_RATIO = 1.1
-"""Of the pressure to the ambient one, below which a test tells nothing: an error of its zero weighs too much."""
+"""Ratio of the pressure to the ambient one, below which a test tells nothing: an error of its zero weighs too much."""
 
 
 class Record(NamedTuple):

@@ -78,6 +78,6 @@ def elsewhere(base, work):
 
 
 def _descended(problem, x):
-    """Where a descent from x ends, and how many simulations it takes."""
+    """End of a descent from x, and how many simulations it takes."""
     own = problem.with_parameters(problem.parameters)
     return descend(own, x), own.simulations

@@ -12,18 +12,18 @@ CONVERGED = 0.02
 FORESEEN = 0.5, 1.5
 """Fall over that promised, beyond which sensitivities are taken anew."""
 CREEPING = 0.25
-"""The same for a promise over that of the step before: sensitivities gone stale keep small promises, and hide large
+"""Share of a promise over that of the step before: sensitivities gone stale keep small promises, and hide large
 ones."""
 UNDAMPED = 1e-5
 """Damping below which a promise is not one that damping shortens."""
 DAMPING_FELT = 1e-2
 """Share of a sensitivity's square from which damping shortens a step."""
 BENT = 0.3
-"""The same where no damped step keeps its promise, as a contact bends the data."""
+"""Share of a promise that counts as kept where no damped step keeps its promise, as a contact bends the data."""
 
 
 class Fitted(NamedTuple):
-    """Where a fit came to."""
+    """Result of a fit."""
 
     x: np.ndarray
     """(p,)"""
@@ -46,7 +46,7 @@ class Fitted(NamedTuple):
 
     @property
     def covariance(self):
-        """Of the parameters, (p, p)."""
+        """Covariance of the parameters, (p, p)."""
         return np.linalg.pinv(self.jacobian.T @ self.jacobian)
 
 

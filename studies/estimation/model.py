@@ -28,7 +28,7 @@ class Model(NamedTuple):
 
     @property
     def names(self):
-        """Of the candidates, or of the nuisance released."""
+        """Names of the candidates, or of the nuisance released."""
         return (self.released,) if self.released else tuple(candidate.name for candidate in self.candidates)
 
     @property
@@ -51,7 +51,7 @@ class Model(NamedTuple):
         ]
 
     def own(self, number):
-        """Where the parameters of one of its candidates are, x."""
+        """Values x of the parameters of one of its candidates."""
         first = len(self.fitted.x) - self.added
         first += sum(len(candidate.parameters) for candidate in self.candidates[:number])
         return self.fitted.x[first : first + len(self.candidates[number].parameters)]

@@ -18,9 +18,9 @@ class Parameter(NamedTuple):
     """
 
     key: str
-    """Of the machine, e.g. "effects.coulomb_friction.force"."""
+    """Key of the machine, e.g. "effects.coulomb_friction.force"."""
     scale: float
-    """Of x: the standard deviation of a prior, or the larger end of an effect's range [SI]."""
+    """Scale of x: the standard deviation of a prior, or the larger end of an effect's range [SI]."""
     low: float
     """Least x."""
     high: float

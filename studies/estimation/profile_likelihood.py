@@ -9,13 +9,13 @@ import numpy as np
 DEVIATIONS = 1.959964
 """Half the width of a 95 % interval, in standard deviations."""
 SHARP = 0.01
-"""Of half an interval: where its end is sought no further."""
+"""Share of half an interval at which its end is sought no further."""
 CLOSE = 0.01
 """Deviations from those of an end, within which a point is the end."""
 BETTER = 0.05
 """Fall of the sum of squares from which a point counts as better than the optimum."""
 MAX_POINTS = 20
-"""Of a profile on one side."""
+"""Largest number of points of a profile on one side."""
 NEAR_NOTHING = 1e-3
 """Scaled parameter, up to which it does not change as a power of another."""
 FACTOR = 1.5
@@ -28,11 +28,11 @@ class Likelihood(NamedTuple):
     """A sum of squares around its least, as far as a profile needs it."""
 
     best: np.ndarray
-    """Where it is least, (p,)."""
+    """Parameters at which the cost is lowest, (p,)."""
     cost: float
     """Sum of squares there."""
     covariance: np.ndarray
-    """Of the parameters, by the curvature there, (p, p)."""
+    """Covariance of the parameters, by the curvature there, (p, p)."""
     bounds: np.ndarray
     """Least and largest parameters, (2, p)."""
     hold: Any

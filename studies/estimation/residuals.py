@@ -12,7 +12,7 @@ from apesim.studies.estimation.parameters import put
 from apesim.studies.measured.prediction import predict, run_of, start_of
 
 STEP = 0.01
-"""Of the first finite difference, in units of x."""
+"""Step of the first finite difference, in units of x."""
 CHANGE = 1.5
 """Standard deviations that a finite difference aims at: with more, contacts that pass from one sample to the next bend
 the data, with less the march's own error is seen."""
@@ -29,7 +29,7 @@ class Block(NamedTuple):
     """One channel of one run."""
 
     number: int
-    """Of the run."""
+    """Number of the run."""
     run: object
     """`apesim.studies.measured.MeasuredRun`"""
     sensor: str
@@ -102,7 +102,7 @@ class Problem:
         return self.__dict__ | {"_memory": {}}
 
     def with_parameters(self, parameters):
-        """The same runs with other parameters; those that are the same keep their steps."""
+        """Return these runs with other parameters; parameters that stay keep their steps."""
         other = Problem(self.machine, self.runs, parameters, self.noise)
         other.go_on_from(self)
         return other
@@ -114,7 +114,7 @@ class Problem:
         self.steps = np.array([known.get(p.key, STEP) for p in self.parameters])
 
     def on(self, runs):
-        """The same parameters on other runs."""
+        """Return these parameters on other runs."""
         return Problem(self.machine, runs, self.parameters, self.noise)
 
     def parted(self, whole):
@@ -127,7 +127,7 @@ class Problem:
         return [whole[rows] for rows in self.rows()]
 
     def rows(self):
-        """Where each block stands in such an array, a slice each."""
+        """Place of each block in such an array, a slice each."""
         ends = accumulate((len(block.values) for block in self.blocks), initial=0)
         return [slice(*pair) for pair in pairwise(ends)]
 

@@ -1,4 +1,4 @@
-"""Where work is done: on a cluster of dask.distributed.
+"""Cluster that work is done on, a cluster of dask.distributed.
 
 Whoever reaches a scheduler can run any code on its workers and here: keep it on the loopback address, or behind TLS.
 """
@@ -13,7 +13,7 @@ from apesim.quantities import Culprit, InputError
 DASK = "--dask"
 ADDRESS = r"(tcp|tls)://\S+:\d+|inproc://\S+"
 PATIENCE = 10.0
-"""For which a scheduler may stay silent [s]."""
+"""Time for which a scheduler may stay silent [s]."""
 
 
 @contextlib.contextmanager

@@ -1,4 +1,4 @@
-"""Where work is done: in this process, or in several."""
+"""Pool of processes that work is done in: this one, or several."""
 
 import contextlib
 import multiprocessing

@@ -114,7 +114,7 @@ def cut(axis, total, parts):
 
 
 def ledgers(archive):
-    """Where the exergy of a cycle goes, over speed, with each valve between the ideal and the real one.
+    """Draw where the exergy of a cycle goes, over speed, with each valve between the ideal and the real one.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def measures(machine):
 
 
 def friction_map(found):
-    """Where the statements on Figs. 9 to 11 hold, over friction and the solenoids' area.
+    """Draw where the statements on Figs. 9 to 11 hold, over friction and the solenoids' area.
 
     Parameters
     ----------

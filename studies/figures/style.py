@@ -30,7 +30,7 @@ STYLE = {
 
 
 FOOT_SIZE = 7.5
-"""Of the conditions below a figure [pt]."""
+"""Size of the conditions below a figure [pt]."""
 FOOT_LINE = 1.35 * FOOT_SIZE / 72.0
 """Height of a line of them [inch]."""
 FOOT_STEP = 0.05

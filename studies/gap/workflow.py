@@ -95,7 +95,7 @@ class Findings(NamedTuple):
     tolerance: float
     """Size of a gap, over the noise, that does not matter."""
     cells: list
-    """Where the gap lives."""
+    """Cells that the gap lives in."""
     verdict: Verdict
     warnings: list
     tried: Sequence = ()
@@ -105,15 +105,15 @@ class Findings(NamedTuple):
     judged: HeldOut | None = None
     """On the gate runs, or with operating points left out one at a time."""
     size: float = 0.0
-    """Of the gap where it is largest, over the noise."""
+    """Size of the gap where it is largest, over the noise."""
     balances: Sequence = ()
     """What each table takes of the gap, the best first; none where there is no gap."""
     tabulated: Tabulated | None = None
     """The table that is added where the library is refused."""
     checked: HeldOut | None = None
-    """Of `best` on the check runs; None: there are none."""
+    """Judgement of `best` on the check runs; None: there are none."""
     apart: Sequence = ()
-    """Where each operating point alone leads the parameters of `best`.
+    """Parameters of `best` to which each operating point alone leads.
 
     See `apesim.studies.gap.decide.consistency.apart`.
     """
@@ -121,7 +121,7 @@ class Findings(NamedTuple):
 
     @property
     def noise(self):
-        """Of each sensor, at each sampling interval."""
+        """Noise of each sensor, at each sampling interval."""
         return self.base.problem.noise
 
     @property

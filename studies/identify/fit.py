@@ -36,7 +36,7 @@ class Identified(NamedTuple):
     noise: dict
     """Standard deviation [SI] and colour of what is left at the optimum, by sensor."""
     sensor_noise: dict
-    """The same of the sensor alone: less, where the best fit is off by more than the noise."""
+    """Noise of the sensor alone: less, where the best fit is off by more than the noise."""
     nominal: dict
     """What the fitted runs say of a supply that is free, by key."""
     evaluations: int
@@ -48,7 +48,7 @@ class Identified(NamedTuple):
 
 
 def _starts(free):
-    """Where the fits start: the machine's values, and points spread by a Halton sequence; shape (STARTS, p)."""
+    """Starts of the fits: the machine's values, and points spread by a Halton sequence; shape (STARTS, p)."""
     from scipy.stats import qmc
 
     spread = qmc.Halton(len(free), scramble=False).random(STARTS + 1)[2:]

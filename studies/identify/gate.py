@@ -17,7 +17,7 @@ from apesim.studies.identify.simulation import Problem, carries
 from apesim.studies.measured import FIT
 
 CHANCE = 1e-3
-"""Of noise alone to contradict a model by one of the runs it is judged by."""
+"""Chance of noise alone to contradict a model by one of the runs it is judged by."""
 
 
 class Judgement(NamedTuple):

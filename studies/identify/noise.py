@@ -72,7 +72,7 @@ def noise_model(problem, x, stated):
 
 
 def _deviation_and_colour(errors):
-    """Of AR(1) noise in several stretches."""
+    """Deviation and colour of AR(1) noise in several stretches."""
     power = sum(float(e @ e) for e in errors)
     lagged = sum(float(e[1:] @ e[:-1]) for e in errors)
     return np.sqrt(power / sum(map(len, errors))), min(max(lagged / power, -0.99), 0.999) if power else 0.0

@@ -10,10 +10,10 @@ from apesim.studies.identify.noise import FITTED, whiten
 from apesim.studies.measured.prediction import predict, run_of, with_value
 
 STEP = 1e-3
-"""Of a finite difference, as a share of a parameter's scale."""
+"""Step of a finite difference, as a share of a parameter's scale."""
 
 MAX_SIMULATIONS = 600
-"""Of each run for each free parameter, after which a fit by least squares ends as it stands."""
+"""Simulations of each run for each free parameter, after which a fit by least squares ends as it stands."""
 KEPT = 16
 """Points whose simulations are kept, so that a fit that goes on from one does not repeat them."""
 

@@ -10,7 +10,7 @@ from apesim.engine.angles import DEGREE, TURN
 
 RPM = TURN / 60.0
 WITHIN = 0.5 * DEGREE
-"""By how much the opening and the closing may miss their targets [rad]."""
+"""Angle by which the opening and the closing may miss their targets [rad]."""
 MAX_WINDOW = 150.0 * DEGREE
 """Longest window that the rule is fitted to [rad]. Beyond, the valve is short of time closed: of the default machine
 the time from lap to lap is the same within 0.1 % for windows of 20 to 140 deg, 0.9 % longer at 160 deg and 6 % at

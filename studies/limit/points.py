@@ -8,7 +8,7 @@ from apesim.archive import Variable
 
 
 class Point(IntEnum):
-    """Where a point of a map comes from."""
+    """Origin of a point of a map."""
 
     GRID = 0
     GRID_AND_OWN = 1

@@ -21,7 +21,7 @@ class MeasuredRun(NamedTuple):
     supply: float
     """[Pa abs]"""
     temperature: float
-    """Of the supply [K]; NaN: the machine's."""
+    """Temperature of the supply [K]; NaN: the machine's."""
     pulse: float
     """Time for which the solenoids are energised [s]; NaN on an engine."""
     role: str
@@ -34,14 +34,14 @@ class MeasuredRun(NamedTuple):
     bench: str = VALVE
     """valve or engine"""
     speed: float = nan
-    """Of the engine [rad/s]."""
+    """Speed of the engine [rad/s]."""
     energise: float = nan
     """Crank angle [rad]."""
     release: float = nan
     angles: np.ndarray = NO_ANGLES
     """Crank angles of an engine's traces [rad], shape (n,), ascending: a turn, a part of one or several."""
     means: dict = NO_MEANS
-    """Of an engine, SI: ``torque``, brake [N m]; ``air_flow``, all air [kg/s]; those that are measured."""
+    """Means of an engine, SI: ``torque``, brake [N m]; ``air_flow``, all air [kg/s]; those that are measured."""
 
 
 class Measured(NamedTuple):

@@ -39,7 +39,7 @@ class Sensors(NamedTuple):
     traces: dict
     """How the noise of a sensor is given, by its name."""
     means: dict
-    """The same of what is measured as a mean."""
+    """Sensors of what is measured as a mean."""
     computed: tuple
     """Columns that `apesim` writes, too, but that no sensor measures: they are let pass."""
     keys: dict
@@ -101,4 +101,4 @@ SENSORS = {
         ("supply", "speed", "energise", "release"),
     ),
 }
-"""By bench."""
+"""Sensors of each bench."""

@@ -15,7 +15,7 @@ from apesim.studies.timing.solve import SKETCH, SKETCH_ANGLE_STEP
 
 ENERGISE = (-240.0 * DEGREE, 60.0 * DEGREE)
 DURATION = (5.0 * DEGREE, 300.0 * DEGREE)
-"""Where commands are looked for: energising after TDC, and the time from there to the release [rad]."""
+"""Range that commands are looked for in: energising after TDC, and the time from there to the release [rad]."""
 RECORDED = (
     "brake_torque_Nm",
     "specific_air_kg_per_kWh",
@@ -27,7 +27,7 @@ RECORDED = (
     "peak_lift_m",
     "period_cycles",
 )
-"""Of `apesim.engine.indicators.INDICATORS`, what is kept of every point."""
+"""Indicators that are kept of every point, see `apesim.engine.indicators.INDICATORS`."""
 
 
 class Goal(IntEnum):
@@ -47,7 +47,7 @@ class Point(NamedTuple):
     release: float
     """[rad]"""
     pressure: float
-    """Of the supply [Pa abs]."""
+    """Pressure of the supply [Pa abs]."""
     values: dict
     """`RECORDED`; NaN where the state does not repeat."""
     merit: tuple

@@ -74,7 +74,7 @@ def optimise(machine, speed, goals, pressures=None):
 
 
 def _overview(landscape, goal):
-    """Where the best of a search by sketches lies."""
+    """Find where the best of a search by sketches lies."""
     dimensions = len(landscape.low)
     found = direct(
         lambda x: -landscape.at(x, SKETCH).merit[goal],

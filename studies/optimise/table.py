@@ -39,7 +39,7 @@ def row_of(point):
 
 
 def bounds_of(point):
-    """Where a point lies in the range of each free variable, a code of `BOUNDS`."""
+    """Return where a point lies in the range of each free variable, a code of `BOUNDS`."""
     return dict(zip(FREE, [int(u >= 1.0 - FINE) - int(u <= FINE) for u in point.place], strict=False)) if point else {}
 
 

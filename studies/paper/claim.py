@@ -43,7 +43,7 @@ class Grid(NamedTuple):
     temperature: np.ndarray
     """[K], shape (m,)"""
     opening: dict
-    """By measure, shape (n, m)."""
+    """Measures of the opening by name, shape (n, m)."""
     closing: dict
 
 

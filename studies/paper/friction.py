@@ -15,7 +15,7 @@ from apesim.valve.bench import run_bench
 PAPERS = 111.08
 """The paper's viscous friction [N s/m]."""
 SEARCHED = (100.0, 120.0)
-"""Where its genetic algorithm looked for it (Table 2) [N s/m]."""
+"""Range in which its genetic algorithm looked for it (Table 2) [N s/m]."""
 FRICTIONS = (*np.arange(0.0, 101.0, 10.0), PAPERS, 120.0)
 AREAS = (*np.arange(3.0, 11.1, 1.0) * 1e-6, 12.5e-6)
 """Effective areas of the solenoids, as far as `apesim.studies.paper.area.AREAS` [m2]."""
@@ -30,7 +30,7 @@ MEASURES = ("delay", "stroke_time", "seating_speed", "fluctuation", "reverses")
 
 
 class FrictionMap(NamedTuple):
-    """Where the statements hold, over friction and what the paper does not print."""
+    """Map of where the statements hold, over friction and what the paper does not print."""
 
     frictions: np.ndarray
     """[N s/m], shape (f,)"""
@@ -43,7 +43,7 @@ class FrictionMap(NamedTuple):
     pressures: np.ndarray
     """[Pa gauge], shape (n,)"""
     holds: dict
-    """By key of the statement: 1 or 0, NaN where a stroke is not completed; shape (f, a, r, t)."""
+    """Answers by key of the statement: 1 or 0, NaN where a stroke is not completed; shape (f, a, r, t)."""
 
     def row_of(self, friction):
         """Number of the friction nearest to one [N s/m]."""

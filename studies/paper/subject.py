@@ -5,14 +5,14 @@ import numpy as np
 from apesim.quantities.settings import schema
 
 SECTIONS = ("air", "ambient", "valve", "effects")
-"""Of the machine, that the valve's bench depends on; the supply is that of each claim."""
+"""Sections of the machine that the valve's bench depends on; the supply is that of each claim."""
 ENGINE_SECTIONS = (*SECTIONS, "supply", "groove", "engine", "command")
 """Sections of the machine that its valve in the engine depends on."""
 PAPERS = "the paper's valve"
 
 
 def differences(machine, sections=SECTIONS):
-    """By what a machine's valve is another one than the paper's.
+    """Find what makes a machine's valve another one than the paper's.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from apesim.studies.soft_landing.landing import SOLENOIDS, apart_of, land
 from apesim.valve.solenoid import opening_curve
 
 RESOLUTION = 0.01e-3
-"""Of the edges [s]."""
+"""Resolution of the edges [s]."""
 COARSE = 32
 """Step of the first grid, in units of the resolution; a power of two."""
 MIN_ADDED = 3e-3

@@ -24,9 +24,9 @@ from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS
 from apesim.valve.solenoid import energised_fraction, opening_curve
 
 STEP = 0.02e-3
-"""Of the added time over which the fronts stand [s]."""
+"""Step of the added time over which the fronts stand [s]."""
 SAMPLE = 0.05e-3
-"""Of the traces [s]."""
+"""Time between two rows of the traces [s]."""
 NUMBERED = "-1 none, 0 both, 1 A, 2 B"
 
 

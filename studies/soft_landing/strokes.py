@@ -22,9 +22,9 @@ PRESSURES = "0.4:1.6:0.6 MPa gauge"
 SPACING = 1.0 / (2.0 * 120.0)
 """Between two edges of a solenoid that follows 120 Hz, the paper's [s]."""
 FACTORS = (0.95, 1.0, 1.05)
-"""Of the gauge pressure, for which a brake is tried."""
+"""Factors on the gauge pressure for which a brake is tried."""
 OFFSETS = (-10.0, 0.0, 10.0)
-"""Of the temperature, likewise [K]."""
+"""Offsets of the temperature for which a brake is tried [K]."""
 LIMITS = ("within_spacing", "any_spacing")
 """Whether the edges keep the solenoids' least time."""
 KINDS = ("softest", "sturdy")
@@ -56,7 +56,7 @@ class Result(NamedTuple):
     """Lowest speed of the unbraked piston between its peak and contact [m/s]: the most that the fluctuation alone could
     give, if the stop stood there."""
     brakes: np.ndarray
-    """Of all solenoids tried, see `apesim.studies.soft_landing.braking.search`."""
+    """Brakes of all solenoids tried, see `apesim.studies.soft_landing.braking.search`."""
     choices: dict
     """`Choice` or None by limit and kind."""
 

@@ -17,7 +17,7 @@ SECONDS_A_POINT = {FIXED: 0.03, CORRECTED: 0.12}
 SHARD_SECONDS = 1.0
 """Work of a shard."""
 MAX_DEATHS = 8
-"""Of chunks, before one is computed: then the fault is not with single points, and the others would go the same way."""
+"""Deaths of chunks before one is computed: then not single points are at fault, and others would go the same way."""
 MAX_VAIN = 1
 """Passes in a row that bring nothing: what was lost once is computed again, what is lost twice would be again."""
 DIED = "their worker processes died", "free memory or try --jobs 1, and go on with --resume"
@@ -101,7 +101,7 @@ class _Tally:
         self.deaths = 0
 
     def count_death(self, chunk, waiting):
-        """Of the worker of a chunk. What dies alone is given up; and all that waits, where nothing ever lives."""
+        """Count the death of a chunk's worker. What dies alone is given up; and all that waits, where nothing lives."""
         runs = {point.run for point in chunk}
         self.given_up |= runs & self.died
         self.died |= runs

@@ -16,7 +16,7 @@ from apesim.studies.timing import corrected
 
 ANGLE_STEP = 0.5 * DEGREE
 ROWS = round(TURN / ANGLE_STEP)
-"""Of a trace, without the last, which is a turn after the first."""
+"""Rows of a trace, without the last, which is a turn after the first."""
 NOT_MARCHED, NOT_ASKED = -1, -1
 """Status of a point that is out of reach; reason of one whose timing was not to be corrected."""
 WARNING_FLAGS = {warning: f"warning_{warning.name.lower()}" for warning in EngineWarning}

@@ -33,14 +33,14 @@ class Point(NamedTuple):
     combination: int
     """Number of its machine in the variation."""
     trace_start: float
-    """Of the traces [rad]."""
+    """Crank angle of the traces' first row [rad]."""
 
 
 class Plan(NamedTuple):
     """All operating points of a sweep: a full grid."""
 
     points: list
-    """Of `Point`; the last axis runs fastest."""
+    """Points, each a `Point`; the last axis runs fastest."""
     axes: dict
     """Texts of the values of each axis by its name, which is that of a variable in the archive."""
     variation: Variation

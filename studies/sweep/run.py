@@ -197,7 +197,7 @@ def _finished(out, archive, start):
 
 
 def _run_here(jobs, chunks):
-    """As `apesim.studies.execution.pool.run_tasks`, in as many processes as the work is worth."""
+    """Run tasks, see `apesim.studies.execution.pool.run_tasks`, in as many processes as the work is worth."""
     return run_tasks(compute, chunks, workers_for(seconds_of(itertools.chain(*chunks)), jobs))
 
 

@@ -21,13 +21,13 @@ class Axis(NamedTuple):
     """With dots, e.g. "supply.pressure"."""
     declaration: Declaration
     texts: tuple
-    """As a machine file would have them; of a curve, the path."""
+    """Texts that a machine file would have; of a curve, the path."""
     values: tuple
-    """As in the machine: in SI, a choice as its index; of a curve, the path."""
+    """Values in the machine: in SI, a choice as its index; of a curve, the path."""
 
     @property
     def name(self):
-        """As in archives, where a dot is none."""
+        """Name in archives, where no dot may stand."""
         return self.key.replace(".", "_")
 
 
@@ -35,9 +35,9 @@ class Variation(NamedTuple):
     """Machines for all combinations of the values of some keys."""
 
     axes: tuple
-    """Of `Axis`."""
+    """Axes, each an `Axis`."""
     machines: tuple
-    """Of `Machine`; the last axis runs fastest."""
+    """Machines, each a `Machine`; the last axis runs fastest."""
 
 
 def vary(texts, path=None, settings=()):

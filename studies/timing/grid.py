@@ -67,7 +67,7 @@ class Series(NamedTuple):
     speeds: tuple
     """[rad/s]"""
     places: tuple
-    """Of its results, one for each speed."""
+    """Places of its results, one for each speed."""
     alone: bool
     """Nothing but the commands is wanted."""
 

@@ -24,7 +24,7 @@ class Law(NamedTuple):
     error_rms: float
     """[s]"""
     max_angle_error: float
-    """The same at the speeds of the points [rad]."""
+    """Largest error at the speeds of the points [rad]."""
     angle_error_rms: float
     points: int
 

@@ -32,9 +32,9 @@ MAX_STEP = 40.0 * DEGREE
 TRIES = 12
 MIN_PULSE = 0.1 * DEGREE
 WIDTHS = (3.0 * DEGREE, 0.3 * DEGREE, 0.01 * DEGREE)
-"""Of the bracket of the pulse, each tried where a wider one has not led to the solution [rad]."""
+"""Widths of the bracket of the pulse, each tried where a wider one has not led to the solution [rad]."""
 USUAL_SLOPE = 1.5
-"""Of the true opening duration over the pulse, before it is known: 1 where the valve rests on its open stop in
+"""Slope of the true opening duration over the pulse, before it is known: 1 where the valve rests on its open stop in
 between, near 2 where it turns back before."""
 
 
@@ -234,7 +234,7 @@ def corrected(machine, speed, start=None, periodic_tolerance=PERIODIC_TOLERANCE)
 
 
 def start_after(machine, speed, before):
-    """Where to start from, by what other speeds needed: times on a line through the last two.
+    """Find a start from what other speeds needed: times on a line through the last two.
 
     Parameters
     ----------

@@ -7,14 +7,14 @@ import numpy as np
 
 
 class Axes(NamedTuple):
-    """Where a table has its points, each ascending."""
+    """Axes of a table's points, each ascending."""
 
     speeds: np.ndarray
     """[rad/s], (i,)"""
     pressures: np.ndarray
-    """Of the supply [Pa abs], (j,)"""
+    """Pressures of the supply [Pa abs], (j,)"""
     temperatures: np.ndarray
-    """Of the supply [K], (k,)"""
+    """Temperatures of the supply [K], (k,)"""
 
     @property
     def shape(self):
@@ -30,7 +30,7 @@ class InterpolationError(NamedTuple):
     centres: int
     """Centres there are."""
     seed: int
-    """Of the choice among them, where not all were compared."""
+    """Seed of the choice among them, where not all were compared."""
     advance_most: float
     """[rad]; NaN: no centre could be compared."""
     advance_rms: float

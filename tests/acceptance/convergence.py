@@ -20,7 +20,7 @@ from tests.machines import RPM, machine
 TOLERANCES = 10.0 ** -np.arange(4.0, 11.25, 0.5)
 FINEST = 1e-13
 SPEEDS, PULSE = (800.0, 3000.0), 50e-3
-"""Of the engine [r/min]; of the bench [s]."""
+"""Speeds of the engine [r/min]; pulse of the bench [s]."""
 
 
 def marched(p, tables, y, mode, breakpoints, tolerance, longest_step, scale):
@@ -33,7 +33,7 @@ def marched(p, tables, y, mode, breakpoints, tolerance, longest_step, scale):
 
 
 def bench_measures(tolerance, longest_step):
-    """Of the default valve with a pulse of 50 ms, by name."""
+    """Measures of the default valve with a pulse of 50 ms, by name."""
     p, tables = bench.bench_of(machine(), [0.0, PULSE])
     y, mode = bench.closed_at_start(p)
     log = marched(p, tables, y, mode, tables.breakpoints(0.0, 2.0 * PULSE), tolerance, longest_step, actuator.SCALE)

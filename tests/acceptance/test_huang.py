@@ -22,7 +22,7 @@ EXAMPLES = ROOT / "docs" / "examples"
 MACHINE, PAGE = EXAMPLES / "huang.toml", EXAMPLES / "huang.md"
 TORQUE_SPEED, POWER_SPEED = 465.0, 1320.0
 TORQUE, POWER, COLDEST = 9.99, 0.95, 17.0
-"""As published: N m, kW, degrees Celsius."""
+"""Published values: N m, kW, degrees Celsius."""
 SPEEDS = range(300, 2401, 50)
 
 

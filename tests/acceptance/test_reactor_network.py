@@ -18,7 +18,7 @@ from tests.machines import machine, settled
 
 ERROR, WORK_ERROR = 2e-5, 1e-4
 STEP = 0.02
-"""Of the traces of flow [deg]."""
+"""Step of the traces of flow [deg]."""
 
 
 def column(run, name):

@@ -13,7 +13,7 @@ from tests.truth.reading import engine_of
 
 TARGETS = (-5.0, 70.0)
 NEAR = 0.1
-"""As near as a controller can hope for [deg]; measured: within 1e-4 deg."""
+"""Miss that a controller can hope for [deg]; measured: within 1e-4 deg."""
 
 
 def off_by(rpm, **options):

@@ -106,7 +106,7 @@ class Effects(NamedTuple):
 
 
 class AllEffects(NamedTuple):
-    """As a machine file gives them: of other libraries too, and in another order."""
+    """Effects that a machine file gives: of other libraries too, and in another order."""
 
     foreign: Foreign = Foreign()
     rubber: Rubber = Rubber()

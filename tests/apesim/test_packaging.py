@@ -65,7 +65,7 @@ class Environment:
         return done.stdout
 
     def where(self, *names, folder):
-        """Where Python started in a folder finds modules."""
+        """Paths at which Python started in a folder finds modules."""
         code = f"import {', '.join(names)}\nfor module in {', '.join(names)}, : print(module.__file__)"
         return [Path(line) for line in self.run("python", "-c", code, folder=folder).split()]
 

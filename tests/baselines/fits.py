@@ -10,7 +10,7 @@ from apesim.studies.measured import FIT
 from apesim.studies.measured.prediction import predict, run_of, start_of
 
 STARTS = (0.1, 0.5)
-"""Of a strength, over the upper end of its range; a fit begins with the better."""
+"""Starts of a strength, over the upper end of its range; a fit begins with the better."""
 PRECISE = 1e-6
 """Share of the sum of squares that another step has to take."""
 FAILED = 1e3

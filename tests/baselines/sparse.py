@@ -7,7 +7,7 @@ from scipy.ndimage import binary_erosion
 from apesim.studies.measured import FIT
 
 WINDOW = 1.5e-3
-"""Of the smoothing cubic [s]."""
+"""Width of the smoothing cubic [s]."""
 MOVING = 0.05
 """Speed from which the piston counts as under way [m/s]."""
 THRESHOLD = 0.1

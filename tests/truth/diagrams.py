@@ -61,7 +61,7 @@ def confusion_matrix(scored, folder):
 
 
 def save(drawing, folder, name):
-    """As PNG and PDF."""
+    """Save a drawing as PNG and PDF."""
     for kind in ("png", "pdf"):
         drawing.savefig(Path(folder) / f"{name}.{kind}", dpi=160)
     pyplot.close(drawing)

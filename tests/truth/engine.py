@@ -50,12 +50,12 @@ class Engine(NamedTuple):
     intake: str = "epv"
     """epv, cam or ideal."""
     intake_pressure: float | None = None
-    """Of the engine air; None: that of the control air."""
+    """Pressure of the engine air; None: that of the control air."""
     control_from_receiver: bool = False
     energise: float = radians(-5.0)
     release: float = radians(70.0)
     open_target: float = radians(-5.0)
-    """Of the ideal valve."""
+    """Opening angle of the ideal valve."""
     close_target: float = radians(70.0)
     bore: float = 85e-3
     stroke: float = 88e-3

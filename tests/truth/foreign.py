@@ -15,7 +15,7 @@ class Foreign(NamedTuple):
     """Physics without a name in the library."""
 
     draw: object
-    """Of a random generator: the function of rig and share."""
+    """Function of a random generator: it gives the function of rig and share."""
     benches: tuple = (VALVE, ENGINE)
 
 
@@ -163,4 +163,4 @@ def bent_friction(rng):
 
 
 CLUTTER = {"real_air": real_air, "elastic_stops": elastic_stops, "bent_friction": bent_friction}
-"""As in `Foreign.draw`."""
+"""Clutter by name, drawn like `Foreign.draw`."""

@@ -31,7 +31,7 @@ def flow_function(r, k):
 
 
 def enthalpy(air, temperature):
-    """Of a gas, from absolute zero on along its heat capacity [J/kg]."""
+    """Specific enthalpy, from absolute zero on along the heat capacity [J/kg]."""
     if not air.heat_capacity:
         return air.heat_capacity_ratio / (air.heat_capacity_ratio - 1.0) * air.gas_constant * temperature
     a, b, c = air.heat_capacity
@@ -39,7 +39,7 @@ def enthalpy(air, temperature):
 
 
 def capacity(air, temperature):
-    """Of a gas at constant pressure [J/(kg K)]."""
+    """Heat capacity of a gas at constant pressure [J/(kg K)]."""
     if not air.heat_capacity:
         return air.heat_capacity_ratio / (air.heat_capacity_ratio - 1.0) * air.gas_constant
     a, b, c = air.heat_capacity

@@ -80,7 +80,7 @@ def fitted(lab, nominal, points, hidden, entry, share):
 
 
 def ends(entry):
-    """Of the shares of an effect's range, below zero towards its first end."""
+    """Ends of the shares of an effect's range, below zero towards its first end."""
     return -1.0 if len(entry.ends) > 1 else 0.0, 1.0
 
 

@@ -27,7 +27,7 @@ class Nuisance(NamedTuple):
     deviation: float
     """SI, or a share."""
     add: object
-    """Of a rig and a value: the rig with it."""
+    """Function of a rig and a value: the rig with it."""
     channel: str = ""
     """Only where this is measured."""
     engine_only: bool = False

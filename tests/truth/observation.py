@@ -13,7 +13,7 @@ from .setting import AFTER_PULSE, HUM, HUM_FREQUENCY
 from .valve import noise, simulate
 
 TOLERANCE = 1e-7
-"""Of the solver; errs by less than 0.001 deviations per sample, the least noise taken."""
+"""Tolerance of the solver; errs by less than 0.001 deviations per sample, the least noise taken."""
 ROUNDS = 15
 """How often nuisances are fitted anew about where the last fit took them, at most."""
 DONE = 0.05
@@ -21,9 +21,9 @@ DONE = 0.05
 FORESEEN = 0.5, 1.5
 """Fall over that promised, between which sensitivities are believed."""
 MIN_DAMPING = 0.03
-"""Of a step that follows one that was not foreseen."""
+"""Damping of a step that follows one that was not foreseen."""
 FIRST_STEP, STEP = 0.25, 0.1
-"""Of the differences that they are taken from, at first and anew [prior deviations]."""
+"""Steps of the differences that they are taken from, at first and anew [prior deviations]."""
 FARTHEST = 20.0
 """How far nuisances may go [prior deviations]."""
 LOWEST = -0.8
@@ -44,7 +44,7 @@ class Laboratory:
     def __init__(self, setting, bank=None):
         self.setting, self.bank = setting, bank
         self.runs = {}
-        """Of the nominal rig, by point."""
+        """Runs of the nominal rig, by point."""
         self.columns = None
 
     def run(self, rig, point):

@@ -26,12 +26,12 @@ DISTANCE = 3e-7
 SLOWEST = 0.99
 """Ratio of a change to the one before that is still believed; the solver's noise, too, stands at about one."""
 USUAL = 0.9
-"""The same where the start is near and the first changes say nothing of it."""
+"""Share where the start is near and the first changes say nothing of it."""
 MAX_CYCLES = 400
 PLAIN, MEMORY = 3, 5
 """Cycles at the start that are followed as they come; how many before the last ones then point the way."""
 SAMPLES = 7201
-"""Of the last cycle, for the highest pressure and lift."""
+"""Samples of the last cycle, for the highest pressure and lift."""
 
 
 class Periodic(NamedTuple):
@@ -102,7 +102,7 @@ def periodic(engine, speed, max_cycles=MAX_CYCLES, start=None, near=DISTANCE, re
 
 
 def extrapolated(tried, reached):
-    """Where a map leads that took the points tried to those reached: Anderson's mixing."""
+    """State to which a map leads that took the points tried to those reached: Anderson's mixing."""
     tried, reached = np.array(tried), np.array(reached)
     left = reached - tried
     shares = np.linalg.lstsq(np.diff(left, axis=0).T, left[-1], rcond=1e-6)[0] if len(left) > 1 else np.zeros(0)
@@ -152,7 +152,7 @@ def first(noted, after, wanted):
 
 
 def opening_and_closing(engine, speed, energise, release):
-    """Where the valve truly opens and closes at its periodic state.
+    """Angles at which the valve truly opens and closes at its periodic state.
 
     Parameters
     ----------

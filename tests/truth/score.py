@@ -19,7 +19,7 @@ CONFIDENT = 0.9
 SEEN, CLEAR, PLAIN = 5.0, 10.0, 20.0
 """Deviations of what is hidden."""
 TOLERANCE = 0.15
-"""Of the noise; a gap smaller than this may be called none."""
+"""Share of the noise; a gap smaller than this may be called none."""
 NEARLY = 0.8
 """Share of the largest part of a gap that another part may have and still count as the largest."""
 ROUNDING = 1e-9
@@ -45,7 +45,7 @@ class Scored(NamedTuple):
 
     @property
     def deviations(self):
-        """Of the smallest effect that is hidden; 0: none is."""
+        """Deviations of the smallest effect that is hidden; 0: none is."""
         return min((one["deviations"] for one in self.answer["hidden"]), default=0.0)
 
     @property
@@ -177,7 +177,7 @@ def clopper_pearson(hits, cases, level=0.95):
 
 
 def shrinks(gap, settled=False):
-    """By what factor a gap shrinks, the noise taken off; settled: the parameters' uncertainty, too."""
+    """Factor by which a gap shrinks, the noise taken off; settled: the parameters' uncertainty, too."""
     keys = [f"settled_{when}" if settled else when for when in ("before", "after")]
     if not gap or any(gap.get(key) is None for key in keys):
         return None

@@ -25,15 +25,15 @@ class Sensors(NamedTuple):
     lift_lag: float = 0.0
     """First order [s]."""
     pressure_lag: float = 0.0
-    """Of all pressures [s]."""
+    """Lag of all pressures [s]."""
     gains: dict = {}  # noqa: RUF012 - never changed
     """Shares by which a channel reads more, by channel."""
     offsets: dict = {}  # noqa: RUF012 - never changed
     """What a channel reads more, SI, by channel."""
     time_zero: float = 0.0
-    """By which recorded times lie late [s]."""
+    """Time by which recorded times lie late [s]."""
     tdc_error: float = 0.0
-    """By which recorded crank angles lie late [rad]."""
+    """Angle by which recorded crank angles lie late [rad]."""
     speed_ripple: float = 0.0
     """Share of the swing of the crank's speed over a turn; angles are recorded as equal steps of time."""
 

@@ -42,9 +42,9 @@ class Point(NamedTuple):
     temperature: float
     """[K]"""
     pulse: float = 0.0
-    """Of a valve [s]."""
+    """Pulse of a valve [s]."""
     speed: float = 0.0
-    """Of an engine [rad/s]."""
+    """Speed of an engine [rad/s]."""
     repeats: int = 1
 
 
@@ -55,7 +55,7 @@ class Noise(NamedTuple):
     """Times the base."""
     colour: str
     correlation: float
-    """Of a sample with the one before."""
+    """Correlation of a sample with the one before."""
     hum: float
     """Amplitude of the hum over the standard deviation of the white noise."""
     stated: bool

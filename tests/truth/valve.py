@@ -41,7 +41,7 @@ class Bench(NamedTuple):
     dead_time: float = 1.5e-3
     ramp_time: float = 1.5e-3
     delay_a: float = 0.0
-    """Of solenoid A, besides the dead time [s]."""
+    """Delay of solenoid A, besides the dead time [s]."""
     delay_b: float = 0.0
     dry_friction: float = 0.0
     """Under way [N]."""
@@ -53,11 +53,11 @@ class Bench(NamedTuple):
     rubbing: tuple = ()
     """Dry friction that varies: functions of `Now` that give it under way and at rest [N]."""
     heat_capacity: tuple = ()
-    """Of the air, see `truth.gas.inflow`; in place of the ratio."""
+    """Heat capacity of the air, see `truth.gas.inflow`; in place of the ratio."""
     vent_excess: float = 0.0
     """Pressure behind the vents above the ambient's [Pa]."""
     stretch: float = 1.0
-    """Of the solenoids, see `truth.gas.inflow`."""
+    """Stretch of the solenoids, see `truth.gas.inflow`."""
     fall: float = 0.0
     """Share by which the solenoids' area is smaller at equal pressures than towards a vacuum."""
     line_volume: float = 0.0
@@ -87,11 +87,11 @@ class Now(NamedTuple):
     """Before the groove; None on the bench, like what follows."""
     cylinder: tuple | None = None
     volume: float | None = None
-    """Of the cylinder [m3]."""
+    """Volume of the cylinder [m3]."""
     slope: float | None = None
-    """Of that volume over crank angle [m3/rad]."""
+    """Slope of the cylinder's volume over crank angle [m3/rad]."""
     angle: float | None = None
-    """Of the crank [rad]."""
+    """Angle of the crank [rad]."""
 
 
 class Stroke(NamedTuple):

@@ -1,6 +1,6 @@
-"""Effects of the valve, in the order in which air flows: supply line, solenoids, chambers, piston, stops; then what a
-record passes: sensors, the recorder.
+"""Effects of the valve, in the order in which air flows.
 
+Supply line, solenoids, chambers, piston, stops; then what a record passes: sensors, the recorder.
 This list names them by hand; machine file, sweeps, archives, tests and the missing-effect search read it and
 nothing else.
 """

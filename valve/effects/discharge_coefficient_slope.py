@@ -12,7 +12,7 @@ from apesim.valve.terms import FLOW_SHARE, ValveState
 
 
 class DischargeCoefficientSlope(NamedTuple):
-    """By what share the effective area at equal pressures is smaller than at high pressure difference."""
+    """Share by which the effective area at equal pressures is smaller than at high pressure difference."""
 
     fall: Annotated[
         float, Quantity("", -0.3, 0.3, "sharp-edged orifices: from 0.84 far beyond choking to 0.6 at equal pressures")

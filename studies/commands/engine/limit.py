@@ -112,6 +112,6 @@ def _row(point: dict, ambient_pressure: float) -> tuple[str, ...]:
 
 
 def _place(point: dict, ambient_pressure: float) -> str:
-    """Where a limit holds, in words."""
+    """Conditions at which a limit holds, in words."""
     pressure, temperature, duration, *_ = _row(point, ambient_pressure)
     return f"{pressure} MPa gauge, {temperature} K and window of {duration} deg"

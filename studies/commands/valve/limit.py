@@ -93,6 +93,6 @@ def _row(point: dict) -> tuple[str, ...]:
 
 
 def _place(point: dict, ambient_pressure: float) -> str:
-    """Where a limit holds, in words."""
+    """Conditions at which a limit holds, in words."""
     pressure = f"{(point['supply_pressure_Pa'] - ambient_pressure) / 1e6:.3g} MPa gauge"
     return f"{pressure}, {point['supply_temperature_K']:g} K and duty of {point['duty']:.3g}"

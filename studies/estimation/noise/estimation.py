@@ -14,7 +14,7 @@ from apesim.studies.estimation.noise.process import ENOUGH, STRETCH, noise_for, 
 LIKE = 1.5
 """Ratio of sampling intervals that count as one."""
 STILL = 0.005
-"""Of the noise: what the model may move by from one sample to the next at rest."""
+"""Share of the noise that the model may move by from one sample to the next at rest."""
 OF_A_MEAN = 0.01
 """Share of a mean over the cycle that its noise is taken for, where nothing tells it."""
 FEWEST_CONTRASTS = 4

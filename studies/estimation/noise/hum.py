@@ -149,7 +149,7 @@ def _without_hum(records, frequencies):
 
 
 def _without_sines(record, frequencies):
-    """The same of one record, each stretch of which is free to drift straight."""
+    """One record without sines, each stretch of which is free to drift straight."""
     times = np.concatenate([t for _, t in record])
     drift = np.zeros((len(times), 2 * len(record)))
     ends = np.cumsum([0, *(len(t) for _, t in record)])

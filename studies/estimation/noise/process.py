@@ -15,11 +15,11 @@ ENOUGH = 60
 STRETCH = 20
 """Samples of the shortest stretch at rest."""
 DOUBT = 10.0
-"""Of orders that may come from the drifts taken off."""
+"""Factor on the doubt of orders that may come from the drifts taken off."""
 SAME = 1e-8
 """Size of a column over the largest below which others say all of it."""
 CORRELATIONS = np.linspace(-0.9, 0.97, 188)
-"""Of neighbours, among which the most probable is chosen."""
+"""Correlations of neighbours, among which the most probable is chosen."""
 
 
 class Noise(NamedTuple):
@@ -32,7 +32,7 @@ class Noise(NamedTuple):
     spread: np.ndarray
     """Standard deviation of each order's error of prediction, over the deviation."""
     source: str
-    """Where deviation and colour are from."""
+    """Source of deviation and colour."""
     hums: tuple = ()
     """Frequency [Hz] of each hum, and the standard deviation of the amplitudes of its sine and cosine [SI]."""
     samples: float = np.inf

@@ -59,12 +59,12 @@ def _ends(weights):
 
 
 def _response(weights):
-    """Of an autoregressive process to one innovation."""
+    """Response of an autoregressive process to one innovation."""
     return lfilter([1.0], np.append(1.0, -weights), np.eye(1, MEMORY)[0])
 
 
 def scatter(parts, shapes, number, rng):
-    """By what factor scores of noise alone are larger, were the noise another that it may be.
+    """Factor by which scores of noise alone are larger, were the noise another that it may be.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def _transfer(weights, length):
 
 
 def _weights(length):
-    """Of the lines of `rfft` in the sum of squares."""
+    """Weights of the lines of `rfft` in the sum of squares."""
     weights = np.full(length // 2 + 1, 2.0 / length)
     weights[0] = 1.0 / length
     if length % 2 == 0:

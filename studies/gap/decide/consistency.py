@@ -22,11 +22,11 @@ class Apart(NamedTuple):
     x: float
     """At which that point alone has it, if all is straight."""
     deviations: float
-    """Of what noise makes of the difference."""
+    """Difference in standard deviations of what noise makes of it."""
 
 
 def apart(model):
-    """Where each operating point alone leads, if all is straight, the farthest for each parameter.
+    """Find where each operating point alone leads, if all is straight, the farthest for each parameter.
 
     A subset of the data has its own estimate, whose difference from that of all varies by the difference of their
     covariances (Hausman 1978, doi 10.2307/1913827).

@@ -14,7 +14,7 @@ from apesim.studies.estimation.residuals import Problem
 from apesim.studies.gap.decide.operating_points import is_at, points_of
 
 WINDOWS = 50
-"""Of each channel of each run."""
+"""Number of windows of each channel of each run."""
 SURE = 1.64
 """Deviations by which a left-over has to stand out of noise to count."""
 
@@ -26,7 +26,7 @@ class HeldOut(NamedTuple):
     before: float
     """Root mean square of what the calibrated machine leaves, over the noise."""
     after: float
-    """Of what the model with its effects leaves."""
+    """Size of what the model with its effects leaves."""
     removed: float
     """Energy of the gap that the effects took away [standard deviations squared]."""
     left: float
@@ -40,12 +40,12 @@ class HeldOut(NamedTuple):
 
     @property
     def settled_before(self):
-        """As `before`, the parameters' uncertainty taken off."""
+        """Size `before`, the parameters' uncertainty taken off."""
         return float(np.sqrt((self.misfit + self.removed) / self.samples))
 
     @property
     def settled_after(self):
-        """As `after`, the parameters' uncertainty taken off."""
+        """Size `after`, the parameters' uncertainty taken off."""
         return float(np.sqrt(self.misfit / self.samples))
 
     @property
@@ -55,7 +55,7 @@ class HeldOut(NamedTuple):
 
     @property
     def share(self):
-        """Of the gap's energy that is gone; 0 where nothing was removed."""
+        """Share of the gap's energy that is gone; 0 where nothing was removed."""
         return self.removed / (self.removed + self.left_surely) if self.removed > 0.0 else 0.0
 
     @property

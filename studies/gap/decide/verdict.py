@@ -25,7 +25,7 @@ NO_GAP, NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION, REFUSED
     "REFUSED",
 )
 TOLERANCE = 0.15
-"""Of the noise: a gap below it, where it is largest, is none, unless the user says otherwise."""
+"""Share of the noise: a gap below it, where it is largest, is none, unless the user says otherwise."""
 PULL_MOST = 4.0
 """Prior deviations beyond which a nuisance is itself a finding."""
 REMOVED_LEAST = 0.6

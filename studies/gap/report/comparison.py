@@ -30,7 +30,7 @@ class Compared(NamedTuple):
 
     @property
     def role(self):
-        """Of the run."""
+        """Role of the run."""
         return self.block.run.role
 
     @property

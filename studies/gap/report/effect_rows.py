@@ -9,7 +9,7 @@ from apesim.studies.gap.search.intervals import shaped
 
 NORMAL_95 = 1.959963984540054
 LOW, HIGH = SIDES = "low", "high"
-"""Of an interval."""
+"""Sides of an interval."""
 
 
 def effects_of(model):

@@ -76,7 +76,7 @@ def open_to_the_search(findings):
 
 
 def name_of(candidates):
-    """Of a model, as PEtab Select's files call it."""
+    """Return the name of a model, as PEtab Select's files call it."""
     return "__".join(_names(candidates)) or CALIBRATED
 
 
@@ -153,6 +153,6 @@ def yaml_of(value):
 
 
 def _scalar(value):
-    """As JSON, but for powers of ten: YAML 1.1 reads no number in 1e-05."""
+    """Write a number as JSON, but for powers of ten: YAML 1.1 reads no number in 1e-05."""
     text = json.dumps(value, allow_nan=False)
     return text.replace("e", ".0e") if isinstance(value, float) and "." not in text else text

@@ -17,7 +17,7 @@ SECTIONS = (
     ("closing", 14),
     ("rest", 10),
 )
-"""Of a valve's run, with the columns that each has at most."""
+"""Sections of a valve's run, with the columns that each has at most."""
 CYCLE_COLUMNS = 72
 
 
@@ -66,7 +66,7 @@ def _row(one, left, edges):
 
 
 def _place(one):
-    """Of each sample: its time [s], or its angle within the turn [deg]."""
+    """Place of each sample: its time [s], or its angle within the turn [deg]."""
     run = one.block.run
     return np.degrees(run.angles % TURN) if run.bench == ENGINE else one.block.times
 

@@ -104,7 +104,7 @@ def nuisances_of(findings):
 
 
 def apart_of(one, machine):
-    """Where an operating point alone leads a number."""
+    """Return where an operating point alone leads a number."""
     value = one.parameter.shown(value_at(machine, one.parameter, one.x))
     return {"run": label_of(one.run, machine.ambient.pressure), "value": value, "deviations": float(one.deviations)}
 

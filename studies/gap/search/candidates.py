@@ -28,9 +28,9 @@ TWINS = {
 }
 """Nuisances that, far from their prior, are an effect of the library by another name."""
 SIZES, INVERSE_SIZES = (0.01, 0.25, -0.25), (0.1, 0.5)
-"""Of probes, in units of a strength's x."""
+"""Sizes of probes, in units of a strength's x."""
 LARGE_SIZES = {"bounce": (0.25, 0.5, 0.75, 1.0)}
-"""Of those whose slope at zero vanishes, and that look otherwise at each size."""
+"""Sizes of probes of effects whose slope at zero vanishes, and that look otherwise at each size."""
 REACH = 1.3
 """How far beyond its range a strength may be fitted: an effect that ends there by its interval is not the one."""
 
@@ -59,7 +59,7 @@ class Probe(NamedTuple):
 
     candidate: Candidate
     x: tuple
-    """Of the candidate's parameters."""
+    """Values x of the candidate's parameters."""
     strength: int
     """Which of the strengths."""
 

@@ -13,12 +13,12 @@ from apesim.studies.gap.search.score_test import ALIKE, Column, cosine
 DETECTED = 5.0
 """Deviations at which an effect counts as visible."""
 SMALL = 0.1
-"""Of the range of what acts by itself."""
+"""Share of the range of what acts by itself."""
 STEPS = 4
 CLOSE = 0.02
-"""Of a size, from which it is the size that was looked for."""
+"""Share of a size, within which it is the size that was looked for."""
 POWERS = 0.5, 3.0
-"""Of its size, with which an effect may grow."""
+"""Powers of its size, with which an effect may grow."""
 STRENGTHS = {effect.name: effect.strengths for effect in ALL_EFFECTS}
 
 

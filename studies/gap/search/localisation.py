@@ -1,4 +1,4 @@
-"""Where a gap lives: its energy by signal and phase."""
+"""Localisation of a gap: its energy by signal and phase."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ class Cell(NamedTuple):
     phase: str | None
     """None: of a mean over the cycle."""
     share: float
-    """Of the gap's energy."""
+    """Share of the gap's energy."""
     size: float
     """Root mean square of the gap there, over the noise."""
 

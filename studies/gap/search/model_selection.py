@@ -19,7 +19,7 @@ SCREENED = 3
 SWAPS = 3
 """Effects that are tried in place of either of the best pair."""
 CHANCE = 0.01
-"""Of a term that is not there: 2 ln(n/p) is its penalty."""
+"""Chance of a term that is not there: 2 ln(n/p) is its penalty."""
 PULLED = 2.5
 """Prior deviations from which a wrong nuisance is one of the explanations."""
 MATERIAL = ("air.heat_capacity_ratio",)
@@ -36,7 +36,7 @@ class Choice(NamedTuple):
 
     @property
     def names(self):
-        """Of the effects it adds."""
+        """Names of the effects it adds."""
         return self.model.names
 
 
@@ -192,7 +192,7 @@ def _fitted(base, fit, wanted, library, work, stage):
 
 
 def _names(pair):
-    """Of the candidates of a pair with its guesses."""
+    """Names of the candidates of a pair with its guesses."""
     return [candidate.name for candidate in pair[0]]
 
 

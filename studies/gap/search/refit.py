@@ -11,9 +11,9 @@ from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.gap.search.candidates import probes_of
 
 STARTS = (0.25, 0.5, 1.0)
-"""Of a strength, over its range, beside the size that the score suggests and the probes."""
+"""Starts of a strength, over its range, beside the size that the score suggests and the probes."""
 SHAPE = 0.3
-"""Of further parameters over their range, where a strength is tried at large."""
+"""Place of further parameters in their range, where a strength is tried at large."""
 DESCENTS = 2
 """Starts that are followed to their end: those that leave least once the nuisances have moved."""
 
@@ -133,7 +133,7 @@ def release(base, number):
 
 
 def _from(base, smaller, candidates, others):
-    """Where a model with some of the candidates stands, with values for the others."""
+    """State of a model with some of the candidates, with values for the others."""
     known = {candidate.name: smaller.own(number) for number, candidate in enumerate(smaller.candidates)}
     own = [known.get(candidate.name, other) for candidate, other in zip(candidates, others, strict=True)]
     return np.concatenate([smaller.fitted.x[: len(base.fitted.x)], *own])

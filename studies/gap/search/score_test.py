@@ -23,13 +23,13 @@ class Column(NamedTuple):
     effect: np.ndarray
     """(n + p,), for the probe's size [standard deviations]."""
     bare: np.ndarray
-    """The same with what nuisances can imitate taken off."""
+    """Sensitivities with what nuisances can imitate taken off."""
     kept: float
     """Share of its length that is left."""
 
     @property
     def length(self):
-        """Of what is left [standard deviations]."""
+        """Length of what is left [standard deviations]."""
         return float(np.linalg.norm(self.bare))
 
     @property
@@ -54,7 +54,7 @@ class Score(NamedTuple):
 
     @property
     def name(self):
-        """Of the candidate."""
+        """Name of the candidate."""
         return self.column.probe.candidate.name
 
 

@@ -1,4 +1,4 @@
-"""Where a gap lives by balance: one smooth unknown force, heat, leak, area or delay at a time, without a name.
+"""Balance in which a gap lives: one smooth unknown force, heat, leak, area or delay at a time, without a name.
 
 The nodes of a table have a Gaussian prior: neighbours are alike, and their size is that under which the data are most
 probable. So a table takes as much of the gap as stands out of noise, and pays for what it moves.
@@ -21,22 +21,22 @@ TRENDS = 0.5, 0.9, 0.99
 SIZES = np.logspace(-3.0, 0.5, 29)
 """Standard deviations of the nodes, over their range, among which the data choose."""
 ROUNDS = 2
-"""Of choosing sizes and fitting the nodes with them."""
+"""Rounds of choosing sizes and fitting the nodes with them."""
 ALIKE = 1.5
 """Times by which a size may be another without a fit of its own."""
 SWEEPS = 3
-"""Of choosing the sizes of one branch after the other."""
+"""Sweeps of choosing the sizes of one branch after the other."""
 
 
 class Balance(NamedTuple):
     """What a table takes of a gap."""
 
     name: str
-    """Of the effect."""
+    """Name of the effect."""
     balance: str
     """force, heat, leak, area or delay"""
     fall: float
-    """Of the sum of squares, priors included."""
+    """Fall of the sum of squares, priors included."""
     price: float
     """Twice the logarithm of Occam's factor: what the nodes pay that the data move."""
     nodes: float
@@ -44,7 +44,7 @@ class Balance(NamedTuple):
     problem: object
     """`Smoothed`"""
     fitted: Fitted
-    """Where the nodes are, or where a fit is to start."""
+    """Values of the nodes, or those that a fit is to start from."""
     model: object = None
     """`apesim.studies.estimation.model.Model`, fitted through the simulator; None: it is not yet."""
 
@@ -70,17 +70,17 @@ class Smoothed(Problem):
         self.root = root
 
     def on(self, runs):
-        """The same parameters on other runs."""
+        """Return these parameters on other runs."""
         return Smoothed(self.machine, runs, self.parameters, self.noise, self.root)
 
     def pulls(self, x):
-        """As `Problem.pulls`, with that of the nodes' prior."""
+        """Return what `Problem.pulls` does, with that of the nodes' prior."""
         pulls, nodes = super().pulls(x), len(self.root)
         pulls[-nodes:] = np.linalg.solve(self.root, np.asarray(x)[-nodes:])
         return pulls
 
     def smoothed(self, root):
-        """The same with another prior of the nodes."""
+        """Return these residuals with another prior of the nodes."""
         other = Smoothed(self.machine, self.runs, self.parameters, self.noise, root)
         other.go_on_from(self)
         other.simulations = self.simulations
@@ -133,7 +133,7 @@ def straight(base, effect):
 
 
 def through_the_simulator(base, balance):
-    """The same, fitted together with the nuisances, the sizes of the nodes chosen anew where the first fit leads to.
+    """Fit a balance together with the nuisances, the sizes of the nodes chosen anew where the first fit leads to.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def resized(root, other):
 
 
 def weighed(balance):
-    """The same with the most probable sizes of its nodes, and the nodes to which the straight model then leads."""
+    """Return a balance with the most probable sizes of its nodes, and the nodes to which they lead."""
     problem, (x, errors, jacobian, _) = balance.problem, balance.fitted
     nodes = len(problem.root)
     old = len(x) - nodes

@@ -10,7 +10,7 @@ from apesim.studies.estimation.parameters import shown
 SEEN = 0.01
 """Share of its range from which a branch of a table counts as moved."""
 POINTS = 121
-"""Of a curve."""
+"""Number of points of a curve."""
 ROUND = "tabulated_cylinder_heat", "tabulated_cylinder_leak"
 """Tables over the crank angle."""
 STRAIGHT = "tabulated_delay", "tabulated_groove"

@@ -21,7 +21,7 @@ LOST = 0.05
 TOLD = 0.5
 """Share of its energy from which a form is told."""
 POINTS = 200
-"""Of each run."""
+"""Number of points of each run."""
 MOVING = 0.02
 """Speed from which the piston counts as moving [m/s]."""
 ALONG = "tabulated_force", "tabulated_damping", "tabulated_heat"

@@ -155,7 +155,7 @@ def test_rebounds_follow_one_another_as_the_law_of_restitution_says():
 class Oscillator(NamedTuple):
     omega: float = 3.0
     speed: float = 0.0
-    """Of a belt that is dragged over the domain; beyond position 10 there is none."""
+    """Speed of a belt that is dragged over the domain; beyond position 10 there is none."""
 
 
 @rates.for_type(Oscillator)

@@ -97,7 +97,7 @@ def test_sensitivities_are_renewed_where_a_step_brings_more_than_they_promise():
 
 
 class Strokes(Fronts):
-    """The same with fronts whose heights change, too, further apart from what is seen."""
+    """Strokes with fronts whose heights change, too, further apart from what is seen."""
 
     low, high = np.full(12, -20.0), np.full(12, 20.0)
 
@@ -144,7 +144,7 @@ class Torn(Curved):
 
 
 def test_a_calibration_is_the_deepest_of_several_minima():
-    """As where an engine's valve runs out of breath, and there is no steady state on the way."""
+    """So it is where an engine's valve runs out of breath, and there is no steady state on the way."""
     problem = Torn(depth=1.0)
     near = Model((), problem, descend(problem, [0.0, 0.0]))
     found = elsewhere(near, Work())

@@ -62,13 +62,13 @@ def results():
 
 @pytest.fixture(scope="module")
 def of_the_paper():
-    """The same for solenoids that follow 120 Hz."""
+    """Results for solenoids that follow 120 Hz."""
     return soft_landings(machine(), [AMBIENT + 1e6], 287.0, DWELL, SPACING, COST)
 
 
 @pytest.fixture(scope="module")
 def at_once():
-    """The same for brakes that switch both solenoids at once."""
+    """Results for brakes that switch both solenoids at once."""
     return soft_landings(machine(), [AMBIENT + 1e6], 287.0, DWELL, SPACING, COST, solenoids=(BOTH,))
 
 

@@ -236,7 +236,7 @@ def test_where_nothing_tells_the_colour_it_is_that_at_the_nearest_sampling_inter
 
 @pytest.mark.parametrize("correlation", [0.5, 0.9])
 def test_slow_columns_that_are_taken_off_take_nothing_off_the_colour(correlation):
-    """As a library's do: what is left of noise has less at low frequencies, and is taken for whiter than it is."""
+    """What a library's columns leave of noise has less at low frequencies, and is taken for whiter than it is."""
     rng = np.random.default_rng(19)
     waves = [TURN * k * np.linspace(0.0, 1.0, 360) for k in range(20)]
     slow = np.column_stack([turn(wave) for wave in waves for turn in (np.cos, np.sin)])

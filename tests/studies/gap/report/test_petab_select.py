@@ -28,7 +28,7 @@ FREED = {
     "coulomb_friction": {"effects__coulomb_friction__force", "effects__coulomb_friction__breakaway"},
     "bounce": {"effects__bounce__restitution"},
 }
-"""Of a library without the side force that the data have, so that pairs are tried."""
+"""Effects of a library without the side force that the data have, so that pairs are tried."""
 
 
 @pytest.fixture(scope="module")

@@ -97,7 +97,7 @@ def test_where_nothing_is_hidden_no_table_is_worth_its_nodes():
 
 
 def written(folder, data):
-    """The same as a folder of files."""
+    """Data as a folder of files."""
     lines = ['bench = "valve"']
     for name, size in NOISE.items():
         lines += [f"[sensor.{name}]", f'noise = "{size!r} {UNITS[name]}"']
