@@ -1,9 +1,9 @@
 """Kernels, the entries that Python calls, and functions that are chosen by type: how they are compiled.
 
-A function chosen by type has a body for each type of its first argument. Only an entry is compiled to be called from Python and kept in the cache, all its kernels in it. Numba's disk cache
-notices an edit only in the file a function stands in; an edited callee elsewhere would silently give the old answer.
-The cache folder is therefore named by a hash of every source file that holds kernels, so that any edit opens a new,
-empty folder.
+A function chosen by type has a body for each type of its first argument. Only an entry is compiled to be called from
+Python and kept in the cache, all its kernels in it. Numba's disk cache notices an edit only in the file a function
+stands in; an edited callee elsewhere would silently give the old answer. The cache folder is therefore named by a hash
+of every source file that holds kernels, so that any edit opens a new, empty folder.
 """
 
 import contextlib
