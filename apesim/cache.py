@@ -5,19 +5,34 @@ import contextlib
 import os
 from pathlib import Path
 
-_temporary = []
+_temporary: list[tuple[Path, int]] = []
 """Roots that were made for a process alone, each with the process that made it."""
 
 
-def cache_root():
-    """Parent of the folders: ``APESIM_CACHE_DIR``, else that of ``XDG_CACHE_HOME``, else of ``~/.cache``."""
+def cache_root() -> Path:
+    """Parent of the folders: ``APESIM_CACHE_DIR``, else where the system keeps caches, such as ``~/.cache/apesim``.
+
+    Returns
+    -------
+    pathlib.Path
+
+    Raises
+    ------
+    RuntimeError
+        The user has no home folder.
+    """
     given = os.environ.get("APESIM_CACHE_DIR")
     if given:
         return Path(given)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "apesim"
+    from platformdirs import user_cache_path
+
+    root = user_cache_path("apesim", appauthor=False)
+    if not root.is_absolute():  # older versions of platformdirs do not raise
+        raise RuntimeError("the user has no home folder")
+    return root
 
 
-def private_folder(name):
+def private_folder(name: str) -> Path | None:
     """A folder of the cache, made with mode 0700 if need be.
 
     Parameters
@@ -40,7 +55,7 @@ def private_folder(name):
     return None
 
 
-def temporary_folder(name):
+def temporary_folder(name: str) -> Path:
     """A folder for this process and those that it starts from now on, where the cache has none; removed at exit.
 
     Parameters
@@ -62,7 +77,7 @@ def temporary_folder(name):
     return folder
 
 
-def remove_temporary_folders():
+def remove_temporary_folders() -> None:
     """Remove what `temporary_folder` has made in this process."""
     import shutil
 

@@ -82,7 +82,10 @@ def cache_folder():
         A temporary one where none can be kept, see `apesim.cache.private_folder`.
     """
     name = f"kernels-{sources_hash()}"
-    is_new = not (cache_root() / name).exists()
+    try:
+        is_new = not (cache_root() / name).exists()
+    except RuntimeError:  # the user has no home folder
+        return temporary_folder(name)
     folder = private_folder(name)
     if folder is None:
         return temporary_folder(name)
