@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.archive.columns import column, run_axis, run_text, values_of
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
@@ -63,14 +64,11 @@ def supply_columns(grid):
     -------
     dict of str to Variable
     """
+    pressures, temperatures = [p for p, *_ in grid], [t for _, t, *_ in grid]
     return {
-        "run": Variable(("run",), np.arange(len(grid)), "1", "number of the run"),
-        "supply_pressure": Variable(
-            ("run",), np.array([p for p, *_ in grid]), "Pa abs", "pressure of the control air", coordinate=True
-        ),
-        "supply_temperature": Variable(
-            ("run",), np.array([t for _, t, *_ in grid]), "K", "temperature of the control air", coordinate=True
-        ),
+        "run": run_axis(len(grid)),
+        "supply_pressure": column(pressures, "Pa abs", "pressure of the control air", coordinate=True),
+        "supply_temperature": column(temperatures, "K", "temperature of the control air", coordinate=True),
     }
 
 
@@ -105,26 +103,15 @@ def map_valve(machine, pressures, temperatures, pulse=PULSE, command="", report=
     variables = {
         **supply_columns(grid),
         "time": Variable(("time",), runs[0].times, "s", "time after the solenoids are energised"),
-        "status": Variable(
-            ("run",),
-            np.array([run.status for run in runs], dtype=np.int8),
-            "1",
-            "how the march ended",
-            STATUS_MEANINGS,
-        ),
-        "control_air_kg": Variable(
-            ("run",), np.array([run.control_air for run in runs]), "kg", "control air of an opening and a closing"
-        ),
+        "status": column([run.status for run in runs], "1", "how the march ended", STATUS_MEANINGS),
+        "control_air_kg": column([run.control_air for run in runs], "kg", "control air of an opening and a closing"),
     }
     for stroke in ("opening", "closing"):
         for field, (name, unit, description) in MEASURES.items():
-            values = np.array([getattr(getattr(run, stroke), field) for run in runs])
-            flag = values.dtype == bool
-            variables[f"{stroke}_{name}"] = Variable(
-                ("run",), values.astype(np.int8 if flag else float), unit, description, "0 no, 1 yes" if flag else ""
-            )
-    for name, (column, unit, description) in TRACES.items():
-        values = np.stack([run.trace[:, column] for run in runs])
+            values = [getattr(getattr(run, stroke), field) for run in runs]
+            variables[f"{stroke}_{name}"] = column(values, unit, description)
+    for name, (number, unit, description) in TRACES.items():
+        values = np.stack([run.trace[:, number] for run in runs])
         variables[name] = Variable(("run", "time"), values, unit, description)
     provenance = {"command": command, "kernels": sources_hash(), "pulse_s": repr(pulse)}
     return Archive(dumps(machine), provenance, variables)
@@ -141,10 +128,9 @@ def faults_of_map(archive):
     -------
     list of str
     """
-    v = {name: variable.values for name, variable in archive.variables.items()}
-    lines = []
+    v, lines = values_of(archive), []
     for run, status in enumerate(v["status"]):
-        where = f"run {run} ({v['supply_pressure'][run] / 1e6:g} MPa abs, {v['supply_temperature'][run]:g} K)"
+        where = run_text(archive, run)
         if status != Status.DONE:
             lines.append(f"{where}: failed: {Status(status).remedy}")
         elif np.isnan(v["opening_stroke_time_s"][run] + v["closing_stroke_time_s"][run]):

@@ -5,6 +5,7 @@ from math import nan
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.archive.columns import column, run_axis, run_text, values_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import COUNTS, INDICATORS
 from apesim.kernel import sources_hash
@@ -63,11 +64,8 @@ def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
     valves = np.stack([point.valves for point in found])
     lost = losses(valves)
 
-    def column(values, unit, description, meanings="", **options):
-        return Variable(("run",), np.asarray(values), unit, description, meanings, **options)
-
     variables = {
-        "run": column(np.arange(len(found)), "1", "number of the run"),
+        "run": run_axis(len(found)),
         "valve": Variable(("valve",), np.array(list(VALVES)), "1", _listed(VALVES)),
         "order": Variable(("order",), np.array(list(ORDERS)), "1", _listed(ORDERS)),
         "cause": Variable(("cause",), np.array(list(CAUSES)), "1", _listed(CAUSES)),
@@ -78,12 +76,7 @@ def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
             [point.energise / DEGREE for point in found], "deg", "crank angle at which the solenoids are energised"
         ),
         "release_deg": column([point.release / DEGREE for point in found], "deg", "crank angle of the release"),
-        "outcome": column(
-            np.array([point.outcome for point in found], dtype=np.int8),
-            "1",
-            "whether all valves could be compared",
-            OUTCOMES,
-        ),
+        "outcome": column([point.outcome for point in found], "1", "whether all valves could be compared", OUTCOMES),
     }
     for number, (name, (unit, description)) in enumerate(MEASURES.items()):
         variables[name] = Variable(("run", "valve"), valves[..., number].copy(), unit, f"{description} with each valve")
@@ -126,11 +119,10 @@ def faults_of_assessment(archive):
     -------
     list of str
     """
-    v = {name: archive.variables[name].values for name in ("run", "speed_rpm", "outcome", "cycle_to_cycle_torque_Nm")}
-    lines = []
-    for run, speed, outcome, change in zip(*v.values(), strict=True):
+    v, lines = values_of(archive), []
+    for run, (outcome, change) in enumerate(zip(v["outcome"], v["cycle_to_cycle_torque_Nm"], strict=True)):
         if outcome != Outcome.COMPLETE:
-            line = f"run {run} ({speed:g} r/min): {Outcome(outcome).remedy}"
+            line = f"{run_text(archive, run)}: {Outcome(outcome).remedy}"
             changes = f"; its indicated torque changes by up to {change:.3g} N m from a cycle to the next"
             lines.append(line + (changes if outcome == Outcome.NOT_PERIODIC else ""))
     return lines
@@ -147,7 +139,7 @@ def undefined_ratios(archive):
     -------
     list of str
     """
-    v = {name: variable.values for name, variable in archive.variables.items()}
+    v = values_of(archive)
     speeds = {}
     for work in ("indicated", "brake"):
         for torques, speed in zip(v[f"{work}_torque_Nm"], v["speed_rpm"], strict=True):

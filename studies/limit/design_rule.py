@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.archive import Variable
+from apesim.archive.columns import column
 from apesim.engine.angles import DEGREE, TURN
 
 RPM = TURN / 60.0
@@ -75,13 +75,8 @@ def rule_columns(supplies, windows, limits, by_full_lift):
     rules = [fit_rule(windows[fitted & equal], limits[fitted & equal]) for equal in alike]
     paper = PAPER_RPM["30 Hz, one event a revolution"]
 
-    def column(values, unit, description, meanings=""):
-        return Variable(("run",), np.array(values), unit, description, meanings)
-
     return {
-        "rule_fitted": column(
-            fitted.astype(np.int8), "1", "whether the design rule is fitted to this point", "0 no, 1 yes"
-        ),
+        "rule_fitted": column(fitted, "1", "whether the design rule is fitted to this point"),
         "rule_lap_to_lap_s": column(
             [rule.lap_to_lap for rule in rules], "s", "time from lap to lap that the design rule needs at this supply"
         ),

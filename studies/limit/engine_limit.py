@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.archive import Archive, Variable
+from apesim.archive import Archive
+from apesim.archive.columns import column, run_axis
 from apesim.engine.angles import DEGREE, TURN
 from apesim.kernel import sources_hash
 from apesim.march.periodic import PERIODIC_TOLERANCE
@@ -273,10 +274,6 @@ def _limit_of(item):
 
 
 def _variables(grid, kinds, limits):
-    def column(values, unit, description, meanings="", **options):
-        values = np.array(values, dtype=np.int8 if meanings else None)
-        return Variable(("run",), values, unit, description, meanings, **options)
-
     def at_limit(value, unit, description):
         values = [value(found.timing) if found.timing else nan for found in limits]
         return column(np.array(values, dtype=float), unit, description)
@@ -290,7 +287,7 @@ def _variables(grid, kinds, limits):
         for found in limits
     ]
     return {
-        "run": column(np.arange(len(grid)), "1", "number of the run"),
+        "run": run_axis(len(grid)),
         "point": point_column(kinds),
         "supply_pressure": column(pressures, "Pa abs", "pressure of the supply", coordinate=True),
         "supply_temperature": column(temperatures, "K", "temperature of the supply", coordinate=True),

@@ -4,7 +4,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from apesim.archive import Variable
+from apesim.archive.columns import column
 
 
 class Point(IntEnum):
@@ -42,7 +42,7 @@ def with_own(grid, own):
 
 def point_column(kinds):
     """Column of an archive that says where each point comes from."""
-    return Variable(("run",), np.array(kinds, dtype=np.int8), "1", "where the point comes from", POINTS)
+    return column(kinds, "1", "where the point comes from", POINTS)
 
 
 def own_run(v):

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.archive import Archive, Variable
+from apesim.archive import Archive
+from apesim.archive.columns import column, run_text
 from apesim.engine.angles import DEGREE, TURN
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
@@ -161,9 +162,6 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None,
     windows = TURN * limit * opened - 2.0 * WITHIN
     supplies = [(p, t) for p, t, _ in grid]
 
-    def column(values, unit, description, **options):
-        return Variable(("run",), np.asarray(values), unit, description, **options)
-
     variables = {
         **supply_columns(grid),
         "point": point_column(kinds),
@@ -180,7 +178,7 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None,
             windows / DEGREE, "deg", "shortest window of an engine, each end met within 0.5 deg, at the limit"
         ),
         **rule_columns(supplies, windows, TURN * limit, outcomes == FOUND),
-        "outcome": Variable(("run",), outcomes, "1", "what the search came to", OUTCOMES),
+        "outcome": column(outcomes, "1", "what the search came to", OUTCOMES),
     }
     provenance = {
         "command": command,
@@ -202,14 +200,12 @@ def faults_of_limits(archive):
     -------
     list of str
     """
-    v = {name: variable.values for name, variable in archive.variables.items()}
     told = {
         NONE: f"not even {LOWEST:g} Hz is complete: the supply cannot move the piston",
         DIED: "its worker process died; try --jobs 1",
     }
     return [
-        f"run {run} ({v['supply_pressure'][run] / 1e6:g} MPa abs, {v['supply_temperature'][run]:g} K, "
-        f"duty {v['duty'][run]:g}): {told[outcome]}"
-        for run, outcome in enumerate(v["outcome"])
+        f"{run_text(archive, run)}: {told[outcome]}"
+        for run, outcome in enumerate(archive.variables["outcome"].values)
         if outcome != FOUND
     ]

@@ -5,6 +5,7 @@ from math import nan
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.archive.columns import NO_YES, column, run_axis
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import INDICATORS
 from apesim.kernel import sources_hash
@@ -96,10 +97,8 @@ def archive_of(machine, optima, goals, pressures=None, command=""):
     Archive
     """
     variables = {
-        "run": Variable(("run",), np.arange(len(optima)), "1", "number of the run"),
-        "speed_rpm": Variable(
-            ("run",), np.array([speed_rpm(one) for one in optima]), *INDICATORS["speed_rpm"], coordinate=True
-        ),
+        "run": run_axis(len(optima)),
+        "speed_rpm": column(np.array([speed_rpm(one) for one in optima]), *INDICATORS["speed_rpm"], coordinate=True),
         **_columns("uncorrected", [one.own for one in optima]),
     }
     for goal in goals:
@@ -109,7 +108,7 @@ def archive_of(machine, optima, goals, pressures=None, command=""):
         variables |= _fronts([one.front for one in optima])
     for name, description in (("sketches", "states followed roughly, to 1e-3"), ("runs", "states followed fully")):
         counts = np.array([getattr(one, name) for one in optima])
-        variables[name] = Variable(("run",), counts, "1", f"operating points computed, {description}")
+        variables[name] = column(counts, "1", f"operating points computed, {description}")
     ranges = [(name, *ends, DEGREE, "deg") for name, ends in zip(FREE, (ENERGISE, DURATION), strict=False)]
     ranges += [(FREE[2], *pressures, 1.0, "Pa abs")] if pressures else []
     searched = {f"searched_{name}": f"{low / by:g} to {high / by:g} {unit}" for name, low, high, by, unit in ranges}
@@ -128,10 +127,10 @@ def _columns(prefix, points):
     rows = [row_of(point) for point in points]
     for name, (unit, description) in COLUMNS.items():
         values = np.array([row[name] for row in rows])
-        variables[f"{prefix}_{name}"] = Variable(("run",), values, unit, f"{told}: {description}")
+        variables[f"{prefix}_{name}"] = column(values, unit, f"{told}: {description}")
     full = np.array([bool(point and point.full_lift) for point in points], dtype=np.int8)
     description = f"{told}: whether the piston is on its open stop at any time"
-    return variables | {f"{prefix}_full_lift": Variable(("run",), full, "1", description, "0 no, 1 yes")}
+    return variables | {f"{prefix}_full_lift": column(full, "1", description, NO_YES)}
 
 
 def _bounds(prefix, points, count):
@@ -140,7 +139,7 @@ def _bounds(prefix, points, count):
     for name in FREE[:count]:
         codes = np.array([bounds_of(point).get(name, 0) for point in points], dtype=np.int8)
         description = f"{prefix.replace('_', ' ')}: where it lies in the range searched"
-        variables[f"{prefix}_bound_{name}"] = Variable(("run",), codes, "1", description, meanings)
+        variables[f"{prefix}_bound_{name}"] = column(codes, "1", description, meanings)
     return variables
 
 

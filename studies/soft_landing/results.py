@@ -5,6 +5,7 @@ from math import nan
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.archive.columns import NO_YES, column, run_axis
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.soft_landing.braking import (
@@ -52,11 +53,9 @@ def archive_of(machine, results, spacing, cost, command="", solenoids=SOLENOIDS)
     supplies = np.array([result.task.machine.supply.control() for result in openings])
     added = np.arange(0.0, max(STEP, _max_added(results)) + STEP, STEP)
     variables = {
-        "run": Variable(("run",), np.arange(len(openings)), "1", "number of the pressure"),
-        "supply_pressure": Variable(("run",), supplies[:, 0], "Pa abs", "pressure of the control air", coordinate=True),
-        "supply_temperature": Variable(
-            ("run",), supplies[:, 1], "K", "temperature of the control air", coordinate=True
-        ),
+        "run": run_axis(len(openings), "number of the pressure"),
+        "supply_pressure": column(supplies[:, 0], "Pa abs", "pressure of the control air", coordinate=True),
+        "supply_temperature": column(supplies[:, 1], "K", "temperature of the control air", coordinate=True),
         "added_time": Variable(("added_time",), added, "s", "time added to a stroke by its brake, at most"),
         "spacing": Variable(("spacing",), SPACINGS, "s", "time between two edges of a solenoid, at least"),
         "pressure_factor": Variable(("pressure_factor",), np.array(FACTORS), "1", "of the gauge pressure"),
@@ -103,7 +102,7 @@ def _landings(stroke, results, cost):
             "farthest apart that edges can be for a brake to halve the seating speed at the stated cost",
         ),
     }
-    variables = {f"{stroke}_{name}": Variable(("run",), np.array(v, float), *of) for name, (v, *of) in columns.items()}
+    variables = {f"{stroke}_{name}": column(np.array(v, float), *of) for name, (v, *of) in columns.items()}
     description = "lowest seating speed at the stated cost with edges that far apart; unbraked where none lowers it"
     variables[f"{stroke}_speed_over_spacing"] = Variable(
         ("run", "spacing"), np.array([over_spacing(r) for r in results]), "m/s", description
@@ -119,8 +118,8 @@ def _fronts(stroke, results, added, spacing):
         for run, result in enumerate(results):
             front = front_of(result.brakes, apart)
             last = np.searchsorted(front[:, ADDED], added, side="right") - 1
-            for number, column in enumerate((SPEED, BRAKE, RELEASE, SWITCHED)):
-                values[number, run, last >= 0] = front[last[last >= 0], column]
+            for number, place in enumerate((SPEED, BRAKE, RELEASE, SWITCHED)):
+                values[number, run, last >= 0] = front[last[last >= 0], place]
         told = (
             ("speed", "m/s", "front: seating speed"),
             ("brake", "s", "front: begin of the brake after the command edge"),
@@ -128,8 +127,8 @@ def _fronts(stroke, results, added, spacing):
             ("solenoids", "1", "front: solenoids that the brake switches", NUMBERED),
         )
         columns = (*values[:3], _numbers(values[3]))
-        for (name, *of), column in zip(told, columns, strict=True):
-            variables[f"{stroke}_{limit}_front_{name}"] = Variable(("run", "added_time"), column, *of)
+        for (name, *of), values_of_front in zip(told, columns, strict=True):
+            variables[f"{stroke}_{limit}_front_{name}"] = Variable(("run", "added_time"), values_of_front, *of)
     return variables
 
 
@@ -150,16 +149,14 @@ def _choices(prefix, choices):
             stays[run] = np.reshape([landing.stays for landing in choice.landings], shape[1:])
     axes = ("run", "pressure_factor", "temperature_offset")
     return {
-        f"{prefix}_brake": Variable(("run",), rows[:, BRAKE], "s", "begin of the brake after the command edge"),
-        f"{prefix}_release": Variable(("run",), rows[:, RELEASE], "s", "end of the brake after the command edge"),
-        f"{prefix}_solenoids": Variable(
-            ("run",), _numbers(rows[:, SWITCHED]), "1", "solenoids that it switches", NUMBERED
-        ),
-        f"{prefix}_added": Variable(("run",), rows[:, ADDED], "s", "time added to the stroke"),
-        f"{prefix}_speed": Variable(("run",), rows[:, SPEED], "m/s", "seating speed"),
+        f"{prefix}_brake": column(rows[:, BRAKE], "s", "begin of the brake after the command edge"),
+        f"{prefix}_release": column(rows[:, RELEASE], "s", "end of the brake after the command edge"),
+        f"{prefix}_solenoids": column(_numbers(rows[:, SWITCHED]), "1", "solenoids that it switches", NUMBERED),
+        f"{prefix}_added": column(rows[:, ADDED], "s", "time added to the stroke"),
+        f"{prefix}_speed": column(rows[:, SPEED], "m/s", "seating speed"),
         f"{prefix}_speed_at": Variable(axes, speed, "m/s", "seating speed under other conditions"),
         f"{prefix}_added_at": Variable(axes, added, "s", "time added to the unbraked stroke of the same condition"),
-        f"{prefix}_stays_at": Variable(axes, stays, "1", "whether the piston stays at its stop", "0 no, 1 yes"),
+        f"{prefix}_stays_at": Variable(axes, stays, "1", "whether the piston stays at its stop", NO_YES),
     }
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from apesim.archive import Archive, Variable
+from apesim.archive.columns import NO_YES, column, meanings_of
 from apesim.archive.grid import axes_of, places_of
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.rates import TRACE
@@ -43,11 +44,6 @@ TRACE_DESCRIPTIONS = {
 }
 
 
-def meanings_of(names):
-    """Meanings of the codes 0, 1...: "0 epv, 1 cam"."""
-    return ", ".join(f"{code} {name}" for code, name in enumerate(names))
-
-
 def archive_of(points, results, variation, machine, provenance):
     """Results of some operating points as an archive.
 
@@ -70,7 +66,7 @@ def archive_of(points, results, variation, machine, provenance):
     traces = np.stack([trace for _, trace in results])
     angles = points[0].trace_start / DEGREE + ANGLE_STEP / DEGREE * np.arange(traces.shape[1])
     variables = {
-        "run": _column((point.run for point in points), np.int64, "1", "number of the run"),
+        "run": column([point.run for point in points], "1", "number of the run"),
         "crank_angle": Variable(("crank_angle",), angles, "deg", "crank angle after TDC"),
     }
     variables |= _what_was_run(points) | _what_was_varied(points, variation)
@@ -84,10 +80,6 @@ def archive_of(points, results, variation, machine, provenance):
     return Archive(machine, provenance, variables)
 
 
-def _column(values, dtype, *told):
-    return Variable(("run",), np.array(list(values), dtype=dtype), *told)
-
-
 def _what_was_run(points):
     codes = {
         "actuation": [actuation_of(point) for point in points],
@@ -95,8 +87,7 @@ def _what_was_run(points):
         "timing": [point.timing for point in points],
     }
     return {
-        name: _column(codes[name], np.int8, "1", description, meanings_of(names))
-        for name, (description, names) in CODES.items()
+        name: column(codes[name], "1", description, meanings_of(names)) for name, (description, names) in CODES.items()
     }
 
 
@@ -105,13 +96,10 @@ def _what_was_varied(points, variation):
     variables = {}
     for number, axis in enumerate(variation.axes):
         values, unit = stored(axis)
-        dtype, meanings = float, ""
-        if isinstance(axis.declaration, Choice):
-            dtype, meanings = np.int8, meanings_of(axis.declaration.options)
-        elif isinstance(axis.declaration, Curve):
-            dtype = np.str_
-        varied = (values[np.unravel_index(point.combination, shape)[number]] for point in points)
-        variables[axis.name] = _column(varied, dtype, unit, f"{axis.key} of the machine", meanings)
+        meanings = meanings_of(axis.declaration.options) if isinstance(axis.declaration, Choice) else ""
+        varied = [values[np.unravel_index(point.combination, shape)[number]] for point in points]
+        kind = np.str_ if isinstance(axis.declaration, Curve) else float
+        variables[axis.name] = column(np.array(varied, kind), unit, f"{axis.key} of the machine", meanings)
     return variables
 
 
@@ -123,33 +111,29 @@ def _how_it_ended(scalars):
             f"{NOT_ASKED} not asked for, {REASON_MEANINGS}",
         ),
     }
-    variables = {
-        name: _column((values[name] for values in scalars), np.int8, "1", *texts) for name, texts in told.items()
-    }
+    variables = {name: column([values[name] for values in scalars], "1", *texts) for name, texts in told.items()}
     for name, description in COMMANDS.items():
-        variables[name] = _column((values[name] for values in scalars), float, "deg", description)
+        variables[name] = column(np.array([values[name] for values in scalars], float), "deg", description)
     return variables
 
 
 def _indicators(scalars):
     variables = {}
     for name, (unit, description) in INDICATORS.items():
-        values, meanings = np.array([values[name] for values in scalars], dtype=float), ""
-        if name in FLAGS:
-            values, meanings = np.nan_to_num(values).astype(np.int8), "0 no, 1 yes"
-        elif name in COUNTS:
+        values = np.array([values[name] for values in scalars], dtype=float)
+        if name in FLAGS or name in COUNTS:
             values = np.nan_to_num(values).astype(np.int64)
-        variables[name] = Variable(("run",), values, unit, description, meanings)
+        variables[name] = column(values, unit, description, NO_YES if name in FLAGS else "")
     return variables
 
 
 def _warnings(scalars):
     """How many warnings a run has, and a flag for each kind: words that select in a table, where bits would not."""
     description = f"number of warnings, each with a flag below; {NOT_JUDGED}: no results to judge"
-    variables = {"warnings": _column((values["warnings"] for values in scalars), np.int64, "1", description)}
+    variables = {"warnings": column(np.array([values["warnings"] for values in scalars], int), "1", description)}
     for warning, flag in WARNING_FLAGS.items():
-        column = (values[flag] for values in scalars)
-        variables[flag] = _column(column, np.int8, "1", warning.summary, f"{NOT_JUDGED} not judged, 0 no, 1 yes")
+        values = [scalar[flag] for scalar in scalars]
+        variables[flag] = column(values, "1", warning.summary, f"{NOT_JUDGED} not judged, {NO_YES}")
     return variables
 
 

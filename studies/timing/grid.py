@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.archive import Archive, Variable
+from apesim.archive import Archive
+from apesim.archive.columns import NO_YES, column, run_axis, run_text, values_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import indicators
 from apesim.engine.machine import Command, Machine
@@ -57,7 +58,7 @@ COLUMNS = {
     "marches": ("1", "periodic states computed to find the commands"),
 }
 """Name of each result: its unit and what it is."""
-MEANINGS = {"reachable": "0 no, 1 yes", "full_lift": "0 no, 1 yes", "reason": REASONS}
+MEANINGS = {"reachable": NO_YES, "full_lift": NO_YES, "reason": REASONS}
 
 
 class Series(NamedTuple):
@@ -232,14 +233,11 @@ def _variables(axes, rows):
         "supply_temperature": temperatures,
     }
     lost = {"reachable": 0, "reason": int(Reason.FAILED), "full_lift": 0, "marches": 0}
-    variables = {"run": Variable(("run",), np.arange(len(rows)), "1", "number of the run")}
+    variables = {"run": run_axis(len(rows))}
     for name, (unit, description) in COLUMNS.items():
         values = places[name] if name in places else np.array([row.get(name, lost.get(name, nan)) for row in rows])
-        meanings = MEANINGS.get(name, "")
-        kind = np.int8 if meanings else np.int64 if name == "marches" else float
-        variables[name] = Variable(
-            ("run",), values.astype(kind), unit, description, meanings, coordinate=name in places
-        )
+        values = values.astype(np.int64 if name == "marches" else float)
+        variables[name] = column(values, unit, description, MEANINGS.get(name, ""), coordinate=name in places)
     return variables
 
 
@@ -254,9 +252,7 @@ def faults_of_timing(archive):
     -------
     list of str
     """
-    v = {name: variable.values for name, variable in archive.variables.items()}
+    v = values_of(archive)
     return [
-        f"run {run} ({v['speed_rpm'][run]:g} r/min, {v['supply_pressure'][run] / 1e6:g} MPa abs, "
-        f"{v['supply_temperature'][run]:g} K): {Reason(v['reason'][run]).remedy}"
-        for run in np.flatnonzero(v["reachable"] == 0)
+        f"{run_text(archive, run)}: {Reason(v['reason'][run]).remedy}" for run in np.flatnonzero(v["reachable"] == 0)
     ]
