@@ -1,4 +1,4 @@
-"""Where caches lie on each system."""
+"""Folder of caches on each system."""
 
 import sys
 from pathlib import Path
