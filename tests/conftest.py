@@ -16,8 +16,8 @@ PLAIN = {
     *("test_reference_valve",),
 }
 
-COMPILED = "converge", "no_bit", "runs_with_each_correlation"
-"""In the names of tests that take long without compiling, or are about what is compiled."""
+COMPILED = "converge", "no_bit", "runs_with_each_correlation", "takes_mass_and_all", "counts_as_engine_air"
+"""Parts of the names of tests that take long without compiling, or are about what is compiled."""
 
 
 def pytest_collection_modifyitems(items):
