@@ -29,6 +29,10 @@ _PUBLIC = {
     "vary": "apesim.studies.sweep",
     "read_archive": "apesim.archive",
     "read_grid": "apesim.archive.grid",
+    "read_measured": "apesim.studies.measured",
+    "explain": "apesim.studies.gap.workflow",
+    "find_isolability": "apesim.studies.gap.design.isolability",
+    "fit": "apesim.studies.identify.estimate",
     "InputError": "apesim.quantities",
     "ArchiveError": "apesim.archive",
 }

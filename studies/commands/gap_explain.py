@@ -1,25 +1,19 @@
 """The command of the missing-effect workflow."""
 
-import json
 import time
+from dataclasses import replace
 from pathlib import Path
 
-from apesim.archive import ArchiveError, replace_file
-from apesim.engine.effects import ALL_EFFECTS
 from apesim.quantities import Culprit, InputError
 from apesim.quantities.settings import dumps
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE, plain
+from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.execution.pool import Team, workers_for
-from apesim.studies.gap.decide.verdict import TOLERANCE
-from apesim.studies.gap.design.next_test import next_test
+from apesim.studies.execution.pool import workers_for
+from apesim.studies.gap.design.isolability import limit_text
 from apesim.studies.gap.input_checks import gate
-from apesim.studies.gap.report.extended_machine import child_of, lineage_of
-from apesim.studies.gap.report.petab_select import model_space
-from apesim.studies.gap.report.verdict_json import record
-from apesim.studies.gap.tables.latent import branches
-from apesim.studies.gap.work import Work
+from apesim.studies.gap.search.library import faults_of
+from apesim.studies.gap.thresholds import TOLERANCE
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
@@ -57,24 +51,22 @@ def explain_command(common, *, folder, out, without, tolerance, jobs, overwrite)
     console = common.console
     machine, measured, _ = given(common, folder, without)
     make_folder(out, overwrite)
-    parent = parent_of(machine, common.machine_file, common.settings)
     jobs = workers_for(MARCHES * first_march(console, machine, measured), jobs)
-    start = time.perf_counter()
+    options = {"without": without, "tolerance": TOLERANCE if tolerance is None else tolerance, "jobs": jobs}
+    parent_text = parent_of(machine, common.machine_file, common.settings)
+
+    def explained(progress):
+        explanation = replace(explain(machine, measured, **options, progress=progress), parent_text=parent_text)
+        return explanation, explanation.write(out, overwrite=overwrite, progress=progress)
+
     try:
-        with console.stages("explaining") as report, Team(jobs) as team:
-            options = {"without": without, "tolerance": TOLERANCE if tolerance is None else tolerance}
-            work = Work(team, report)
-            findings, told = call_in_thread(_found, machine, measured, parent, out, work, options).result()
+        with console.stages("explaining") as progress:
+            explanation, data = call_in_thread(explained, progress).result()
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE
-    data = told | {"wall_time_s": time.perf_counter() - start}
-    _write(out, "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    (Path(out) / "petab_select").mkdir(exist_ok=True)
-    for name, text in model_space(findings).items():
-        _write(out, f"petab_select/{name}", text)
     console.result(data, *shown(data), f"{out}/report.html, machine.toml, verdict.json: {data['wall_time_s']:.1f} s")
-    for warning in findings.warnings:
+    for warning in explanation.warnings:
         console.message(f"warning: {warning}")
     return DONE
 
@@ -99,7 +91,9 @@ def given(common, folder, without):
     InputError
     """
     machine = common.load_machine()
-    check_names(without)
+    faults = faults_of(without)
+    if faults:
+        raise InputError([Culprit(COMMAND_LINE, f"--{name}", wrong, right) for name, wrong, right in faults])
     measured = read_measured(folder, machine.ambient.pressure)
     return machine, measured, gate(measured)
 
@@ -126,44 +120,6 @@ def first_march(console, machine, measured):
     return time.perf_counter() - start
 
 
-def check_names(names):
-    """Raise `InputError` where one is no effect."""
-    known = [effect.name for effect in ALL_EFFECTS]
-    wrong = [name for name in names if name not in known]
-    if wrong:
-        raise InputError(
-            [Culprit(COMMAND_LINE, "--without", f"{name!r} is no effect", "see apesim gap effects") for name in wrong]
-        )
-
-
-def _found(machine, measured, parent, out, work, options):
-    """The findings as they are, and as plain data; the child and the report are written."""
-    from apesim.studies.figures.gap import draw_gap
-    from apesim.studies.gap.report.comparison import compare
-    from apesim.studies.gap.report.html import added_to, page, tried
-
-    findings = explain(machine, measured, work=work, **options)
-    work.tell("writing the report", 0, 1)
-    data = plain(record(findings) | {"next_test": next_test(findings)}) | {"lineage": lineage_of(measured, parent)}
-    _write(out, "machine.toml", child_of(findings, data))
-    compared = compare(findings)
-    (Path(out) / "figures").mkdir(exist_ok=True)
-    latent = branches(findings.tabulated.model) if findings.tabulated else ()
-    ambient = machine.ambient.pressure
-    figures = draw_gap(compared, tried(findings), added_to(findings), ambient, Path(out) / "figures", latent)
-    _write(out, "report.html", page(findings, data, compared, figures))
-    return findings, data
-
-
-def _write(out, name, text):
-    """Write a file, complete or not at all."""
-    path = Path(out) / name
-    try:
-        replace_file(path, text.encode())
-    except OSError as error:
-        raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another --out") from None
-
-
 def shown(data):
     """The verdict on a terminal."""
     yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
@@ -174,10 +130,3 @@ def shown(data):
     yield f"Next test: {data['next_test']['text']}"
     if rows:
         yield table_of("", ("effect", "score [deviations]", "visible from (5 deviations)"), rows, left=(0,))
-
-
-def limit_text(limit):
-    """From which size on an effect is seen."""
-    if limit is None or limit["limit"] is None:
-        return "beyond its range"
-    return f"{limit['limit']:.3g} {limit['unit']}".strip()

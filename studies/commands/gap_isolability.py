@@ -1,13 +1,10 @@
 """The command that tells what sensors and operating points could show at all."""
 
-import time
-
-from apesim.studies.commands.gap_explain import first_march, given, limit_text
+from apesim.studies.commands.gap_explain import first_march, given
 from apesim.studies.console import DONE, INCOMPLETE
 from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.gap.design.isolability import isolability
-from apesim.studies.gap.report.verdict_json import noise_told
+from apesim.studies.gap.design.isolability import find_isolability, limit_text
 from apesim.studies.tables import table_of
 
 HEADER = ("effect", "seen from (5 deviations)", "kept", "hardly told from", "what would help")
@@ -30,25 +27,23 @@ def isolability_command(common, *, folder, without):
         Exit code.
     """
     console = common.console
-    machine, measured, warnings = given(common, folder, without)
+    machine, measured, _ = given(common, folder, without)
     first_march(console, machine, measured)
-    start = time.perf_counter()
     try:
-        with console.stages("isolability") as report:
-            rows, noise, more = call_in_thread(isolability, machine, measured, without, report).result()
+        with console.stages("isolability") as progress:
+            found = call_in_thread(find_isolability, machine, measured, without=without, progress=progress).result()
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE
-    warnings += more
-    data = {"effects": rows, "noise": noise_told(noise), "warnings": warnings}
-    console.result(data | {"wall_time_s": time.perf_counter() - start}, *_shown(rows))
-    for warning in warnings:
+    console.result(found.to_dict(), *_shown(found))
+    for warning in found.warnings:
         console.message(f"warning: {warning}")
     return DONE
 
 
-def _shown(rows):
+def _shown(found):
     """A table, the effects that are seen first, and how many they are."""
+    rows = found.effects
     ordered = sorted(rows, key=lambda row: row["limit"] is None)
     table = table_of(
         "",
@@ -67,9 +62,7 @@ def _shown(rows):
     )
     table.columns[0].no_wrap, table.columns[0].min_width = True, max(len(row["effect"]) for row in rows)
     yield table
-    seen = [row for row in rows if row["limit"] is not None]
-    alone = [row for row in seen if not row["class"]]
-    yield f"{len(seen)} of {len(rows)} effects could be seen, {len(alone)} of them told from all others"
+    yield repr(found).removeprefix("Isolability: ")
 
 
 def _is_told(row):

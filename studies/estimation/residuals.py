@@ -107,6 +107,13 @@ class Problem:
         other.go_on_from(self)
         return other
 
+    def with_noise(self, noise):
+        """Problem with another noise, and with the runs, parameters, marches and steps of this one."""
+        other = Problem(self.machine, self.runs, self.parameters, noise)
+        other.go_on_from(self)
+        other._memory, other.simulations = dict(self._memory), self.simulations
+        return other
+
     def go_on_from(self, other):
         """Start from the periodic states of another, with its steps of the parameters that are the same."""
         self.starts = dict(other.starts)

@@ -13,12 +13,12 @@ are several minima close together: a profile that meets a better point starts th
 Runs that are not fitted are judged afterwards, by what is left between them and the model found: one with the role
 "gate" refuses the model where that is more than noise and the parameters' uncertainty allow.
 
-In the order in which they build on one another: noise, simulation, profile, genetic, fit, shift, gate.
+In the order in which they build on one another: simulation, free, profile, genetic, fit, shift, gate, estimate.
 """
 
+from apesim.studies.estimation.noise.first_order import whiten
 from apesim.studies.identify.fit import Identified, identify
 from apesim.studies.identify.gate import Judgement, judge
-from apesim.studies.identify.noise import whiten
 from apesim.studies.identify.shift import time_shift
 from apesim.studies.identify.simulation import Free
 

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.quantities import Culprit, InputError
+from apesim.studies.estimation.noise.first_order import is_white, noise_model, rough_noise
 from apesim.studies.identify.genetic import genetic
-from apesim.studies.identify.noise import is_white, noise_model, rough_noise
 from apesim.studies.identify.profile import FINE, intervals_of, minimise
 from apesim.studies.identify.simulation import SUPPLY, Problem
 from apesim.studies.measured import FIT
@@ -69,7 +69,7 @@ def identify(machine, measured, free, method="least-squares", report=None):
     machine : apesim.engine.machine.Machine
     measured : apesim.studies.measured.Measured
     free : sequence of Free
-        See `apesim.studies.commands.fit.free_parameters`.
+        See `apesim.studies.identify.free.free_parameters`.
     method : {"least-squares", "ga"}
     report : callable, optional
         ``report(done, total)``, told of the number of simulations.

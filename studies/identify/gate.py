@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.studies.identify.noise import BELIEVED, rough_noise
+from apesim.studies.estimation.noise.first_order import BELIEVED, rough_noise
 from apesim.studies.identify.shift import time_shift
 from apesim.studies.identify.simulation import Problem, carries
 from apesim.studies.measured import FIT

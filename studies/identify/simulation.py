@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.quantities import Quantity
-from apesim.studies.identify.noise import FITTED, whiten
+from apesim.studies.estimation.noise.first_order import FITTED, whiten
 from apesim.studies.measured.prediction import predict, run_of, with_value
 
 STEP = 1e-3

@@ -6,17 +6,20 @@ All that is wrong is told at once, each fault with its file, its key or column, 
 import difflib
 import tomllib
 from math import nan
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from apesim.engine.machine import window_fault
+from apesim.engine.machine import Machine, window_fault
 from apesim.quantities import Culprit, InputError, Wrong, culprit, quoted
 from apesim.quantities.files import path_below, text_of
 from apesim.studies.measured.columns import TIME, read_columns
 from apesim.studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Measured, MeasuredRun
 from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
 
+STANDARD_AMBIENT = Machine().ambient.pressure
+"""What gauge pressures stand above in the default machine [Pa]."""
 TOP_KEYS = ("bench", "sensor", "run")
 TEXT_KEYS = ("data", "name")
 FEWEST_ROWS = 8
@@ -25,14 +28,16 @@ MAX_TURNED = -0.5
 is 1, or -1 if turned; noise and drifts only bring it nearer to 0."""
 
 
-def read_measured(folder, ambient_pressure, bench=None):
+def read_measured(
+    folder: str | PathLike[str], ambient_pressure: float = STANDARD_AMBIENT, bench: str | None = None
+) -> Measured:
     """Read a folder of measured data.
 
     Parameters
     ----------
     folder : path
     ambient_pressure : float
-        What gauge pressures stand above [Pa].
+        What gauge pressures stand above [Pa]; the default machine's if left out.
     bench : {"valve", "engine"}, optional
         The only one that is of use.
 
@@ -67,7 +72,7 @@ def read_measured(folder, ambient_pressure, bench=None):
         runs.append(_run(path, f"run {number}", run, given, ambient_pressure, culprits))
     if culprits:
         raise InputError(culprits)
-    return Measured(str(folder), noise, tuple(runs), given)
+    return Measured(str(folder), noise, tuple(runs), given, ambient_pressure)
 
 
 def _toml(path):

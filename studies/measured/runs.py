@@ -52,6 +52,8 @@ class Measured(NamedTuple):
     """Standard deviations that the user states, SI, by the name of the sensor."""
     runs: tuple
     bench: str = VALVE
+    ambient_pressure: float = nan
+    """What gauge pressures in it stood above when it was read [Pa]; NaN: it was not read."""
 
     def of(self, role):
         """The runs of a role."""

@@ -84,7 +84,7 @@ def optimise_commands(
 def _pressures(machine: "Machine", free: str | None) -> tuple[float, float] | None:
     """Both ends of a supply pressure set free, or None [Pa abs]."""
     from apesim.quantities import Culprit, InputError
-    from apesim.studies.commands.fit import free_parameters
+    from apesim.studies.identify.free import free_parameters
 
     if free is None:
         return None

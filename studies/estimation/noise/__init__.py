@@ -1,1 +1,1 @@
-"""The noise of measured channels: process, hum, estimation, sampling."""
+"""The noise of measured channels: process, hum, estimation, first_order, sampling."""

@@ -158,12 +158,18 @@ def from_what_nothing_explains(blocks, noise, left, explained):
     ----------
     blocks : list of apesim.studies.estimation.residuals.Block
     noise : dict
-        See `noise_of`; changed.
+        See `noise_of`.
     left : list of (n,) float array
         For each block what neither the nuisances nor any effect of the library can explain [SI].
     explained : list of (n, k) float array
         For each block its rows of the columns that were taken off, in proportion to [SI].
+
+    Returns
+    -------
+    dict
+        The noise of all channels, as `noise_of` has it; the one given stays as it is.
     """
+    noise = {sensor: dict(by_interval) for sensor, by_interval in noise.items()}
     groups = _by_noise(blocks, noise, left, TAKEN_FOR_WHITE)
     rows = {id(block): columns for block, columns in zip(blocks, explained, strict=True)}
     channels = [
@@ -182,6 +188,7 @@ def from_what_nothing_explains(blocks, noise, left, explained):
             near = told[min(told, key=lambda other: abs(log(other / interval)))]
             own = by_interval[interval].deviation
             by_interval[interval] = near._replace(deviation=max(near.deviation, own))
+    return noise
 
 
 def hum_of_what_nothing_explains(blocks, noise, predicted, left):
@@ -193,21 +200,21 @@ def hum_of_what_nothing_explains(blocks, noise, predicted, left):
     ----------
     blocks : list of apesim.studies.estimation.residuals.Block
     noise : dict
-        See `noise_of`; one that `may_hum`; changed.
+        See `noise_of`; one that `may_hum`.
     predicted, left : list of (n,) float array
         For each block what the model gives, and what of the measured is more than anything in the library can explain
         [SI].
 
     Returns
     -------
-    bool
-        Whether there is any.
+    dict or None
+        The noise of all channels with their hum; None: there is none.
     """
     groups = _by_noise(blocks, noise, left, AT_REST)
     channels = [_unexplained(group) for _, group in groups]
     mains = mains_in(channels)
     if not mains:
-        return False
+        return None
     rest = {
         id(block): _stretches_at_rest(block, values, _by_differences([(block, values)]))
         for block, values in zip(blocks, predicted, strict=True)
@@ -217,11 +224,12 @@ def hum_of_what_nothing_explains(blocks, noise, predicted, left):
         rests = [rest[id(block)] for block, _ in group]
         fall += going_on(records.noise, rests, mains) / known.deviation**2
     if fall <= 0.0:
-        return False
+        return None
+    noise = dict(noise)
     for (_, group), records in zip(groups, channels, strict=True):
         sensor, hums = group[0][0].sensor, with_hum(records, mains).hums
         noise[sensor] = {interval: one._replace(hums=hums) for interval, one in noise[sensor].items()}
-    return True
+    return noise
 
 
 def _by_noise(blocks, noise, left, source):

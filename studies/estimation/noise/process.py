@@ -52,7 +52,11 @@ def white(deviation, source, samples=np.inf):
 
 
 def levinson(correlation):
-    """Predictors of orders 0 to n of a process with the correlations 1, c_1, ..., c_n, and their errors' deviations."""
+    """Predictors of orders 0 to n of a process with the correlations 1, c_1, ..., c_n, and their errors' deviations.
+
+    The recursion gives all orders at once, of which Schwarz's criterion chooses, and ends where the correlations belong
+    to no process; `scipy.linalg.solve_toeplitz` solves for one order, and does not tell.
+    """
     predictors, variance = [np.zeros(0)], [1.0]
     for order in range(1, len(correlation)):
         last = predictors[-1]

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import norm
 
 from apesim.studies.gap.decide.operating_points import is_at, points_of
-from apesim.studies.gap.search.gap_test import ALARM
+from apesim.studies.gap.thresholds import ALARM
 
 LEAST = 0.01
 """Share of a parameter's variance that it has to be less sure by, where one operating point alone tells it."""

@@ -12,11 +12,13 @@ from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import Problem
 from apesim.studies.gap.decide.operating_points import is_at, points_of
+from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import GATE, Measured
 
 WINDOWS = 50
 """Number of windows of each channel of each run."""
-SURE = 1.64
-"""Deviations by which a left-over has to stand out of noise to count."""
 
 
 class HeldOut(NamedTuple):
@@ -209,3 +211,40 @@ def _without(base, model, point):
         left = left_over(Model(one.candidates, problem, descend(problem, one.fitted.x)), out, noise)
         pair.append(left._replace(simulations=left.simulations + problem.simulations))
     return pair
+
+
+def judge_held_out(
+    calibrated: Model, choices: list[Choice], measured: Measured, work: Work
+) -> tuple[list[Choice], HeldOut | None]:
+    """Judge the best explanation by the gate runs, or by operating points left out one at a time.
+
+    Where there are gate runs, what each explanation leaves of them counts beside its cost.
+
+    Parameters
+    ----------
+    calibrated : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    choices : list of apesim.studies.gap.search.model_selection.Choice
+        The best first.
+    measured : apesim.studies.measured.Measured
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    choices : list of apesim.studies.gap.search.model_selection.Choice
+        The best first.
+    judged : HeldOut or None
+        None: there is nothing to hold out.
+    """
+    runs, noise = measured.of(GATE), calibrated.problem.noise
+    if not choices or choices[0].cost >= calibrated.cost:
+        return choices, None
+    if not runs:
+        return choices, leave_one_out(calibrated, choices[0].model, work)
+    single = next((choice for choice in choices if len(choice.names) == 1), None)
+    near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS_COST]
+    before, *after = all_left_over(calibrated, [calibrated, *(c.model for c in near)], runs, noise, work)
+    left = {c.names: own for c, own in zip(near, after, strict=True)}
+    near = [Choice(c.model, c.cost + left[c.names].misfit - before.misfit) for c in near]
+    choices = sorted(near, key=lambda choice: choice.cost)
+    return choices, compared([(before, left[choices[0].names])])

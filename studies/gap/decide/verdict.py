@@ -7,54 +7,36 @@ its penalty, has to be told from every other explanation, and has to close the g
 from math import exp
 from typing import NamedTuple
 
-import numpy as np
-
+from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import TWINS
-from apesim.studies.gap.search.gap_test import ALARM
-from apesim.studies.gap.search.model_selection import AMBIGUOUS, Choice
+from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.plausibility import implausible, pulled
 from apesim.studies.gap.search.refit import release
-from apesim.studies.gap.search.score_test import ALIKE, cosine
-
-NO_GAP, NAMED, NAMED_CLASS, TWO_EFFECTS, AMBIGUOUS_VERDICT, CALIBRATION, REFUSED = VERDICTS = (
-    "NO_GAP",
-    "NAMED",
-    "NAMED_CLASS",
-    "TWO_EFFECTS",
-    "AMBIGUOUS",
-    "CALIBRATION",
-    "REFUSED",
+from apesim.studies.gap.search.score_test import cosine
+from apesim.studies.gap.thresholds import (
+    ALARM,
+    ALIKE,
+    AMBIGUOUS_COST,
+    BEHIND,
+    MAX_LEFT,
+    MAX_OUTSIDE,
+    MIN_OUTSIDE,
+    MIN_REMOVED,
+    MIN_STANDING,
+    OUTSIDE_FAINT,
+    TOLERANCE,
 )
-TOLERANCE = 0.15
-"""Share of the noise: a gap below it, where it is largest, is none, unless the user says otherwise."""
-PULL_MOST = 4.0
-"""Prior deviations beyond which a nuisance is itself a finding."""
-REMOVED_LEAST = 0.6
-"""Share of the gap's energy that a name has to take away where nothing was fitted."""
-LEFT_MOST = 0.05
-"""Share of the gap's size that may be left, where that is more than the tolerance."""
-PAIR_LEAST = 0.8
-"""Standing from which both effects of a pair are named, see `standing`."""
-BEHIND = 100.0
-"""Penalised cost by which the best single effect has to be behind a pair that does not contain it, for the pair to be
-named: nearer, something else that neither of them is may look like both."""
-BEYOND = 3.0
-"""Deviations by which a size has to be beyond its range to be implausible."""
-TOLD = "told from every other explanation, and held out"
-FAINT = "the best explanation hardly earns its place"
-OUTSIDE, OUTSIDE_FAINT, OUTSIDE_MOST = 0.02, 10.0, 0.5
-"""Taken off a pair's standing for what the library does not have: at least, by how much more where the second effect is
-faint, over the square of its deviations, and at most. A rule, not measured."""
 
 
-class Verdict(NamedTuple):
-    """What is said, and why."""
+class Decision(NamedTuple):
+    """A verdict, and what it rests on."""
 
-    verdict: str
-    best: object
-    """`apesim.studies.gap.search.model_selection.Choice` that is named or comes nearest; None where there is no gap."""
-    rivals: tuple
+    verdict: Verdict
+    best: Choice | None
+    """Choice that is named or comes nearest; None where there is no gap."""
+    rivals: tuple[Choice, ...]
     """Choices that these data do not tell from it, the best first, without it."""
-    reason: str
+    reason: Reason
 
 
 def explained(base, choice):
@@ -62,25 +44,19 @@ def explained(base, choice):
     return base.fitted.left - choice.model.fitted.left
 
 
-def pulled(model):
-    """Numbers of the nuisances beyond `PULL_MOST`, the farthest first."""
-    far = [j for j in np.flatnonzero(model.problem.known) if abs(model.fitted.x[j]) > PULL_MOST]
-    return sorted(far, key=lambda j: -abs(model.fitted.x[j]))
-
-
 def without_alarm(base, p_value):
     """The verdict where noise alone explains what is left."""
     if pulled(base):
         return far_off(base)
-    return Verdict(NO_GAP, None, (), f"noise alone leaves as much with a chance of {p_value:.2g}")
+    return Decision(Verdict.NO_GAP, None, (), ReasonKind.NOISE_ALONE.with_facts(chance=p_value))
 
 
 def far_off(base):
-    """The verdict where a nuisance, pulled beyond `PULL_MOST`, takes all of the gap that matters."""
+    """The verdict where a nuisance, pulled beyond `MAX_PULL`, takes all of the gap that matters."""
     number = pulled(base)[0]
     key, x = base.problem.parameters[number].key, base.fitted.x[number]
-    reason = f"{key} is {x:+.1f} prior deviations from what the machine says"
-    return Verdict(CALIBRATION, Choice(release(base, number), 0.0), (), reason)
+    reason = ReasonKind.FAR_NUISANCE.with_facts(key=key, x=x)
+    return Decision(Verdict.CALIBRATION, Choice(release(base, number), 0.0), (), reason)
 
 
 def ambiguous(choices):
@@ -88,7 +64,7 @@ def ambiguous(choices):
 
     A number that is far from its prior, and the effect that says the same, are one choice: the effect.
     """
-    near = [choice for choice in choices if choice.cost - choices[0].cost < AMBIGUOUS]
+    near = [choice for choice in choices if choice.cost - choices[0].cost < AMBIGUOUS_COST]
     twins = [choice for choice in near if choice.names == (TWINS.get(near[0].model.released),)]
     best = (twins or near)[0]
     return best, tuple(
@@ -120,46 +96,46 @@ def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
 
     Returns
     -------
-    Verdict
+    Decision
     """
     if size < tolerance:
         if pulled(base):
             return far_off(base)
-        return Verdict(NO_GAP, None, (), f"the gap is {size:.2g} of the noise where it is largest: too small to matter")
+        return Decision(Verdict.NO_GAP, None, (), ReasonKind.TOO_SMALL.with_facts(size=size))
     if not choices or choices[0].cost >= base.cost:
-        return Verdict(REFUSED, None, (), "no effect of the library earns its place")
+        return Decision(Verdict.REFUSED, None, (), ReasonKind.NOTHING_EARNS_ITS_PLACE.with_facts())
     best, rivals = ambiguous(choices)
     if judged is None:
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, "there is one operating point alone: nothing can be held out")
+        return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.NOTHING_HELD_OUT.with_facts())
     refused = refusal(judged, tolerance) or implausible(best.model)
     if not refused and left < ALARM:
-        refused = "what the best explanation leaves is more than noise"
-    if not refused and best.cost > base.cost - AMBIGUOUS:
-        refused = FAINT
+        refused = ReasonKind.MORE_THAN_NOISE_LEFT.with_facts()
+    if not refused and best.cost > base.cost - AMBIGUOUS_COST:
+        refused = ReasonKind.FAINT.with_facts()
     if refused:
-        return Verdict(REFUSED, best, rivals, refused)
+        return Decision(Verdict.REFUSED, best, rivals, refused)
     if best.model.released:
-        verdict = CALIBRATION if not rivals else AMBIGUOUS_VERDICT
-        return Verdict(verdict, best, rivals, "a number of the machine is wrong, and nothing is missing")
+        verdict = Verdict.CALIBRATION if not rivals else Verdict.AMBIGUOUS
+        return Decision(verdict, best, rivals, ReasonKind.WRONG_NUMBER.with_facts())
     own = explained(base, best)
     alike = all(cosine(own, explained(base, choice)) > ALIKE for choice in rivals)
     if len(best.names) == 1:
         if not rivals:
-            return Verdict(NAMED, best, (), TOLD)
+            return Decision(Verdict.NAMED, best, (), ReasonKind.TOLD.with_facts())
         if alike:
-            return Verdict(NAMED_CLASS, best, rivals, "one of a class that these data do not tell apart")
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, "several explanations are as good")
+            return Decision(Verdict.NAMED_CLASS, best, rivals, ReasonKind.ONE_OF_A_CLASS.with_facts())
+        return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_SINGLES.with_facts())
     singles = [choice for choice in choices if len(choice.names) == 1]
     if singles[0].cost < best.cost + BEHIND and not contains(base, best, singles):
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, "the best pair does not contain the best single effect")
+        return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.PAIR_WITHOUT_BEST_SINGLE.with_facts())
     if rivals and not (alike and all(set(best.names) & set(choice.names) for choice in rivals)):
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, "several pairs are as good")
-    if standing(best, rivals, singles) < PAIR_LEAST:
-        reason = "several pairs are as good" if rivals else "the second effect hardly earns its place"
+        return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_PAIRS.with_facts())
+    if standing(best, rivals, singles) < MIN_STANDING:
+        kind = ReasonKind.SEVERAL_PAIRS if rivals else ReasonKind.SECOND_IS_FAINT
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
-        return Verdict(AMBIGUOUS_VERDICT, best, rivals, reason)
-    return Verdict(TWO_EFFECTS, best, rivals, TOLD)
+        return Decision(Verdict.AMBIGUOUS, best, rivals, kind.with_facts())
+    return Decision(Verdict.TWO_EFFECTS, best, rivals, ReasonKind.TOLD.with_facts())
 
 
 def standing(pair, rivals, singles):
@@ -181,7 +157,7 @@ def standing(pair, rivals, singles):
     """
     weights = [exp(-0.5 * (choice.cost - pair.cost)) for choice in (pair, *rivals)]
     fall = max(singles[0].cost - pair.cost, 1.0)
-    return (1.0 - min(OUTSIDE_MOST, OUTSIDE + OUTSIDE_FAINT / fall)) / sum(weights)
+    return (1.0 - min(MAX_OUTSIDE, MIN_OUTSIDE + OUTSIDE_FAINT / fall)) / sum(weights)
 
 
 def contains(base, pair, singles):
@@ -189,31 +165,18 @@ def contains(base, pair, singles):
     own = explained(base, singles[0])
     return any(
         choice.names[0] in pair.names
-        and choice.cost - singles[0].cost < AMBIGUOUS
+        and choice.cost - singles[0].cost < AMBIGUOUS_COST
         and cosine(own, explained(base, choice)) > ALIKE
         for choice in singles
     )
 
 
-def implausible(model):
-    """Why a model is refused by its own numbers; "" where it is not."""
-    far = [model.problem.parameters[j].key for j in pulled(model)]
-    if far:
-        return f"the best explanation still needs {far[0]} {PULL_MOST:g} prior deviations away"
-    deviations = np.sqrt(np.diag(model.fitted.covariance))
-    for parameter, x, deviation in zip(model.problem.parameters, model.fitted.x, deviations, strict=True):
-        low, high = parameter.ends
-        if parameter.reach > 1.0 and (x - BEYOND * deviation > high or x + BEYOND * deviation < low):
-            return f"the best explanation needs {parameter.key} beyond its range"
-    return ""
-
-
 def refusal(judged, tolerance=TOLERANCE):
-    """Why the best explanation is refused on runs that it was not fitted to; "" where it is not."""
+    """Why the best explanation is refused on runs that it was not fitted to; None where it is not."""
     if judged.removed <= 0.0:
-        return "on runs that it was not fitted to, the best explanation removes nothing"
-    if judged.share < REMOVED_LEAST:
-        return f"on runs that it was not fitted to, {100.0 * (1.0 - judged.share):.0f} % of the gap is still there"
-    if judged.size > max(tolerance, LEFT_MOST * judged.size_before):
-        return f"on runs that it was not fitted to, a gap of {judged.size:.2g} of the noise is left"
-    return ""
+        return ReasonKind.REMOVES_NOTHING.with_facts()
+    if judged.share < MIN_REMOVED:
+        return ReasonKind.GAP_STILL_THERE.with_facts(percent=100.0 * (1.0 - judged.share))
+    if judged.size > max(tolerance, MAX_LEFT * judged.size_before):
+        return ReasonKind.GAP_LEFT.with_facts(size=judged.size)
+    return None

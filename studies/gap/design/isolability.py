@@ -1,47 +1,144 @@
 """What sensors and operating points could show at all: from the runs alone, before any residual is looked at."""
 
+import html
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
 import numpy as np
 
+from apesim.engine.machine import Machine
+from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.estimation.calibration import uncalibrated
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import imitated
 from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.gap.design.experiments import experiments_of, problem_of
+from apesim.studies.gap.input_checks import gate
+from apesim.studies.gap.report.verdict_json import noise_told
 from apesim.studies.gap.search.candidates import candidates_of
-from apesim.studies.gap.search.detection_limits import DETECTED, clearest, detection_limits, sharpened
-from apesim.studies.gap.search.library import effects_on
-from apesim.studies.gap.search.score_test import ALIKE, bank, cosine
+from apesim.studies.gap.search.detection_limits import clearest, detection_limits, sharpened
+from apesim.studies.gap.search.library import effects_on, faults_of
+from apesim.studies.gap.search.score_test import bank, cosine
+from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
 from apesim.studies.gap.work import Work
+from apesim.studies.measured import Measured
 
 
-def isolability(machine, measured, without=(), report=None):
-    """Which effects the data could show, from which size on, and which of them they could not tell apart.
+@dataclass(frozen=True, eq=False, repr=False)
+class Isolability:
+    """What sensors and operating points could show, and what they could not distinguish.
 
-    Parameters
+    Attributes
     ----------
-    machine : apesim.engine.machine.Machine
-    measured : apesim.studies.measured.Measured
-    without : sequence of str
-        Effects of the library that are left out.
-    report : callable, optional
-        Told the stage, how far it is, of how much.
-
-    Returns
-    -------
-    rows : list of dict
-        For each effect ``effect``, ``parameter``, ``unit``, ``limit`` (seen with 5 deviations; None: beyond its range),
-        ``kept`` (the share that is left once the uncertain numbers of the machine are fitted), ``class`` (others that
-        the data would hardly tell from it) and ``helped_by``, see `_help`.
+    effects : list of dict
+        For each effect ``effect``, ``parameter``, ``unit``, ``limit`` (the size seen with 5 standard deviations; None:
+        beyond its range), ``kept`` (the share that is left once the uncertain numbers of the machine are fitted),
+        ``class`` (others that the data would hardly distinguish from it) and ``helped_by`` (the experiment that would
+        show it or split its class; None: none is needed, or none of the list would do).
     noise : dict
         See `apesim.studies.estimation.noise.estimation.noise_of`.
     warnings : list of str
+    wall_time_s : float
+        Computing time of the call [s].
+    """
+
+    effects: list[dict[str, Any]]
+    noise: dict[str, Any]
+    warnings: list[str]
+    wall_time_s: float = 0.0
+
+    @property
+    def visible(self) -> list[str]:
+        """Effects that the data could show."""
+        return [row["effect"] for row in self.effects if row["limit"] is not None]
+
+    @property
+    def isolable(self) -> list[str]:
+        """Effects that the data could show and distinguish from all others."""
+        return [row["effect"] for row in self.effects if row["limit"] is not None and not row["class"]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of ``apesim gap isolability --json``."""
+        return {
+            "effects": self.effects,
+            "noise": noise_told(self.noise),
+            "warnings": self.warnings,
+            "wall_time_s": self.wall_time_s,
+        }
+
+    def __repr__(self) -> str:
+        seen, alone = len(self.visible), len(self.isolable)
+        return f"Isolability: {seen} of {len(self.effects)} effects could be seen, {alone} of them told from all others"
+
+    def _repr_html_(self) -> str:
+        cells = [
+            (row["effect"], limit_text(row), f"{100.0 * row['kept']:.0f} %", ", ".join(row["class"]) or "-")
+            for row in sorted(self.effects, key=lambda row: row["limit"] is None)
+        ]
+        header = ("effect", "seen from (5 standard deviations)", "kept", "hardly told from")
+        rows = "".join(f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in cells)
+        head = "".join(f"<th>{cell}</th>" for cell in header)
+        return f"{html.escape(repr(self))}<table><tr>{head}</tr>{rows}</table>"
+
+
+def limit_text(limit: dict[str, Any] | None) -> str:
+    """The size from which an effect is seen."""
+    if limit is None or limit["limit"] is None:
+        return "beyond its range"
+    return f"{limit['limit']:.3g} {limit['unit']}".strip()
+
+
+def find_isolability(
+    machine: Machine,
+    measured: Measured | str | PathLike[str],
+    *,
+    without: Sequence[str] = (),
+    progress: Tell | None = None,
+) -> Isolability:
+    """Find which effects the data could show, from which size on, and which of them they could not distinguish.
+
+    Parameters
+    ----------
+    machine : Machine
+    measured : Measured or path
+        Measured data, see `read_measured`, or their folder. What was measured is used for the noise alone.
+    without : sequence of str
+        Effects of the library that are left out.
+    progress : callable, optional
+        Called with the name of the stage, what is done of it and what there is to do.
+
+    Returns
+    -------
+    Isolability
 
     Raises
     ------
-    apesim.studies.estimation.residuals.EndedEarly
+    InputError
+        An argument is wrong, or nothing can be concluded from the data.
+    EndedEarly
         The machine itself cannot be simulated.
+
+    Examples
+    --------
+    ::
+
+        found = apesim.find_isolability(apesim.Machine(), "my_bench")
+        found.isolable
     """
-    work = Work(tell=report)
+    start = time.perf_counter()
+    measured, _ = open_measured("find_isolability", machine, measured, faults=faults_of(without))
+    warnings = gate(measured)
+    rows, noise, more = _isolability(machine, measured, without, Work(tell=progress))
+    return Isolability(rows, noise, [*warnings, *more], time.perf_counter() - start)
+
+
+def _isolability(
+    machine: Machine, measured: Measured, without: Sequence[str], work: Work
+) -> tuple[list[dict[str, Any]], dict[str, Any], list[str]]:
+    """Rows, noise and warnings of `Isolability`."""
     problem, warnings = uncalibrated(machine, measured)
     nominal = np.zeros(len(problem.parameters))
     errors, jacobian = _slopes(problem, nominal)
@@ -115,7 +212,7 @@ def _told(name, wider, mates, best):
     alike = max((abs(cosine(wider[name], wider[mate])) for mate in mates), default=0.0)
     probe = best[name].probe
     length = np.linalg.norm(wider[name])
-    return alike, abs(probe.x[probe.strength]) * DETECTED / length if length else np.inf
+    return alike, abs(probe.x[probe.strength]) * N_SIGMA_VISIBLE / length if length else np.inf
 
 
 def _help(name, found, classes, limit):

@@ -6,10 +6,11 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.gap.decide.verdict import AMBIGUOUS_VERDICT, CALIBRATION, FAINT, NAMED_CLASS, NO_GAP, REFUSED
 from apesim.studies.gap.design.experiments import experiments_of, problem_of
-from apesim.studies.gap.search.detection_limits import DETECTED, detection_limits
+from apesim.studies.gap.reasons import ReasonKind, Verdict
+from apesim.studies.gap.search.detection_limits import detection_limits
 from apesim.studies.gap.search.library import library
+from apesim.studies.gap.thresholds import N_SIGMA_VISIBLE
 
 RIVALS = 3
 """That an experiment has to split from the best."""
@@ -20,12 +21,12 @@ TOLD = 3
 AS_IT_IS = "the machine as it is"
 
 
-def next_test(findings):
+def next_test(explanation):
     """The next test, as text and data.
 
     Parameters
     ----------
-    findings : apesim.studies.gap.workflow.Findings
+    explanation : apesim.studies.gap.explanation.Explanation
 
     Returns
     -------
@@ -34,40 +35,40 @@ def next_test(findings):
         the ``deviations`` by which each rival would miss what the truth gives; ``isolate``, the library's own
         experiment for effects.
     """
-    verdict = findings.verdict
-    if not findings.scores:
+    decision = explanation.decision
+    if not explanation.scores:
         return {"text": "The same again, with the library: nothing of it was tried.", "isolate": []}
-    if verdict.verdict in (AMBIGUOUS_VERDICT, NAMED_CLASS) or verdict.reason == FAINT:
-        return split(findings)
-    if verdict.verdict == CALIBRATION:
-        key = verdict.best.names[0]
+    if decision.verdict in (Verdict.AMBIGUOUS, Verdict.NAMED_CLASS) or decision.reason.kind is ReasonKind.FAINT:
+        return split(explanation)
+    if decision.verdict == Verdict.CALIBRATION:
+        key = decision.best.names[0]
         return {"text": f"Measure {key} with another instrument, or by another way.", "isolate": []}
-    if verdict.verdict == REFUSED:
-        names = [score.name for score in findings.scores[:TOLD]]
+    if decision.verdict == Verdict.REFUSED:
+        names = [score.name for score in explanation.scores[:TOLD]]
         opening = "Nothing in the library will do. What comes nearest shows best by itself"
-    elif verdict.verdict == NO_GAP:
-        names = [name for name, limit in detection_limits(findings.columns).items() if limit["limit"] is None]
+    elif decision.verdict == Verdict.NO_GAP:
+        names = [name for name, limit in detection_limits(explanation.sensitivities).items() if limit["limit"] is None]
         if not names:
             return {"text": "None is due: every effect of the library would have been seen.", "isolate": []}
         opening = "None is due for what these data show. What they cannot show needs its own test"
     else:
-        names, opening = list(verdict.best.names), "To see it by itself"
+        names, opening = list(decision.best.names), "To see it by itself"
     isolated = {entry.name: entry.isolated_by for entry in library()}
     rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:TOLD] if name in isolated]
     ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in rows)
     return {"text": f"{opening}: {ways}.", "isolate": rows}
 
 
-def split(findings):
+def split(explanation):
     """The experiments that would tell the best explanation from its rivals, the best first; see `next_test`."""
-    truth = findings.verdict.best.model
-    rivals = [choice.model for choice in findings.verdict.rivals[:RIVALS]]
-    if not rivals or findings.verdict.reason == FAINT:
-        rivals.append(findings.base)
+    truth = explanation.decision.best.model
+    rivals = [choice.model for choice in explanation.decision.rivals[:RIVALS]]
+    if not rivals or explanation.decision.reason.kind is ReasonKind.FAINT:
+        rivals.append(explanation.calibrated)
     rows = []
-    for plain, experiment, starts in _screened(findings, truth, rivals):
+    for plain, experiment, starts in _screened(explanation, truth, rivals):
         try:
-            deviations = {_name(rival): missed(experiment, truth, rival, findings.noise, starts) for rival in rivals}
+            deviations = {_name(rival): missed(experiment, truth, rival, explanation.noise, starts) for rival in rivals}
         except EndedEarly:
             continue
         rows.append(
@@ -86,14 +87,14 @@ def split(findings):
     return {"text": _advice(rows, _name(truth)), "truth": _name(truth), "experiments": rows}
 
 
-def _screened(findings, truth, rivals):
+def _screened(explanation, truth, rivals):
     """The experiments in which the models differ most as they are, with the periodic states found."""
     found = []
-    for experiment in experiments_of(findings.measured, truth.problem.machine.ambient.pressure):
+    for experiment in experiments_of(explanation.measured, truth.problem.machine.ambient.pressure):
         starts: dict = {}
         try:
-            own = _shown(experiment, truth, findings.noise, starts)
-            plain = min(np.linalg.norm(own - _shown(experiment, rival, findings.noise, starts)) for rival in rivals)
+            own = _shown(experiment, truth, explanation.noise, starts)
+            plain = min(np.linalg.norm(own - _shown(experiment, rival, explanation.noise, starts)) for rival in rivals)
         except EndedEarly:
             continue
         found.append((float(plain), experiment, starts))
@@ -148,9 +149,9 @@ def _advice(rows, truth):
     best = rows[0]
     apart = " and ".join(f"{name} by {value:.2g}" for name, value in best["deviations"].items())
     text = f"Make {best['text']}: it would tell {truth} from {apart} deviations.".replace("_", " ")
-    if best["least"] >= DETECTED:
+    if best["least"] >= N_SIGMA_VISIBLE:
         return text
-    repeats = ceil((DETECTED / max(best["least"], 1e-3)) ** 2)
+    repeats = ceil((N_SIGMA_VISIBLE / max(best["least"], 1e-3)) ** 2)
     if repeats > 100:
         return "No run of the list, and no sensor, would split them; what comes nearest: " + text[0].lower() + text[1:]
-    return f"{text} That is less than {DETECTED:g}: repeat it about {repeats} times."
+    return f"{text} That is less than {N_SIGMA_VISIBLE:g}: repeat it about {repeats} times."

@@ -39,27 +39,27 @@ class Compared(NamedTuple):
         return len(self.block.values) == 1
 
 
-def compare(findings):
+def compare(explanation):
     """All signals of all runs; those that were never fitted too, which are simulated as they are.
 
     Parameters
     ----------
-    findings : apesim.studies.gap.workflow.Findings
+    explanation : apesim.studies.gap.explanation.Explanation
 
     Returns
     -------
     list of Compared
         Runs to check first, then the gates, then the fitted ones.
     """
-    measured = findings.measured
+    measured = explanation.measured
     runs = [run for role in (CHECK, GATE, FIT) for run in measured.of(role)]
-    problem, before, left_before = _simulated(findings.base, runs, findings.noise)
+    problem, before, left_before = _simulated(explanation.calibrated, runs, explanation.noise)
     after = left_after = [None] * len(before)
-    if findings.best is not findings.base:
-        _, after, left_after = _simulated(findings.best, runs, findings.noise)
-    marks = problem.marks(findings.base.fitted.x)
+    if explanation.best is not explanation.calibrated:
+        _, after, left_after = _simulated(explanation.best, runs, explanation.noise)
+    marks = problem.marks(explanation.calibrated.fitted.x)
     return [
-        Compared(block, noise_for(findings.noise, block).deviation, *values, marks[block.number])
+        Compared(block, noise_for(explanation.noise, block).deviation, *values, marks[block.number])
         for block, *values in zip(problem.blocks, before, after, left_before, left_after, strict=True)
     ]
 

@@ -21,12 +21,12 @@ def lineage_of(measured, parent_text):
     return {"parent_machine_sha256": sha256(parent_text), "measured_data_sha256": data_hash(measured)}
 
 
-def child_of(findings, data):
+def child_of(explanation, data):
     """A machine file with what was found: the effects or the table added, or what was wrong; else the parent's machine.
 
     Parameters
     ----------
-    findings : apesim.studies.gap.workflow.Findings
+    explanation : apesim.studies.gap.explanation.Explanation
     data : dict
         Content of ``verdict.json``, see `apesim.studies.gap.report.verdict_json`, with ``lineage``.
 
@@ -41,10 +41,10 @@ def child_of(findings, data):
         data["sentence"],
         *(f"{row['key']} = {row['text']}, {interval_text(row, 4)}" for row in found),
     ]
-    if findings.tabulated:
+    if explanation.tabulated:
         lines.append(f"{data['tabulated']['kind']} added, no name")
         lines.append(f"form that the table suggests: {data['tabulated']['suggestion'] or 'none'}")
-    is_added = bool(found or findings.tabulated)
+    is_added = bool(found or explanation.tabulated)
     lines.append(f"gap over noise on the fitted runs: {_change(data['gap'], is_added)}")
     if data["held_out"]:
         lines.append(f"on runs opened once: {_change(data['held_out'], is_added)}")
@@ -52,7 +52,7 @@ def child_of(findings, data):
         f"chance of noise alone {data['p_value']:.2g}",
         *(f"{name.replace('_', ' ')} {digest}" for name, digest in data["lineage"].items()),
     ]
-    machine = findings.best.machine() if is_added else findings.base.problem.machine
+    machine = explanation.best.machine() if is_added else explanation.calibrated.problem.machine
     return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine)
 
 

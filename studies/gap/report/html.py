@@ -32,25 +32,27 @@ class Tried(NamedTuple):
     """What fitting it alone took away; None: it was not fitted."""
 
 
-def tried(findings):
+def tried(explanation):
     """The candidates with the highest scores, and the others that were fitted alone; the highest score first.
 
     Parameters
     ----------
-    findings : apesim.studies.gap.workflow.Findings
+    explanation : apesim.studies.gap.explanation.Explanation
 
     Returns
     -------
     list of Tried
     """
-    fitted = {choice.names[0]: gained(findings, choice.model) for choice in findings.tried if len(choice.names) == 1}
-    rows = [Tried(score.name, score.deviations, fitted.get(score.name)) for score in findings.scores]
+    fitted = {
+        choice.names[0]: gained(explanation, choice.model) for choice in explanation.fits if len(choice.names) == 1
+    }
+    rows = [Tried(score.name, score.deviations, fitted.get(score.name)) for score in explanation.scores]
     return [row for place, row in enumerate(rows) if place < CANDIDATES or row.realised is not None]
 
 
-def added_to(findings):
+def added_to(explanation):
     """What the second of two models has that the first has not, in words."""
-    model = findings.best
+    model = explanation.best
     if model.released:
         return f"with {key_of(model.released)} corrected"
     return f"with {' and '.join(map(words, model.names))}"
@@ -66,12 +68,12 @@ def chance(p_value):
     return "below 0.0001" if p_value < 1e-4 else f"{p_value:.2g}"
 
 
-def page(findings, data, compared, figures):
+def page(explanation, data, compared, figures):
     """The page as HTML.
 
     Parameters
     ----------
-    findings : apesim.studies.gap.workflow.Findings
+    explanation : apesim.studies.gap.explanation.Explanation
     data : dict
         Content of ``verdict.json``, with ``next_test`` and ``lineage``.
     compared : list of apesim.studies.gap.report.comparison.Compared
@@ -83,7 +85,7 @@ def page(findings, data, compared, figures):
     str
         HTML; the same text each time, as no time or date is in it.
     """
-    ambient = findings.base.problem.machine.ambient.pressure
+    ambient = explanation.calibrated.problem.machine.ambient.pressure
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "chance": chance, "words": words, "unit": raised, "key": key_of}
     environment.filters |= {"value": value_text, "interval": interval_text}
@@ -94,14 +96,14 @@ def page(findings, data, compared, figures):
         figures={name: base64.b64encode(text.encode()).decode() for name, text in figures.items()},
         unseen=any(one.role == CHECK for one in compared),
         check=unseen(compared),
-        added=added_to(findings) if compared[0].left_after is not None else "",
+        added=added_to(explanation) if compared[0].left_after is not None else "",
         visible=sorted((row for row in limits if row["limit"] is not None), key=lambda row: row["effect"]),
         hidden=sorted((row | {"range": ranges[row["effect"]]} for row in limits if row["limit"] is None), key=_name),
         means=[(label_of(one.block.run, ambient), shown_of(one.block), one) for one in compared if one.is_mean],
-        runs=len(findings.measured.runs),
+        runs=len(explanation.measured.runs),
         sensors=list(dict.fromkeys(one.block.sensor for one in compared)),
-        explanations=explanations(findings),
-        judged=bool(findings.measured.of(GATE)),
+        explanations=explanations(explanation),
+        judged=bool(explanation.measured.of(GATE)),
         units={one.block.sensor: shown_of(one.block) for one in compared},
         pull=PULL,
         version=version("apesim"),
@@ -136,7 +138,7 @@ def unseen(compared):
     return before, (size_of(one.left_after for one in own) if own[0].left_after is not None else None)
 
 
-def explanations(findings):
+def explanations(explanation):
     """The models that were fitted, the best first.
 
     Returns
@@ -145,20 +147,20 @@ def explanations(findings):
         ``names``; ``cost``, penalised, above the least, by the fitted runs; ``judged``, the same with the runs that
         judge (None: it was not judged); ``realised``, the part of the gap that it explains [deviations].
     """
-    least = min((choice.cost for choice in findings.tried), default=0.0)
-    judged = {choice.names: choice.cost for choice in findings.choices} if findings.measured.of(GATE) else {}
+    least = min((choice.cost for choice in explanation.fits), default=0.0)
+    judged = {choice.names: choice.cost for choice in explanation.ranked} if explanation.measured.of(GATE) else {}
     rows = [
         {
             "names": list(choice.names),
             "cost": choice.cost - least,
             "judged": judged[choice.names] - min(judged.values()) if choice.names in judged else None,
-            "realised": gained(findings, choice.model),
+            "realised": gained(explanation, choice.model),
         }
-        for choice in findings.tried
+        for choice in explanation.fits
     ]
     return sorted(rows, key=lambda row: (row["judged"] is None, row["judged"] or 0.0, row["cost"]))[:EXPLANATIONS]
 
 
-def gained(findings, model):
+def gained(explanation, model):
     """Part of the gap that a fitted model takes away [deviations]."""
-    return float(np.sqrt(max(0.0, findings.base.cost - model.cost)))
+    return float(np.sqrt(max(0.0, explanation.calibrated.cost - model.cost)))

@@ -30,24 +30,24 @@ NOTE = """\
 """
 
 
-def model_space(findings):
+def model_space(explanation):
     """What was searched, in the files of PEtab Select.
 
     Parameters
     ----------
-    findings : apesim.studies.gap.workflow.Findings
+    explanation : apesim.studies.gap.explanation.Explanation
 
     Returns
     -------
     dict of str
         Text by the name of the file.
     """
-    base, candidates = findings.base, open_to_the_search(findings)
+    base, candidates = explanation.calibrated, open_to_the_search(explanation)
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     own = {id_of(p): value_of(base.problem.machine, p.key) for p in freed}
     models = [(), *((candidate,) for candidate in candidates), *combinations(candidates, 2)]
     spaces = {frozenset(_names(added)): (name_of(added), _settings(own, added)) for added in models}
-    fitted = [base, *(choice.model for choice in findings.tried if not choice.model.released)]
+    fitted = [base, *(choice.model for choice in explanation.fits if not choice.model.released)]
     rows = [(name, PROBLEM, *settings.values()) for name, settings in spaces.values()]
     problem = {
         "format_version": "1.0.0",
@@ -65,14 +65,14 @@ def model_space(findings):
     }
 
 
-def open_to_the_search(findings):
+def open_to_the_search(explanation):
     """The candidates that these data can show and that were scored, in the order of the library.
 
     Returns
     -------
     list of apesim.studies.gap.search.candidates.Candidate
     """
-    return list({column.probe.candidate.name: column.probe.candidate for column in findings.columns}.values())
+    return list({column.probe.candidate.name: column.probe.candidate for column in explanation.sensitivities}.values())
 
 
 def name_of(candidates):

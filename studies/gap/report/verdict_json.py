@@ -1,4 +1,4 @@
-"""Findings as plain data: what ``verdict.json`` holds."""
+"""An explanation as plain data: what ``verdict.json`` holds."""
 
 from math import sqrt
 
@@ -6,17 +6,8 @@ import numpy as np
 
 from apesim.studies.estimation.parameters import SENSED, value_at
 from apesim.studies.gap.decide.operating_points import label_of
-from apesim.studies.gap.decide.verdict import (
-    AMBIGUOUS_VERDICT,
-    CALIBRATION,
-    FAINT,
-    NAMED,
-    NAMED_CLASS,
-    NO_GAP,
-    REFUSED,
-    TWO_EFFECTS,
-    refusal,
-)
+from apesim.studies.gap.decide.verdict import refusal
+from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
 from apesim.studies.gap.report.effect_rows import effects_of, value_text
 from apesim.studies.gap.search.detection_limits import detection_limits
 
@@ -26,69 +17,69 @@ READINGS = "effects.sensor_offset.", "effects.sensor_gain."
 """Keys of what an instrument reads too much."""
 
 
-def record(findings):
+def describe(explanation):
     """The content of ``verdict.json``.
 
     Parameters
     ----------
-    findings : apesim.studies.gap.workflow.Findings
+    explanation : apesim.studies.gap.explanation.Explanation
 
     Returns
     -------
     dict
-        But for what the command adds: ``lineage``, ``wall_time_s``.
+        Without ``lineage``, ``next_test`` and ``wall_time_s``.
     """
-    verdict = findings.verdict
-    cells = findings.cells if findings.detection.alarm else []
-    named = verdict.verdict in (NAMED, NAMED_CLASS, TWO_EFFECTS, CALIBRATION)
-    found = effects_of(verdict.best.model) if verdict.best else []
+    decision = explanation.decision
+    cells = explanation.cells if explanation.gap_test.alarm else []
+    named = decision.verdict in NAMING
+    found = effects_of(decision.best.model) if decision.best else []
     rivals = [
         {
             "effects": list(choice.names),
-            "cost": choice.cost - verdict.best.cost,
+            "cost": choice.cost - decision.best.cost,
             "parameters": effects_of(choice.model),
         }
-        for choice in verdict.rivals
+        for choice in decision.rivals
     ]
     return {
-        "verdict": verdict.verdict,
-        "sentence": sentence(findings),
-        "reason": verdict.reason,
+        "verdict": str(decision.verdict),
+        "sentence": sentence(explanation),
+        "reason": str(decision.reason),
         "effects": found if named else [],
         "nearest": [] if named else found,
-        "class": [*verdict.best.names, *(name for c in verdict.rivals for name in c.names)] if named else [],
+        "class": [*decision.best.names, *(name for c in decision.rivals for name in c.names)] if named else [],
         "alternatives": rivals,
         "probability": None,  # stated once it is calibrated
-        "alarm": findings.detection.alarm,
-        "p_value": findings.detection.p_value,
-        "largest_score": findings.detection.largest,
-        "gap": gap_of(findings.base, findings.best),
-        "held_out": held_out_of(findings.checked),
-        "gates": held_out_of(findings.judged),
+        "alarm": explanation.gap_test.alarm,
+        "p_value": explanation.gap_test.p_value,
+        "largest_score": explanation.gap_test.largest,
+        "gap": gap_of(explanation.calibrated, explanation.best),
+        "held_out": held_out_of(explanation.checked),
+        "gates": held_out_of(explanation.judged),
         "localised": {
             "signal": cells[0].signal if cells else None,
             "phase": cells[0].phase if cells else None,
-            "size": findings.size,
-            "balance": findings.balances[0].balance if findings.balances else None,
-            "balances": [balance_of(balance) for balance in findings.balances],
+            "size": explanation.gap_size,
+            "balance": explanation.balances[0].balance if explanation.balances else None,
+            "balances": [balance_of(balance) for balance in explanation.balances],
             "shares": [cell._asdict() for cell in cells if cell.share > 0.01],
         },
-        "tabulated": tabulated_of(findings) if findings.tabulated else None,
-        "detection_limits": detection_limits(findings.columns),
-        "scores": [{"effect": score.name, "deviations": score.deviations} for score in findings.scores],
-        "nuisances": nuisances_of(findings),
-        "noise": noise_told(findings.noise),
-        "own_error": findings.own_error,
-        "tolerance": findings.tolerance,
-        "simulations": findings.simulations,
-        "warnings": findings.warnings,
+        "tabulated": tabulated_of(explanation) if explanation.tabulated else None,
+        "detection_limits": detection_limits(explanation.sensitivities),
+        "scores": [{"effect": score.name, "deviations": score.deviations} for score in explanation.scores],
+        "nuisances": nuisances_of(explanation),
+        "noise": noise_told(explanation.noise),
+        "own_error": explanation.solver_error,
+        "tolerance": explanation.tolerance,
+        "simulations": explanation.simulations,
+        "warnings": explanation.warnings,
     }
 
 
-def nuisances_of(findings):
+def nuisances_of(explanation):
     """What the calibration moved, the farthest first; ``apart``: which operating point alone leads farthest from it."""
-    model = findings.best
-    machine, apart = model.problem.machine, {one.parameter.key: one for one in findings.apart}
+    model = explanation.best
+    machine, apart = model.problem.machine, {one.parameter.key: one for one in explanation.consistency}
     rows = [
         {
             "key": p.key,
@@ -130,10 +121,10 @@ def balance_of(balance):
     }
 
 
-def tabulated_of(findings):
+def tabulated_of(explanation):
     """The table that was added in place of a law."""
-    tabulated, base = findings.tabulated, findings.base
-    refused = refusal(tabulated.judged, findings.tolerance) if tabulated.judged else ""
+    tabulated, base = explanation.tabulated, explanation.calibrated
+    refused = refusal(tabulated.judged, explanation.tolerance) if tabulated.judged else None
     return {
         "kind": tabulated.balance.name,
         "balance": tabulated.balance.balance,
@@ -141,7 +132,7 @@ def tabulated_of(findings):
         "gap": gap_of(base, tabulated.model),
         "held_out": held_out_of(tabulated.judged),
         "verified": not refused if tabulated.judged else None,
-        "reason": refused,
+        "reason": str(refused or ""),
         "suggestion": tabulated.suggestion,
     }
 
@@ -177,44 +168,44 @@ def held_out_of(judged):
     }
 
 
-def sentence(findings):
+def sentence(explanation):
     """The verdict in a sentence that a technician understands."""
-    verdict = findings.verdict
-    if verdict.verdict == NO_GAP and findings.detection.alarm:
+    decision = explanation.decision
+    if decision.verdict == Verdict.NO_GAP and explanation.gap_test.alarm:
         return "What the model leaves is more than noise, but too small to matter: nothing is added to it."
-    if verdict.verdict == NO_GAP:
+    if decision.verdict == Verdict.NO_GAP:
         return "The model explains the data: nothing is missing that these data could show."
-    if verdict.verdict == REFUSED:
+    if decision.verdict == Verdict.REFUSED:
         said = "nothing in the library closes it"
-        if verdict.reason == FAINT:
-            said = f"these data hardly tell what closes it: {_either(verdict)}"
-        if findings.tabulated:
-            said += f"; a table of {ARTICLES[findings.tabulated.balance.balance]} takes it best"
+        if decision.reason.kind is ReasonKind.FAINT:
+            said = f"these data hardly tell what closes it: {_either(decision)}"
+        if explanation.tabulated:
+            said += f"; a table of {ARTICLES[explanation.tabulated.balance.balance]} takes it best"
         return f"There is a gap, and {said}."
-    if verdict.verdict == AMBIGUOUS_VERDICT:
-        return f"There is a gap, and these data do not tell what closes it: {_either(verdict)}."
-    rows = effects_of(verdict.best.model)
+    if decision.verdict == Verdict.AMBIGUOUS:
+        return f"There is a gap, and these data do not tell what closes it: {_either(decision)}."
+    rows = effects_of(decision.best.model)
     texts = _told(rows)
     said = " and ".join(texts.values())
-    if verdict.verdict == CALIBRATION:
+    if decision.verdict == Verdict.CALIBRATION:
         wrong = "reading" if rows[0]["key"].startswith(READINGS) else "number"
         return f"Nothing is missing, but a {wrong} is wrong: {said}."
     lacks = " and ".join(text for name, text in texts.items() if name not in SENSED)
     recorded = " and ".join(text for name, text in texts.items() if name in SENSED)
-    if verdict.verdict == NAMED_CLASS:
-        others = " or ".join(name.replace("_", " ") for choice in verdict.rivals for name in choice.names)
+    if decision.verdict == Verdict.NAMED_CLASS:
+        others = " or ".join(name.replace("_", " ") for choice in decision.rivals for name in choice.names)
         opening = "The gap is" if recorded else "The model lacks"
         return f"{opening} {said}, or what these data do not tell from it: {others}."
     if not lacks:
         return f"The model lacks nothing that these data show, but the record has {recorded}."
     if recorded:
         return f"The model lacks {lacks}, and the record has {recorded}."
-    return f"The model lacks {'two effects: ' if verdict.verdict == TWO_EFFECTS else ''}{lacks}."
+    return f"The model lacks {'two effects: ' if decision.verdict == Verdict.TWO_EFFECTS else ''}{lacks}."
 
 
-def _either(verdict):
+def _either(decision):
     """The best explanation and its rivals in words."""
-    return ", or ".join(" with ".join(c.names) for c in (verdict.best, *verdict.rivals)).replace("_", " ")
+    return ", or ".join(" with ".join(c.names) for c in (decision.best, *decision.rivals)).replace("_", " ")
 
 
 def _told(rows):

@@ -8,10 +8,9 @@ import numpy as np
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.studies.estimation.nuisance_space import imitated
 from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.gap.search.score_test import ALIKE, Column, cosine
+from apesim.studies.gap.search.score_test import Column, cosine
+from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
 
-DETECTED = 5.0
-"""Deviations at which an effect counts as visible."""
 SMALL = 0.1
 """Share of the range of what acts by itself."""
 STEPS = 4
@@ -48,7 +47,7 @@ def clearest(columns):
         acting = [value for value, p in zip(shape, parameters, strict=True) if p.key.split(".")[-1] in STRENGTHS[name]]
         if any(value > SMALL for value in acting):
             continue
-        nearest = min(own, key=lambda column: abs(log(DETECTED / column.length)))
+        nearest = min(own, key=lambda column: abs(log(N_SIGMA_VISIBLE / column.length)))
         if name not in found or least(nearest) < least(found[name]):
             found[name] = nearest
     return found
@@ -56,7 +55,7 @@ def clearest(columns):
 
 def least(column):
     """Size over the range from which a column says that its effect is seen."""
-    return abs(column.probe.x[column.probe.strength]) * DETECTED / column.length if column.length else inf
+    return abs(column.probe.x[column.probe.strength]) * N_SIGMA_VISIBLE / column.length if column.length else inf
 
 
 def sharpened(problem, fitted, column):
@@ -79,7 +78,7 @@ def sharpened(problem, fitted, column):
     power = 1.0
     for _ in range(STEPS):
         own = probe.x[probe.strength]
-        size = min(abs(own) * (DETECTED / column.length) ** (1.0 / power), 1.0)
+        size = min(abs(own) * (N_SIGMA_VISIBLE / column.length) ** (1.0 / power), 1.0)
         if abs(log(size / abs(own))) < CLOSE:
             break
         x = list(probe.x)
@@ -99,7 +98,7 @@ def sharpened(problem, fitted, column):
 
 
 def detection_limits(columns):
-    """For each candidate the size that these data show with `DETECTED` deviations; None beyond its range.
+    """For each candidate the size that these data show with `N_SIGMA_VISIBLE` deviations; None beyond its range.
 
     Parameters
     ----------

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.studies.estimation.noise.sampling import scatter
+from apesim.studies.gap.thresholds import ALARM
 
 NOISES = 500
 """That may be the true one."""
@@ -12,8 +13,6 @@ EACH = 40
 """Draws of scores from each."""
 DRAWS = NOISES * EACH
 SEED = 20090715
-ALARM = 0.01
-"""Chance of noise alone to open the case."""
 
 
 class Detection(NamedTuple):

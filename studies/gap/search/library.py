@@ -1,5 +1,6 @@
 """The library of effects, as data."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from apesim.engine.effects import ALL_EFFECTS
@@ -77,3 +78,9 @@ def effects_on(bench, without=()):
     """The effects that can show on a bench."""
     effects = VALVE_EFFECTS if bench == VALVE else ALL_EFFECTS
     return [effect for effect in effects if effect.name not in without]
+
+
+def faults_of(without: Iterable[str]) -> list[tuple[str, str, str]]:
+    """Faults of a list of effects to leave out: the argument, what is wrong, what would be right."""
+    known = {effect.name for effect in ALL_EFFECTS}
+    return [("without", f"{name!r} is no effect", "see apesim gap effects") for name in without if name not in known]

@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
 from apesim.studies.gap.search.refit import at_large, reduced, refit, release
 from apesim.studies.gap.search.score_test import bank, freed, scores
+from apesim.studies.gap.thresholds import AMBIGUOUS_COST, TERM_CHANCE
 
 SINGLES = 12
 """Candidates that are fitted alone for their score."""
@@ -18,20 +20,16 @@ SCREENED = 3
 """Pairs of a screen of all that are fitted."""
 SWAPS = 3
 """Effects that are tried in place of either of the best pair."""
-CHANCE = 0.01
-"""Chance of a term that is not there: 2 ln(n/p) is its penalty."""
 PULLED = 2.5
 """Prior deviations from which a wrong nuisance is one of the explanations."""
 MATERIAL = ("air.heat_capacity_ratio",)
 """Nuisances that are no number of a machine: not tried as the explanation in place of an effect."""
-AMBIGUOUS = 2.0 * log(100.0)
-"""Penalised cost within which two models are not told apart."""
 
 
 class Choice(NamedTuple):
     """A model with its penalised cost."""
 
-    model: object
+    model: Model
     cost: float
 
     @property
@@ -42,7 +40,7 @@ class Choice(NamedTuple):
 
 def term(library):
     """What one effect of a library has to earn, or a number of the machine: 2 ln(n/p)."""
-    return 2.0 * log(max(library, 1) / CHANCE)
+    return 2.0 * log(max(library, 1) / TERM_CHANCE)
 
 
 def penalty(model, library):
@@ -203,7 +201,7 @@ def _swapped(pair, alone, columns):
         if single is None:
             continue
         ranked = scores(beside(columns, single), single.fitted.errors)
-        near = [one for one in ranked if one.deviations**2 > ranked[0].deviations ** 2 - 2.0 * AMBIGUOUS]
+        near = [one for one in ranked if one.deviations**2 > ranked[0].deviations ** 2 - 2.0 * AMBIGUOUS_COST]
         x = tuple(pair.model.own(number))
         for score in near[:SWAPS]:
             yield (kept, score.column.probe.candidate), (x, score.guess)

@@ -12,8 +12,6 @@ SEEN_LEAST = 0.02
 """Standard deviations of a probe: less is not told from the march's own error."""
 SAME = 0.98
 """Cosine from which two probes of one candidate are one."""
-ALIKE = 0.9
-"""Cosine between what two effects do to the data, from which they are of one class."""
 
 
 class Column(NamedTuple):

@@ -1,32 +1,30 @@
 """What is not in the library: the table that closes the gap best, verified like any effect, without a name."""
 
-from math import log
 from typing import NamedTuple
 
 import numpy as np
 
 from apesim.studies.estimation.residuals import unless_ended
-from apesim.studies.gap.decide.held_out import all_left_over, held_out, leave_one_out
+from apesim.studies.gap.decide.held_out import HeldOut, all_left_over, held_out, leave_one_out
 from apesim.studies.gap.search.model_selection import priced, term
-from apesim.studies.gap.tables.balance import through_the_simulator
+from apesim.studies.gap.tables.balance import Balance, through_the_simulator
 from apesim.studies.gap.tables.suggest import suggestion
+from apesim.studies.gap.thresholds import TABLE_MARGIN
 from apesim.studies.measured import CHECK, GATE
 
 FITTED = 4
 """Tables that are fitted through the simulator, the best by a straight model."""
 WEIGHED = 2
 """Tables that are held against a name."""
-MARGIN = 2.0 * log(10.0)
-"""Penalised cost by which a table has to beat a name to refuse it: the data are ten times as probable."""
 
 
 class Tabulated(NamedTuple):
     """A table that is added in place of a law."""
 
-    balance: object
-    """`apesim.studies.gap.tables.balance.Balance`, fitted"""
-    judged: object
-    """`apesim.studies.gap.decide.held_out.HeldOut` on the check runs, without any on the gate runs, without either with
+    balance: Balance
+    """What the table takes of the gap, fitted."""
+    judged: HeldOut | None
+    """How large the gap is on the check runs, without any on the gate runs, without either with
     operating points left out one at a time; None: there is one alone."""
     suggestion: str
     """Form in physical variables; "" where none is found."""
@@ -129,5 +127,5 @@ def likelier(tables, model, library):
     -------
     Balance or None
     """
-    enough = tables.base.cost - priced(model, library).cost + term(library) + MARGIN
+    enough = tables.base.cost - priced(model, library).cost + term(library) + TABLE_MARGIN
     return next(iter(tables.fitted(WEIGHED, enough)), None)

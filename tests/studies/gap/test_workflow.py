@@ -8,11 +8,7 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import load
-from apesim.studies.console import plain
-from apesim.studies.execution.pool import Team
 from apesim.studies.gap.report.effect_rows import effects_of
-from apesim.studies.gap.report.verdict_json import record
-from apesim.studies.gap.work import Work
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import read_measured
 from apesim.valve.effects import VALVE_EFFECTS
@@ -60,10 +56,10 @@ def explained(folder, **options):
 
 def test_where_nothing_is_missing_nothing_is_found(measure):
     found = explained(measure(Bench()))
-    assert found.verdict.verdict == "NO_GAP"
-    assert not found.detection.alarm
-    assert np.abs(found.base.fitted.x).max() < 3.0
-    checked = record(found)["held_out"]
+    assert found.verdict == "NO_GAP"
+    assert not found.gap_test.alarm
+    assert np.abs(found.calibrated.fitted.x).max() < 3.0
+    checked = found.held_out
     assert checked["before"] == checked["after"] == pytest.approx(1.0, abs=0.05)
 
 
@@ -86,41 +82,41 @@ def test_a_hidden_effect_is_named_sized_and_added(measure, apesim, tmp_path):
     # The machine that was written has the effect, and lacks nothing.
     machine = load(Machine, tmp_path / "out/machine.toml")
     assert machine.effects.coulomb_friction.force == pytest.approx(force["value"], rel=1e-9)
-    assert explain(machine, read_measured(path, AMBIENT)).verdict.verdict == "NO_GAP"
+    assert explain(machine, read_measured(path, AMBIENT)).verdict == "NO_GAP"
 
 
 def test_an_effect_that_the_library_lacks_is_not_given_another_name(measure):
     path = measure(Bench(dry_friction=12.0, breakaway=12.0))
     found = explained(path, without=["coulomb_friction", "stribeck_friction", "seal_friction"])
-    assert found.detection.alarm
-    assert found.verdict.verdict in ("REFUSED", "AMBIGUOUS")
+    assert found.gap_test.alarm
+    assert found.verdict in ("REFUSED", "AMBIGUOUS")
 
 
 def test_a_wrong_number_of_the_machine_is_a_finding_of_its_own(measure):
     found = explained(measure(Bench(), gauge_error=0.08))
-    assert found.verdict.verdict == "CALIBRATION"
-    assert found.verdict.best.names == ("supply.pressure",)
+    assert found.verdict == "CALIBRATION"
+    assert found.decision.best.names == ("supply.pressure",)
     (row,) = effects_of(found.best)
     assert (row["name"], row["key"]) == ("supply.pressure", "effects.sensor_gain.supply_pressure")
     assert row["interval_95"][0] < -0.08 / 1.08 < row["interval_95"][1]
-    assert record(found)["sentence"].startswith("Nothing is missing, but a reading is wrong: supply pressure reads 7.")
+    assert found.sentence.startswith("Nothing is missing, but a reading is wrong: supply pressure reads 7.")
     # What the machine says of the gauge holds for these runs, and explains them.
     again = explain(found.best.machine(), found.measured)
-    assert again.verdict.verdict == "NO_GAP"
-    assert abs(again.base.fitted.x).max() < 3.0
+    assert again.verdict == "NO_GAP"
+    assert abs(again.calibrated.fitted.x).max() < 3.0
 
 
 def test_a_nuisance_that_takes_all_of_a_gap_is_a_finding_though_little_is_left(measure):
     found = explained(measure(Bench(), late=0.8e-3, chambers=False))
-    assert found.detection.alarm
-    assert found.size < 0.15
-    assert found.verdict.verdict == "CALIBRATION"
-    assert found.verdict.best.names == ("valve.solenoid.dead_time",)
+    assert found.gap_test.alarm
+    assert found.gap_size < 0.15
+    assert found.verdict == "CALIBRATION"
+    assert found.decision.best.names == ("valve.solenoid.dead_time",)
 
 
 def test_one_operating_point_alone_names_nothing(measure):
     found = explained(measure(Bench(dry_friction=8.0, breakaway=8.0), {0.16e6: "fit"}, chambers=False))
-    assert found.verdict.verdict in ("AMBIGUOUS", "NO_GAP")
+    assert found.verdict in ("AMBIGUOUS", "NO_GAP")
 
 
 def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(measure):
@@ -128,9 +124,8 @@ def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(meas
     few = ("quadratic_drag", "leakage_a", "slow_ramp", "spring_rate_error", "tabulated_force")
     without = [effect.name for effect in VALVE_EFFECTS if effect.name not in few]
     alone = explained(path, without=without)
-    with Team(2) as team:
-        shared = explained(path, without=without, work=Work(team))
-    assert any(len(choice.names) == 2 for choice in alone.tried)
+    shared = explained(path, without=without, jobs=2)
+    assert any(len(choice.names) == 2 for choice in alone.fits)
     assert alone.tabulated
-    assert plain(record(shared)) == plain(record(alone))
+    assert shared.to_dict() | {"wall_time_s": 0.0} == alone.to_dict() | {"wall_time_s": 0.0}
     assert shared.simulations == alone.simulations

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from apesim.quantities import InputError
-from apesim.studies.commands.fit import fit_command, free_parameters, si_unit
+from apesim.studies.commands.fit import fit_command
 from apesim.studies.console import Console
 from apesim.studies.identify import identify, judge, time_shift, whiten
+from apesim.studies.identify.estimate import fit as fit_measured
+from apesim.studies.identify.free import free_parameters, si_unit
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 from apesim.studies.options import Common
@@ -447,3 +449,25 @@ def test_units_are_those_of_the_values_in_si(key, name):
 def test_nothing_to_fit_is_told():
     with pytest.raises(InputError, match="no run of the role fit has lift or chamber pressures"):
         fit(measured_run(0, role="check"))
+
+
+# --- from Python ---
+
+
+def test_a_fit_from_python_is_what_the_command_prints(folder, capsys):
+    assert fit_command(Common(Console(as_json=True)), folder=folder, free=[BETA], method=None) == 0
+    told, found = json.loads(capsys.readouterr().out), fit_measured(folder, [BETA])
+    assert {**told, "wall_time_s": 0.0} == {**json.loads(json.dumps(found.to_dict())), "wall_time_s": 0.0}
+    assert found[BETA] == found.parameters[BETA] == told["parameters"][BETA]
+    assert found.fitted_machine.valve.viscous_friction == found[BETA]
+    assert BETA in repr(found)
+    assert "N s/m" in found._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("given", "wrong"),
+    [({"method": "guess"}, "guess"), ({"free": ["valve.colour"]}, "valve.colour"), ({"free": []}, "free")],
+)
+def test_wrong_arguments_of_a_fit_are_refused(folder, given, wrong):
+    with pytest.raises(InputError, match=wrong):
+        fit_measured(folder, **{"free": [BETA]} | given)

@@ -225,9 +225,10 @@ def test_where_nothing_tells_the_colour_it_is_that_at_the_nearest_sampling_inter
     rng = np.random.default_rng(15)
     fitted, gate = np.arange(0.0, 0.1, 1e-4), np.arange(0.0, 0.06, 6e-5)
     values = process(rng, len(fitted), 0.8)
-    noise = {"lift": {1e-4: white(DEVIATION, TAKEN_FOR_WHITE), 6e-5: white(0.5 * DEVIATION, TAKEN_FOR_WHITE)}}
+    known = {"lift": {1e-4: white(DEVIATION, TAKEN_FOR_WHITE), 6e-5: white(0.5 * DEVIATION, TAKEN_FOR_WHITE)}}
     one = block(values, fitted)
-    from_what_nothing_explains([one], noise, [values], [np.ones((len(values), 1))])
+    noise = from_what_nothing_explains([one], known, [values], [np.ones((len(values), 1))])
+    assert not any(n.order for n in known["lift"].values())  # what was given stays as it is
     assert noise_for(noise, one).predictors[-1] == pytest.approx([0.8], abs=0.06)
     other = noise_for(noise, block(np.zeros(len(gate)), gate))
     assert other.predictors == noise_for(noise, one).predictors
@@ -285,7 +286,7 @@ def test_hum_is_looked_for_in_what_nothing_explains_too():
     times = np.arange(0.0, 0.1, 1e-4)
     left = [DEVIATION * (sines(50.0, times + rng.uniform())[:, 0] + rng.normal(size=len(times))) for _ in range(2)]
     noise = {"lift": {1e-4: white(DEVIATION, TAKEN_FOR_WHITE)}}
-    from_what_nothing_explains(
+    noise = from_what_nothing_explains(
         [block(values, times) for values in left], noise, left, [np.ones((len(times), 1)) for _ in left]
     )
     (found,) = noise["lift"].values()
@@ -309,7 +310,9 @@ def with_what_is_left(times, model, left):
     (before,) = noise["lift"].values()
     assert (before.source, before.order, before.hums) == ("stretches at rest", 0, ())
     found = hum_of_what_nothing_explains(blocks, noise, [model] * 2, left)
-    (after,) = noise["lift"].values()
+    (after,) = (found or noise)["lift"].values()
+    (kept,) = noise["lift"].values()
+    assert kept is before
     return found, before, after
 
 
@@ -345,8 +348,8 @@ def test_a_sensor_whose_hum_is_told_by_some_runs_hums_in_the_others(two_strokes)
     left = [own + 0.5 * DEVIATION * sines(50.0, times)[:, 0] for own in noise]
     blocks = [block(model + values, times, name) for name, values in zip("ab", left, strict=True)]
     known = {"lift": {2e-4: white(DEVIATION, AT_REST), 1e-3: white(2.0 * DEVIATION, AT_REST)}}
-    assert hum_of_what_nothing_explains(blocks, known, [model] * 2, left)
-    fine, coarse = (known["lift"][interval] for interval in (2e-4, 1e-3))
+    found = hum_of_what_nothing_explains(blocks, known, [model] * 2, left)
+    fine, coarse = (found["lift"][interval] for interval in (2e-4, 1e-3))
     assert fine.hums == coarse.hums != ()
     assert coarse.deviation == 2.0 * DEVIATION
 

@@ -9,6 +9,7 @@ from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.gap.decide import verdict as rules
 from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.decide.operating_points import points_of
+from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search import model_selection
 from apesim.studies.gap.search.model_selection import Choice, priced, term
 from apesim.studies.measured import MeasuredRun
@@ -55,7 +56,7 @@ def test_what_matters_is_for_the_user_to_say():
     assert rules.with_alarm(BASE, one, 0.12, GOOD, tolerance=0.1).verdict == "NAMED"
     assert rules.with_alarm(BASE, one, 0.3, GOOD, tolerance=0.4).verdict == "NO_GAP"
     judged = GOOD._replace(samples=10_000, removed=4000.0, left=600.0)
-    assert "a gap of" in rules.with_alarm(BASE, one, 1.0, judged).reason
+    assert "a gap of" in rules.with_alarm(BASE, one, 1.0, judged).reason.text
     assert rules.with_alarm(BASE, one, 1.0, judged, tolerance=0.3).verdict == "NAMED"
 
 
@@ -116,7 +117,7 @@ def test_a_wrong_number_is_a_calibration():
 def test_what_fails_on_runs_left_out_is_refused(judged, said):
     found = rules.with_alarm(BASE, [choice(100.0, "a", gap=SHAPE)], 1.0, judged)
     assert found.verdict == "REFUSED"
-    assert said in found.reason
+    assert said in found.reason.text
 
 
 @pytest.mark.parametrize("x", [(5.0, 0.5), (0.0, 1.35)])
@@ -134,12 +135,12 @@ def test_a_name_that_leaves_more_than_noise_is_refused():
 
     assert found(0.02).verdict == "NAMED"
     assert found(0.005).verdict == "REFUSED"
-    assert "more than noise" in found(0.005).reason
+    assert "more than noise" in found(0.005).reason.text
 
 
 def test_what_is_hardly_better_than_nothing_is_no_name():
     found = rules.with_alarm(BASE, [choice(295.0, "a", gap=SHAPE)], 1.0, GOOD)
-    assert (found.verdict, found.reason) == ("REFUSED", rules.FAINT)
+    assert (found.verdict, found.reason.kind) == (Verdict.REFUSED, ReasonKind.FAINT)
     assert verdict_of(choice(295.0, released="supply.temperature", gap=SHAPE)) == "REFUSED"
     assert verdict_of(choice(290.0, "a", gap=SHAPE)) == "NAMED"
 

@@ -8,7 +8,7 @@ import pytest
 from apesim import load_machine
 from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.estimation.residuals import Problem
-from apesim.studies.gap.design.isolability import isolability
+from apesim.studies.gap.design.isolability import find_isolability
 from apesim.studies.measured import read_measured
 from tests.gap_bench import AMBIENT, write_bench
 
@@ -19,11 +19,14 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def found(folder):
-    machine = load_machine(None, [])
-    rows, noise, warnings = isolability(machine, read_measured(folder, AMBIENT))
-    assert warnings == []
-    return {row["effect"]: row for row in rows}, noise
+def isolability(folder):
+    return find_isolability(load_machine(None, []), read_measured(folder, AMBIENT))
+
+
+@pytest.fixture(scope="module")
+def found(isolability):
+    assert isolability.warnings == []
+    return {row["effect"]: row for row in isolability.effects}, isolability.noise
 
 
 @pytest.mark.parametrize(
@@ -74,7 +77,7 @@ def test_help_is_told_where_it_is_needed_and_does_help(found):
 
 def test_what_is_hidden_in_the_data_plays_no_part(found, tmp_path):
     rows, _ = found
-    other, _, _ = isolability(load_machine(None, []), read_measured(write_bench(tmp_path, "0 N"), AMBIENT))
+    other = find_isolability(load_machine(None, []), read_measured(write_bench(tmp_path, "0 N"), AMBIENT)).effects
     for row in other:
         mine = rows[row["effect"]]
         assert row["class"] == mine["class"]
@@ -102,3 +105,12 @@ def test_bad_input_is_told_in_a_line(apesim, folder):
         code, out, err = apesim("gap", "isolability", *map(str, arguments))
         assert (code, out, len(err.splitlines())) == (2, "", 1)
         assert wrong in err
+
+
+def test_the_result_says_how_many_effects_could_be_isolated(isolability):
+    assert "side_force" in isolability.visible
+    assert set(isolability.isolable) <= set(isolability.visible)
+    text = f"{len(isolability.visible)} of {len(isolability.effects)} effects could be seen"
+    assert text in repr(isolability)
+    assert text in isolability._repr_html_()
+    assert set(isolability.to_dict()) == {"effects", "noise", "warnings", "wall_time_s"}

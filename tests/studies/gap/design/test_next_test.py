@@ -10,9 +10,9 @@ from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.noise.process import noise_for, white
 from apesim.studies.estimation.residuals import Problem
-from apesim.studies.gap.decide.verdict import AMBIGUOUS_VERDICT, CALIBRATION, FAINT, NAMED, NO_GAP, REFUSED
 from apesim.studies.gap.design.experiments import experiments_of, problem_of
 from apesim.studies.gap.design.next_test import missed, next_test, split
+from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import candidates_of
 from apesim.studies.gap.search.library import effects_on
 from apesim.studies.gap.search.model_selection import Choice
@@ -33,12 +33,12 @@ def rivals(tmp_path_factory):
     return measured, base, force, leak
 
 
-def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",), reason=""):
+def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",), reason=ReasonKind.TOLD):
     rivals = tuple(Choice(o, 1.0) for o in others)
-    told = SimpleNamespace(verdict=verdict, best=best and Choice(best, 0.0), rivals=rivals, reason=reason)
+    told = SimpleNamespace(verdict=verdict, best=best and Choice(best, 0.0), rivals=rivals, reason=reason.with_facts())
     names = [SimpleNamespace(name=name) for name in scores]
     return SimpleNamespace(
-        measured=measured, base=base, noise=base.problem.noise, verdict=told, scores=names, columns=[]
+        measured=measured, calibrated=base, noise=base.problem.noise, decision=told, scores=names, sensitivities=[]
     )
 
 
@@ -66,7 +66,7 @@ def test_nothing_is_told_from_itself(rivals):
 
 def test_the_experiment_that_splits_best_comes_first(rivals):
     measured, base, force, leak = rivals
-    told = split(findings_of(AMBIGUOUS_VERDICT, measured, base, force, (leak, base)))
+    told = split(findings_of(Verdict.AMBIGUOUS, measured, base, force, (leak, base)))
     least = [row["least"] for row in told["experiments"]]
     assert least == sorted(least, reverse=True)
     assert all(row["least"] == min(row["deviations"].values()) for row in told["experiments"])
@@ -77,7 +77,7 @@ def test_the_experiment_that_splits_best_comes_first(rivals):
 
 def test_what_is_refused_as_too_faint_is_to_be_told_from_its_rivals_and_from_nothing(rivals):
     measured, base, force, leak = rivals
-    told = next_test(findings_of(REFUSED, measured, base, force, (leak,), reason=FAINT))
+    told = next_test(findings_of(Verdict.REFUSED, measured, base, force, (leak,), reason=ReasonKind.FAINT))
     assert list(told["experiments"][0]["deviations"]) == ["leakage_a", "the machine as it is"]
 
 
@@ -101,13 +101,18 @@ def test_runs_that_there_are_are_not_offered_again(rivals):
 
 @pytest.mark.parametrize(
     ("verdict", "says"),
-    [(REFUSED, "high-speed"), (NO_GAP, "None is due"), (NAMED, "side force"), (CALIBRATION, "side_force")],
+    [
+        (Verdict.REFUSED, "high-speed"),
+        (Verdict.NO_GAP, "None is due"),
+        (Verdict.NAMED, "side force"),
+        (Verdict.CALIBRATION, "side_force"),
+    ],
 )
 def test_every_verdict_has_its_next_test(rivals, verdict, says):
     measured, base, force, _ = rivals
     told = next_test(findings_of(verdict, measured, base, force))
     assert "isolate" in told
-    if verdict != REFUSED:
+    if verdict != Verdict.REFUSED:
         assert says in told["text"]
     else:
         assert told["isolate"][0]["effect"] == "bounce"
@@ -116,7 +121,7 @@ def test_every_verdict_has_its_next_test(rivals, verdict, says):
 
 def test_without_the_library_the_next_test_is_to_try_it(rivals):
     measured, base, force, _ = rivals
-    told = next_test(findings_of(REFUSED, measured, base, force, scores=()))
+    told = next_test(findings_of(Verdict.REFUSED, measured, base, force, scores=()))
     assert "with the library" in told["text"]
 
 

@@ -179,8 +179,8 @@ def page_of(**more):
     data |= more
     machine = SimpleNamespace(ambient=SimpleNamespace(pressure=AMBIENT))
     base = SimpleNamespace(problem=SimpleNamespace(machine=machine), cost=1.0)
-    findings = SimpleNamespace(base=base, measured=Measured("", {}, ()), choices=[], tried=[])
-    return html.page(findings, data, [compared(after=False)], {"gap": "<svg/>"})
+    explanation = SimpleNamespace(calibrated=base, measured=Measured("", {}, ()), ranked=[], fits=[])
+    return html.page(explanation, data, [compared(after=False)], {"gap": "<svg/>"})
 
 
 @pytest.mark.parametrize(
@@ -210,7 +210,7 @@ def test_costs_of_explanations_count_from_the_least_of_their_own_kind():
         judged = [choice("b", 70.0), choice("a", 64.0)]
         base = SimpleNamespace(cost=150.0)
         return html.explanations(
-            SimpleNamespace(base=base, tried=tried, choices=judged, measured=Measured("", {}, (run,)))
+            SimpleNamespace(calibrated=base, fits=tried, ranked=judged, measured=Measured("", {}, (run,)))
         )
 
     assert [(row["names"], row["cost"], row["judged"]) for row in rows("gate")] == [

@@ -15,10 +15,11 @@ from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.estimation.parameters import value_of
 from apesim.studies.estimation.priors import ENGINE, VALVE, nuisance
 from apesim.studies.gap.report.petab_select import id_of, model_space, yaml_of
+from apesim.studies.gap.search.calibrated_gap import check_against_noise, score_candidates
+from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import candidates_of
 from apesim.studies.gap.search.library import effects_on
 from apesim.studies.gap.work import Work
-from apesim.studies.gap.workflow import explanations, looked_at, scored
 from apesim.studies.measured import FIT, read_measured
 from tests.gap_bench import AMBIENT, write_bench
 
@@ -37,10 +38,10 @@ def found(tmp_path_factory):
     measured = read_measured(write_bench(tmp_path_factory.mktemp("bench")), AMBIENT)
     base, _ = calibrate(machine, measured)
     effects = [effect for effect in effects_on("valve") if effect.name in FREED]
-    base, columns = scored(base, candidates_of(machine, "valve", effects), Work())
+    base, columns = score_candidates(base, candidates_of(machine, "valve", effects), Work())
     marks = base.problem.marks(np.zeros(len(base.fitted.x)))
-    tried = explanations(looked_at(base, columns, marks), len(effects), Work())
-    return SimpleNamespace(measured=measured, base=base, columns=columns, tried=tried)
+    tried = fit_candidates(check_against_noise(base, columns, marks), len(effects), Work())
+    return SimpleNamespace(measured=measured, calibrated=base, sensitivities=columns, fits=tried)
 
 
 @pytest.fixture
@@ -62,8 +63,8 @@ def models(folder, problem):
 
 def fitted_of(found):
     """The fitted models by what they add, the calibrated machine under nothing."""
-    known = {frozenset(choice.names): choice.model for choice in found.tried if choice.names[0] in FREED}
-    return {frozenset(): found.base} | known
+    known = {frozenset(choice.names): choice.model for choice in found.fits if choice.names[0] in FREED}
+    return {frozenset(): found.calibrated} | known
 
 
 def added_by(model):
@@ -123,7 +124,7 @@ def test_priors_stand_in_the_table_of_parameters(problem):
 @pytest.mark.parametrize("criterion", ["NLLH", "AIC", "BIC"])
 def test_its_best_model_is_the_least_by_the_cost_of_the_fits(problem, models, found, criterion):
     samples = sum(len(run.times) for run in found.measured.of(FIT))
-    priors = len(found.base.problem.parameters)
+    priors = len(found.calibrated.problem.parameters)
 
     def expected(fit):
         freed = priors + sum(len(FREED[name]) for name in fit.names)
@@ -146,10 +147,10 @@ def test_it_computes_the_same_criterion_from_the_likelihood_and_its_own_count_of
 
 
 def test_a_machine_that_lacks_nothing_is_the_only_model_fitted(found, tmp_path):
-    texts = model_space(SimpleNamespace(base=found.base, columns=found.columns, tried=[]))
+    texts = model_space(SimpleNamespace(calibrated=found.calibrated, sensitivities=found.sensitivities, fits=[]))
     (entry,) = yaml.safe_load(texts["calibrated_models.yaml"])
     assert entry["model_subspace_id"] == "calibrated_machine"
-    assert entry["criteria"]["NLLH"] == pytest.approx(found.base.cost / 2.0)
+    assert entry["criteria"]["NLLH"] == pytest.approx(found.calibrated.cost / 2.0)
 
 
 def test_a_nuisance_and_an_effect_on_one_key_keep_their_names_apart():

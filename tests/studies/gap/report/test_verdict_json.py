@@ -11,13 +11,15 @@ from apesim.studies.estimation.parameters import put
 from apesim.studies.estimation.priors import Prior, nuisance
 from apesim.studies.estimation.profile_likelihood import End, EndKind
 from apesim.studies.estimation.residuals import Problem
-from apesim.studies.gap.decide.verdict import CALIBRATION, FAINT, NAMED, NAMED_CLASS, REFUSED, TWO_EFFECTS, Verdict
+from apesim.studies.gap.decide.verdict import Decision
+from apesim.studies.gap.explanation import Explanation
+from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.report.effect_rows import SIDES, effects_of
 from apesim.studies.gap.report.verdict_json import sentence
 from apesim.studies.gap.search.candidates import candidates_of
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.work import Work
-from apesim.studies.gap.workflow import Findings, verified
+from apesim.studies.gap.workflow import check_on_unused_runs
 from apesim.studies.measured import Measured
 from apesim.studies.measured.prediction import run_of
 from apesim.valve.effects import VALVE_EFFECTS
@@ -49,11 +51,11 @@ def with_effects(*sized):
     return fitted(machine(), RUNS, parameters, [x for _, *own in sized for x in own], found)
 
 
-def said(word, model, *rivals, reason="", balance=None):
+def said(word, model, *rivals, reason=ReasonKind.TOLD, balance=None):
     choices = tuple(Choice(rival, 0.0) for rival in rivals)
-    told = SimpleNamespace(verdict=word, best=Choice(model, 0.0), rivals=choices, reason=reason)
+    told = SimpleNamespace(verdict=word, best=Choice(model, 0.0), rivals=choices, reason=reason.with_facts())
     table = balance and SimpleNamespace(balance=SimpleNamespace(balance=balance))
-    return sentence(SimpleNamespace(verdict=told, tabulated=table))
+    return sentence(SimpleNamespace(decision=told, tabulated=table))
 
 
 @pytest.mark.parametrize(
@@ -82,33 +84,33 @@ def test_a_supply_temperature_that_runs_do_not_state_is_the_machines():
 
 
 def test_readings_are_told_from_numbers_of_the_machine():
-    warm = said(CALIBRATION, released(machine(), THERMOMETER, 4.5))
+    warm = said(Verdict.CALIBRATION, released(machine(), THERMOMETER, 4.5))
     assert warm == "Nothing is missing, but a reading is wrong: supply temperature reads 9 K too low."
-    high = said(CALIBRATION, released(machine(), GAUGE, -8.0))
+    high = said(Verdict.CALIBRATION, released(machine(), GAUGE, -8.0))
     assert high == "Nothing is missing, but a reading is wrong: supply pressure reads 8.7 % too high."
-    late = said(CALIBRATION, released(machine(), Prior("valve.solenoid.dead_time", 1e-4), 5.0))
+    late = said(Verdict.CALIBRATION, released(machine(), Prior("valve.solenoid.dead_time", 1e-4), 5.0))
     assert late.startswith("Nothing is missing, but a number is wrong: valve, solenoid, dead time (")
 
 
 def test_effects_of_the_record_are_never_called_physics():
     lag, drag, force = ("lift_sensor_lag", 0.5), ("quadratic_drag", 0.25), ("side_force", -0.5)
-    lagging = said(NAMED, with_effects(lag))
+    lagging = said(Verdict.NAMED, with_effects(lag))
     assert lagging == "The model lacks nothing that these data show, but the record has lift sensor lag (time 0.25 ms)."
-    assert said(NAMED, with_effects(drag)) == "The model lacks quadratic drag (coefficient 10 N s^2/m^2)."
-    both = said(TWO_EFFECTS, with_effects(drag, lag))
+    assert said(Verdict.NAMED, with_effects(drag)) == "The model lacks quadratic drag (coefficient 10 N s^2/m^2)."
+    both = said(Verdict.TWO_EFFECTS, with_effects(drag, lag))
     assert both == (
         "The model lacks quadratic drag (coefficient 10 N s^2/m^2), and the record has lift sensor lag (time 0.25 ms)."
     )
-    two = said(TWO_EFFECTS, with_effects(drag, force))
+    two = said(Verdict.TWO_EFFECTS, with_effects(drag, force))
     assert two.startswith("The model lacks two effects: quadratic drag (")
-    either = said(NAMED_CLASS, with_effects(lag), with_effects(drag))
+    either = said(Verdict.NAMED_CLASS, with_effects(lag), with_effects(drag))
     assert either.startswith("The gap is lift sensor lag (time 0.25 ms), or what these data do not tell from it: quad")
 
 
 def test_what_is_refused_as_too_faint_is_told_with_its_explanations():
     either = with_effects(("quadratic_drag", 0.25)), with_effects(("side_force", -0.5))
-    assert said(REFUSED, *either) == "There is a gap, and nothing in the library closes it."
-    assert said(REFUSED, *either, reason=FAINT, balance="force") == (
+    assert said(Verdict.REFUSED, *either) == "There is a gap, and nothing in the library closes it."
+    assert said(Verdict.REFUSED, *either, reason=ReasonKind.FAINT, balance="force") == (
         "There is a gap, and these data hardly tell what closes it: quadratic drag, or side force; "
         "a table of a force takes it best."
     )
@@ -116,7 +118,7 @@ def test_what_is_refused_as_too_faint_is_told_with_its_explanations():
 
 def test_parameters_of_one_effect_are_one_thing_in_a_sentence():
     (shape,) = {c.name: c for c in candidates_of(machine(), "valve", VALVE_EFFECTS)}["supply_droop"].shapes
-    told = said(NAMED, with_effects(("supply_droop", 0.1, 0.5)))
+    told = said(Verdict.NAMED, with_effects(("supply_droop", 0.1, 0.5)))
     assert shape.key.endswith("volume")
     assert told.startswith("The model lacks supply droop (feed_area ")
     assert told.count("supply droop") == 1
@@ -132,7 +134,7 @@ def test_a_shape_is_told_as_far_as_the_data_hold_it(open_ends, told):
     kinds = [EndKind.OPEN if is_open else EndKind.CLOSED for is_open in open_ends]
     sides = [End(x, kind, model.fitted.x) for x, kind in zip((0.1, 0.5), kinds, strict=True)]
     model = model._replace(profiles=dict.fromkeys((p.key for p in model.problem.parameters), sides))
-    assert said(NAMED, model) == f"The model lacks coulomb friction (force 9 N{', ' if told else ''}{told})."
+    assert said(Verdict.NAMED, model) == f"The model lacks coulomb friction (force 9 N{', ' if told else ''}{told})."
     assert [row["open_ends"] for row in effects_of(model)] == [
         [s for s, o in zip(SIDES, open_ends, strict=True) if o]
     ] * 2
@@ -145,14 +147,15 @@ def test_what_is_fitted_beyond_its_range_is_told_and_written_as_its_end():
     effects = model.machine().effects
     assert (effects.side_force.force, effects.quadratic_drag.coefficient) == (pytest.approx(12.0), pytest.approx(20.0))
     unsure = model._replace(fitted=model.fitted._replace(converged=False))
-    found = verified(findings(unsure), Work())
+    found = check_on_unused_runs(explanation(unsure), Work())
     assert [text.split(" ")[-3:] for text in found.warnings] == [["did", "not", "converge"], ["end", "of", "it"]]
     assert found.checked is None
 
 
-def findings(model):
+def explanation(model):
     """What was found, as far as the end of the workflow looks at it."""
     base = model._replace(candidates=())
-    told = Verdict(NAMED, Choice(model, 0.0), (), "")
-    rest = dict.fromkeys(Findings._fields, None) | {"cells": [], "size": 1.0}
-    return Findings(**rest | {"measured": Measured("", {}, ()), "base": base, "verdict": told, "warnings": []})
+    decision = Decision(Verdict.NAMED, Choice(model, 0.0), (), ReasonKind.TOLD.with_facts())
+    rest = dict.fromkeys(("sensitivities", "scores", "gap_test", "solver_error", "tolerance", "cells"))
+    measured = Measured("", {}, ())
+    return Explanation(**rest, measured=measured, calibrated=base, decision=decision, warnings=[])

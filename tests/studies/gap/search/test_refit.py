@@ -8,12 +8,13 @@ from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.estimation.residuals import EndedEarly
+from apesim.studies.gap.search.calibrated_gap import CalibratedGap
+from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import Candidate, Probe
 from apesim.studies.gap.search.model_selection import LARGE, SINGLES, singles
 from apesim.studies.gap.search.refit import at_large, refit
 from apesim.studies.gap.search.score_test import Column, Score, bank, scores
 from apesim.studies.gap.work import Work
-from apesim.studies.gap.workflow import Look, explanations
 
 NUISANCE = Parameter("effects.time_zero.time", 1.0, -5.0, 5.0, prior=True)
 BENT, PLAIN = (
@@ -171,7 +172,7 @@ def test_pairs_are_tried_where_the_best_explanation_is_beyond_its_range(end, tri
     base = Model((), problem, descend(problem, np.zeros(1)))
     columns = bank(problem, base.fitted, candidates, Work())
     ranked = scores(columns, base.fitted.errors)
-    look = Look(base, columns, [], ranked, np.zeros((len(base.fitted.errors), 0)), None)
-    found = explanations(look, 2, Work())
+    gap = CalibratedGap(base, columns, [], ranked, np.zeros((len(base.fitted.errors), 0)), None)
+    found = fit_candidates(gap, 2, Work())
     assert found[0].names == (PLAIN.name,)
     assert {len(choice.names) for choice in found} == tried

@@ -132,7 +132,7 @@ def test_what_the_library_cannot_name_is_added_without_a_name_and_the_child_lack
     assert "tabulated_force added, no name" in text
     child = load(Machine, tmp_path / "out/machine.toml")
     assert child.effects.tabulated_force.force_at_100 == pytest.approx(15.0, abs=5.0)
-    assert explain(child, read_measured(folder, AMBIENT)).verdict.verdict == "NO_GAP"
+    assert explain(child, read_measured(folder, AMBIENT)).verdict == "NO_GAP"
 
 
 def snag(now):
@@ -144,9 +144,9 @@ def snag(now):
 def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap():
     """Left alone, moving mass with Coulomb friction passes every other rule, or is one of several that do."""
     found = explain(Machine(), measured(Bench(rubbing=(snag,))))
-    assert found.verdict.verdict == "REFUSED"
+    assert found.verdict == "REFUSED"
     assert found.balances[0].name == found.tabulated.balance.name == "tabulated_force"
-    assert found.tabulated.balance.gain > found.base.cost - found.verdict.best.model.cost + 100.0
+    assert found.tabulated.balance.gain > found.calibrated.cost - found.decision.best.model.cost + 100.0
     effect = found.tabulated.model.machine().effects.tabulated_force
     assert max(effect._asdict(), key=effect._asdict().get) == "friction_at_50"
     assert found.tabulated.judged.size < 0.3 * found.tabulated.judged.size_before
@@ -156,8 +156,8 @@ def test_a_name_that_stands_in_for_what_the_library_lacks_is_refused():
     """Stiffer springs look like more mass, which passes every other rule."""
     bench = Bench(spring_rate=1.15 * Bench().spring_rate)
     found = explain(Machine(), measured(bench), without=["spring_rate_error"])
-    assert found.verdict.best.names == ("moving_mass_error",)
-    assert found.verdict.verdict == "REFUSED"
+    assert found.decision.best.names == ("moving_mass_error",)
+    assert found.verdict == "REFUSED"
     assert found.tabulated.balance.balance == "force"
 
 

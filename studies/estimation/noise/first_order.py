@@ -1,14 +1,21 @@
-"""The noise of measured data: its standard deviation and its colour, AR(1) for each sensor."""
+"""Noise of the first order, AR(1), of what a fit leaves: its standard deviation and its colour for each sensor.
+
+It is what a fit of few parameters uses, for which there is no library of effects; see `estimation` for noise from
+repeats and from stretches at rest.
+"""
 
 import numpy as np
 
-FITTED = {"lift": 1e-8, "pressure_a": 1.0, "pressure_b": 1.0}
+from apesim.studies.estimation.noise.estimation import FLOOR
+from apesim.studies.estimation.noise.process import Noise, whitened
+
+FITTED = {sensor: FLOOR[sensor] for sensor in ("lift", "pressure_a", "pressure_b")}
 """Sensors that are fitted, and the error of the simulator, below which no noise is believed [SI]."""
 BELIEVED = 1.1
 """Times its standard deviation, up to which a noise is believed to be no more than that."""
 
 
-def whiten(residuals, times, deviation, colour):
+def whiten(residuals: np.ndarray, times: np.ndarray, deviation: float, colour: float) -> np.ndarray:
     """AR(1) noise made white, of standard deviation 1.
 
     Parameters
@@ -25,9 +32,12 @@ def whiten(residuals, times, deviation, colour):
     """
     steps = np.diff(times)
     usual = np.median(steps)
-    even = np.ptp(steps) < 0.01 * usual
-    r = np.full(len(steps), colour) if even else max(colour, 0.0) ** (steps / usual)
-    rest = (residuals[1:] - r * residuals[:-1]) / np.sqrt(1.0 - r**2)
+    if np.ptp(steps) < 0.01 * usual:
+        spread = np.array([1.0, np.sqrt(1.0 - colour**2)])
+        noise = Noise(deviation, (np.zeros(0), np.array([colour])), spread, "what is left")
+        return whitened(noise, residuals[:, None], times)[:, 0]
+    correlation = max(colour, 0.0) ** (steps / usual)
+    rest = (residuals[1:] - correlation * residuals[:-1]) / np.sqrt(1.0 - correlation**2)
     return np.append(residuals[0], rest) / deviation
 
 

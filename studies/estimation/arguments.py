@@ -1,0 +1,67 @@
+"""Arguments of the public functions that compare a machine with measured data."""
+
+from collections.abc import Callable, Iterable
+from math import isclose, isnan
+from os import PathLike
+from typing import Any
+
+from apesim.engine.machine import Machine
+from apesim.quantities import Arguments, Culprit, InputError, Quantity
+from apesim.quantities.checking import check
+from apesim.studies.measured import Measured, read_measured
+
+Tell = Callable[[str, int, int], None]
+"""Called with the name of a stage, what is done of it and what there is to do."""
+
+
+def open_measured(
+    function: str,
+    machine: Machine,
+    measured: Measured | str | PathLike[str],
+    *,
+    bench: str | None = None,
+    faults: Iterable[tuple[str, str, str]] = (),
+    **numbers: tuple[Any, Quantity],
+) -> tuple[Measured, dict[str, Any]]:
+    """Check the arguments of a public function, and read the measured data where a folder is given.
+
+    Parameters
+    ----------
+    function : str
+        Its name, for messages.
+    machine : Machine
+    measured : Measured or path
+    bench : {"valve", "engine"}, optional
+        The only one that is of use.
+    faults : iterable of (name, what is wrong, what would be right)
+        Faults of further arguments.
+    **numbers : (value, declaration)
+        Further arguments by name.
+
+    Returns
+    -------
+    measured : Measured
+    given : dict
+        The further arguments, in SI.
+
+    Raises
+    ------
+    InputError
+        With one culprit for each fault.
+    """
+    check(machine, Machine, f"{function}()")
+    arguments = Arguments(function, machine.ambient.pressure)
+    given = {name: arguments.quantity(name, value, declared) for name, (value, declared) in numbers.items()}
+    for fault in faults:
+        arguments.fault(*fault)
+    arguments.refuse()
+    if not isinstance(measured, Measured):
+        return read_measured(measured, machine.ambient.pressure, bench), given
+    if not isnan(measured.ambient_pressure) and not isclose(measured.ambient_pressure, machine.ambient.pressure):
+        wrong = f"was read with gauge pressures above {measured.ambient_pressure:g} Pa"
+        right = f"read it with ambient_pressure={machine.ambient.pressure!r}, as the machine has it"
+        raise InputError([Culprit(f"{function}()", "measured", wrong, right)])
+    if bench and measured.bench != bench:
+        wrong, right = f"is of a bench of the {measured.bench}", f"give data of a bench of the {bench}"
+        raise InputError([Culprit(f"{function}()", "measured", wrong, right)])
+    return measured, given

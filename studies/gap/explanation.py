@@ -1,0 +1,277 @@
+"""The result of the missing-effect workflow."""
+
+import html
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from apesim.archive import ArchiveError, replace_file
+from apesim.studies.estimation.model import Model
+from apesim.studies.gap.decide.consistency import Apart
+from apesim.studies.gap.decide.held_out import HeldOut
+from apesim.studies.gap.decide.verdict import Decision
+from apesim.studies.gap.reasons import Verdict
+from apesim.studies.gap.report.extended_machine import child_of, lineage_of
+from apesim.studies.gap.report.petab_select import model_space
+from apesim.studies.gap.report.verdict_json import describe
+from apesim.studies.gap.search.gap_test import Detection
+from apesim.studies.gap.search.localisation import Cell
+from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.score_test import Column, Score
+from apesim.studies.gap.tables.balance import Balance
+from apesim.studies.gap.tables.latent import branches
+from apesim.studies.gap.tables.tabulate import Tabulated
+from apesim.studies.measured import Measured
+from apesim.studies.output import make_folder
+
+MAX_SHOWN = 8
+"""Scores that the HTML table shows, as many as the command does."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Explanation:
+    """What is missing between a machine and measured data, and how it was found.
+
+    Attributes
+    ----------
+    verdict : Verdict
+    reason : str
+    sentence : str
+        The verdict in words.
+    effects : list of dict
+        What is missing: ``name``, ``parameter``, ``value``, ``unit``, ``interval_95`` and more.
+    probability : float or None
+        None where it is not stated.
+    alternatives : list of dict
+        Explanations that the data do not distinguish from the best one.
+    gap, held_out : dict
+        Root mean squares over the noise, ``before``, ``after`` and ``noise_floor``, on the fitted runs and on the check
+        runs; `held_out` is None where there are no check runs.
+    localised : dict
+        Where the gap lives: ``signal``, ``phase``, ``balance``, ``shares``.
+    detection_limits : dict
+        By effect the size from which these data show it.
+    next_test : dict
+        The experiment that would show more; its ``text`` and its data.
+    warnings : list of str
+    measured : Measured
+    calibrated : Model
+        The machine with its uncertain numbers fitted under their priors.
+    sensitivities : list of Column
+        What each candidate would do to the data.
+    scores : list of Score
+        The best first.
+    gap_test : Detection
+    solver_error : float
+        The simulator's own error over the noise of a sample.
+    tolerance : float
+        Size of a gap, over the noise, that does not matter.
+    cells : list of Cell
+        Signals and phases with their shares of the gap.
+    decision : Decision
+        The verdict with what it rests on.
+    fits : sequence of Choice
+        All models that were fitted, before runs held out were looked at.
+    ranked : sequence of Choice
+        The same with what the gate runs say, the best first.
+    judged : HeldOut or None
+        The best of them on the gate runs, or with operating points left out one at a time.
+    gap_size : float
+        Size of the gap where it is largest, over the noise.
+    balances : sequence of Balance
+        What each table takes of the gap, the best first; none where there is no gap.
+    tabulated : Tabulated or None
+        The table that is added where the library is refused.
+    checked : HeldOut or None
+        `best` on the check runs.
+    consistency : sequence of Apart
+        Where each operating point alone leads the parameters of `best`.
+    simulations : int
+    parent_text : str or None
+        The machine file that the search began with; the machine's own text if None.
+    wall_time_s : float
+        Computing time [s].
+    """
+
+    measured: Measured
+    calibrated: Model
+    sensitivities: list[Column]
+    scores: list[Score]
+    gap_test: Detection
+    solver_error: float
+    tolerance: float
+    cells: list[Cell]
+    decision: Decision
+    warnings: list[str]
+    fits: Sequence[Choice] = ()
+    ranked: Sequence[Choice] = ()
+    judged: HeldOut | None = None
+    gap_size: float = 0.0
+    balances: Sequence[Balance] = ()
+    tabulated: Tabulated | None = None
+    checked: HeldOut | None = None
+    consistency: Sequence[Apart] = ()
+    simulations: int = 0
+    next_test: dict[str, Any] = field(default_factory=dict)
+    parent_text: str | None = None
+    wall_time_s: float = 0.0
+
+    @property
+    def noise(self) -> dict[str, Any]:
+        """The noise of each sensor, at each sampling interval."""
+        return self.calibrated.problem.noise
+
+    @property
+    def best(self) -> Model:
+        """The table that was added, else what explains best; the calibrated machine where nothing does."""
+        if self.tabulated:
+            return self.tabulated.model
+        return self.decision.best.model if self.decision.best else self.calibrated
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict."""
+        return self.decision.verdict
+
+    @property
+    def reason(self) -> str:
+        """Why the verdict is given."""
+        return str(self.decision.reason)
+
+    @cached_property
+    def _described(self) -> dict[str, Any]:
+        from apesim.studies.console import plain
+
+        machine = self.calibrated.problem.machine
+        parent = machine.to_toml() if self.parent_text is None else self.parent_text
+        data = plain(describe(self) | {"next_test": self.next_test})
+        return data | {"lineage": lineage_of(self.measured, parent)}
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        return self._described["sentence"]
+
+    @property
+    def effects(self) -> list[dict[str, Any]]:
+        """What is missing, with values and 95 % intervals; [] where nothing is named."""
+        return self._described["effects"]
+
+    @property
+    def probability(self) -> float | None:
+        """How probable the verdict is; None where that is not stated."""
+        return self._described["probability"]
+
+    @property
+    def alternatives(self) -> list[dict[str, Any]]:
+        """Explanations that the data do not distinguish from the best one."""
+        return self._described["alternatives"]
+
+    @property
+    def gap(self) -> dict[str, float]:
+        """The gap on the fitted runs, root mean squares over the noise."""
+        return self._described["gap"]
+
+    @property
+    def held_out(self) -> dict[str, float] | None:
+        """The gap on the check runs, root mean squares over the noise; None where there are none."""
+        return self._described["held_out"]
+
+    @property
+    def localised(self) -> dict[str, Any]:
+        """Signal, phase of the stroke or cycle, and balance that the gap lives in."""
+        return self._described["localised"]
+
+    @property
+    def detection_limits(self) -> dict[str, dict[str, Any]]:
+        """Sizes from which these data show the effects, by effect."""
+        return self._described["detection_limits"]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of ``verdict.json``."""
+        return json.loads(json.dumps(self._described)) | {"wall_time_s": self.wall_time_s}
+
+    def write(
+        self,
+        folder: str | PathLike[str],
+        *,
+        overwrite: bool = False,
+        progress: Callable[[str, int, int], None] | None = None,
+    ) -> dict[str, Any]:
+        """Write ``verdict.json``, ``machine.toml``, ``report.html``, figures and the searched models to a folder.
+
+        Parameters
+        ----------
+        folder : path
+            Is made where it does not exist.
+        overwrite : bool
+            Whether to write into a folder that holds something.
+        progress : callable, optional
+            Called with the name of the stage, what is done of it and what there is to do.
+
+        Returns
+        -------
+        dict
+            The content of ``verdict.json``; its ``wall_time_s`` counts the writing, too.
+
+        Raises
+        ------
+        ArchiveError
+            The folder or a file cannot be written, or the folder is not empty.
+        """
+        from apesim.studies.figures.gap import draw_gap
+        from apesim.studies.gap.report.comparison import compare
+        from apesim.studies.gap.report.html import added_to, page, tried
+
+        start, data, folder = time.perf_counter(), self.to_dict(), Path(folder)
+        make_folder(folder, overwrite)
+        if progress:
+            progress("writing the report", 0, 1)
+        _write(folder, "machine.toml", child_of(self, data))
+        compared = compare(self)
+        for name in ("figures", "petab_select"):
+            (folder / name).mkdir(exist_ok=True)
+        latent = branches(self.tabulated.model) if self.tabulated else ()
+        ambient = self.calibrated.problem.machine.ambient.pressure
+        figures = draw_gap(compared, tried(self), added_to(self), ambient, folder / "figures", latent)
+        _write(folder, "report.html", page(self, data, compared, figures))
+        for name, text in model_space(self).items():
+            _write(folder, f"petab_select/{name}", text)
+        data["wall_time_s"] += time.perf_counter() - start
+        _write(folder, "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+        return data
+
+    def __repr__(self) -> str:
+        lines = [f"Explanation: {self.verdict}", f"  {self.sentence}", f"  because {self.reason}"]
+        gap, held_out = self.gap, self.held_out
+        lines.append(f"  gap over noise on the fitted runs: {gap['before']:.3g} before, {gap['after']:.3g} after")
+        if held_out:
+            lines.append(f"  on runs opened once: {held_out['before']:.3g} before, {held_out['after']:.3g} after")
+        if self.next_test:
+            lines.append(f"  next test: {self.next_test['text']}")
+        if self.warnings:
+            lines.append(f"  {len(self.warnings)} warnings, see .warnings")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f'<tr><td>{html.escape(score.name)}</td><td style="text-align:right">{score.deviations:.1f}</td></tr>'
+            for score in self.scores[:MAX_SHOWN]
+        )
+        lines = "".join(f"<div>{html.escape(line.strip())}</div>" for line in repr(self).splitlines()[1:])
+        head = "<tr><th>effect</th><th>score [standard deviations]</th></tr>"
+        return f"<b>{self.verdict}</b>{lines}<table>{head}{rows}</table>"
+
+
+def _write(folder: Path, name: str, text: str) -> None:
+    """Write a file, complete or not at all."""
+    path = folder / name
+    try:
+        replace_file(path, text.encode())
+    except OSError as error:
+        raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another --out") from None

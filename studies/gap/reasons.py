@@ -1,0 +1,74 @@
+"""The words of a decision: the verdict, and the reason for it."""
+
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+
+class Verdict(StrEnum):
+    """What is said of the gap between a machine and measured data."""
+
+    NO_GAP = "NO_GAP"
+    """Nothing is missing that the data could show."""
+    NAMED = "NAMED"
+    """One effect is missing."""
+    NAMED_CLASS = "NAMED_CLASS"
+    """One effect of a class is missing; the data do not distinguish the effects of the class."""
+    TWO_EFFECTS = "TWO_EFFECTS"
+    """Two effects are missing."""
+    AMBIGUOUS = "AMBIGUOUS"
+    """There is a gap, and several explanations are left."""
+    CALIBRATION = "CALIBRATION"
+    """A number of the machine or a reading is wrong, and nothing is missing."""
+    REFUSED = "REFUSED"
+    """There is a gap, and no effect of the library closes it."""
+
+
+NAMING = frozenset({Verdict.NAMED, Verdict.NAMED_CLASS, Verdict.TWO_EFFECTS, Verdict.CALIBRATION})
+"""Verdicts that report what closes the gap."""
+BLAMING = NAMING | {Verdict.AMBIGUOUS}
+"""Verdicts that come with one or several explanations."""
+
+
+class ReasonKind(StrEnum):
+    """Why a verdict is given; each is a sentence with the numbers left open."""
+
+    NOISE_ALONE = "noise alone leaves as much with a chance of {chance:.2g}"
+    TOO_SMALL = "the gap is {size:.2g} of the noise where it is largest: too small to matter"
+    FAR_NUISANCE = "{key} is {x:+.1f} prior deviations from what the machine says"
+    WRONG_NUMBER = "a number of the machine is wrong, and nothing is missing"
+    TOLD = "told from every other explanation, and held out"
+    ONE_OF_A_CLASS = "one of a class that these data do not tell apart"
+    SEVERAL_SINGLES = "several explanations are as good"
+    SEVERAL_PAIRS = "several pairs are as good"
+    PAIR_WITHOUT_BEST_SINGLE = "the best pair does not contain the best single effect"
+    SECOND_IS_FAINT = "the second effect hardly earns its place"
+    NOTHING_HELD_OUT = "there is one operating point alone: nothing can be held out"
+    NOTHING_EARNS_ITS_PLACE = "no effect of the library earns its place"
+    FAINT = "the best explanation hardly earns its place"
+    MORE_THAN_NOISE_LEFT = "what the best explanation leaves is more than noise"
+    NUISANCE_STILL_FAR = "the best explanation still needs {key} {limit:g} prior deviations away"
+    BEYOND_ITS_RANGE = "the best explanation needs {key} beyond its range"
+    REMOVES_NOTHING = "on runs that it was not fitted to, the best explanation removes nothing"
+    GAP_STILL_THERE = "on runs that it was not fitted to, {percent:.0f} % of the gap is still there"
+    GAP_LEFT = "on runs that it was not fitted to, a gap of {size:.2g} of the noise is left"
+    TABLE_TAKES_MORE = "an unknown {balance} without a name takes more of the gap"
+
+    def with_facts(self, **facts: Any) -> "Reason":
+        """The reason with its numbers.
+
+        Examples
+        --------
+        >>> str(ReasonKind.TOO_SMALL.with_facts(size=0.0712))
+        'the gap is 0.071 of the noise where it is largest: too small to matter'
+        """
+        return Reason(self, self.value.format(**facts))
+
+
+class Reason(NamedTuple):
+    """A reason of some kind, with its numbers."""
+
+    kind: ReasonKind
+    text: str
+
+    def __str__(self) -> str:
+        return self.text

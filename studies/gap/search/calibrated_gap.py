@@ -1,0 +1,140 @@
+"""The calibrated machine, and the test whether it leaves more of the data than noise."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from apesim.engine.machine import Machine
+from apesim.studies.estimation.calibration import calibrate, elsewhere
+from apesim.studies.estimation.levenberg_marquardt import descend
+from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.noise.estimation import (
+    from_what_nothing_explains,
+    hum_of_what_nothing_explains,
+    is_known,
+    may_hum,
+)
+from apesim.studies.estimation.noise.process import noise_for
+from apesim.studies.estimation.noise.sampling import parts_of
+from apesim.studies.estimation.nuisance_space import imitated
+from apesim.studies.gap.input_checks import OWN_ERROR, own_error
+from apesim.studies.gap.search.candidates import Candidate
+from apesim.studies.gap.search.gap_test import Detection, detect
+from apesim.studies.gap.search.phases import local_shapes
+from apesim.studies.gap.search.score_test import Column, Score, bank, scores
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import Measured
+
+
+class CalibratedGap(NamedTuple):
+    """What the calibrated machine leaves of the data, and the test whether that is more than noise."""
+
+    calibrated: Model
+    sensitivities: list[Column]
+    """What each candidate would do to the data."""
+    marks: list[dict[str, Any]]
+    """Instants that divide each run, as the machine file says.
+
+    See `apesim.studies.estimation.residuals.Problem.marks`.
+    """
+    scores: list[Score]
+    """The best first."""
+    local_shapes: np.ndarray
+    """See `apesim.studies.gap.search.phases.local_shapes`."""
+    gap_test: Detection
+
+
+def find_gap(
+    machine: Machine, measured: Measured, candidates: Sequence[Candidate], work: Work
+) -> tuple[CalibratedGap, float, list[str]]:
+    """Calibrate a machine to measured data, and test whether it leaves more than noise.
+
+    Where it does, further starts are tried, and the deepest minimum is taken.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
+    candidates : sequence of apesim.studies.gap.search.candidates.Candidate
+        Effects that may be missing.
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    gap : CalibratedGap
+    solver_error : float
+        The simulator's own error over the noise of a sample.
+    warnings : list of str
+    """
+    work.tell("calibrating", 0, 1)
+    calibrated, warnings = calibrate(machine, measured)
+    calibrated, sensitivities = score_candidates(calibrated, candidates, work)
+    problem = calibrated.problem
+    marks = problem.marks(np.zeros(len(calibrated.fitted.x)))
+    gap = check_against_noise(calibrated, sensitivities, marks)
+    deeper = elsewhere(calibrated, work) if gap.gap_test.alarm else calibrated
+    if deeper is not calibrated:
+        gap = check_against_noise(*score_candidates(deeper, candidates, work), marks)
+    calibrated = gap.calibrated
+    if not calibrated.fitted.converged:
+        warnings.append("the calibration did not converge")
+    solver_error = own_error(calibrated.problem, calibrated.fitted.x)
+    if solver_error > OWN_ERROR:
+        warnings.append(f"the simulator's own error is {solver_error:.2g} of the noise: it may be taken for a gap")
+    return gap, solver_error, warnings
+
+
+def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: Work) -> tuple[Model, list[Column]]:
+    """Find what each candidate would do to the data.
+
+    Where what no candidate explains says more of the noise than was known, the machine is calibrated again with that.
+
+    Parameters
+    ----------
+    calibrated : apesim.studies.estimation.model.Model
+    candidates : sequence of apesim.studies.gap.search.candidates.Candidate
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    calibrated : Model
+    sensitivities : list of Column
+    """
+    problem, x = calibrated.problem, calibrated.fitted.x
+    columns = bank(problem, calibrated.fitted, candidates, work)
+    known = is_known(problem.noise)
+    if known and not may_hum(problem.noise):
+        return calibrated, columns
+    space = imitated(np.column_stack([calibrated.fitted.jacobian, *(column.effect for column in columns)]))
+    pairs = zip(problem.parted(space.removed(calibrated.fitted.errors)), problem.blocks, strict=True)
+    left = [-part * noise_for(problem.noise, block).deviation for part, block in pairs]
+    if known:
+        noise = hum_of_what_nothing_explains(problem.blocks, problem.noise, problem.predicted(x), left)
+    else:
+        noise = from_what_nothing_explains(problem.blocks, problem.noise, left, problem.parted(space.base))
+    if noise is None:
+        return calibrated, columns
+    problem = problem.with_noise(noise)
+    calibrated = Model((), problem, descend(problem, x))
+    return calibrated, bank(problem, calibrated.fitted, candidates, work)
+
+
+def check_against_noise(calibrated: Model, sensitivities: list[Column], marks: list[dict[str, Any]]) -> CalibratedGap:
+    """Compare what the calibrated machine leaves with what noise alone would leave.
+
+    Parameters
+    ----------
+    calibrated : apesim.studies.estimation.model.Model
+    sensitivities : list of apesim.studies.gap.search.score_test.Column
+    marks : list of dict
+        Instants that divide each run.
+
+    Returns
+    -------
+    CalibratedGap
+    """
+    errors = calibrated.fitted.errors
+    local = local_shapes(calibrated.problem, marks, imitated(calibrated.fitted.jacobian))
+    test = detect(sensitivities, local, errors, parts_of(calibrated.problem))
+    return CalibratedGap(calibrated, sensitivities, marks, scores(sensitivities, errors), local, test)

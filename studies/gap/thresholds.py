@@ -1,0 +1,47 @@
+"""Thresholds that decide a verdict, each with its reason.
+
+Whoever changes one has to score fresh sealed cases, see `python -m tests.truth`: on cases that were looked at, any
+threshold looks good.
+"""
+
+from math import log
+
+ALARM = 0.01
+"""Chance of noise alone to open the case: the nominal rate of false alarms."""
+TOLERANCE = 0.15
+"""Size of a gap over the noise, where it is largest, below which it does not matter, unless the user says otherwise: it
+adds 1 % to the noise of a sample. Too tight a tolerance leads to refusals, not to wrong names."""
+MAX_PULL = 4.0
+"""Prior deviations beyond which a nuisance is itself a finding: noise alone pulls one of thirty nuisances so far in
+one of 500 cases."""
+MAX_EXCESS = 3.0
+"""Standard deviations by which a size has to be beyond its range to be implausible."""
+MIN_REMOVED = 0.6
+"""Share of the gap's energy that a name has to take away where nothing was fitted: with less, most of
+the gap would be something else."""
+MAX_LEFT = 0.05
+"""Share of the gap's size that may be left, where that is more than the tolerance: strengths are found to some per
+cent, so that a large gap leaves more than the tolerance of a small one."""
+TERM_CHANCE = 0.01
+"""Chance of a term that is not there: 2 ln(n/p) is its penalty in a library of n effects (PASTIS)."""
+AMBIGUOUS_COST = 2.0 * log(100.0)
+"""Penalised cost within which two models are indistinguishable: the data are a hundred times as probable."""
+ALIKE = 0.9
+"""Cosine between what two effects do to the data, from which they are of one class."""
+DOUBTFUL = 0.25
+"""Chance of noise alone to leave what a single effect leaves, below which all others and pairs are tried, too."""
+MIN_STANDING = 0.8
+"""Standing from which both effects of a pair are named, see `apesim.studies.gap.decide.verdict.standing`."""
+BEHIND = 100.0
+"""Penalised cost by which the best single effect has to be behind a pair that does not contain it, for the pair to be
+named: nearer, something else that neither of them is may look like both."""
+MIN_OUTSIDE, OUTSIDE_FAINT, MAX_OUTSIDE = 0.02, 10.0, 0.5
+"""Taken off a pair's standing for what the library does not have: at least, by how much more where the second effect is
+faint, over the square of its sigmas, and at most. A rule, not measured."""
+TABLE_MARGIN = 2.0 * log(10.0)
+"""Penalised cost by which a table has to beat a name to refuse it: the data are ten times as probable."""
+SURE = 1.64
+"""Standard deviations by which what is left has to stand out of noise to count: noise alone does in one case of
+twenty."""
+N_SIGMA_VISIBLE = 5.0
+"""Sigmas at which an effect counts as visible: noise alone gives a single score as large with a chance of 6e-7."""

@@ -1,0 +1,95 @@
+"""The result of the workflow, from Python."""
+
+import json
+
+import pytest
+
+from apesim.archive import ArchiveError
+from apesim.engine.machine import Machine
+from apesim.quantities import InputError
+from apesim.studies.gap.reasons import Verdict
+from apesim.studies.gap.search.candidates import candidates_of
+from apesim.studies.gap.search.library import effects_on
+from apesim.studies.gap.search.refit import refit
+from apesim.studies.gap.workflow import explain
+from apesim.studies.measured import read_measured
+from tests.gap_bench import AMBIENT, write_bench
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return write_bench(tmp_path_factory.mktemp("bench"))
+
+
+@pytest.fixture(scope="module")
+def stages():
+    return []
+
+
+@pytest.fixture(scope="module")
+def explanation(folder, stages):
+    return explain(Machine(), folder, progress=lambda stage, done, total: stages.append(stage))
+
+
+def test_an_explanation_says_its_verdict_and_what_it_rests_on(explanation, stages):
+    assert explanation.verdict in Verdict
+    assert explanation.verdict is not Verdict.NO_GAP
+    assert explanation.reason in repr(explanation)
+    assert explanation.sentence in repr(explanation)
+    assert explanation.gap["before"] > explanation.gap["after"]
+    assert explanation.held_out["before"] > explanation.held_out["after"]
+    assert explanation.localised["signal"] == "lift"
+    assert explanation.next_test["text"]
+    assert "calibrating" in stages and "scoring" in stages
+    assert "side_force" in explanation._repr_html_()
+
+
+def test_what_is_written_is_what_is_said(explanation, tmp_path):
+    written = explanation.write(tmp_path / "out")
+    assert json.loads((tmp_path / "out/verdict.json").read_text()) == written
+    told = {key: value for key, value in explanation.to_dict().items() if key != "wall_time_s"}
+    assert written["wall_time_s"] > explanation.wall_time_s > 0.0
+    assert {key: written[key] for key in told} == told
+    assert (written["verdict"], written["effects"]) == (explanation.verdict, explanation.effects)
+    assert Machine.load(tmp_path / "out/machine.toml").to_toml() == explanation.best.machine().to_toml()
+    with pytest.raises(ArchiveError, match="not empty"):
+        explanation.write(tmp_path / "out")
+
+
+def test_changing_what_was_handed_out_changes_no_explanation(explanation):
+    told = explanation.to_dict()
+    told["gap"]["before"] = -1.0
+    told["scores"].clear()
+    assert explanation.gap["before"] > 0.0
+    assert explanation.to_dict()["scores"]
+
+
+@pytest.mark.parametrize(
+    ("given", "wrong"),
+    [
+        ({"tolerance": -1.0}, "tolerance"),
+        ({"jobs": 0}, "jobs"),
+        ({"without": ["side_forse"]}, "side_forse"),
+    ],
+)
+def test_wrong_arguments_are_refused_before_anything_is_computed(folder, given, wrong):
+    with pytest.raises(InputError, match=wrong):
+        explain(Machine(), folder, **given)
+
+
+def test_data_that_were_read_at_another_ambient_pressure_are_refused(folder):
+    with pytest.raises(InputError, match="gauge pressures above 90000 Pa"):
+        explain(Machine(), read_measured(folder, 90e3))
+    assert read_measured(folder).ambient_pressure == AMBIENT
+
+
+def test_what_is_fitted_first_changes_no_result(explanation):
+    base = explanation.calibrated
+    known = {one.name: one for one in candidates_of(Machine(), "valve", effects_on("valve"))}
+
+    def fitted(*names):
+        return {name: refit(base, (known[name],), ((0.1,),)).fitted.x.tolist() for name in names}
+
+    steps = base.problem.steps.tolist()
+    assert fitted("side_force", "leakage_a") == fitted("leakage_a", "side_force")
+    assert base.problem.steps.tolist() == steps
