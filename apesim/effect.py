@@ -4,8 +4,8 @@ An effect is one file with its parameters and one or more of the slots below. It
 first field is the strength; at strength 0 (or another that the effect names) it changes no bit of any result.
 """
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
 from numba.extending import overload
 
@@ -46,6 +46,14 @@ class Effect(NamedTuple):
     """Strength at which the effect does nothing."""
     tabulated: str = ""
     """Balance that it is a table of: it can close a gap there, and names nothing; "": it is a law."""
+    layer: str = ""
+    """Layer whose balances and parameters an effect from outside acts on, "valve" or "engine"; "": it is one of ours,
+    and its list says so."""
+
+    @property
+    def is_from_outside(self) -> bool:
+        """Whether it stands in a file that a user has named or installed, see `apesim.engine.effects.outside`."""
+        return bool(self.layer)
 
     def is_on(self, parameters):
         """Whether a strength among the parameters is another than that of doing nothing."""
@@ -73,7 +81,15 @@ class NoEffects(NamedTuple):
     """In place of a library's laws where none is on: the march is compiled without any."""
 
 
-def acting(name, module, library, tables=False):
+class Library(NamedTuple):
+    """The effects of a layer, and what its marches are compiled for."""
+
+    effects: tuple[Effect, ...]
+    marches: tuple[type, ...]
+    """NamedTuple type of the laws by kind of march, see `kind_of_march`."""
+
+
+def acting(name: str, module: str, library: Iterable[Effect], tables: bool = False, outside: bool = False) -> type:
     """NamedTuple type of the parameters of those effects that act within the march.
 
     The compile cache finds a type again by the module that it says it is from, and by its name there.
@@ -81,53 +97,80 @@ def acting(name, module, library, tables=False):
     Parameters
     ----------
     name, module : str
-    library : tuple of Effect
+    library : sequence of Effect
     tables : bool
         With those that are tabulated, too.
+    outside : bool
+        With those from outside, too.
 
     Returns
     -------
     type
     """
-    own = [effect for effect in library if effect.is_marched and (tables or not effect.tabulated)]
-    found = NamedTuple(name, [(effect.name, effect.parameters) for effect in own])
+    own = [
+        effect
+        for effect in library
+        if effect.is_marched and (tables or not effect.tabulated) and (outside or not effect.is_from_outside)
+    ]
+    found = NamedTuple(name, [(effect.name, effect.parameters) for effect in own])  # type: ignore[misc]
     found.__module__ = module
     return found
 
 
-def kind_of_march(library, effects):
+def library_for(effects: Any, own: Library, layer: str) -> Library:
+    """The library of a layer that a machine's effects are of.
+
+    Parameters
+    ----------
+    effects : NamedTuple
+        Parameters by name of effect. Where some of them are from outside, its class has ``libraries``: the `Library`
+        by name of layer.
+    own : Library
+        What holds where none is.
+    layer : str
+        "valve" or "engine".
+
+    Returns
+    -------
+    Library
+    """
+    return getattr(effects, "libraries", {}).get(layer, own)
+
+
+def kind_of_march(library: Iterable[Effect], effects: Any) -> int:
     """Which laws of a library a march needs; parameters by name of effect.
 
     Returns
     -------
     int
-        0: none, 1: all but tables, 2: all.
+        0: none, 1: all of ours but tables, 2: all of ours; 3: all but tables, those from outside among them, 4: all.
     """
     on = [effect for effect in library if effect.is_on(getattr(effects, effect.name)) and effect.is_marched]
-    return 2 if any(effect.tabulated for effect in on) else int(bool(on))
+    is_tabulated = any(effect.tabulated for effect in on)
+    if any(effect.is_from_outside for effect in on):
+        return 3 + is_tabulated
+    return 2 if is_tabulated else int(bool(on))
 
 
-def chosen(library, effects, laws, tables, kind=0):
+def chosen(library: Library, effects: Any, kind: int = 0) -> Any:
     """The effects of one library that act within the march.
 
     Parameters
     ----------
-    library : tuple of Effect
+    library : Library
     effects : NamedTuple
         Parameters by name of effect; may hold those of other libraries too.
-    laws, tables : type
-        Of their parameters, without and with tables, see `acting`.
     kind : int
         What another library needs, see `kind_of_march`: the march is compiled with no less of this one, so that there
-        are three kinds of march to compile and not nine.
+        are three kinds of march to compile and not nine; with effects from outside, two more.
 
     Returns
     -------
     NamedTuple
-        Of the type ``laws`` or ``tables``; `NoEffects` where none is on.
+        Of one of the types of the library's marches; `NoEffects` where none is on.
     """
-    container = (NoEffects, laws, tables)[max(kind, kind_of_march(library, effects))]
-    return container(*(getattr(effects, name) for name in container._fields))
+    container = library.marches[max(kind, kind_of_march(library.effects, effects))]
+    return container(*(getattr(effects, name) for name in container._fields))  # type: ignore[attr-defined]
 
 
 def volume_of(library, effects):

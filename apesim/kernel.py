@@ -4,6 +4,7 @@ A function chosen by type has a body for each type of its first argument. Only a
 Python and kept in the cache, all its kernels in it. Numba's disk cache notices an edit only in the file a function
 stands in; an edited callee elsewhere would silently give the old answer. The cache folder is therefore named by a hash
 of every source file that holds kernels, so that any edit opens a new, empty folder.
+What is compiled for laws from outside these files has a folder within it, named by a hash of theirs.
 """
 
 import contextlib
@@ -13,6 +14,7 @@ import importlib.util
 import platform
 import shutil
 import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import llvmlite.binding
@@ -65,8 +67,8 @@ def sources_hash():
     return digest.hexdigest()[:16]
 
 
-def _prune(root, keep):
-    folders = [f for f in root.glob("kernels-*") if f != keep]
+def _prune(root: Path, keep: Path, pattern: str) -> None:
+    folders = [f for f in root.glob(pattern) if f != keep]
     folders.sort(key=lambda f: f.stat().st_mtime, reverse=True)
     for old in folders[FOLDERS_KEPT - 1 :]:
         shutil.rmtree(old, ignore_errors=True)
@@ -90,7 +92,7 @@ def cache_folder():
     if folder is None:
         return temporary_folder(name)
     if is_new:
-        _prune(folder.parent, folder)
+        _prune(folder.parent, keep=folder, pattern="kernels-*")
     return folder
 
 
@@ -122,6 +124,45 @@ class _Once(event.Listener):
         pass
 
 
+def outside_folder(outside_hash: str) -> Path:
+    """The folder of what is compiled for laws from outside the layers' files, within that of the compiled kernels.
+
+    Parameters
+    ----------
+    outside_hash : str
+        Hash of the files that they stand in.
+
+    Returns
+    -------
+    pathlib.Path
+    """
+    folder = cache_folder() / f"outside-{outside_hash}"
+    if not folder.exists():
+        folder.mkdir(mode=0o700, exist_ok=True)
+        _prune(cache_folder(), keep=folder, pattern="outside-*")
+    return folder
+
+
+def outside_hash_of(arguments: Iterable[types.Type]) -> str:
+    """Hash of the files from outside the layers that the laws of a call stand in; "" where there are none.
+
+    Parameters
+    ----------
+    arguments : iterable of numba types
+        A NamedTuple class among them, at any depth, that holds such laws says the hash as ``outside_hash``.
+
+    Returns
+    -------
+    str
+    """
+    for kind in arguments:
+        if isinstance(kind, types.BaseTuple):
+            outside_hash = getattr(getattr(kind, "instance_class", None), "outside_hash", "") or outside_hash_of(kind)
+            if outside_hash:
+                return outside_hash
+    return ""
+
+
 class _SelfHealingCache(FunctionCache):
     """A kernel's cache that compiles anew where a file of it is damaged."""
 
@@ -138,6 +179,39 @@ class _SelfHealingCache(FunctionCache):
         except Exception:
             self.flush()
             super().save_overload(sig, data)
+
+
+class _EntryCache(_SelfHealingCache):
+    """An entry's cache; what is compiled for laws from outside is kept apart.
+
+    An index that names a type which no file has brought into this process could not be read.
+    """
+
+    def __init__(self, function):
+        super().__init__(function)
+        self._function, self._apart = function, {}
+
+    def _cache_for(self, sig):
+        outside_hash = outside_hash_of(sig)
+        if outside_hash and outside_hash not in self._apart:
+            self._apart[outside_hash] = _cache_in(outside_folder(outside_hash), _SelfHealingCache, self._function)
+        return self._apart.get(outside_hash, super())
+
+    def load_overload(self, sig, target_context):
+        return self._cache_for(sig).load_overload(sig, target_context)
+
+    def save_overload(self, sig, data):
+        self._cache_for(sig).save_overload(sig, data)
+
+
+def _cache_in(folder: Path, kind: type, function: Callable) -> FunctionCache:
+    """A cache of a function's compiled forms, of the given kind, in a folder."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        return kind(function)
+    finally:
+        numba.config.CACHE_DIR = before
 
 
 def _let_call(function, body_for):
@@ -181,12 +255,7 @@ def entry(function):
     """Compile a function that is called from Python, with all kernels that it calls, and keep it in the cache."""
     compiled = numba.njit(**OPTIONS, no_cfunc_wrapper=True)(function)
     if not numba.config.DISABLE_JIT:
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(cache_folder())
-        try:
-            compiled._cache = _SelfHealingCache(function)
-        finally:
-            numba.config.CACHE_DIR = before
+        compiled._cache = _cache_in(cache_folder(), _EntryCache, function)
     return compiled
 
 

@@ -3,14 +3,16 @@
 from collections.abc import Iterable
 from math import pi, sqrt
 from os import PathLike
+from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self
 
 from apesim.air import Air, Ambient
+from apesim.effect import Effect
 from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import Engine
 from apesim.engine.effects import Effects, unserved_effects
 from apesim.quantities import Quantity
-from apesim.quantities.settings import differences, dumps, load, replaced
+from apesim.quantities.settings import differences, dumps, replaced
 from apesim.valve.groove import Groove
 from apesim.valve.piston import Valve
 from apesim.valve.supply import Supply
@@ -79,11 +81,13 @@ class Machine(NamedTuple):
         path : path, optional
             Machine file (TOML); the default machine if left out.
         settings : iterable of str
-            ``KEY=VALUE``, e.g. ``engine.bore=90 mm``; the later one wins.
+            ``KEY=VALUE``, e.g. ``engine.bore=90 mm``; the later one wins. ``effects.files=PATH`` names a file more with
+            an effect from outside, beside those of the machine file. Their code runs.
 
         Returns
         -------
         Machine
+            With effects from outside of a class of its own, see `with_effects`.
 
         Raises
         ------
@@ -96,7 +100,9 @@ class Machine(NamedTuple):
         >>> machine.engine.bore
         0.09
         """
-        return load(cls, path, settings)
+        from apesim.engine.outside_machine import load_machine
+
+        return load_machine(path, settings)  # type: ignore[return-value]
 
     def with_(self, **values: Any) -> Self:
         """A machine that differs in some keys; it is refused for what a machine file would be refused for.
@@ -129,15 +135,37 @@ class Machine(NamedTuple):
         """
         return replaced(self, values, "Machine.with_()")
 
+    def with_effects(self, *effects: Effect | str | PathLike[str]) -> "Machine":
+        """The machine with effects from outside besides its own, all of them off.
+
+        Parameters
+        ----------
+        *effects : apesim.effect.Effect or path
+            Python files like those of the library, or effects that stand in such files. Their code runs.
+
+        Returns
+        -------
+        Machine
+            Of a class of its own, with the parameters of the effects in its section ``effects``.
+
+        Raises
+        ------
+        InputError
+            A file cannot be read or run, or what it defines is nothing that the model has room for.
+        """
+        from apesim.engine.outside_machine import with_effects
+
+        return with_effects(self, *effects)
+
     def to_toml(self) -> str:
-        """The machine as a commented machine file, which `load` reads back.
+        """The machine as a commented machine file of the working directory, which `load` reads back.
 
         Examples
         --------
         >>> print(Machine().to_toml().splitlines()[0])
         # An air-powered engine and its electro-pneumatic valve; "the paper" is doi 10.1631/jzus.A0820373.
         """
-        return dumps(self)
+        return dumps(self, Path.cwd())
 
     def __repr__(self) -> str:
         found = [f"  {key} = {text}" for key, text in differences(self)]

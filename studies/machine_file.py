@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from apesim.engine.machine import Machine
-from apesim.quantities.settings import load
 
 
 def load_machine(machine_file: str | Path | None = None, settings: Sequence[str] | None = None) -> Machine:
@@ -15,7 +14,7 @@ def load_machine(machine_file: str | Path | None = None, settings: Sequence[str]
     machine_file : path or None
         TOML; the embedded machine if left out.
     settings : sequence of str or None
-        ``KEY=VALUE``, e.g. ``engine.bore="90 mm"``.
+        ``KEY=VALUE``, e.g. ``engine.bore="90 mm"``; ``effects.files=PATH`` names an effect from outside.
 
     Returns
     -------
@@ -26,4 +25,4 @@ def load_machine(machine_file: str | Path | None = None, settings: Sequence[str]
     InputError
         With one culprit for each fault.
     """
-    return load(Machine, machine_file, settings or ())
+    return Machine.load(machine_file, settings or ())

@@ -32,6 +32,10 @@ Without = Annotated[
 ]
 
 
+EFFECT_FILES = "effects.files"
+"""Setting that names one effect file more, see `apesim.engine.outside_machine.load_machine`."""
+
+
 class Common(NamedTuple):
     """What every command is given: where it shows its results, and its machine."""
 
@@ -55,11 +59,18 @@ def common(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help='A key of the machine, e.g. engine.bore="90 mm". Repeatable.'),
     ] = None,
+    effect_files: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--effect-file", metavar="F", help="Python file with an effect of your own; its code runs. Repeatable."
+        ),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output, nothing else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages on standard error.")] = False,
 ) -> Common:
     """The options that every command takes, and what becomes of them."""
-    return Common(Console(json, quiet), machine_file, settings)
+    named = [f"{EFFECT_FILES}={path}" for path in effect_files or ()]
+    return Common(Console(json, quiet), machine_file, [*named, *(settings or ())] if named else settings)
 
 
 COMMON = inspect.signature(common).parameters

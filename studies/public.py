@@ -5,6 +5,7 @@ What computes many runs in one go (sweeps, fits) calls the functions behind thes
 
 import functools
 import inspect
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +60,7 @@ def checked(function, faults=None, **declarations):
         where = f"{function.__name__}()"
         if "machine" in given:
             try:
-                check(given["machine"], Machine, where)
+                check(given["machine"], machine_class_of(given["machine"]), where)
             except InputError as error:
                 culprits += error.culprits
         for name, declaration in declarations.items():
@@ -87,6 +88,11 @@ def _number(value, declaration):
     for one in value:
         declaration[0].check(one)
     return value
+
+
+def machine_class_of(machine: Any) -> type[Machine]:
+    """The class that a machine has to be of: with effects from outside its own."""
+    return type(machine) if isinstance(machine, Machine) else Machine
 
 
 def _falls(values):
@@ -127,7 +133,7 @@ def _bench_faults(given):
 def _sweep_faults(given):
     for machine in given["variation"].machines if given["variation"] else ():
         try:
-            check(machine, Machine, "")
+            check(machine, machine_class_of(machine), "")
         except InputError as error:
             yield from ((f"variation: {wrong.key}", *wrong[2:]) for wrong in error.culprits)
             return

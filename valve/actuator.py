@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.air import Ambient, Gas, gas_of, internal_energy
-from apesim.effect import NoEffects, add_laws, adjusted, chosen, volume_of
+from apesim.effect import NoEffects, add_laws, adjusted, chosen, library_for, volume_of
 from apesim.kernel import kernel
 from apesim.restriction import flow_in
 from apesim.stack_array import zeros
 from apesim.valve.chamber import chamber_state
-from apesim.valve.effects import VALVE_EFFECTS, ValveLaws, ValveTables
+from apesim.valve.effects import VALVE_LIBRARY, ValveLaws, ValveTables
 from apesim.valve.groove import area_table
 from apesim.valve.piston import (
     Valve,
@@ -146,6 +146,7 @@ def actuator_of(
     """
     valve = machine.valve
     curve = opening_curve(valve.solenoid)
+    library = library_for(machine.effects, VALVE_LIBRARY, "valve")
     actuator = Actuator(
         gas_of(machine.air),
         machine.ambient,
@@ -153,12 +154,12 @@ def actuator_of(
         machine.supply.control()[0],
         machine.ambient.pressure,
         1.0,
-        volume_of(VALVE_EFFECTS, machine.effects),
-        chosen(VALVE_EFFECTS, machine.effects, ValveLaws, ValveTables, kind),
+        volume_of(library.effects, machine.effects),
+        chosen(library, machine.effects, kind),
     )
     edges_a, edges_b = (np.asarray(each, dtype=float) for each in (edges, edges if edges_b is None else edges_b))
     tables = ActuatorTables(edges_a, edges_b, float(period), curve, curve, area_table(machine.groove, valve.stroke))
-    return adjusted(VALVE_EFFECTS, machine.effects, actuator, tables)
+    return adjusted(library.effects, machine.effects, actuator, tables)
 
 
 def closed_at_rest(actuator: Actuator, supply: tuple[float, ...]) -> np.ndarray:

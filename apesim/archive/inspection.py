@@ -36,7 +36,8 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         `path`, `bytes`, `format`, `format_version`, `content_sha256` (see `read_digest`), `created`, `versions`,
         `runs`, `runs_planned` (of the whole sweep, None where it is not known), `first_run`, `last_run`,
         `missing_runs` (first and last of each gap in its share of the sweep), `axes` (name, length, unit, first and
-        last value), `variables` (name, dims, shape, dtype, unit, description, meanings), `machine`, `provenance`.
+        last value), `variables` (name, dims, shape, dtype, unit, description, meanings), `machine`, `provenance`,
+        `outside_effects` (``effect``, ``file``, ``sha256`` of each that the machine had; no code is loaded).
 
     Raises
     ------
@@ -85,8 +86,32 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         "axes": axes,
         "variables": variables,
         "machine": archive.machine,
+        "outside_effects": outside_effects(archive.machine),
         "provenance": provenance,
     }
+
+
+def outside_effects(machine: str) -> list[dict[str, str]]:
+    """Effects from outside that a machine had, as its text records them; no file is looked for.
+
+    Parameters
+    ----------
+    machine : str
+        TOML text of an archive.
+
+    Returns
+    -------
+    list of dict
+        ``effect``: its name, ``file``: the name of its file, ``sha256`` of the file's content.
+    """
+    try:
+        section = tomllib.loads(machine).get("effects")
+    except ValueError:
+        return []
+    files = section.get("files") if isinstance(section, dict) else None
+    if not isinstance(files, list):
+        return []
+    return [{key: str(text) for key, text in entry.items()} for entry in files if isinstance(entry, dict)]
 
 
 def verify(path: str | os.PathLike[str]) -> list[str]:

@@ -2,6 +2,7 @@
 
 import json
 import textwrap
+from typing import Any
 
 from apesim.quantities.declarations import Quantity
 from apesim.quantities.trees import due, fields, is_section, joined, schema
@@ -12,7 +13,7 @@ WIDTH = 110
 LEGEND = "Behind each value: its range; the source of its default, which holds if the key is left out."
 
 
-def dumps(tree):
+def dumps(tree: Any, folder: Any = None) -> str:
     """The commented TOML text of a tree of parameter classes; `load` reads the very same tree from it.
 
     An optional section that is as its class has it by default is a comment.
@@ -20,18 +21,21 @@ def dumps(tree):
     Parameters
     ----------
     tree : NamedTuple
-        An instance of a parameter class.
+        An instance of a parameter class. A section with a method ``stated`` of a folder names in lines of its own what
+        is no parameter: the files that its class was made from.
+    folder : path, optional
+        That the text is to stand in as a file; without one it is a record, which names files without their folders.
 
     Returns
     -------
     str
     """
-    body = _section(tree, getattr(getattr(tree, "ambient", None), "pressure", None))
+    body = _section(tree, getattr(getattr(tree, "ambient", None), "pressure", None), folder)
     gap = [""] * (body[:1] != [""])
     return "\n".join([*_comment(_title(type(tree))), *_comment(LEGEND), *gap, *body, ""])
 
 
-def _section(tree, ambient_pressure, path="", wanted=()):
+def _section(tree, ambient_pressure, folder, path="", wanted=()):
     """What stands below a header: keys (the `wanted` ones are never a comment), curves, sections."""
     keys, curves, sections = [], [], []
     for key, field in fields(type(tree)).items():
@@ -39,7 +43,8 @@ def _section(tree, ambient_pressure, path="", wanted=()):
         if is_section(field):
             sections += ["", *_comment(_title(field))]
             any_of = due(type(tree)).get(key, ())
-            lines = [f"[{name}]", *_section(value, ambient_pressure, name, any_of)]
+            stated = value.stated(folder) if hasattr(value, "stated") else ()
+            lines = [f"[{name}]", *stated, *_section(value, ambient_pressure, folder, name, any_of)]
             if any_of and _texts(value, ambient_pressure) == _texts(default, ambient_pressure):
                 lines = [f"# {line}".rstrip() for line in lines]
             sections += lines

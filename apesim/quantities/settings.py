@@ -1,7 +1,7 @@
 """Settings: a whole tree of parameter classes, from a TOML file and the assignments of a command line."""
 
 import tomllib
-from collections.abc import Collection, Container, Iterator, Mapping
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,12 +14,23 @@ from apesim.quantities.printing import dumps
 from apesim.quantities.reading import COMMAND_LINE, absent_due, read, unknown
 from apesim.quantities.trees import fields, is_section, joined, overruled, schema
 
-__all__ = ["COMMAND_LINE", "differences", "dumps", "load", "misassigned", "overruled", "read", "replaced", "schema"]
+__all__ = [
+    "COMMAND_LINE",
+    "differences",
+    "dumps",
+    "load",
+    "misassigned",
+    "overruled",
+    "read",
+    "replaced",
+    "schema",
+    "toml_of",
+]
 
 Tree = TypeVar("Tree", bound=Any)
 
 
-def load(cls, path=None, assignments=()):
+def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dict | None = None) -> Any:
     """An instance of a parameter class from a TOML file and the assignments of a command line.
 
     Parameters
@@ -29,6 +40,8 @@ def load(cls, path=None, assignments=()):
         Without one, the defaults hold.
     assignments : iterable of str
         E.g. ``engine.bore=90 mm``; the later one wins. Paths of curves start in the working directory.
+    data : dict, optional
+        What the file says, where it was read already; it is changed.
 
     Returns
     -------
@@ -39,7 +52,8 @@ def load(cls, path=None, assignments=()):
     InputError
         As `read`; or the file cannot be read, or is no TOML; or a key is assigned that is not looked at.
     """
-    data = {} if path is None else _toml(path)
+    if data is None:
+        data = {} if path is None else toml_of(path)
     declarations = {leaf.key: leaf.declaration for leaf in schema(cls)}
     assigned, culprits = set(), []
     for assignment in assignments:
@@ -181,8 +195,8 @@ def differences(tree: Any) -> Iterator[tuple[str, str]]:
             yield leaf.key, f"a curve of {len(leaf.default)} points" if isinstance(text, dict) else text or "not given"
 
 
-def _toml(path):
-    """The data of a TOML file."""
+def toml_of(path: Any) -> dict:
+    """The data of a TOML file; raises `InputError` where it cannot be read."""
     try:
         text = text_of(path)
     except Wrong as wrong:

@@ -4,7 +4,7 @@ from math import isinf
 
 import numpy as np
 
-from apesim.effect import adjusted, chosen, kind_of_march, volume_of
+from apesim.effect import adjusted, chosen, kind_of_march, library_for, volume_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.breathing import cam_corners, window_corners
 from apesim.engine.cycle.state import (
@@ -17,7 +17,7 @@ from apesim.engine.cycle.state import (
     update_states,
 )
 from apesim.engine.cylinder import CAM, EPV
-from apesim.engine.effects import ALL_EFFECTS, ENGINE_EFFECTS, EngineLaws, EngineTables
+from apesim.engine.effects import ENGINE_LIBRARY, library_of
 from apesim.engine.exergy import RATES
 from apesim.engine.kinematics import crank_of, cylinder_volume, swept_volume
 from apesim.engine.machine import Machine
@@ -63,7 +63,9 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
     """
     engine, command = machine.engine, machine.command
     period = TURN / speed
-    edges, kind = [0.0, (command.release - command.energise) / speed], kind_of_march(ALL_EFFECTS, machine.effects)
+    edges = [0.0, (command.release - command.energise) / speed]
+    library = library_for(machine.effects, ENGINE_LIBRARY, "engine")
+    kind = kind_of_march(library_of(machine.effects), machine.effects)
     actuator, valve_tables = actuator_of(machine, edges, period, kind=kind)
     tables = CycleTables(valve_tables, np.ascontiguousarray(engine.cam.lift_curve))
     infinite = isinf(engine.receiver.volume)
@@ -84,10 +86,10 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
         int(machine.groove.has_ports),
         machine.groove.ports,
         int(len(engine.cam.lift_curve) > 0),
-        volume_of(ENGINE_EFFECTS, machine.effects),
-        chosen(ENGINE_EFFECTS, machine.effects, EngineLaws, EngineTables, kind),
+        volume_of(library.effects, machine.effects),
+        chosen(library, machine.effects, kind),
     )
-    p, tables = adjusted(ENGINE_EFFECTS, machine.effects, p, tables)
+    p, tables = adjusted(library.effects, machine.effects, p, tables)
     return p, tables, breakpoints_of_cycle(p, tables, period)
 
 

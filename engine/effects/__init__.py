@@ -1,12 +1,12 @@
 """Effects of the engine, and the list of all effects of a machine.
 
-This list names them by hand; machine file, sweeps, archives, tests and the missing-effect search read it and
-nothing else.
+This list names ours by hand; machine file, sweeps, archives, tests and the missing-effect search read it, and what a
+machine was given from outside, see `apesim.engine.effects.outside`.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from apesim.effect import acting, unserved
+from apesim.effect import Effect, Library, NoEffects, acting, library_for, unserved
 from apesim.engine.effects import (
     blow_by,
     clearance_error,
@@ -24,7 +24,7 @@ from apesim.engine.effects import (
     tdc_error,
 )
 from apesim.valve import effects as valve_library
-from apesim.valve.effects import VALVE_EFFECTS, ValveTables
+from apesim.valve.effects import VALVE_EFFECTS, VALVE_LIBRARY
 
 ENGINE_EFFECTS = (
     intake_pipe_loss.EFFECT,
@@ -46,6 +46,7 @@ ALL_EFFECTS = VALVE_EFFECTS + ENGINE_EFFECTS
 
 EngineLaws = acting("EngineLaws", __name__, ENGINE_EFFECTS)
 EngineTables = acting("EngineTables", __name__, ENGINE_EFFECTS, tables=True)
+ENGINE_LIBRARY = Library(ENGINE_EFFECTS, (NoEffects, EngineLaws, EngineTables))
 Effects = NamedTuple("Effects", [(effect.name, effect.parameters) for effect in ALL_EFFECTS])
 Effects.__doc__ = "Effects: physics that the base model leaves out. A table that is present switches its effect on."
 Effects.__new__.__defaults__ = tuple(effect.parameters() for effect in ALL_EFFECTS)
@@ -56,7 +57,23 @@ ENGINE_SLOTS = VALVE_SLOTS - {"contact"}
 """Slots that are looked at for the effects of each list: the engine has no stops."""
 
 
-def unserved_effects(effects):
+def library_of(effects: Any) -> tuple[Effect, ...]:
+    """Every effect that a machine may have on: ours, and those that it was given from outside.
+
+    Parameters
+    ----------
+    effects : Effects
+        The section of a machine.
+
+    Returns
+    -------
+    tuple of Effect
+        Those of the valve, then those of the engine.
+    """
+    return getattr(effects, "library", ALL_EFFECTS)
+
+
+def unserved_effects(effects: Any) -> list[str]:
     """Effects that would be ignored, see `apesim.effect.unserved`: what was added to a list after it was compiled for.
 
     Parameters
@@ -68,9 +85,13 @@ def unserved_effects(effects):
     list of str
         Their names.
     """
-    of_valve = valve_library.VALVE_EFFECTS
-    others = [effect for effect in dict.fromkeys((*ALL_EFFECTS, *ENGINE_EFFECTS)) if effect not in of_valve]
+    valve = library_for(effects, VALVE_LIBRARY, "valve")
+    engine = library_for(effects, ENGINE_LIBRARY, "engine")
+    of_valve = list(dict.fromkeys((*valve_library.VALVE_EFFECTS, *valve.effects)))
+    others = [
+        effect for effect in dict.fromkeys((*ALL_EFFECTS, *ENGINE_EFFECTS, *engine.effects)) if effect not in of_valve
+    ]
     return [
-        *unserved(of_valve, effects, ValveTables.__annotations__, VALVE_SLOTS),
-        *unserved(others, effects, EngineTables.__annotations__, ENGINE_SLOTS),
+        *unserved(of_valve, effects, valve.marches[-1].__annotations__, VALVE_SLOTS),
+        *unserved(others, effects, engine.marches[-1].__annotations__, ENGINE_SLOTS),
     ]

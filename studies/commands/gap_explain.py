@@ -4,6 +4,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from apesim.engine.outside_machine import outside_effects_of, switched_on
 from apesim.quantities import Culprit, InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
@@ -91,7 +92,7 @@ def given(common, folder, without):
     InputError
     """
     machine = common.load_machine()
-    faults = faults_of(without)
+    faults = faults_of(without, machine)
     if faults:
         raise InputError([Culprit(COMMAND_LINE, f"--{name}", wrong, right) for name, wrong, right in faults])
     measured = read_measured(folder, machine.ambient.pressure)
@@ -113,6 +114,8 @@ def first_march(console, machine, measured):
         predict(nominal, run)
         for key in ("effects.side_force.force", "effects.tabulated_force.force_at_50"):
             predict(with_value(nominal, key, 1.0), run)
+        for one in outside_effects_of(machine):
+            predict(switched_on(nominal, one), run)
 
     console.warm_up(march)
     start = time.perf_counter()

@@ -13,12 +13,10 @@ def print_machine(
     check: Annotated[Path | None, typer.Option("--check", metavar="FILE", help="Check a machine file.")] = None,
 ) -> None:
     """Print the machine, every key commented; or check a machine file."""
-    from apesim.quantities.settings import dumps
-
     if check:
         _check_file(common, check)
         return
-    text = dumps(common.load_machine())
+    text = common.load_machine().to_toml()
     common.console.result({"machine": text}, text.rstrip())
 
 
@@ -26,12 +24,11 @@ def _check_file(common: Common, path: Path) -> None:
     """Say whether a machine file is right, and which of its keys another one overrules."""
     import numpy as np
 
-    from apesim.engine.machine import Machine
     from apesim.quantities.settings import overruled, schema
 
     machine = common._replace(machine_file=path).load_machine()
-    standard = {leaf.key: leaf.default for leaf in schema(Machine)}
-    given = {leaf.key: leaf.default for leaf in schema(Machine, machine)}
+    standard = {leaf.key: leaf.default for leaf in schema(type(machine))}
+    given = {leaf.key: leaf.default for leaf in schema(type(machine), machine)}
     ignored = {
         key: reason
         for key, reason in overruled(machine)

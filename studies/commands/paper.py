@@ -61,7 +61,7 @@ def repeat_paper(
     digest = read_digest(folder / "valve_map.h5")
     told = [plain(claim._asdict()) for claim in claims]
     (folder / "claims.json").write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    (folder / "machine.toml").write_text(dumps(machine), encoding="utf-8")
+    (folder / "machine.toml").write_text(dumps(machine, folder), encoding="utf-8")
     friction_map = folder / "friction_map.csv"
     write_traces(friction_map, *friction_table(frictions))
     captions, different = captions_of(vessel, frictions), differences(machine)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.machine import Machine
+from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import schema
 from apesim.quantities.units import unit as unit_of
 from apesim.studies.measured.prediction import with_value
@@ -36,11 +37,15 @@ class Parameter(NamedTuple):
     """Whether the value is ``scale / x``, as of an area that does the less the larger it is; off at x = 0."""
     reach: float = 1.0
     """How far beyond what the machine file allows a fit may go: `low` and `high` have it in them."""
+    outside: Declaration | None = None
+    """How an effect from outside declares it; None: it is of one of ours."""
+    is_sensed: bool = False
+    """Whether it is of an effect from outside that the sensors alone know."""
 
     @property
-    def declaration(self):
+    def declaration(self) -> Declaration:
         """How the machine file declares it."""
-        return DECLARED[self.key]
+        return self.outside or DECLARED[self.key]
 
     @property
     def ends(self):
@@ -48,8 +53,10 @@ class Parameter(NamedTuple):
         return self.low / self.reach, self.high / self.reach
 
     @property
-    def is_marched(self):
+    def is_marched(self) -> bool:
         """Whether the march knows of it, not the sensors alone."""
+        if self.outside:
+            return not self.is_sensed
         return self.key.split(".")[1] not in SENSED if self.key.startswith("effects.") else True
 
     def value(self, x):
@@ -60,7 +67,7 @@ class Parameter(NamedTuple):
 
     def shown(self, value):
         """An SI value in the unit of the machine file."""
-        return shown(self.key, value)
+        return shown(self.declaration, value)
 
 
 SENSED = {effect.name for effect in ALL_EFFECTS if effect.slots == ("sensor",)}
@@ -72,9 +79,9 @@ INSTRUMENTS = {
 DECLARED = {leaf.key: leaf.declaration for leaf in schema(Machine)}
 
 
-def shown(key, value):
+def shown(declaration: Declaration, value: float) -> float:
     """An SI value in the unit of the machine file."""
-    return value / unit_of(DECLARED[key].unit).si("1")
+    return value / unit_of(declaration.unit).si("1")  # type: ignore[attr-defined]
 
 
 def value_of(tree, key):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.engine.effects import ALL_EFFECTS
+from apesim.engine.effects import library_of
 from apesim.march.adaptive import TOLERANCE
 from apesim.studies.estimation.noise.process import noise_for, whitened
 from apesim.studies.estimation.parameters import put
@@ -20,7 +20,6 @@ STEPS = 1e-4, 0.1
 """Smallest and largest finite difference, in units of x."""
 
 
-VOLUMES = [effect for effect in ALL_EFFECTS if "volume" in effect.slots]
 KEPT = 2
 """Points at which marches are remembered."""
 
@@ -55,7 +54,9 @@ def unless_ended(function, *arguments):
 
 def volumes_of(machine):
     """Names of the effects that add volumes, and with them states."""
-    return tuple(effect.name for effect in VOLUMES if effect.is_on(getattr(machine.effects, effect.name)))
+    effects = machine.effects
+    volumes = [effect for effect in library_of(effects) if effect.volume]
+    return tuple(effect.name for effect in volumes if effect.is_on(getattr(effects, effect.name)))
 
 
 def blocks_of(runs):

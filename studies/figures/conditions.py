@@ -13,6 +13,8 @@ MAX_LINE = 130
 """Characters on a line, for the width of the narrowest figure."""
 HELD = "\N{NO-BREAK SPACE}"
 SUPPLY = ("supply.pressure", "supply.temperature")
+UNTOLD = ("effects", "effects.files")
+"""A table of none has no keys; of effects from outside their parameters are told, not the files."""
 
 
 def conditions_of(machine, shown=(), more=""):
@@ -35,7 +37,7 @@ def conditions_of(machine, shown=(), more=""):
     supply = tomllib.loads(machine)["supply"]
     values = [supply[key.split(".")[1]] for key in SUPPLY if key not in shown]
     rows = machine_differences(dumps(Machine()), machine)
-    told = [row for row in rows if row.name not in (*shown, *SUPPLY, "effects")]  # a table of none has no keys
+    told = [row for row in rows if row.name not in (*shown, *SUPPLY, *UNTOLD)]
     others = [f"{row.name} = {_short(row.b)}".replace(" ", HELD) for row in told]
     if len(others) > MAX_KEYS:
         others[MAX_KEYS:] = [f"{len(others) - MAX_KEYS} more keys"]

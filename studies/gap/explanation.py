@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from apesim.archive import ArchiveError, replace_file
+from apesim.quantities.settings import dumps
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.consistency import Apart
 from apesim.studies.gap.decide.held_out import HeldOut
@@ -148,9 +149,9 @@ class Explanation:
         from apesim.studies.console import plain
 
         machine = self.calibrated.problem.machine
-        parent = machine.to_toml() if self.parent_text is None else self.parent_text
+        parent = dumps(machine) if self.parent_text is None else self.parent_text
         data = plain(describe(self) | {"next_test": self.next_test})
-        return data | {"lineage": lineage_of(self.measured, parent)}
+        return data | {"lineage": lineage_of(self.measured, parent, machine)}
 
     @property
     def sentence(self) -> str:
@@ -232,7 +233,7 @@ class Explanation:
         make_folder(folder, overwrite)
         if progress:
             progress("writing the report", 0, 1)
-        _write(folder, "machine.toml", child_of(self, data))
+        _write(folder, "machine.toml", child_of(self, data, folder))
         compared = compare(self)
         for name in ("figures", "petab_select"):
             (folder / name).mkdir(exist_ok=True)

@@ -90,7 +90,7 @@ def explain(
         "explain",
         machine,
         measured,
-        faults=faults_of(without),
+        faults=faults_of(without, machine),
         tolerance=(tolerance, SIZE),
         jobs=(jobs, JOBS),
     )
@@ -104,7 +104,7 @@ def run_workflow(
 ) -> Explanation:
     """Run all stages of the workflow, see `explain`."""
     warnings = gate(measured)
-    candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without))
+    candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without, machine))
     gap, solver_error, more = find_gap(machine, measured, candidates, work)
     explanation = Explanation(
         measured=measured,

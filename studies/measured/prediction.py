@@ -10,7 +10,7 @@ from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.cycle.rates import TRACE as ENGINE_TRACE
 from apesim.engine.cycle.state import control_ledger, engine_ledger
 from apesim.engine.cylinder import EPV
-from apesim.engine.effects import ALL_EFFECTS
+from apesim.engine.effects import library_of
 from apesim.engine.indicators import friction_pressure, peak_pressure, valve_angles, valve_motion
 from apesim.engine.kinematics import swept_volume
 from apesim.engine.steady import known_state, run_steady
@@ -110,7 +110,7 @@ def predict(machine, run, sensors=None, start=None, tolerance=TOLERANCE, memory=
     sensors = [*run.channels, *run.means] if sensors is None else list(sensors)
     bench = _EngineRun if run.bench == ENGINE else _ValveRun
     simulated = _Remembered(bench(machine, run, sensors, start, tolerance), {} if memory is None else memory)
-    reading = sensed(ALL_EFFECTS, machine.effects, Reading(simulated, run.speed, run.energise))
+    reading = sensed(library_of(machine.effects), machine.effects, Reading(simulated, run.speed, run.energise))
     shown = reading.at(run.times)
     means = {name: float(shown.pop(name)) for name in MEANS if name in shown}
     return Prediction(shown, means, simulated.marks, simulated.failed, simulated.start)

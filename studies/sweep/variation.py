@@ -7,7 +7,7 @@ from typing import NamedTuple
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice, Culprit, Curve, InputError, Pressure, Quantity, parse_range, quoted, unit
 from apesim.quantities.declarations import Declaration
-from apesim.quantities.settings import load, misassigned, schema
+from apesim.quantities.settings import misassigned, schema
 
 VARY = "--vary"
 INTAKE_KEY, AMBIENT_KEY = "engine.intake", "ambient.pressure"
@@ -61,8 +61,8 @@ def vary(texts, path=None, settings=()):
     InputError
         With a culprit for each text, value, or kind of fault that combinations have.
     """
-    base = load(Machine, path, settings)
-    declarations = {leaf.key: leaf.declaration for leaf in schema(Machine)}
+    base = Machine.load(path, settings)
+    declarations = {leaf.key: leaf.declaration for leaf in schema(type(base))}
     given, axes, culprits = set(), [], []
     for text in texts:
         key, equals, values = (part.strip() for part in text.partition("="))
@@ -70,7 +70,7 @@ def vary(texts, path=None, settings=()):
         if not equals:
             culprits.append(Culprit(VARY, "", f"{quoted(text)} varies nothing", form))
         elif key not in declarations:
-            culprits.append(misassigned(Machine, key, VARY))
+            culprits.append(misassigned(type(base), key, VARY))
         elif key == INTAKE_KEY:
             culprits.append(Culprit(VARY, key, "has an option of its own", "write --intake epv,cam,ideal"))
         elif key in given:
@@ -114,7 +114,7 @@ def _machines(axes, path, settings):
     for texts in product(*(axis.texts for axis in axes)):
         assigned = [f"{axis.key}={text}" for axis, text in zip(axes, texts, strict=True)]
         try:
-            machines.append(load(Machine, path, [*settings, *assigned]))
+            machines.append(Machine.load(path, [*settings, *assigned]))
         except InputError as error:
             for culprit in error.culprits:
                 faults.setdefault((culprit.key, culprit.right), []).append((culprit.wrong, ", ".join(assigned)))

@@ -3,6 +3,7 @@
 import ast
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -161,6 +162,7 @@ def test_no_docstring_leans_on_what_stands_elsewhere(folder):
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_examples_run_as_plain_python(folder, tmp_path):
     """Examples are compared with what they print where nothing is compiled."""
+    shutil.copytree(ROOT / "docs" / "examples" / "outside_effect", tmp_path / "docs" / "examples" / "outside_effect")
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "APESIM_CACHE_DIR": str(tmp_path)}
     environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), environment.get("PYTHONPATH", "")])
     modules = [Path(path) for path in files(folder)]

@@ -10,6 +10,7 @@ import pytest
 from apesim.air import Air, Ambient, gas_of
 from apesim.effect import (
     Effect,
+    Library,
     NoEffects,
     acting,
     add_laws,
@@ -105,6 +106,9 @@ class Effects(NamedTuple):
     rubber: Rubber = Rubber()
 
 
+COMPILED = Library(LIBRARY, (NoEffects, Effects, Effects))
+
+
 class AllEffects(NamedTuple):
     """Effects that a machine file gives: of other libraries too, and in another order."""
 
@@ -131,18 +135,19 @@ def test_of_several_strengths_any_switches_the_effect_on_and_nothing_else_does()
 
 
 def test_chosen_takes_its_own_effects_by_name():
-    own = chosen(LIBRARY, AllEffects(push=Push(2.0), rubber=Rubber(0.5)), Effects, None)
+    own = chosen(COMPILED, AllEffects(push=Push(2.0), rubber=Rubber(0.5)))
     assert type(own) is Effects
     assert own == Effects(push=Push(2.0), rubber=Rubber(0.5))
 
 
 def test_an_effect_of_another_library_switches_nothing_on():
-    assert type(chosen(LIBRARY, AllEffects(foreign=Foreign(9.0)), Effects, None)) is NoEffects
+    assert type(chosen(COMPILED, AllEffects(foreign=Foreign(9.0)))) is NoEffects
 
 
 def test_a_table_that_is_on_has_all_laws_compiled_in_and_otherwise_none_of_the_tables():
     library = (*LIBRARY[:2], effect_of("rubber", Rubber, tabulated="force"))
     laws, tables = (acting("Acting", __name__, library, tables) for tables in (False, True))
+    compiled = Library(library, (NoEffects, laws, tables))
     assert laws._fields == ("push", "warmth")
     assert tables._fields == ("push", "warmth", "rubber")
     for effects, kind, expected in (
@@ -151,9 +156,33 @@ def test_a_table_that_is_on_has_all_laws_compiled_in_and_otherwise_none_of_the_t
         (AllEffects(rubber=Rubber(0.5)), 2, tables),
     ):
         assert kind_of_march(library, effects) == kind
-        assert type(chosen(library, effects, laws, tables)) is expected
-    assert type(chosen(library, AllEffects(), laws, tables, 2)) is tables
-    assert type(chosen(library, AllEffects(rubber=Rubber(0.5)), laws, tables, 1)) is tables
+        assert type(chosen(compiled, effects)) is expected
+    assert type(chosen(compiled, AllEffects(), 2)) is tables
+    assert type(chosen(compiled, AllEffects(rubber=Rubber(0.5)), 1)) is tables
+
+
+def test_the_laws_from_outside_are_compiled_in_where_one_of_them_is_on_and_else_not():
+    library = (LIBRARY[0], LIBRARY[1]._replace(layer="valve"), effect_of("rubber", Rubber, tabulated="force"))
+    kinds = [(tables, outside) for outside in (False, True) for tables in (False, True)]
+    marches = (NoEffects, *(acting("Acting", __name__, library, *kind) for kind in kinds))
+    assert [march._fields for march in marches] == [
+        (),
+        ("push",),
+        ("push", "rubber"),
+        ("push", "warmth"),
+        ("push", "warmth", "rubber"),
+    ]
+    for kind, effects in enumerate(
+        (
+            AllEffects(),
+            AllEffects(push=Push(2.0)),
+            AllEffects(rubber=Rubber(0.5)),
+            AllEffects(warmth=Warmth(heat=1.0)),
+            AllEffects(warmth=Warmth(heat=1.0), rubber=Rubber(0.5)),
+        )
+    ):
+        assert kind_of_march(library, effects) == kind
+        assert type(chosen(Library(library, marches), effects)) is marches[kind]
 
 
 @pytest.mark.parametrize("laws", [ValveLaws, EngineLaws, ValveTables, EngineTables])

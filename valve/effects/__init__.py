@@ -1,13 +1,18 @@
 """Effects of the valve, in the order in which air flows.
 
+<<<<<<< HEAD
 Supply line, solenoids, chambers, piston, stops; then what a record passes: sensors, the recorder.
 This list names them by hand; machine file, sweeps, archives, tests and the missing-effect search read it and
 nothing else.
+=======
+This list names ours by hand; machine file, sweeps, archives, tests and the missing-effect search read it, and what a
+machine was given from outside, see `apesim.engine.effects.outside`.
+>>>>>>> b6501f1 (Take effects from outside: files of a user that are like those of the library)
 """
 
 from typing import NamedTuple
 
-from apesim.effect import acting
+from apesim.effect import Library, NoEffects, acting
 from apesim.valve.effects import (
     bounce,
     chamber_wall_heat,
@@ -86,3 +91,4 @@ ValveEffects = NamedTuple("ValveEffects", [(effect.name, effect.parameters) for 
 ValveEffects.__new__.__defaults__ = tuple(effect.parameters() for effect in VALVE_EFFECTS)
 ValveLaws = acting("ValveLaws", __name__, VALVE_EFFECTS)
 ValveTables = acting("ValveTables", __name__, VALVE_EFFECTS, tables=True)
+VALVE_LIBRARY = Library(VALVE_EFFECTS, (NoEffects, ValveLaws, ValveTables))

@@ -29,6 +29,10 @@ def show_info(common: Common, path: ArchivePath) -> int:
         ("versions", ", ".join(f"{name} {version}" for name, version in data["versions"].items())),
         ("command", data["provenance"].get("command", "")),
         *[(name, value) for name, value in data["provenance"].items() if name == MIGRATED],
+        *[
+            ("needed", f"effect {one.get('effect')} of {one.get('file')}, sha256 {one.get('sha256')}")
+            for one in data["outside_effects"]
+        ],
     ]
     lines = [f"{name:13} {visible(value)}" for name, value in facts]
     rows = [

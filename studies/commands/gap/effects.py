@@ -8,14 +8,14 @@ def list_effects(common: Common) -> None:
     from apesim.studies.gap.search.library import library
     from apesim.studies.tables import table_of
 
-    entries = library()
+    entries = library(common.load_machine())
     data = [
         entry._asdict() | {"parameters": [parameter._asdict() for parameter in entry.parameters]} for entry in entries
     ]
     rows = [
         [
             entry.name,
-            f"{entry.layer}, {' and '.join(entry.slots)}",
+            f"{entry.layer}, {' and '.join(entry.slots)}" + f"\nfrom {entry.file}" * bool(entry.file),
             "\n".join(f"{parameter.name}: {parameter.range}" for parameter in entry.parameters),
             f"{entry.equation}\n{entry.source}",
             f"{entry.seen_in}\nisolated by {entry.isolated_by}",

@@ -129,7 +129,7 @@ def find_isolability(
         found.isolable
     """
     start = time.perf_counter()
-    measured, _ = open_measured("find_isolability", machine, measured, faults=faults_of(without))
+    measured, _ = open_measured("find_isolability", machine, measured, faults=faults_of(without, machine))
     warnings = gate(measured)
     rows, noise, more = _isolability(machine, measured, without, Work(tell=progress))
     return Isolability(rows, noise, [*warnings, *more], time.perf_counter() - start)
@@ -142,7 +142,7 @@ def _isolability(
     problem, warnings = uncalibrated(machine, measured)
     nominal = np.zeros(len(problem.parameters))
     errors, jacobian = _slopes(problem, nominal)
-    candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without))
+    candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without, machine))
     fitted = Fitted(nominal, errors, jacobian, True)
     columns = bank(problem, fitted, candidates, work, "effects")
     best = {name: sharpened(problem, fitted, column) for name, column in clearest(columns).items()}

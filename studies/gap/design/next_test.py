@@ -53,7 +53,7 @@ def next_test(explanation):
         opening = "None is due for what these data show. What they cannot show needs its own test"
     else:
         names, opening = list(decision.best.names), "To see it by itself"
-    isolated = {entry.name: entry.isolated_by for entry in library()}
+    isolated = {entry.name: entry.isolated_by for entry in library(explanation.calibrated.problem.machine)}
     rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:TOLD] if name in isolated]
     ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in rows)
     return {"text": f"{opening}: {ways}.", "isolate": rows}

@@ -30,17 +30,18 @@ def effects_of(model):
             continue
         said = corrections(machine, parameter, x, runs)
         key, value = next(iter(said.items()))
+        declared = parameter.declaration if key == parameter.key else DECLARED[key]
         interval = sorted((corrections(machine, parameter, end.at, runs)[key], end.is_open) for end in ends)
         rows.append(
             {
                 "name": parameter.key.split(".")[1] if parameter.key.startswith("effects.") else parameter.key,
                 "parameter": key.split(".")[-1],
                 "key": key,
-                "value": shown(key, value),
-                "unit": DECLARED[key].unit,
-                "interval_95": [shown(key, end) for end, _ in interval] or None,
+                "value": shown(declared, value),
+                "unit": declared.unit,
+                "interval_95": [shown(declared, end) for end, _ in interval] or None,
                 "open_ends": [side for side, (_, is_open) in zip(SIDES, interval, strict=False) if is_open],
-                "text": DECLARED[key].render(value),
+                "text": declared.render(value),
             }
         )
     return rows

@@ -2,14 +2,17 @@
 
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from apesim.archive import sha256
+from apesim.engine.machine import Machine
+from apesim.engine.outside_machine import outside_effects_of
 from apesim.quantities.settings import dumps
 from apesim.studies.gap.report.effect_rows import interval_text
 from apesim.studies.measured.sensors import FILE
 
 
-def lineage_of(measured, parent_text):
+def lineage_of(measured: Any, parent_text: str, machine: Machine) -> dict[str, str]:
     """Digests of what a verdict comes from.
 
     Parameters
@@ -17,11 +20,14 @@ def lineage_of(measured, parent_text):
     measured : apesim.studies.measured.Measured
     parent_text : str
         The machine file that the search began with.
+    machine : Machine
+        What it says, with its effects from outside.
     """
-    return {"parent_machine_sha256": sha256(parent_text), "measured_data_sha256": data_hash(measured)}
+    files = {f"effect_{one.name}_sha256": one.sha256 for one in outside_effects_of(machine)}
+    return {"parent_machine_sha256": sha256(parent_text), "measured_data_sha256": data_hash(measured)} | files
 
 
-def child_of(explanation, data):
+def child_of(explanation: Any, data: dict, folder: Path) -> str:
     """A machine file with what was found: the effects or the table added, or what was wrong; else the parent's machine.
 
     Parameters
@@ -29,6 +35,8 @@ def child_of(explanation, data):
     explanation : apesim.studies.gap.explanation.Explanation
     data : dict
         Content of ``verdict.json``, see `apesim.studies.gap.report.verdict_json`, with ``lineage``.
+    folder : path
+        Folder of the machine file: files of effects from outside are named from there.
 
     Returns
     -------
@@ -53,7 +61,7 @@ def child_of(explanation, data):
         *(f"{name.replace('_', ' ')} {digest}" for name, digest in data["lineage"].items()),
     ]
     machine = explanation.best.machine() if is_added else explanation.calibrated.problem.machine
-    return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine)
+    return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine, folder)
 
 
 def _change(gap, is_added):

@@ -89,7 +89,7 @@ def page(explanation, data, compared, figures):
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "chance": chance, "words": words, "unit": raised, "key": key_of}
     environment.filters |= {"value": value_text, "interval": interval_text}
-    ranges = {entry.name: entry.parameters[0].range for entry in library()}
+    ranges = {entry.name: entry.parameters[0].range for entry in library(explanation.calibrated.problem.machine)}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
     return environment.from_string(TEMPLATE).render(
         data=data,

@@ -190,8 +190,9 @@ def sentence(explanation):
     if decision.verdict == Verdict.CALIBRATION:
         wrong = "reading" if rows[0]["key"].startswith(READINGS) else "number"
         return f"Nothing is missing, but a {wrong} is wrong: {said}."
-    lacks = " and ".join(text for name, text in texts.items() if name not in SENSED)
-    recorded = " and ".join(text for name, text in texts.items() if name in SENSED)
+    sensed = SENSED | {p.key.split(".")[1] for p in decision.best.model.problem.parameters if p.is_sensed}
+    lacks = " and ".join(text for name, text in texts.items() if name not in sensed)
+    recorded = " and ".join(text for name, text in texts.items() if name in sensed)
     if decision.verdict == Verdict.NAMED_CLASS:
         others = " or ".join(name.replace("_", " ") for choice in decision.rivals for name in choice.names)
         opening = "The gap is" if recorded else "The model lacks"

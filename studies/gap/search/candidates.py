@@ -4,7 +4,8 @@ from itertools import product
 from typing import NamedTuple
 
 from apesim.engine.effects import intake_pipe_loss
-from apesim.studies.estimation.parameters import DECLARED, Parameter
+from apesim.quantities.trees import fields
+from apesim.studies.estimation.parameters import Parameter
 from apesim.valve.effects import supply_droop
 
 SHAPES = {
@@ -114,18 +115,20 @@ def candidates_of(machine, bench, effects):
 def strength(effect, name):
     """A strength of an effect as a parameter, x = 0: off."""
     key = f"effects.{effect.name}.{name}"
-    low, high = DECLARED[key].ends
+    declared = fields(effect.parameters)[name]
+    low, high = declared.ends
     if effect.name in INVERSE:
         least = INVERSE[effect.name]
         return Parameter(key, least, least / high, 1.0, effect.off, inverse=True)
     away = max(high - effect.off, effect.off - low, key=abs)
     ends = sorted((REACH * (low - effect.off) / away, REACH * (high - effect.off) / away))
-    return Parameter(key, away, *ends, effect.off, reach=REACH)
+    outside = {"outside": declared, "is_sensed": effect.slots == ("sensor",)} if effect.is_from_outside else {}
+    return Parameter(key, away, *ends, effect.off, reach=REACH, **outside)
 
 
 def _shape(effect, name):
     key = f"effects.{effect.name}.{name}"
-    low, high = DECLARED[key].ends
+    low, high = fields(effect.parameters)[name].ends
     return Parameter(key, high - low, 0.0, 1.0, low)
 
 

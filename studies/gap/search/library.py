@@ -1,12 +1,15 @@
 """The library of effects, as data."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from apesim.engine.effects import ALL_EFFECTS
+from apesim.effect import Effect, library_for
+from apesim.engine.effects import ALL_EFFECTS, library_of
+from apesim.engine.machine import Machine
+from apesim.engine.outside_machine import outside_effects_of
 from apesim.quantities.settings import schema
 from apesim.studies.measured import VALVE
-from apesim.valve.effects import VALVE_EFFECTS
+from apesim.valve.effects import VALVE_EFFECTS, VALVE_LIBRARY
 
 
 class Parameter(NamedTuple):
@@ -35,19 +38,27 @@ class Entry(NamedTuple):
     source: str
     seen_in: str
     isolated_by: str
+    file: str = ""
+    """Name of the file of an effect from outside."""
 
 
-def library():
+def library(machine: Machine | None = None) -> list[Entry]:
     """Every effect, in the order of the library.
+
+    Parameters
+    ----------
+    machine : Machine, optional
+        Machine whose effects from outside are listed, too.
 
     Returns
     -------
     list of Entry
     """
+    files = {one.name: one.path.name for one in outside_effects_of(machine)} if machine else {}
     return [
         Entry(
             effect.name,
-            "valve" if effect in VALVE_EFFECTS else "engine",
+            effect.layer or ("valve" if effect in VALVE_EFFECTS else "engine"),
             effect.slots,
             effect.off,
             tuple(parameters_of(effect)),
@@ -55,8 +66,9 @@ def library():
             effect.source,
             effect.seen_in,
             effect.isolated_by,
+            files.get(effect.name, ""),
         )
-        for effect in ALL_EFFECTS
+        for effect in (library_of(machine.effects) if machine else ALL_EFFECTS)
     ]
 
 
@@ -74,13 +86,38 @@ def parameters_of(effect):
         )
 
 
-def effects_on(bench, without=()):
-    """The effects that can show on a bench."""
-    effects = VALVE_EFFECTS if bench == VALVE else ALL_EFFECTS
+def effects_on(bench: str, without: Sequence[str] = (), machine: Machine | None = None) -> list[Effect]:
+    """The effects that can show on a bench.
+
+    Parameters
+    ----------
+    bench : {"valve", "engine"}
+    without : sequence of str
+        Names of effects that are left out.
+    machine : Machine, optional
+        Machine whose effects from outside are among them.
+
+    Returns
+    -------
+    list of apesim.effect.Effect
+    """
+    own = (machine or Machine()).effects
+    effects = library_for(own, VALVE_LIBRARY, "valve").effects if bench == VALVE else library_of(own)
     return [effect for effect in effects if effect.name not in without]
 
 
-def faults_of(without: Iterable[str]) -> list[tuple[str, str, str]]:
-    """Faults of a list of effects to leave out: the argument, what is wrong, what would be right."""
-    known = {effect.name for effect in ALL_EFFECTS}
+def faults_of(without: Iterable[str], machine: Machine) -> list[tuple[str, str, str]]:
+    """Faults of a list of effects to leave out: the argument, what is wrong, what would be right.
+
+    Parameters
+    ----------
+    without : iterable of str
+    machine : Machine
+        Machine whose effects, ours and those from outside, can be left out.
+
+    Returns
+    -------
+    list of tuple of str
+    """
+    known = {effect.name for effect in library_of(getattr(machine, "effects", None))}
     return [("without", f"{name!r} is no effect", "see apesim gap effects") for name in without if name not in known]

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.cubic_table import interpolate_clamped, interpolate_periodic
-from apesim.studies.estimation.parameters import shown
 
 SEEN = 0.01
 """Share of its range from which a branch of a table counts as moved."""
@@ -118,7 +117,7 @@ def branches(model):
         value, most = getattr(effect, field), abs(parameter.scale)
         numbers = (
             float(place.replace("minus_", "-")),
-            *(shown(parameter.key, v) for v in (value, deviation * most, most)),
+            *(parameter.shown(v) for v in (value, deviation * most, most)),
         )
         rows.setdefault(branch, []).append((*numbers, parameter.declaration.unit))
     found = []
