@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from apesim.quantities import InputError
-from apesim.studies.commands.fit import fit_command
+from apesim.studies.commands.valve.fit import fit_valve
 from apesim.studies.console import Console
 from apesim.studies.identify import identify, judge, time_shift, whiten
 from apesim.studies.identify.estimate import fit as fit_measured
@@ -365,14 +365,14 @@ def test_the_command_refuses_and_still_tells_the_parameters(folder, capsys):
     toml = (folder / "measured.toml").read_text().replace("check", "gate", 1)
     more = '[[run]]\ndata = "3.csv"\nsupply = "0.3 MPa gauge"\npulse = "50 ms"\nrole = "gate"\n'
     (folder / "measured.toml").write_text(toml + more)
-    assert fit_command(Common(Console(as_json=True)), folder=folder, free=[BETA], method=None) == 3
+    assert fit_valve(Common(Console(as_json=True)), folder=folder, free=[BETA]) == 3
     out, err = capsys.readouterr()
     data = json.loads(out)
     assert data["refused"] and data["parameters"][BETA] == pytest.approx(TRUE, abs=1.0)
     assert [gate["contradicted"] for gate in data["gates"]] == [True, False]
     assert "1.csv: refuses the model: what is left is" in err
     assert data["warnings"] == ["3.csv: a gate without lift or chamber pressures judges nothing"]
-    assert fit_command(Common(Console()), folder=folder, free=[BETA], method=None) == 3
+    assert fit_valve(Common(Console()), folder=folder, free=[BETA]) == 3
     assert "Gate runs, not fitted" in capsys.readouterr().out
 
 
@@ -390,7 +390,7 @@ def folder(tmp_path):
 
 
 def test_the_command_prints_one_json_object(folder, capsys):
-    assert fit_command(Common(Console(as_json=True)), folder=folder, free=[BETA], method=None) == 0
+    assert fit_valve(Common(Console(as_json=True)), folder=folder, free=[BETA]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["parameters"][BETA] == pytest.approx(TRUE, abs=1.0)
     low, high = data["interval_95"][BETA]
@@ -403,7 +403,7 @@ def test_the_command_prints_one_json_object(folder, capsys):
 
 
 def test_the_command_prints_tables(folder, capsys):
-    fit_command(Common(Console()), folder=folder, free=[f"{BETA}=100 N s/m:120 N s/m"], method="least-squares")
+    fit_valve(Common(Console()), folder=folder, free=[f"{BETA}=100 N s/m:120 N s/m"], method="least-squares")
     out = capsys.readouterr().out
     assert BETA in out and "N s/m" in out and "largest time shift" in out and "simulations" in out
 
@@ -455,7 +455,7 @@ def test_nothing_to_fit_is_told():
 
 
 def test_a_fit_from_python_is_what_the_command_prints(folder, capsys):
-    assert fit_command(Common(Console(as_json=True)), folder=folder, free=[BETA], method=None) == 0
+    assert fit_valve(Common(Console(as_json=True)), folder=folder, free=[BETA]) == 0
     told, found = json.loads(capsys.readouterr().out), fit_measured(folder, [BETA])
     assert {**told, "wall_time_s": 0.0} == {**json.loads(json.dumps(found.to_dict())), "wall_time_s": 0.0}
     assert found[BETA] == found.parameters[BETA] == told["parameters"][BETA]
