@@ -32,7 +32,7 @@ from apesim.march.error_bounds import closure_of
 from apesim.valve.actuator import PHASE
 from apesim.valve.chamber import chamber_state
 from apesim.valve.groove import area_table, lap_of
-from apesim.valve.ledger import valve_states
+from apesim.valve.ledger import logged_motion, valve_states
 from apesim.valve.measures import Stroke, Travel, closing_stroke, lap_times, opening_stroke, travel_of
 
 JOULE_PER_KWH = 3.6e6
@@ -149,7 +149,7 @@ def valve_angles(machine: Machine, run: SteadyRun) -> dict[str, float]:
         opens, closes = p.open_target, p.close_target
         return _angles(opens, closes, opens, closes, machine.valve.stroke) | _no_strokes()
     opening, closing, opened, shut = valve_motion(machine, run)
-    lift = np.minimum(machine.valve.stroke - log[:, LOG_HEAD], machine.valve.stroke)
+    lift = np.minimum(machine.valve.stroke - logged_motion(log)[0], machine.valve.stroke)
     times = (opened, shut, opening.contact, closing.contact)
     opens, closes, full_open, closed = (p.start + p.speed * t for t in times)
     return _angles(opens, closes, full_open, closed, lift.max()) | {

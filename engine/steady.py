@@ -15,6 +15,7 @@ from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, 
 from apesim.march.periodic import MAX_CYCLES, PERIODIC_TOLERANCE, Known, Orbit, known_orbit, periodic_orbit
 from apesim.valve.actuator import PHASE
 from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
+from apesim.valve.ledger import update_motion, valve_states
 from apesim.valve.piston import HELD_CLOSED
 
 
@@ -190,7 +191,7 @@ def _at_its_stop(p: Cycle, known: Known) -> Known:
     """Move a known state's piston, where it is held closed, to the closed stop of this machine."""
     y = known.y.copy()
     if known.mode[PHASE] == HELD_CLOSED:
-        y[0] = p.actuator.valve.stroke
+        update_motion(y, p.actuator.valve.stroke, valve_states(y).speed)
     return known._replace(y=y)
 
 

@@ -9,9 +9,9 @@ from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import valve_travel
 from apesim.engine.machine import Machine
 from apesim.engine.steady import SteadyRun
-from apesim.march.adaptive import LOG_HEAD
 from apesim.march.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
 from apesim.march.periodic import Orbit
+from apesim.valve.ledger import logged_motion
 from apesim.valve.measures import Travel
 from apesim.valve.warnings import closure_text, control_text, quadrature_text, travel_text
 
@@ -135,7 +135,7 @@ def _judge_valve(machine: Machine, run: SteadyRun) -> dict[EngineWarning, str]:
     actuator, travel = run.cycle.actuator, valve_travel(machine, run)
     if travel != Travel.COMPLETE:
         stroke = actuator.valve.stroke
-        lifts = stroke - run.log[:, LOG_HEAD]
+        lifts = stroke - logged_motion(run.log)[0]
         warnings[EngineWarning[travel.name]] = travel_text(travel, stroke, lifts.min(), lifts.max())
     control, _ = run.cycle.supply if run.cycle.control_from_receiver else run.cycle.control
     if control < actuator.vent_pressure:

@@ -9,10 +9,17 @@ from apesim.studies.console import main_of
 
 PLAIN = {
     *("test_air", "test_effect", "test_adaptive", "test_periodic", "test_solenoid", "test_chamber", "test_groove"),
-    *("test_piston", "test_motion", "test_measures", "test_bench", "test_valve_effects", "test_kinematics"),
+    *("test_piston", "test_ledger", "test_motion", "test_measures", "test_bench", "test_valve_effects"),
     *("test_solenoid_effects", "test_chamber_effects", "test_piston_effects", "test_bounce", "test_scratch"),
     "test_tabulated_effects",
-    *("test_breathing", "test_friction", "test_rates", "test_operating_point", "test_engine_effects"),
+    *(
+        "test_kinematics",
+        "test_breathing",
+        "test_friction",
+        "test_rates",
+        "test_operating_point",
+        "test_engine_effects",
+    ),
     *("test_reference_valve",),
 }
 

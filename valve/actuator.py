@@ -16,6 +16,7 @@ from apesim.stack_array import zeros
 from apesim.valve.chamber import chamber_state
 from apesim.valve.effects import VALVE_LIBRARY, ValveLaws, ValveTables
 from apesim.valve.groove import area_table
+from apesim.valve.ledger import valve_states
 from apesim.valve.piston import (
     Valve,
     dry_friction_force,
@@ -259,16 +260,17 @@ def state_of(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, floa
     (1000000, 300.0)
     """
     valve = actuator.valve
-    v_a = volume_a(valve, y[0])
-    v_b = volume_b(valve, y[0])
-    p_a, t_a = chamber_state(actuator.gas, y[2], y[3], v_a)
-    p_b, t_b = chamber_state(actuator.gas, y[4], y[5], v_b)
+    states = valve_states(y)
+    v_a = volume_a(valve, states.position)
+    v_b = volume_b(valve, states.position)
+    p_a, t_a = chamber_state(actuator.gas, states.mass_a, states.energy_a, v_a)
+    p_b, t_b = chamber_state(actuator.gas, states.mass_b, states.energy_b, v_b)
     return ValveState(
         actuator.gas,
         actuator.ambient,
         valve,
-        y[0],
-        y[1],
+        states.position,
+        states.speed,
         p_a,
         t_a,
         v_a,
@@ -310,14 +312,14 @@ def in_domain(actuator: Actuator, y: np.ndarray) -> bool:
     >>> bool(in_domain(actuator, y)), bool(in_domain(actuator, -y))
     (True, False)
     """
-    valve = actuator.valve
+    valve, states = actuator.valve, valve_states(y)
     return (
-        y[2] > 0.0
-        and y[3] > 0.0
-        and y[4] > 0.0
-        and y[5] > 0.0
-        and volume_a(valve, y[0]) > 0.0
-        and volume_b(valve, y[0]) > 0.0
+        states.mass_a > 0.0
+        and states.energy_a > 0.0
+        and states.mass_b > 0.0
+        and states.energy_b > 0.0
+        and volume_a(valve, states.position) > 0.0
+        and volume_b(valve, states.position) > 0.0
     )
 
 

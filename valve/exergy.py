@@ -20,6 +20,7 @@ from apesim.march.adaptive import LOG_HEAD
 from apesim.restriction import flow_in
 from apesim.stack_array import zeros
 from apesim.valve.actuator import LINE_REGIME, PHASE, REGIME, Actuator, solenoid_flows, state_of, with_shares
+from apesim.valve.ledger import valve_states
 from apesim.valve.line import has_line
 from apesim.valve.motion import MET_CLOSED, MET_OPEN
 from apesim.valve.piston import HELD_CLOSED, HELD_OPEN, dry_friction_force, is_moving, land
@@ -182,8 +183,13 @@ def valve_stored(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, 
     state = state_of(actuator, y, supply)
     springs = valve.spring_rate * state.position * (state.position - valve.stroke)
     motion = 0.5 * valve.moving_mass * state.speed**2
-    a = exergy_stored(gas, ambient, y[2], y[3], state.pressure_a, state.temperature_a, state.volume_a)
-    b = exergy_stored(gas, ambient, y[4], y[5], state.pressure_b, state.temperature_b, state.volume_b)
+    states = valve_states(y)
+    a = exergy_stored(
+        gas, ambient, states.mass_a, states.energy_a, state.pressure_a, state.temperature_a, state.volume_a
+    )
+    b = exergy_stored(
+        gas, ambient, states.mass_b, states.energy_b, state.pressure_b, state.temperature_b, state.volume_b
+    )
     return a + b + springs + motion
 
 
@@ -212,12 +218,12 @@ def impact_loss(actuator: Actuator, log: np.ndarray) -> float:
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
     >>> supply = 1e6, 300.0, 1e5
     >>> y = closed_at_rest(actuator, supply)
-    >>> round(float(impact_loss(actuator, np.array([[0.0, MET_OPEN, 0.0, 0.0, -2.0]]))), 6)
+    >>> round(float(impact_loss(actuator, np.array([[0.0, MET_OPEN, 0.0, 0.0, -2.0, *y[2:]]]))), 6)
     0.229
     """
     lost = 0.0
     for row in log[(log[:, 1] == MET_CLOSED) | (log[:, 1] == MET_OPEN)]:
-        speed = row[LOG_HEAD + 1]
+        speed = valve_states(row[LOG_HEAD:]).speed
         stop = HELD_CLOSED if row[1] == MET_CLOSED else HELD_OPEN
         after, _ = land(stop, speed, restitution(actuator.effects, abs(speed)))
         lost += 0.5 * actuator.valve.moving_mass * (speed**2 - after**2)

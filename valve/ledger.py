@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from apesim.kernel import kernel
+from apesim.march.adaptive import LOG_HEAD
 
 if TYPE_CHECKING:
     from apesim.valve.actuator import ActuatorRates
@@ -79,6 +80,53 @@ def valve_states(y: np.ndarray) -> ValveStates:
     0.009
     """
     return ValveStates(y[0], y[1], y[2], y[3], y[4], y[5])
+
+
+def logged_motion(log: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Read the motion of the valve's piston from the log of a march.
+
+    Parameters
+    ----------
+    log : (l, 3 + i) float array
+        Log of a bench's or an engine's march, see `apesim.march.adaptive.march`.
+
+    Returns
+    -------
+    positions : (l,) float array
+        Positions of the piston, 0 fully open [m].
+    speeds : (l,) float array
+        Speeds of the piston, positive towards closed [m/s].
+
+    Examples
+    --------
+    >>> positions, speeds = logged_motion(np.array([[0.0, -1.0, 0.0, 9e-3, 0.0], [1e-3, 4.0, 0.0, 8e-3, -2.0]]))
+    >>> positions.tolist(), speeds.tolist()
+    ([0.009, 0.008], [0.0, -2.0])
+    """
+    return log[:, LOG_HEAD], log[:, LOG_HEAD + 1]
+
+
+@kernel
+def update_motion(y: np.ndarray, position: float, speed: float) -> None:
+    """Write position and speed of the valve's piston into a state vector.
+
+    Parameters
+    ----------
+    y : (n,) float array
+        State vector of a bench or an engine; changed.
+    position : float
+        Position of the piston, 0 fully open [m].
+    speed : float
+        Speed of the piston, positive towards closed [m/s].
+
+    Examples
+    --------
+    >>> y = np.zeros(6)
+    >>> update_motion(y, position=9e-3, speed=-0.5)
+    >>> y.tolist()
+    [0.009, -0.5, 0.0, 0.0, 0.0, 0.0]
+    """
+    y[0], y[1] = position, speed
 
 
 @kernel

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING
+from apesim.march.adaptive import ZERO_CROSSING
+from apesim.valve.ledger import logged_motion
 from apesim.valve.motion import CORNER, LEFT, MET_CLOSED, MET_OPEN, NEAR_OPEN, ONE_PERCENT, SPEED_EXTREMUM, TURNED
 from apesim.valve.piston import HELD_CLOSED, HELD_OPEN
 
@@ -80,7 +81,7 @@ def stroke_of(log: np.ndarray, command: float, until: float, began: tuple[int | 
     >>> round(stroke.delay * 1e3, 6), round(stroke.stroke_time * 1e3, 6), stroke.seating_speed
     (5.0, 6.0, 2.0)
     """
-    time, code, sign, speed = log[:, 0], log[:, 1], log[:, 2], log[:, LOG_HEAD + 1]
+    (time, code, sign), (_, speed) = log[:, :3].T, logged_motion(log)
     after = (time >= command) & (time <= until)
     starts = time[after & (code == began[0]) & (sign == began[1])]
     start = float(starts[0]) if len(starts) else NEVER
@@ -176,8 +177,8 @@ def lap_times(log: np.ndarray, stroke: float, lap: float) -> tuple[float, float]
     >>> lap_times(log, 9e-3, 1e-3)
     (0.005, 0.03)
     """
-    time, code, speed = log[:, 0], log[:, 1], log[:, LOG_HEAD + 1]
-    lift = np.minimum(stroke - log[:, LOG_HEAD], stroke)
+    time, code, (position, speed) = log[:, 0], log[:, 1], logged_motion(log)
+    lift = np.minimum(stroke - position, stroke)
     at_lap = ((code == CORNER) | (code == MET_CLOSED)) & (np.abs(lift - lap) < 1e-6 * stroke)
     opened = time[at_lap & (speed < 0.0)]
     opened = float(opened[0]) if len(opened) else NEVER

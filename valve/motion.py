@@ -27,6 +27,7 @@ from apesim.valve.actuator import (
     state_of,
 )
 from apesim.valve.groove import piece_line, piece_of
+from apesim.valve.ledger import update_motion, valve_states
 from apesim.valve.piston import (
     HELD_CLOSED,
     HELD_OPEN,
@@ -176,11 +177,11 @@ def actuator_events(
     solenoid_events(state, mode, REGIME, g, FLOW)
     if len(actuator.effects) > 0:
         g[BRANCHED] = -1.0 if branches_of(actuator, state) == mode[BRANCHES] else 1.0
-    g[MET_CLOSED] = y[0] - stroke if moving else -1.0
-    g[MET_OPEN] = -y[0] if moving else -1.0
-    g[TURNED] = -phase * y[1] if moving else -1.0
+    g[MET_CLOSED] = state.position - stroke if moving else -1.0
+    g[MET_OPEN] = -state.position if moving else -1.0
+    g[TURNED] = -phase * state.speed if moving else -1.0
     if moving:
-        lift = stroke - y[0]
+        lift = stroke - state.position
         g[LEFT] = -1.0
         g[CORNER] = max(mode[PIECE_LOW] - lift, lift - mode[PIECE_HIGH])
     else:
@@ -272,16 +273,16 @@ def handle_actuator_event(
     """
     if event <= MET_OPEN:
         stop = HELD_CLOSED if event == MET_CLOSED else HELD_OPEN
-        y[0] = actuator.valve.stroke if event == MET_CLOSED else 0.0
-        e = restitution(actuator.effects, abs(y[1]))
-        y[1], mode[PHASE] = land(stop, y[1], e)
+        speed = valve_states(y).speed
+        speed_after, mode[PHASE] = land(stop, speed, restitution(actuator.effects, abs(speed)))
+        update_motion(y, actuator.valve.stroke if event == MET_CLOSED else 0.0, speed_after)
         if mode[PHASE] == stop:
             set_free(actuator, y, mode, supply)
     elif event == LEFT:
         force, _ = rest_forces(actuator, state_of(actuator, y, supply))
         mode[PHASE] = start_moving(mode[PHASE], force)
     elif event == TURNED:
-        y[1] = 0.0
+        update_motion(y, valve_states(y).position, 0.0)
         mode[PHASE] = STUCK
         set_free(actuator, y, mode, supply)
     elif event == CORNER:
@@ -359,7 +360,7 @@ def actuator_zero_crossings(
     -0.09
     """
     stroke = actuator.valve.stroke
-    lift = stroke - y[0]
+    lift = stroke - valve_states(y).position
     w[ONE_PERCENT] = lift - DETECTED * stroke
     w[NEAR_OPEN] = lift - (1.0 - DETECTED) * stroke
     w[SPEED_EXTREMUM] = acceleration
@@ -411,7 +412,7 @@ def start_actuator_segment(
     >>> round(float(mode[X_A]), 6), round(1.0 / float(mode[X_A_SLOPE]), 6)
     (0.0, 0.0015)
     """
-    mode[PIECE] = piece_of(tables.groove, actuator.valve.stroke - y[0])
+    mode[PIECE] = piece_of(tables.groove, actuator.valve.stroke - valve_states(y).position)
     take_piece(tables, mode)
     mode[START] = t
     x_a = energised_fraction(tables.edges_a, tables.period, tables.curve_a, t)

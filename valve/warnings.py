@@ -3,8 +3,8 @@
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from apesim.march.adaptive import LOG_HEAD
 from apesim.march.error_bounds import MAX_CLOSURE, MAX_QUADRATURE_CHANGE
+from apesim.valve.ledger import logged_motion
 from apesim.valve.measures import Travel
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ def judge_bench(run: "BenchRun") -> dict[BenchWarning, str]:
         )
     if run.travel != Travel.COMPLETE:
         stroke = actuator.valve.stroke
-        lifts = stroke - run.log[:, LOG_HEAD]
+        lifts = stroke - logged_motion(run.log)[0]
         lowest = lifts.min() if orbit else lifts[-1]  # a single run starts closed
         told[BenchWarning[run.travel.name]] = travel_text(run.travel, stroke, lowest, lifts.max())
     if run.p.supply[0] < actuator.vent_pressure:
