@@ -1,6 +1,6 @@
-"""A machine: everything a machine file can say."""
+"""Machine: everything that a machine file can say."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from math import pi, sqrt
 from os import PathLike
 from pathlib import Path
@@ -18,20 +18,28 @@ from apesim.valve.piston import Valve
 from apesim.valve.supply import Supply
 
 
-def window_fault(early, late, angles):
-    """What is wrong with a window of the crank.
+def window_fault(early: str, late: str, angles: tuple[float, float]) -> tuple[str, str] | None:
+    """Find what is wrong with a window of the crank.
 
     Parameters
     ----------
     early, late : str
-        Names of its ends.
-    angles : pair of float
-        [rad]
+        Names of the window's ends.
+    angles : tuple of float
+        Crank angles of both ends [rad].
 
     Returns
     -------
-    pair of str or None
-        What is wrong, and what would be right.
+    tuple of str or None
+        What is wrong, and what would be right; None where nothing is.
+
+    Examples
+    --------
+    >>> window_fault("energise", "release", (0.0, 1.0)) is None
+    True
+    >>> wrong, right = window_fault("energise", "release", (1.0, 1.0))
+    >>> right
+    'give more than 0 and less than 360 deg after it'
     """
     duration = angles[1] - angles[0]
     if 0.0 < duration < 2.0 * pi:
@@ -42,15 +50,28 @@ def window_fault(early, late, angles):
 
 
 class Command(NamedTuple):
-    """When the solenoids are switched, and what is intended by it; crank angles."""
+    """Command: crank angles at which the solenoids are switched, and the opening and closing intended by it."""
 
     energise: Annotated[float, Quantity("deg", -360, 360, "chosen: 5 deg before TDC")] = -5.0 * DEGREE
     release: Annotated[float, Quantity("deg", -360, 720, "chosen")] = 70.0 * DEGREE
     open_target: Annotated[float, Quantity("deg", -360, 360, "chosen: the intended opening")] = -5.0 * DEGREE
     close_target: Annotated[float, Quantity("deg", -360, 720, "chosen: the intended closing")] = 70.0 * DEGREE
 
-    def faults(self):
-        """Faults that no single key shows."""
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the command, beyond the ranges of its single keys.
+
+        Yields
+        ------
+        key, wrong, right : str
+            Key of the machine file, what is wrong with it, and what would be right.
+
+        Examples
+        --------
+        >>> list(Command().faults())
+        []
+        >>> [key for key, wrong, right in Command(energise=1.0, release=0.5).faults()]
+        ['release']
+        """
         for early, late in (("energise", "release"), ("open_target", "close_target")):
             if fault := window_fault(early, late, (getattr(self, early), getattr(self, late))):
                 yield late, *fault
@@ -61,7 +82,7 @@ MAX_DIFFERENCES = 8
 
 
 class Machine(NamedTuple):
-    """An air-powered engine and its electro-pneumatic valve; "the paper" is doi 10.1631/jzus.A0820373."""
+    """Air-powered engine and its electro-pneumatic valve; "the paper" is the EPV paper (doi 10.1631/jzus.A0820373)."""
 
     air: Air = Air()
     ambient: Ambient = Ambient()
@@ -105,7 +126,7 @@ class Machine(NamedTuple):
         return load_machine(path, settings)  # type: ignore[return-value]
 
     def with_(self, **values: Any) -> Self:
-        """A machine that differs in some keys; it is refused for what a machine file would be refused for.
+        """Make a machine that differs in some keys; it is refused for what a machine file would be refused for.
 
         Parameters
         ----------
@@ -136,7 +157,7 @@ class Machine(NamedTuple):
         return replaced(self, values, "Machine.with_()")
 
     def with_effects(self, *effects: Effect | str | PathLike[str]) -> "Machine":
-        """The machine with effects from outside besides its own, all of them off.
+        """Make a machine with effects from outside besides its own, all of them off.
 
         Parameters
         ----------
@@ -152,31 +173,53 @@ class Machine(NamedTuple):
         ------
         InputError
             A file cannot be read or run, or what it defines is nothing that the model has room for.
+
+        Examples
+        --------
+        >>> machine = Machine().with_effects("my_effect.py")  # doctest: +SKIP
         """
         from apesim.engine.outside_machine import with_effects
 
         return with_effects(self, *effects)
 
     def to_toml(self) -> str:
-        """The machine as a commented machine file of the working directory, which `load` reads back.
+        """Print the machine as a commented machine file of the working directory, which `load` reads back.
+
+        Returns
+        -------
+        str
+            Text of the machine file.
 
         Examples
         --------
         >>> print(Machine().to_toml().splitlines()[0])
-        # An air-powered engine and its electro-pneumatic valve; "the paper" is doi 10.1631/jzus.A0820373.
+        # Air-powered engine and its electro-pneumatic valve; "the paper" is the EPV paper (doi
         """
         return dumps(self, Path.cwd())
 
     def __repr__(self) -> str:
-        found = [f"  {key} = {text}" for key, text in differences(self)]
-        if not found:
+        changes = [f"  {key} = {text}" for key, text in differences(self)]
+        if not changes:
             return "Machine(), the default one"
-        lines = found if len(found) <= MAX_DIFFERENCES else found[: MAX_DIFFERENCES - 1]
-        more = [f"  and {len(found) - len(lines)} keys more, see to_toml()"] * (len(found) > len(lines))
+        lines = changes if len(changes) <= MAX_DIFFERENCES else changes[: MAX_DIFFERENCES - 1]
+        more = [f"  and {len(changes) - len(lines)} keys more, see to_toml()"] * (len(changes) > len(lines))
         return "\n".join(["Machine that differs from the default one in", *lines, *more])
 
-    def faults(self):
-        """Faults that no single section shows."""
+    def faults(self) -> Iterator[tuple[str, str, str]]:
+        """Find what is wrong with the machine, beyond the faults of its single sections.
+
+        Yields
+        ------
+        key, wrong, right : str
+            Key of the machine file, what is wrong with it, and what would be right.
+
+        Examples
+        --------
+        >>> list(Machine().faults())
+        []
+        >>> [key for key, wrong, right in Machine(groove=Groove(lap=20e-3)).faults()]
+        ['groove.lap']
+        """
         if self.groove.lap >= self.valve.stroke:
             stroke = f"{self.valve.stroke * 1e3:g} mm"
             yield "groove.lap", "the groove never opens", f"less than the valve's stroke, {stroke}"
