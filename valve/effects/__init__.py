@@ -1,13 +1,8 @@
 """Effects of the valve, in the order in which air flows.
 
-<<<<<<< HEAD
 Supply line, solenoids, chambers, piston, stops; then what a record passes: sensors, the recorder.
-This list names them by hand; machine file, sweeps, archives, tests and the missing-effect search read it and
-nothing else.
-=======
 This list names ours by hand; machine file, sweeps, archives, tests and the missing-effect search read it, and what a
 machine was given from outside, see `apesim.engine.effects.outside`.
->>>>>>> b6501f1 (Take effects from outside: files of a user that are like those of the library)
 """
 
 from typing import NamedTuple
