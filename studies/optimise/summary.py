@@ -18,13 +18,13 @@ HEADER = (
 def point_json(one: Optimum) -> dict:
     """Optima and Pareto front of a speed, for JSON."""
 
-    def told(point: Point | None) -> dict | None:
-        return row_of(point) | {"full_lift": point.full_lift} if point else None
+    def told(point: Point | None, **more: dict) -> dict | None:
+        return row_of(point) | {"full_lift": point.full_lift} | more if point else None
 
-    found = {"speed_rpm": speed_rpm(one), "uncorrected": told(one.own)}
+    found: dict = {"speed_rpm": speed_rpm(one), "uncorrected": told(one.own)}
     for goal, point in one.best.items():
         bounds = {name: BOUNDS[code] for name, code in bounds_of(point).items() if code}
-        found[NAMES[goal]] = told(point) | {"bounds": bounds} if point else None
+        found[NAMES[goal]] = told(point, bounds=bounds)
     return found | {"front": [told(point) for point in one.front], "sketches": one.sketches, "runs": one.runs}
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.engine.machine import Machine
 from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING
 from apesim.valve.bench import run_bench
 from apesim.valve.measures import NEVER
@@ -31,8 +32,7 @@ class Landing(NamedTuple):
 class Task(NamedTuple):
     """A stroke that is to land softly."""
 
-    machine: object
-    """`apesim.engine.machine.Machine`"""
+    machine: Machine
     dwell: float
     """From each command edge to the next [s]."""
     stroke: str

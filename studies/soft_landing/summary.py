@@ -93,7 +93,7 @@ def _pattern(result: Result, choice: Choice | None) -> dict | None:
 
 def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> Iterator[Table | str]:
     """Strokes without a brake, the best brakes, and what the columns are."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for result in results:
         wide = widest_soft(result.brakes, result.unbraked, cost)
         rows.append(

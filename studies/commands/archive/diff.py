@@ -44,7 +44,10 @@ def compare_archives(
         "provenance": [row._asdict() for row in provenance],
         "machine_differences": others,
     }
-    told = [_headline(compared, summary), f"no differences; {len(provenance)} entries of provenance differ"]
+    told: list[str | Table] = [
+        _headline(compared, summary),
+        f"no differences; {len(provenance)} entries of provenance differ",
+    ]
     if rows:
         units = {v["name"]: v["unit"] for file in (other, path) for v in info(file)["variables"]}
         rows = sorted(rows, key=lambda row: row.kind == "run")  # which run is missing comes last
