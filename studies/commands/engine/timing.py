@@ -26,6 +26,8 @@ def correct_timing(
     figures: Figures = True,
 ) -> int:
     """Command angles that make the valve really open and close at its targets."""
+    import numpy as np
+
     from apesim.archive import ArchiveError
     from apesim.quantities import parse_range
     from apesim.studies.figures.timing import timing_figures
@@ -41,7 +43,8 @@ def correct_timing(
 
     machine = with_targets(common.load_machine(), target)
     speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    axes = Axes(speeds, *parse_supplies(machine, pressure=pressure, temperature=temperature))
+    supplies = parse_supplies(machine, pressure=pressure, temperature=temperature)
+    axes = Axes(*map(np.array, (speeds, *supplies)))
     if out in exports_of(out):
         raise ArchiveError(out, "is the name of an export beside the archive", "choose e.g. --out timing.h5")
     if not overwrite:

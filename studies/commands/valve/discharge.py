@@ -36,14 +36,15 @@ def evaluate_discharge(
     from apesim.studies.output import refuse_to_replace, write_traces
 
     console, machine = common.console, common.load_machine()
-    volume = parse(volume, VOLUME, where="--volume", file=COMMAND_LINE)
-    given = temperature and parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
-    temperature = given or machine.ambient.temperature
+    cubic_metres = parse(volume, VOLUME, where="--volume", file=COMMAND_LINE)
+    kelvins = machine.ambient.temperature
+    if temperature:
+        kelvins = parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
     records = read_tests(files, machine.ambient.pressure)
     if not overwrite:
         refuse_to_replace(out)
     start = time.perf_counter()
-    vessel = Vessel(volume, temperature, machine.ambient.pressure, gas_of(machine.air))
+    vessel = Vessel(cubic_metres, kelvins, machine.ambient.pressure, gas_of(machine.air))
     found = call_in_thread(discharge, vessel, records).result()
     wall = time.perf_counter() - start
     write_traces(out, HEADER, found.curve * np.array([1e3, 1.0, 1e6, 1e6, 1e6]))

@@ -48,8 +48,8 @@ def find_soft_landings(
     machine = common.load_machine()
     pressures = parse_range(pressure, PRESSURE, machine.ambient.pressure, where="--pressure", file=COMMAND_LINE)
     temperature = parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
-    cost = parse(cost, SHORT_TIME, where="--cost", file=COMMAND_LINE)
-    spacing = parse(spacing, SHORT_TIME, where="--spacing", file=COMMAND_LINE) if spacing else SPACING
+    max_added = parse(cost, SHORT_TIME, where="--cost", file=COMMAND_LINE)
+    apart = parse(spacing, SHORT_TIME, where="--spacing", file=COMMAND_LINE) if spacing else SPACING
     choice = Choice((*SOLENOIDS, ANY), "command line")
     solenoids = choice.options[parse(solenoids, choice, where="--solenoids", file=COMMAND_LINE)]
     pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
@@ -57,8 +57,8 @@ def find_soft_landings(
     results = []
 
     def compute(command, report):
-        results.extend(soft_landings(machine, pressures, temperature, pulse, spacing, cost, report, ways))
-        return archive_of(machine, results, spacing, cost, command, ways)
+        results.extend(soft_landings(machine, pressures, temperature, pulse, apart, max_added, report, ways))
+        return archive_of(machine, results, apart, max_added, command, ways)
 
     def draw(archive, folder):
         return soft_landing_figures(archive, machine.ambient.pressure, folder) if figures else []
@@ -72,16 +72,16 @@ def find_soft_landings(
         overwrite=overwrite,
         draw=draw,
     )
-    faults = faults_of(results, spacing, cost, ways)
+    faults = faults_of(results, apart, max_added, ways)
     data = {
-        "spacing_ms": 1e3 * spacing,
-        "cost_ms": 1e3 * cost,
+        "spacing_ms": 1e3 * apart,
+        "cost_ms": 1e3 * max_added,
         "solenoids": solenoids,
         "reachable": not faults,
-        "points": [stroke_json(result, spacing, cost) for result in results],
+        "points": [stroke_json(result, apart, max_added) for result in results],
         "faults": faults,
     }
-    tables = landing_tables(results, spacing, cost)
+    tables = landing_tables(results, apart, max_added)
     common.console.result(data | written, *tables, written_text(written, f"{len(results)} strokes"))
     for fault in faults:
         common.console.message(f"warning: {fault}")
