@@ -311,8 +311,8 @@ def gas_of(air: Air) -> Gas:
         for node in nodes:
             cantera_air.TP = node, 1e5
             cp.append(cantera_air.cp_mass / r)
-        a = np.polynomial.Polynomial.fit(nodes, cp, 4).convert().coef
-        cp_room = float(np.polyval(a[::-1], 293.15))
+        a: np.ndarray = np.polynomial.Polynomial.fit(nodes, cp, 4).convert().coef
+        cp_room = float(np.polyval(a[::-1].astype(float), 293.15))
         k = cp_room / (cp_room - 1.0)
         coefficients = tuple(float(c) for c in a)
     else:

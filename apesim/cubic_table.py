@@ -40,7 +40,7 @@ def table(name: str, module: str, **branches: tuple[Sequence[int | str], Any]) -
         for branch, (places, quantity) in branches.items()
         for place in places
     ]
-    found = NamedTuple(name, fields)
+    found: Any = NamedTuple(name, fields)  # type: ignore[misc]  # its name and fields are computed
     found.__new__.__defaults__ = (0.0,) * len(fields)
     found.__module__ = module
     return found

@@ -1,5 +1,7 @@
 """Room for a few numbers on a kernel's stack: an array from the heap costs as much as all the laws that fill it."""
 
+from typing import Any
+
 import numba
 import numpy as np
 from llvmlite import ir
@@ -11,7 +13,7 @@ DOUBLE = ir.DoubleType()
 
 
 @intrinsic(prefer_literal=True)
-def zeros(typing_context, count):
+def _zeros(typing_context, count):
     """An array of zeros, its length a constant; it ends with the kernel that asks for it.
 
     Laid down where it is asked for: from a function between, it would not outlive that function.
@@ -31,14 +33,15 @@ def zeros(typing_context, count):
     return kind(count), generate
 
 
-class _AlsoPlain(type(zeros)):  # type: ignore[misc]
+class _AlsoPlain(type(_zeros)):  # type: ignore[misc]
     """Such an array for kernels that are called as plain Python."""
 
     def __call__(self, count):
         return np.zeros(count)
 
 
-if numba.config.DISABLE_JIT:
+zeros: Any = _zeros
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba sets its options from the environment
     zeros = np.zeros
 else:
     zeros.__class__ = _AlsoPlain

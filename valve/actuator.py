@@ -62,7 +62,7 @@ class Actuator(NamedTuple):
     """Factor on 1 - r in the flow function of the solenoids, with the pressure ratio r; 1: Eq. 8 of the EPV paper."""
     line: tuple[float, float]
     """Volume [m3] and feed [m2] of a supply line before the solenoids, see `apesim.effect.volume_of`."""
-    effects: ValveLaws | ValveTables | NoEffects
+    effects: ValveLaws | ValveTables | NoEffects  # type: ignore[valid-type]
     """Parameters of the effects that act within the march."""
 
 

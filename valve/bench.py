@@ -13,7 +13,7 @@ from apesim.kernel import kernel
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
 from apesim.march.error_bounds import closure_of
 from apesim.march.hybrid_system import events, handle_event, observe, power, rates, start_segment, zero_crossings
-from apesim.march.periodic import periodic_orbit
+from apesim.march.periodic import Orbit, periodic_orbit
 from apesim.valve.actuator import (
     GAS_SCALE,
     MAX_STEP,
@@ -48,7 +48,7 @@ from apesim.valve.line import (
     line_feed,
     start_line_segment,
 )
-from apesim.valve.measures import Travel, closing_stroke, opening_stroke, travel_of
+from apesim.valve.measures import Stroke, Travel, closing_stroke, opening_stroke, travel_of
 from apesim.valve.motion import actuator_events, actuator_zero_crossings, handle_actuator_event, start_actuator_segment
 from apesim.valve.piston import HELD_CLOSED, is_moving
 
@@ -81,9 +81,9 @@ class Bench(NamedTuple):
 class BenchRun(NamedTuple):
     """One run of the bench."""
 
-    opening: object
+    opening: Stroke
     """Measures of the opening, `apesim.valve.measures.Stroke`."""
-    closing: object
+    closing: Stroke
     """Measures of the closing, `apesim.valve.measures.Stroke`."""
     control_air: float
     """Mass through the supply sides of both solenoids [kg]."""
@@ -93,7 +93,7 @@ class BenchRun(NamedTuple):
     """Times of the trace's rows [s], shape (n,)."""
     trace: np.ndarray
     """Trace with the columns `TRACE`, shape (n, 6)."""
-    orbit: object
+    orbit: Orbit | None
     """Periodic state of a repeated pulse, `apesim.march.periodic.Orbit`, else None."""
     log: np.ndarray
     """Log of the march, see `apesim.march.adaptive.march`; of a repeated pulse, two periods."""
@@ -591,7 +591,7 @@ def run_bench(
         y, mode = orbit.y.copy(), orbit.mode.copy()
     start = y.copy()
     log = np.empty((LOG_ROWS, LOG_HEAD + STATES))
-    times = np.append(np.arange(0.0, end, sample), end) if np.ndim(sample) == 0 else sample
+    times = np.asarray(sample) if np.ndim(sample) else np.append(np.arange(0.0, end, float(sample)), end)
     trace = np.empty((len(times), len(TRACE)))
     phase = mode[PHASE]
     outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, times, trace)
@@ -605,7 +605,9 @@ def run_bench(
     closing = closing_stroke(log, pulse, horizon)
     supplied, balance = bench_ledger(y).supplied, closure(start, y, outcome.work)
     travel = travel_of(log, phase, opening, closing)
-    return BenchRun(opening, closing, supplied, balance, times, trace, orbit, log, *outcome[:2], travel, p)
+    return BenchRun(
+        opening, closing, supplied, balance, times, trace, orbit, log, outcome.status, outcome.steps, travel, p
+    )
 
 
 def closure(start: np.ndarray, y: np.ndarray, quadrature: float) -> dict[str, float]:
