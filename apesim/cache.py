@@ -1,4 +1,4 @@
-"""The folders of what is worked out once for all later runs."""
+"""Folders for what is worked out once for all later runs."""
 
 import atexit
 import contextlib
@@ -10,16 +10,26 @@ _temporary: list[tuple[Path, int]] = []
 
 
 def cache_root() -> Path:
-    """Parent of the folders: ``APESIM_CACHE_DIR``, else where the system keeps caches, such as ``~/.cache/apesim``.
+    """Return the parent of the cache's folders.
+
+    It is ``APESIM_CACHE_DIR``, else it lies where the system keeps caches, such as ``~/.cache/apesim``.
 
     Returns
     -------
     pathlib.Path
+        Folder; it need not exist.
 
     Raises
     ------
     RuntimeError
         The user has no home folder.
+
+    Examples
+    --------
+    >>> from unittest.mock import patch
+    >>> with patch.dict(os.environ, APESIM_CACHE_DIR="somewhere"):
+    ...     print(cache_root())
+    somewhere
     """
     given = os.environ.get("APESIM_CACHE_DIR")
     if given:
@@ -33,16 +43,25 @@ def cache_root() -> Path:
 
 
 def private_folder(name: str) -> Path | None:
-    """A folder of the cache, made with mode 0700 if need be.
+    """Return a folder of the cache, made with mode 0700 if need be.
 
     Parameters
     ----------
     name : str
+        Name of the folder.
 
     Returns
     -------
     pathlib.Path or None
         None where it cannot be written, or is not ours alone.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from unittest.mock import patch
+    >>> with tempfile.TemporaryDirectory() as root, patch.dict(os.environ, APESIM_CACHE_DIR=root):
+    ...     print(oct(private_folder("units").stat().st_mode & 0o777))
+    0o700
     """
     with contextlib.suppress(OSError, RuntimeError):  # RuntimeError: there is no home
         folder = cache_root() / name
@@ -56,15 +75,25 @@ def private_folder(name: str) -> Path | None:
 
 
 def temporary_folder(name: str) -> Path:
-    """A folder for this process and those that it starts from now on, where the cache has none; removed at exit.
+    """Make a folder for this process and those that it starts from now on, where the cache has none; removed at exit.
 
     Parameters
     ----------
     name : str
+        Name of the folder.
 
     Returns
     -------
     pathlib.Path
+        Folder; ``APESIM_CACHE_DIR`` is set to its parent.
+
+    Examples
+    --------
+    >>> from unittest.mock import patch
+    >>> with patch.dict(os.environ):
+    ...     folder = temporary_folder("units")
+    ...     print(folder.is_dir(), cache_root() == folder.parent)
+    True True
     """
     import tempfile
 
@@ -78,7 +107,17 @@ def temporary_folder(name: str) -> Path:
 
 
 def remove_temporary_folders() -> None:
-    """Remove what `temporary_folder` has made in this process."""
+    """Remove what `temporary_folder` has made in this process.
+
+    Examples
+    --------
+    >>> from unittest.mock import patch
+    >>> with patch.dict(os.environ):
+    ...     folder = temporary_folder("units")
+    >>> remove_temporary_folders()
+    >>> folder.exists()
+    False
+    """
     import shutil
 
     for root, process in _temporary:

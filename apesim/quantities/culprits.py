@@ -1,13 +1,13 @@
-"""Culprits: what is told of bad input, one line for each fault, with its remedy."""
+"""Culprits: what is reported of bad input, one line for each fault, with its remedy."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from apesim.terminal import visible
 
 
 class Wrong(ValueError):
-    """One wrong text: what is wrong, and what would be right (empty: an example says it best)."""
+    """Text that cannot be read: what is wrong, and what would be right (empty: an example says it best)."""
 
     def __init__(self, wrong, right=""):
         super().__init__(wrong, right)
@@ -28,7 +28,7 @@ class Culprit(NamedTuple):
 
 
 class InputError(Exception):
-    """Bad input. `culprits` lists every fault found; as text, one line for each."""
+    """Error for bad input; `culprits` lists every fault found, and its text has one line for each."""
 
     def __init__(self, culprits):
         super().__init__(culprits)
@@ -38,8 +38,24 @@ class InputError(Exception):
         return "\n".join(map(str, self.culprits))
 
 
-def quoted(raw):
-    """What the user wrote, on one line and not too long."""
+def quoted(raw: Any) -> str:
+    """Return what the user wrote, on one line and not too long.
+
+    Parameters
+    ----------
+    raw : object
+        What the user wrote.
+
+    Returns
+    -------
+    str
+        Its representation, shortened in the middle above 60 characters.
+
+    Examples
+    --------
+    >>> print(quoted("9 mm"), quoted(9))
+    '9 mm' 9
+    """
     try:
         text = repr(raw)
     except ValueError:  # Python refuses to print integers of thousands of digits
@@ -51,6 +67,36 @@ def _shortened(text):
     return text if len(text) <= 60 else f"{text[:24]}…{text[-34:]}"
 
 
-def culprit(file, key, wrong, declaration, default=math.nan, ambient_pressure=None):
-    """The `Culprit` of a `Wrong`; where that names no right form, the default shows one."""
+def culprit(
+    file: str, key: str, wrong: Wrong, declaration: Any, default: Any = math.nan, ambient_pressure: float | None = None
+) -> Culprit:
+    """Make the `Culprit` of a `Wrong`; where that names no right form, the default shows one.
+
+    Parameters
+    ----------
+    file : str
+        File, or part of the command line.
+    key : str
+        Key of the machine file, or option.
+    wrong : Wrong
+        What is wrong.
+    declaration : apesim.quantities.declarations.Declaration
+        What the value may be.
+    default : object
+        Default value in SI, shown as a right form.
+    ambient_pressure : float, optional
+        Pressure that gauge pressures stand above [Pa].
+
+    Returns
+    -------
+    Culprit
+        Fault with its remedy.
+
+    Examples
+    --------
+    >>> from apesim.quantities import Quantity
+    >>> stroke = Quantity("mm", 1, 50, "chosen")
+    >>> print(culprit("mine.toml", "valve.stroke", Wrong("has no unit"), stroke, 9e-3))
+    mine.toml: valve.stroke: has no unit; write e.g. "9 mm"
+    """
     return Culprit(file, key, wrong.wrong, wrong.right or declaration.example(default, ambient_pressure))

@@ -10,32 +10,63 @@ from pathlib import Path
 from apesim.quantities.culprits import Wrong, quoted
 
 MAX_BYTES = 10_000_000
+"""Largest file that is read [bytes]; chosen, far above any machine file and curve."""
 
 
-def split_header(text):
-    """Name and unit of a column header: "lift [mm]" gives ("lift", "mm"), "lift" gives ("lift", None)."""
+def split_header(text: str) -> tuple[str, str | None]:
+    """Split a column header into name and unit.
+
+    Parameters
+    ----------
+    text : str
+        Header, e.g. "lift [mm]".
+
+    Returns
+    -------
+    name : str
+        Name of the column.
+    unit : str or None
+        Unit; None where there is none.
+
+    Examples
+    --------
+    >>> split_header("lift [mm]"), split_header("lift")
+    (('lift', 'mm'), ('lift', None))
+    """
     found = re.fullmatch(r"(.*?)\s*\[(.*)\]", text.strip())
     return (found[1], found[2].strip()) if found else (text.strip(), None)
 
 
-def path_below(folder, name):
-    """The path of a file that another file names, from the folder of that file.
+def path_below(folder: str | Path, name: str) -> Path:
+    """Return the path of a file that another file names, from the folder of that file.
 
     What a stranger's file names lies beside it: were any path read, a message could show a line of any file.
 
     Parameters
     ----------
     folder : path
+        Folder of the file that names the other.
     name : str
+        Path in that folder.
 
     Returns
     -------
     pathlib.Path
+        Path of the file.
 
     Raises
     ------
     Wrong
         Links followed, it lies outside of the folder.
+
+    Examples
+    --------
+    >>> path_below("data", "curve.csv").as_posix()
+    'data/curve.csv'
+    >>> path_below("data", "../curve.csv")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    apesim.quantities.culprits.Wrong: ("'../curve.csv' leads out of the folder", ...
     """
     path = Path(folder, name)
     try:
@@ -47,14 +78,32 @@ def path_below(folder, name):
     return path
 
 
-def text_of(path, smaller=""):
-    """The text of a UTF-8 file; raises `Wrong` if it cannot be read, is no regular file, or is too large.
+def text_of(path: str | Path, smaller: str = "") -> str:
+    """Return the text of a UTF-8 file.
 
     Parameters
     ----------
     path : path
+        File.
     smaller : str
-        The remedy for one that is too large.
+        Remedy for one that is too large.
+
+    Returns
+    -------
+    str
+        Its text.
+
+    Raises
+    ------
+    Wrong
+        The file cannot be read, is no regular file, or is too large.
+
+    Examples
+    --------
+    >>> text_of("no such file")
+    Traceback (most recent call last):
+        ...
+    apesim.quantities.culprits.Wrong: ("'no such file' cannot be read: No such file or directory", '')
     """
     name = quoted(str(path))
     try:
@@ -82,8 +131,33 @@ def _open_regular(path, flags):
     return descriptor
 
 
-def csv_columns(path):
-    """The columns of a CSV, by (name, unit)."""
+def csv_columns(path: Path) -> dict[tuple[str, str | None], tuple[str, ...]]:
+    r"""Return the columns of a CSV.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File.
+
+    Returns
+    -------
+    dict
+        Texts of each column, by name and unit.
+
+    Raises
+    ------
+    Wrong
+        The file cannot be read, or is no CSV with one header.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "curve.csv")
+    ...     _ = path.write_text("time [ms],opening [-]\n0,0\n3,1\n")
+    ...     csv_columns(path)
+    {('time', 'ms'): ('0', '3'), ('opening', '-'): ('0', '1')}
+    """
     if not path.is_file():  # a pipe or a device might never end
         raise Wrong(f"there is no file {quoted(str(path))}")
     lines = text_of(path, "keep fewer rows, of measured data one every 0.1 ms or 0.5 deg").splitlines()

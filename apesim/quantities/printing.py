@@ -11,24 +11,38 @@ WIDTH = 110
 """Columns of a line; a remark that does not fit behind its value stands above it."""
 
 LEGEND = "Behind each value: its range; the source of its default, which holds if the key is left out."
+"""Second line of a printed tree."""
 
 
 def dumps(tree: Any, folder: Any = None) -> str:
-    """The commented TOML text of a tree of parameter classes; `load` reads the very same tree from it.
+    """Return the commented TOML text of a tree of parameter classes; `load` reads the very same tree from it.
 
     An optional section that is as its class has it by default is a comment.
 
     Parameters
     ----------
     tree : NamedTuple
-        An instance of a parameter class. A section with a method ``stated`` of a folder names in lines of its own what
+        Instance of a parameter class. A section with a method ``stated`` of a folder names in lines of its own what
         is no parameter: the files that its class was made from.
     folder : path, optional
-        That the text is to stand in as a file; without one it is a record, which names files without their folders.
+        Folder that the text is to stand in as a file; without one it is a record, which names files without their folders.
 
     Returns
     -------
     str
+        Text of TOML.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> Machine.__doc__ = "A machine."
+    >>> print(dumps(Machine()).splitlines()[-1])
+    stroke = "9 mm" # 1 to 50 mm; chosen
     """
     body = _section(tree, getattr(getattr(tree, "ambient", None), "pressure", None), folder)
     gap = [""] * (body[:1] != [""])

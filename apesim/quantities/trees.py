@@ -13,8 +13,9 @@ sections, the keys of which at least one must be given in it::
 """
 
 import typing
+from collections.abc import Iterator
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from apesim.quantities.declarations import Declaration
 
@@ -23,14 +24,41 @@ class Leaf(NamedTuple):
     """One key of a tree."""
 
     key: str
-    """With dots, e.g. "valve.solenoid.dead_time"."""
-    declaration: Declaration
-    default: object
+    """Key with dots, e.g. "valve.solenoid.dead_time"."""
+    declaration: Any
+    default: Any
 
 
 @lru_cache(maxsize=512)
-def fields(cls):
-    """What each field of a parameter class is declared to be: a declaration, or a parameter class."""
+def fields(cls: Any) -> dict[str, Any]:
+    """Return what each field of a parameter class is declared to be: a declaration, or a parameter class.
+
+    Parameters
+    ----------
+    cls : type
+        Parameter class.
+
+    Returns
+    -------
+    dict
+        Declaration or parameter class by name of the field.
+
+    Raises
+    ------
+    TypeError
+        A field has no declaration or no default.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> fields(Machine)["valve"].__name__, fields(Valve)["stroke"].unit
+    ('Valve', 'mm')
+    """
     found, defaults = {}, cls._field_defaults
     # A NamedTuple made by a call gets defaults through __new__ only; pydantic looks for them here.
     defaults.update(zip(cls._fields[::-1], (cls.__new__.__defaults__ or ())[::-1], strict=False))
@@ -42,13 +70,63 @@ def fields(cls):
     return found
 
 
-def is_section(field):
-    """Whether a field is a parameter class."""
+def is_section(field: Any) -> bool:
+    """Return whether a field is a parameter class.
+
+    Parameters
+    ----------
+    field : object
+        Value of `fields`, or None.
+
+    Returns
+    -------
+    bool
+        Whether it is a section of the tree.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> is_section(fields(Machine)["valve"]), is_section(fields(Valve)["stroke"])
+    (True, False)
+    """
     return isinstance(field, type)
 
 
-def due(cls):
-    """The keys of which at least one must be given, by optional section of a parameter class."""
+def due(cls: Any) -> dict[str, tuple[str, ...]]:
+    """Return the keys of which at least one must be given, by optional section of a parameter class.
+
+    Parameters
+    ----------
+    cls : type
+        Parameter class.
+
+    Returns
+    -------
+    dict
+        Keys by name of the section.
+
+    Raises
+    ------
+    TypeError
+        The class attribute ``due`` names what is no key of a section.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> Machine.due = {"valve": ("stroke",)}
+    >>> due(Machine)
+    {'valve': ('stroke',)}
+    """
     sections = getattr(cls, "due", {})
     for section, keys in sections.items():
         field = fields(cls).get(section)
@@ -58,46 +136,129 @@ def due(cls):
     return sections
 
 
-def joined(*keys):
-    """A key of several parts, e.g. "valve.stroke"."""
+def joined(*keys: str) -> str:
+    """Return a key of several parts, with dots between them.
+
+    Parameters
+    ----------
+    *keys : str
+        Parts; empty ones are left out.
+
+    Returns
+    -------
+    str
+        Key.
+
+    Examples
+    --------
+    >>> joined("valve", "", "stroke")
+    'valve.stroke'
+    """
     return ".".join(filter(None, keys))
 
 
-def faults(tree, section=""):
-    """What the ``faults`` methods of a tree find: full key, what is wrong, what would be right."""
-    for key, field in fields(type(tree)).items():
+def _class_of(tree: Any) -> Any:
+    """Parameter class of a tree."""
+    return type(tree)
+
+
+def faults(tree: Any, section: str = "") -> Iterator[tuple[str, str, str]]:
+    """Find what the ``faults`` methods of a tree say.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        Instance of a parameter class.
+    section : str
+        Set before the keys.
+
+    Yields
+    ------
+    key, wrong, right : str
+        Full key, what is wrong, and what would be right.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> Valve.faults = lambda self: [("stroke", "is odd", "make it even")]
+    >>> list(faults(Machine()))
+    [('valve.stroke', 'is odd', 'make it even')]
+    """
+    for key, field in fields(_class_of(tree)).items():
         if is_section(field):
             yield from faults(getattr(tree, key), joined(section, key))
     for key, wrong, right in getattr(tree, "faults", tuple)():
         yield joined(section, key), wrong, right
 
 
-def overruled(tree, section=""):
-    """Keys that are not looked at because of others, with the reason; see the method of that name."""
-    for key, field in fields(type(tree)).items():
+def overruled(tree: Any, section: str = "") -> Iterator[tuple[str, str]]:
+    """Find the keys that are not used because of others, from the ``overruled`` methods of a tree.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        Instance of a parameter class.
+    section : str
+        Set before the keys.
+
+    Yields
+    ------
+    key, reason : str
+        Full key, and what is used in its place.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> Machine.overruled = lambda self: [("valve", "a cam is given")]
+    >>> list(overruled(Machine()))
+    [('valve.stroke', 'a cam is given')]
+    """
+    for key, field in fields(_class_of(tree)).items():
         if is_section(field):
             yield from overruled(getattr(tree, key), joined(section, key))
     for key, reason in getattr(tree, "overruled", tuple)():
-        field, path = fields(type(tree))[key], joined(section, key)
+        field, path = fields(_class_of(tree))[key], joined(section, key)
         inner = [leaf.key for leaf in schema(field, section=path)] if is_section(field) else [path]
         yield from ((leaf, reason) for leaf in inner)
 
 
-def schema(cls, default=None, section=""):
-    """Every key of a tree of parameter classes.
+def schema(cls: Any, default: Any = None, section: str = "") -> Iterator[Leaf]:
+    """List every key of a tree of parameter classes.
 
     Parameters
     ----------
     cls : type
-        The parameter class at the root.
+        Parameter class at the root.
     default : cls, optional
-        Where defaults are taken from.
+        Instance that defaults are taken from.
     section : str
         Set before the keys.
 
     Yields
     ------
     Leaf
+        Key, declaration and default.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> [(leaf.key, leaf.default) for leaf in schema(Machine)]
+    [('valve.stroke', 0.009)]
     """
     default = cls() if default is None else default
     for key, field in fields(cls).items():

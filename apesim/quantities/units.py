@@ -15,22 +15,60 @@ NUMBER = r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"
 
 
 class Unit(NamedTuple):
-    """A unit of measurement: ``SI value = number * factor + offset``, both exact."""
+    """Unit of measurement: ``SI value = number * factor + offset``, both exact."""
 
     factor: Fraction
+    """Factor to SI."""
     offset: Fraction
+    """Zero of the unit, in SI."""
     dimension: tuple
     """Pairs of base unit and exponent. The radian counts, so that Hz and rad/s are not confused."""
 
-    def si(self, number, reference=0.0):
-        """The SI value of a number (text or rational) of this unit above a reference [SI], rounded once."""
+    def si(self, number: str | Fraction | Decimal, reference: float = 0.0) -> float:
+        """Return the SI value of a number of this unit above a reference, rounded once.
+
+        Parameters
+        ----------
+        number : str, Fraction or Decimal
+            Number.
+        reference : float
+            Value in SI that the number stands above.
+
+        Returns
+        -------
+        float
+            Value in SI; inf where it is too large.
+
+        Examples
+        --------
+        >>> unit("mm^2").si("9"), unit("degC").si("20")
+        (9e-06, 293.15)
+        """
         try:
             return float(Fraction(number) * self.factor + self.offset + Fraction(reference))
         except OverflowError:
             return math.inf
 
-    def shortest(self, value, reference=0.0):
-        """The shortest decimal number whose `si` is `value`."""
+    def shortest(self, value: float, reference: float = 0.0) -> str:
+        """Return the shortest decimal number whose `si` is a value.
+
+        Parameters
+        ----------
+        value : float
+            Value in SI.
+        reference : float
+            Value in SI that the number stands above.
+
+        Returns
+        -------
+        str
+            Number of this unit.
+
+        Examples
+        --------
+        >>> unit("mm").shortest(9e-3), unit("kPa").shortest(501325.0, reference=101325.0)
+        ('9', '400')
+        """
         exact = (Fraction(value) - Fraction(reference) - self.offset) / self.factor
         for digits in range(1, 40):  # 17 do, but for a tiny value that a reference or offset hides
             with localcontext(prec=digits):
@@ -40,8 +78,8 @@ class Unit(NamedTuple):
         return f"{number:f}" if -6 < number.adjusted() < 16 else f"{number:e}"
 
     @property
-    def si_text(self):
-        """The SI unit of the same dimension, e.g. "m s^-1"; "-" without dimension."""
+    def si_text(self) -> str:
+        """SI unit of the same dimension, e.g. "m s^-1"; "-" without dimension."""
         short = {name: symbol for symbol, name in BASES.items()}
         powers = [(short[name], f"^{power}" * (power != 1)) for name, power in self.dimension]
         return " ".join(map("".join, powers)) or "-"
@@ -51,6 +89,7 @@ TEMPERATURES = {
     "degC": Unit(Fraction(1), Fraction("273.15"), (("kelvin", 1),)),
     "degF": Unit(Fraction(5, 9), Fraction("459.67") * Fraction(5, 9), (("kelvin", 1),)),
 }
+"""Units of temperature with a zero of their own."""
 SPELLINGS = ("μ", "µ"), ("⋅", "·"), ("×", "*"), ("**", "^"), ("°C", "degC"), ("°F", "degF")
 NO_NAMES = {"rpm", "gauge", "abs"}
 """Words of a quantity that are right, and no names of units."""
@@ -59,23 +98,29 @@ TOKEN = re.compile(r"([A-Za-zµ°%]+)(?:\^?(-?[1-9])(?![0-9]))?|1(?![0-9])|[*·/
 
 
 @lru_cache(maxsize=512)
-def unit(text):
-    """The unit that a text names.
+def unit(text: str) -> Unit:
+    """Return the unit that a text names.
 
     Parameters
     ----------
     text : str
-        E.g. "mm^2", "mm²", "N s/m", "N*s/m", "W/(m^2 K)", "W/m² K", "r/min", "1/s", "degC", "%"; "" or "-" is
+        Name, e.g. "mm^2", "mm²", "N s/m", "N*s/m", "W/(m^2 K)", "W/m² K", "r/min", "1/s", "degC", "%"; "" or "-" is
         dimensionless. Factors side by side, or joined by ``·``, bind closer than a slash; ``*`` does not.
 
     Returns
     -------
     Unit
+        Unit with its factor to SI.
 
     Raises
     ------
     Wrong
         The text names no unit that numbers are multiplied with (nor degC or degF alone).
+
+    Examples
+    --------
+    >>> unit("W/(m^2 K)").si_text, float(unit("r/min").factor)
+    ('K^-1 kg s^-3', 0.10471975511965977)
     """
     wrong = Wrong(f"{quoted(text)} is no known unit")
     for other, plain in SPELLINGS:
@@ -86,8 +131,10 @@ def unit(text):
     text = re.sub(r"\brpm\b", "(r/min)", "" if text == "-" else text)
     if len(text) > 60 or re.search(r"(^|[*·/(])\s*[*·/)]|[*·/]\s*$", text):  # an operator lacks its factor
         raise wrong
-    factor, dimension = Fraction(1), {}
-    at, sign, outer, brackets = 0, 1, 1, []
+    factor = Fraction(1)
+    dimension: dict[str, int] = {}
+    brackets: list[tuple[int, int]] = []
+    at, sign, outer = 0, 1, 1
     while at < len(text):
         token = TOKEN.match(text, at)
         if not token or (token[0] == ")" and not brackets):
@@ -113,16 +160,18 @@ def unit(text):
     return Unit(factor, Fraction(0), tuple(sorted(item for item in dimension.items() if item[1])))
 
 
-def respelt(text):
-    """A number with a unit whose unknown names are replaced by the nearest right ones.
+def respelt(text: str) -> str:
+    """Return a number with a unit whose unknown names are replaced by the nearest right ones.
 
     Parameters
     ----------
     text : str
+        Number with a unit.
 
     Returns
     -------
     str
+        Number with the unit that may have been meant.
 
     Examples
     --------
@@ -137,8 +186,35 @@ def respelt(text):
     return number[0] + body
 
 
-def si_value(raw, text, expected, reference=0.0):
-    """The SI value of a text in any unit of the dimension of `expected`; `raw` is what the user wrote."""
+def si_value(raw: object, text: str, expected: str, reference: float = 0.0) -> float:
+    """Return the SI value of a text in any unit of an expected dimension.
+
+    Parameters
+    ----------
+    raw : object
+        What the user wrote, for the message.
+    text : str
+        Number with its unit.
+    expected : str
+        Unit whose dimension is due; "" for none.
+    reference : float
+        Value in SI that the number stands above.
+
+    Returns
+    -------
+    float
+        Value in SI.
+
+    Raises
+    ------
+    Wrong
+        The text is no number, or its unit is not of the dimension, or it is too large.
+
+    Examples
+    --------
+    >>> si_value("9 mm", "9 mm", "m")
+    0.009
+    """
     found = re.fullmatch(rf"{NUMBER}\s*(.*)", text) if len(text) <= 100 else None
     if not found:
         raise Wrong(f"{quoted(raw)} is no finite number" + " with a unit" * bool(expected))

@@ -16,9 +16,15 @@ FOLDERS = "apesim", "valve", "engine"
 """Layers whose public functions are held to Parameters, Returns and Examples."""
 UNDOCUMENTED = (
     "apesim/archive/",
-    "apesim/quantities/",
+    "apesim/quantities/arguments.py",
+    "apesim/quantities/checking.py",
+    "apesim/quantities/curves.py",
+    "apesim/quantities/declarations.py",
+    "apesim/quantities/names.py",
+    "apesim/quantities/ranges.py",
+    "apesim/quantities/reading.py",
+    "apesim/quantities/settings.py",
     "apesim/__init__.py",
-    "apesim/cache.py",
     "apesim/effect.py",
     "apesim/kernel.py",
     "apesim/results.py",
@@ -60,10 +66,11 @@ def described(section: str) -> list[str]:
 
 
 def arguments(function: ast.FunctionDef) -> list[ast.arg]:
-    """Arguments of a function but for self and cls."""
+    """Arguments of a function but for self, and cls of a class method."""
+    bound = "cls" if any(ast.unparse(each) == "classmethod" for each in function.decorator_list) else "self"
     every = function.args
     found = [*every.posonlyargs, *every.args, *every.kwonlyargs, every.vararg, every.kwarg]
-    return [argument for argument in found if argument is not None and argument.arg not in ("self", "cls")]
+    return [argument for argument in found if argument is not None and argument.arg != bound]
 
 
 def gives(function: ast.FunctionDef) -> set[str]:
