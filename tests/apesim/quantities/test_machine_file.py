@@ -66,7 +66,7 @@ def test_a_bare_number_is_refused_where_a_unit_is_due(leaf, tmp_path):
 
 @pytest.mark.parametrize("leaf", WITH_UNIT, ids=leaf_id)
 def test_a_unit_of_another_dimension_is_refused(leaf, tmp_path):
-    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"1 cd"'))[leaf.key]
+    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"1 kg m K"'))[leaf.key]
     assert "cannot be converted" in culprit.wrong
     assert leaf.declaration.unit in culprit.right
 
