@@ -25,7 +25,7 @@ def dumps(tree: Any, folder: Any = None) -> str:
         Instance of a parameter class. A section with a method ``stated`` of a folder names in lines of its own what
         is no parameter: the files that its class was made from.
     folder : path, optional
-        Folder that the text is to stand in as a file; without one it is a record, which names files without their folders.
+        Folder that the text is to stand in as a file; without one it is a record, which names files without folders.
 
     Returns
     -------
