@@ -66,9 +66,10 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
         else:
             if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'":
                 text = text[1:-1]
-            if isinstance(declarations[key], Curve) and text:
-                text = Path(text).absolute()  # no text: the user's own path may lead anywhere
-            _put(data, key.split("."), text)
+            names_file = isinstance(declarations[key], Curve) and text
+            _put(
+                data, key.split("."), Path(text).absolute() if names_file else text
+            )  # the user's own may lead anywhere
             assigned.add(key)
     file = str(path) if path is not None else COMMAND_LINE if assigned else "default"
     try:
