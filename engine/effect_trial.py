@@ -148,7 +148,7 @@ def _try_contact(one: OutsideEffect) -> str:
 
 def _compiled(one: OutsideEffect, slot: str, body: Callable, arguments: tuple) -> str:
     """Compile a slot once for each content of a file; raises what the compiler does."""
-    if numba.config.DISABLE_JIT:
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         return ""
     done = outside_folder(one.sha256[:16]) / f"{slot}.tried"
     if not done.exists():

@@ -10,6 +10,7 @@ import hashlib
 import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from os import PathLike
 from os import path as paths
 from pathlib import Path
 from types import ModuleType
@@ -38,7 +39,7 @@ RIGHT = 'write files = ["my_effect.py"], paths from the folder of the machine fi
 LAYERS = {"valve": VALVE_LIBRARY, "engine": ENGINE_LIBRARY}
 
 
-def load_machine(path: str | Path | None = None, assignments: Iterable[str] = ()) -> Machine:
+def load_machine(path: str | PathLike[str] | None = None, assignments: Iterable[str] = ()) -> Machine:
     """The machine of a machine file and of settings, with the effects from outside that they name.
 
     Parameters
@@ -89,7 +90,7 @@ def _of_settings(named: Sequence[str]) -> Iterator[tuple[list, list]]:
             yield [Culprit(COMMAND_LINE, SETTING, "names no file", "give the path of an effect's Python file")], []
 
 
-def _of_file(data: dict, path: str | Path | None) -> Iterator[tuple[list, list]]:
+def _of_file(data: dict, path: str | PathLike[str] | None) -> Iterator[tuple[list, list]]:
     """Faults and effects of the files that parsed TOML names; what names them is taken out of it."""
     section = data.get("effects")
     if not isinstance(section, dict) or FILES_KEY not in section:
@@ -166,7 +167,7 @@ def switched_on(machine: Machine, one: OutsideEffect) -> Machine:
     return machine._replace(effects=machine.effects._replace(**{one.name: strong(one.effect)}))
 
 
-def with_effects(machine: Machine, *given: Effect | str | Path) -> Machine:
+def with_effects(machine: Machine, *given: Effect | str | PathLike[str]) -> Machine:
     """A machine that has effects from outside besides its own, all of them off.
 
     Parameters
@@ -251,7 +252,7 @@ def _machine_class(given: tuple[OutsideEffect, ...]) -> type[Machine]:
     effects = _effects_class(given, libraries)
     machine = _class_with(effects)
     for cls in (machine, effects):
-        cls.outside_effects = given  # type: ignore[attr-defined]
+        cls.outside_effects = given  # type: ignore[attr-defined,union-attr]
     machine.__reduce__ = _machine_reduced  # type: ignore[method-assign,assignment]
     effects.__reduce__ = _effects_reduced
     for one in given:
@@ -292,9 +293,9 @@ def _effects_class(given: tuple[OutsideEffect, ...], libraries: dict[str, Librar
     cls.__new__.__defaults__ = tuple(parameters() for parameters in cls.__annotations__.values())
     theirs = {one.name: one.effect.strengths or one.effect.parameters._fields[:1] for one in given}  # type: ignore
     cls.due = Effects.due | theirs  # type: ignore[attr-defined]
-    cls.libraries = libraries
-    cls.library = libraries["valve"].effects + libraries["engine"].effects
-    cls.stated = _stated
+    cls.libraries = libraries  # type: ignore[attr-defined]
+    cls.library = libraries["valve"].effects + libraries["engine"].effects  # type: ignore[attr-defined]
+    cls.stated = _stated  # type: ignore[attr-defined]
     return cls
 
 

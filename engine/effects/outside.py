@@ -12,6 +12,7 @@ import sys
 from importlib.machinery import SourceFileLoader
 from importlib.metadata import EntryPoint, entry_points
 from math import isfinite
+from os import PathLike
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -52,7 +53,7 @@ class OutsideEffect(NamedTuple):
         return self.effect.name
 
 
-def load_effect(path: str | Path) -> OutsideEffect:
+def load_effect(path: str | PathLike[str]) -> OutsideEffect:
     """Load a file with an effect: its code runs.
 
     Parameters
@@ -201,7 +202,8 @@ def _tree(content: str) -> ast.Module:
     try:
         return ast.parse(content)
     except (SyntaxError, ValueError, RecursionError) as error:  # ValueError: a NUL byte
-        line = f"line {error.lineno}: " if getattr(error, "lineno", None) else ""
+        number = getattr(error, "lineno", None)
+        line = f"line {number}: " if number else ""
         raise Wrong(f"{line}no Python: {getattr(error, 'msg', error)}", "mend the file") from None
 
 
@@ -266,7 +268,7 @@ def _layer_fault(effect: Effect, module: ModuleType) -> tuple[str, str] | None:
 def _parameters_fault(effect: Effect, module: ModuleType) -> tuple[str, str] | None:
     cls = effect.parameters
     form = 'class MyParameters(NamedTuple): force: Annotated[float, Quantity("N", 0, 10, "source")] = 0.0'
-    if not (isinstance(cls, type) and issubclass(cls, tuple) and getattr(cls, "_fields", ())):
+    if not (isinstance(cls, type) and issubclass(cls, tuple) and hasattr(cls, "_fields")):
         return "its parameters are no NamedTuple", f"write {form}"
     if getattr(module, cls.__name__, None) is not cls or cls.__module__ != module.__name__:
         return f"{cls.__name__} is not defined in this file by that name", "define it at the top level of the file"

@@ -56,7 +56,7 @@ def test_the_archive_says_which_file_it_needed_and_reads_without_it(swept, monke
     digest = hashlib.sha256(EXAMPLE.read_bytes()).hexdigest()
     assert info(swept.path)["outside_effects"] == [{"effect": "tapered_bore", "file": "bore.py", "sha256": digest}]
     assert 'friction = "60 N s/m"' in archive.machine and str(swept.path.parent) not in archive.machine
-    assert verify(swept.path) == [] and diff(swept.path, swept.path) == []
+    assert verify(swept.path) == [] and diff(swept.path, swept.path).differences == []
     assert {name for name in sys.modules if name.startswith("apesim_effects")} == loaded
 
 
