@@ -42,7 +42,7 @@ behind the name, too (``brake_torque_Nm``); a result understands both.
 
 import difflib
 import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -193,7 +193,7 @@ def scalars_of(values: Mapping[str, Any], declared: Mapping[str, tuple[str, str]
         name = name_of(key, unit)
         if name in scalars:
             raise ValueError(f"{key}: there is a {name} already")
-        scalars[name] = Scalar(value, unit, long_name)
+        scalars[name] = Scalar(value.item() if isinstance(value, np.generic) else value, unit, long_name)
     return scalars
 
 
@@ -226,7 +226,7 @@ class Result(Mapping[str, Any]):
     scalars: Mapping[str, Scalar]
     traces: Mapping[str, Trace] = field(default_factory=dict)
     conditions: Mapping[str, str] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    warnings: Sequence[str] = ()
     ending: str = ""
     converged: bool | None = None
     machine: str = ""
@@ -311,7 +311,8 @@ class Result(Mapping[str, Any]):
             xarray is not installed.
         """
         xarray = needed("xarray")
-        coordinates, variables = {}, {}
+        coordinates: dict[str, Any] = {}
+        variables: dict[str, Any] = {}
         for name, trace in self.traces.items():
             kind = coordinates if trace.dims == (name,) else variables
             kind[name] = (trace.dims, trace.values, attributes_of(trace))
@@ -356,8 +357,11 @@ class Result(Mapping[str, Any]):
 
 
 def attributes_of(item: Scalar | Trace) -> dict[str, str]:
-    """Attributes of a variable of an xarray Dataset."""
-    return {"units": item.unit, "long_name": item.long_name}
+    """Attributes of a variable of an xarray Dataset, by the CF conventions as in archives."""
+    from apesim.archive.conventions import cf_unit
+
+    unit, reference = cf_unit(item.unit)
+    return {"units": unit, "long_name": item.long_name} | ({"reference": reference} if reference else {})
 
 
 def needed(package: str) -> Any:

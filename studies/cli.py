@@ -62,6 +62,7 @@ def main():
     gc.set_threshold(100_000, 20, 20)
     # Matrices are small here: several threads only wait for one another.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ["MPLBACKEND"] = "Agg"  # figures go into files, in whatever thread they are drawn
     signal.signal(signal.SIGINT, _interrupt)
     code = main_of(app)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is over

@@ -62,7 +62,7 @@ class Console:
         if self.quiet or not sys.stderr.isatty():
             yield lambda done, total: None
             return
-        with _bar() as progress:
+        with progress_bar() as progress:
             task = progress.add_task(what, total=None)
             yield lambda done, total: progress.update(task, completed=done, total=total)
 
@@ -72,7 +72,7 @@ class Console:
         if self.quiet or not sys.stderr.isatty():
             yield lambda stage, done, total: None
             return
-        with _bar() as progress:
+        with progress_bar() as progress:
             task = progress.add_task(what, total=None)
 
             def report(stage, done, total):
@@ -109,11 +109,17 @@ class Console:
             progress.add_task(what, total=None)
             return future.result()
 
-    def warm_up(self, march, *arguments, **options):
-        """Run a march once, so that what is timed after it is compiled; tell where that takes long."""
+    @contextlib.contextmanager
+    def compiling_told(self):
+        """Within, tell once where something has to be compiled, as that takes long."""
         from apesim.kernel import when_compiling
 
         with when_compiling(lambda: self.message(COMPILING)):
+            yield
+
+    def warm_up(self, march, *arguments, **options):
+        """Run a march once, so that what is timed after it is compiled; tell where that takes long."""
+        with self.compiling_told():
             self.run("first march", march, *arguments, **options)
 
 
@@ -176,7 +182,7 @@ class OutputError(Exception):
     """Standard output cannot be written; its cause says why."""
 
 
-def _bar():
+def progress_bar():
     """A bar with the name of what is at work, how much is done, and the time left."""
     from rich.console import Console as Terminal
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -245,6 +251,11 @@ def _known(error):
 
     if isinstance(error, InputError):
         return _bad_input(str(error))
+    from apesim.results import NotConverged
+
+    if isinstance(error, NotConverged):
+        _tell(error)
+        return INCOMPLETE
     if "apesim.archive" in sys.modules:  # imported only where it can have been raised
         from apesim.archive import ArchiveError, DamagedError, IncompleteError
 

@@ -1,13 +1,15 @@
 """Options that commands share, and how a command is registered."""
 
+import contextlib
 import inspect
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from apesim.studies.console import Console
+from apesim.studies.console import COMMAND_LINE, Console
 
 if TYPE_CHECKING:
     from apesim.engine.machine import Machine
@@ -45,9 +47,9 @@ class Common(NamedTuple):
 
     def load_machine(self) -> "Machine":
         """The machine of the command line; raises `InputError` with one culprit for each fault."""
-        from apesim.studies.machine_file import load_machine
+        from apesim.engine.machine import Machine
 
-        return load_machine(self.machine_file, self.settings)
+        return Machine.load(self.machine_file, self.settings or ())
 
 
 def common(
@@ -71,6 +73,29 @@ def common(
     """The options that every command takes, and what becomes of them."""
     named = [f"{EFFECT_FILES}={path}" for path in effect_files or ()]
     return Common(Console(json, quiet), machine_file, [*named, *(settings or ())] if named else settings)
+
+
+@contextlib.contextmanager
+def as_options(function: str) -> Iterator[None]:
+    """Within, what a public function says of its arguments is said of the options of the command line.
+
+    Parameters
+    ----------
+    function : str
+        Its name.
+    """
+    from apesim.quantities import Culprit, InputError
+
+    def as_option(fault: Culprit) -> Culprit:
+        if fault.file != f"{function}()":
+            return fault
+        wrong, right = (re.sub(r"`(\w+)`", r"--\1", text) for text in fault[2:])
+        return Culprit(COMMAND_LINE, f"--{fault.key}", wrong, right)
+
+    try:
+        yield
+    except InputError as error:
+        raise InputError([as_option(fault) for fault in error.culprits]) from None
 
 
 COMMON = inspect.signature(common).parameters

@@ -106,9 +106,13 @@ def compute_archive(
         archive = call_in_thread(compute, command=command_line(["apesim", *sys.argv[1:]]), report=report).result()
     wall = time.perf_counter() - start
     publish(archive, out, overwrite)
-    drawn = draw(archive, out.with_suffix(".figures"))
+    return archive, written_json(out, draw(archive, out.with_suffix(".figures")), wall)
+
+
+def written_json(out: Path, drawn: Iterable[Path], wall_time: float) -> dict:
+    """Place of an archive and its figures, and the time it took, for JSON."""
     written = {"archive": str(out), "content_sha256": read_digest(out), "figures": [str(path) for path in drawn]}
-    return archive, written | {"wall_time_s": wall}
+    return written | {"wall_time_s": wall_time}
 
 
 def written_text(written: dict, count: str) -> str:

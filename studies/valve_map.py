@@ -1,16 +1,27 @@
 """The valve over pressure and temperature of its control air (Figs. 8-11 of doi 10.1631/jzus.A0820373)."""
 
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from itertools import product
+from os import PathLike
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from apesim.archive import Archive, Variable
 from apesim.archive.columns import column, run_axis, run_text, values_of
+from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
+from apesim.studies.archive_result import ArchiveResult
+from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE, TIME
 from apesim.studies.sweep import STATUS_MEANINGS
 from apesim.valve.bench import run_bench
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 PRESSURES = "0.1:1.9:0.2 MPa gauge"
 TEMPERATURES = "250:322:8 K"
@@ -72,7 +83,7 @@ def supply_columns(grid):
     }
 
 
-def map_valve(machine, pressures, temperatures, pulse=PULSE, command="", report=None):
+def compute_map(machine, pressures, temperatures, pulse=PULSE, command="", report=None):
     """Bench runs over a grid of pressures and temperatures.
 
     Parameters
@@ -136,3 +147,126 @@ def faults_of_map(archive):
         elif np.isnan(v["opening_stroke_time_s"][run] + v["closing_stroke_time_s"][run]):
             lines.append(f"{where}: a stroke is not completed within the pulse")
     return lines
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ValveMap(ArchiveResult):
+    """Bench runs of the valve over pressure and temperature of its control air."""
+
+    title: ClassVar[str] = "the valve over pressure and temperature"
+
+    @classmethod
+    def holds(cls, archive: Archive) -> bool:
+        """Whether an archive is that of a map."""
+        return "pulse_s" in archive.provenance and "opening_delay_s" in archive.variables
+
+    @classmethod
+    def faults_of(cls, archive: Archive) -> Iterable[str]:
+        """One line for each run that failed or did not complete both strokes."""
+        return faults_of_map(archive)
+
+    @classmethod
+    def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
+        """Grid and pulse."""
+        return grid_conditions(archive) | {"pulse": f"{1e3 * float(archive.provenance['pulse_s']):g} ms"}
+
+    def plot(self, ax: "Axes | None" = None, name: str = "opening_delay") -> "Axes":
+        """Draw a measure over pressure, a line for each temperature; returns the axes.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            A new figure's if left out.
+        name : str
+            E.g. "closing_seating_speed".
+        """
+        return plot_over_pressure(self, name, ax)
+
+
+def grid_conditions(archive: Archive) -> dict[str, str]:
+    """Ends of the grid of an archive over pressure and temperature, in words."""
+    low, high = (f"{end(archive.variables['supply_pressure'].values) / 1e6:.4g}" for end in (np.min, np.max))
+    cold, hot = (f"{end(archive.variables['supply_temperature'].values):g}" for end in (np.min, np.max))
+    return {"pressure": f"{low} to {high} MPa abs", "temperature": f"{cold} to {hot} K"}
+
+
+def plot_over_pressure(result: ArchiveResult, name: str, ax: "Axes | None" = None) -> "Axes":
+    """Draw a variable over the control pressure, a line for each temperature; returns the axes."""
+    from apesim.studies.figures.axes import axes_for
+
+    ax, trace = axes_for(ax), result.traces[name]
+    pressures, temperatures = (result.traces[f"supply_{axis}"].values for axis in ("pressure", "temperature"))
+    for temperature in np.unique(temperatures):
+        runs = np.flatnonzero(temperatures == temperature)
+        runs = runs[np.argsort(pressures[runs], kind="stable")]
+        ax.plot(pressures[runs] / 1e6, trace[runs], marker="o", ms=3, label=f"{temperature:g} K")
+    unit = "" if trace.unit == "1" else f" [{trace.unit}]"
+    ax.set(xlabel="control pressure [MPa abs]", ylabel=f"{name.replace('_', ' ')}{unit}", title=result.title)
+    ax.legend()
+    return ax
+
+
+def map_valve(
+    machine: Machine,
+    *,
+    pressure: str | float | Iterable[str | float] = PRESSURES,
+    temperature: str | float | Iterable[str | float] = TEMPERATURES,
+    pulse: str | float = "50 ms",
+    out: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: Progress = False,
+    call: str | None = None,
+) -> ValveMap:
+    """Run the valve on its bench over pressure and temperature of its control air.
+
+    Parameters
+    ----------
+    machine : Machine
+    pressure : str, float or sequence of them
+        Pressures of the control air, e.g. "0.1:1.9:0.2 MPa gauge", or [Pa abs].
+    temperature : str, float or sequence of them
+        Temperatures of the control air, e.g. "250:322:8 K", or [K].
+    pulse : str or float
+        Time for which the solenoids are energised, e.g. "50 ms", or [s].
+    out : path, optional
+        The archive to write.
+    overwrite : bool
+        Replace an archive that is there.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the numbers of runs done and in all.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
+
+    Returns
+    -------
+    ValveMap
+        ``failed`` names the runs that do not complete both strokes.
+
+    Raises
+    ------
+    InputError
+        The machine or an argument is out of range.
+    ArchiveError
+        The target exists, or cannot be written.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> found = apesim.map_valve(apesim.Machine(), pressure="0.4:0.8:0.4 MPa gauge", temperature="287 K")
+    >>> (1e3 * found.traces["opening_delay"].values).round(2)
+    array([5.6 , 5.77])
+    """
+    call = call_text(map_valve, locals()) if call is None else call
+    arguments = arguments_of("map_valve", machine)
+    pressures = arguments.range("pressure", pressure, PRESSURE)
+    temperatures = arguments.range("temperature", temperature, TEMPERATURE)
+    seconds = arguments.quantity("pulse", pulse, TIME)
+    arguments.refuse()
+
+    def compute(**options):
+        return compute_map(machine, pressures, temperatures, seconds, command=call, **options)
+
+    first = run_bench, machine, seconds
+    with shown(progress, "map") as report:
+        archive, wall_time = computed(compute, first, out, overwrite=overwrite, report=report)
+    return ValveMap.of(archive, wall_time)

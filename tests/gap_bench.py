@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from apesim import load_machine
+from apesim.engine.machine import Machine
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 
@@ -11,7 +11,7 @@ AMBIENT = 101325.0
 
 def write_bench(folder, force="3 N"):
     """Lift at three pressures, and at a fourth to check, with white noise of 0.02 mm."""
-    machine = load_machine(None, [f"effects.side_force.force={force}"])
+    machine = Machine.load(None, [f"effects.side_force.force={force}"])
     rng = np.random.default_rng(5)
     times = np.arange(-0.02, 0.07, 0.4e-3)
     lines = ['bench = "valve"']

@@ -17,11 +17,12 @@ import numpy as np
 from apesim.archive.conventions import CONVENTIONS, own_attributes
 from apesim.archive.file import Archive, ArchiveError, read
 from apesim.archive.records import Variable, codes_of
+from apesim.results import needed
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["axes_of", "places_of", "read_grid", "words_of"]
+__all__ = ["axes_of", "grid_dataset", "places_of", "read_grid", "words_of"]
 
 
 def axes_of(archive: Archive) -> dict[str, list[str]]:
@@ -89,15 +90,17 @@ def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
     ImportError
         xarray is not installed.
     """
+    needed("xarray")
     try:
-        import xarray
-    except ImportError:
-        raise ImportError('read_grid needs xarray: python -m pip install "apesim[xarray]"') from None
-    archive = read(path)
-    try:
-        names, places = list(axes_of(archive)), places_of(archive)
+        return grid_dataset(read(path))
     except ValueError as error:
         raise ArchiveError(path, str(error), "open it run by run: xarray.open_dataset") from None
+
+
+def grid_dataset(archive: Archive) -> xarray.Dataset:
+    """The runs of an archive over its named axes, see `read_grid`; raises `ValueError` like `axes_of`."""
+    xarray = needed("xarray")
+    names, places = list(axes_of(archive)), places_of(archive)
     coordinates: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]] = {}
     corner = []
     for name, place in zip(names, places, strict=True):

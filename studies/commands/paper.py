@@ -36,7 +36,7 @@ def repeat_paper(
     from apesim.studies.paper.page import write_page
     from apesim.studies.paper.subject import differences
     from apesim.studies.tables import table_of
-    from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, faults_of_map, map_valve
+    from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, compute_map, faults_of_map
     from apesim.valve.bench import run_bench
 
     console, machine, folder = common.console, common.load_machine(), out
@@ -47,7 +47,7 @@ def repeat_paper(
 
     def compute(report):
         command = command_line(["apesim", *sys.argv[1:]])
-        archive = map_valve(machine, *grid, PULSE, command, partial(report, "pressure and temperature"))
+        archive = compute_map(machine, *grid, PULSE, command, partial(report, "pressure and temperature"))
         vessel, records = discharge_tests(machine)
         found = discharge(vessel, records)
         by_area = claims_by_area(machine, *grid, report=partial(report, "areas of the solenoids"))

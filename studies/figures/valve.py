@@ -24,7 +24,7 @@ def map_figures(archive, ambient_pressure, folder):
     Parameters
     ----------
     archive : Archive
-        See `apesim.studies.valve_map.map_valve`.
+        See `apesim.studies.valve_map.compute_map`.
     ambient_pressure : float
         Gauge pressures stand above it [Pa abs].
     folder : path

@@ -1,24 +1,36 @@
 """The highest rate at which the valve still completes every stroke."""
 
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from itertools import product
 from math import nan
-from typing import NamedTuple
+from os import PathLike
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
 from apesim.archive import Archive
-from apesim.archive.columns import column, run_text
+from apesim.archive.columns import column, run_text, values_of
 from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
+from apesim.quantities import Quantity
 from apesim.quantities.settings import dumps
+from apesim.results import Scalar
+from apesim.studies.archive_result import ArchiveResult
+from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import WITHIN, rule_columns
-from apesim.studies.limit.points import point_column, with_own
-from apesim.studies.valve_map import supply_columns, with_supply
+from apesim.studies.limit.points import lowest_run, own_run, point_column, with_own
+from apesim.studies.operating_conditions import DUTY, PRESSURE, TEMPERATURE
+from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns, with_supply
 from apesim.valve.bench import run_bench
 from apesim.valve.groove import area_table, lap_of
 from apesim.valve.measures import lap_times
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 CRITERION = (
     "in its periodic state the piston meets the open stop and the closed stop in every cycle, "
@@ -28,6 +40,9 @@ LOWEST, HIGHEST, RESOLUTION = 1.0, 1000.0, 0.01
 """Rates between which the limit is looked for, and how closely [Hz]."""
 STEP_UP = 1.25
 SECONDS_A_POINT = 0.4
+LIMIT_TEMPERATURES = "250 K, 287 K, 322 K"
+DUTIES = "0.3, 0.5"
+JOBS = Quantity("", 1, 100_000, "a call", whole=True)
 FOUND, NONE, DIED = range(3)
 OUTCOMES = f"{FOUND} found, {NONE} not even the lowest rate is complete, {DIED} its worker process died"
 
@@ -209,3 +224,130 @@ def faults_of_limits(archive):
         for run, outcome in enumerate(archive.variables["outcome"].values)
         if outcome != FOUND
     ]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ValveLimit(ArchiveResult):
+    """Highest working rates of the valve over pressure, temperature and duty, and at the machine's own.
+
+    ``limit_hz`` and ``limit_rpm`` are those of the machine's own control air and commands.
+    """
+
+    title: ClassVar[str] = "highest working rate of the valve"
+
+    @classmethod
+    def holds(cls, archive: Archive) -> bool:
+        """Whether an archive is that of working limits of the valve."""
+        return "limit_hz" in archive.variables and "duty" in archive.variables
+
+    @classmethod
+    def faults_of(cls, archive: Archive) -> Iterable[str]:
+        """One line for each point without a limit."""
+        return faults_of_limits(archive)
+
+    @classmethod
+    def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
+        """Limits at the machine's own point, and the lowest of the grid."""
+        v, own, lowest = values_of(archive), own_run(values_of(archive)), lowest_run(values_of(archive))
+        found = {
+            "limit_hz": Scalar(float(v["limit_hz"][own]), "Hz", "at the machine's own control air and duty"),
+            "limit_rpm": Scalar(
+                float(v["limit_rpm"][own]), "r/min", "the same as engine speed, one event a revolution"
+            ),
+        }
+        if lowest is not None:
+            found["min_limit_hz"] = Scalar(float(v["limit_hz"][lowest]), "Hz", "lowest of the grid")
+        return found
+
+    @classmethod
+    def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
+        """Grid and criterion."""
+        return grid_conditions(archive)
+
+    @property
+    def criterion(self) -> str:
+        """What a rate has to meet, in words."""
+        return CRITERION
+
+    def plot(self, ax: "Axes | None" = None, name: str = "limit_hz") -> "Axes":
+        """Draw limits over pressure, a line for each temperature; returns the axes.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            A new figure's if left out.
+        name : str
+            E.g. "limit_rpm".
+        """
+        return plot_over_pressure(self, name, ax)
+
+
+def find_valve_limit(
+    machine: Machine,
+    *,
+    pressure: str | float | Iterable[str | float] = PRESSURES,
+    temperature: str | float | Iterable[str | float] = LIMIT_TEMPERATURES,
+    duty: str | float | Iterable[str | float] = DUTIES,
+    out: str | PathLike[str] | None = None,
+    jobs: int | None = 1,
+    overwrite: bool = False,
+    progress: Progress = False,
+    call: str | None = None,
+) -> ValveLimit:
+    """Find the highest rate at which every stroke of the valve is complete, in periodic operation.
+
+    Parameters
+    ----------
+    machine : Machine
+    pressure : str, float or sequence of them
+        Pressures of the control air, e.g. "0.1:1.9:0.2 MPa gauge", or [Pa abs].
+    temperature : str, float or sequence of them
+        Temperatures of the control air, e.g. "250 K, 287 K", or [K].
+    duty : str, float or sequence of them
+        Shares of the period for which the solenoids are energised.
+    out : path, optional
+        The archive to write.
+    jobs : int or None
+        Processes; None: as many as the work is worth. A script that asks for more than one does so below
+        ``if __name__ == "__main__":``, as each process imports it.
+    overwrite : bool
+        Replace an archive that is there.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the numbers of points done and in all.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
+
+    Returns
+    -------
+    ValveLimit
+        ``failed`` names the points without a limit.
+
+    Raises
+    ------
+    InputError
+        The machine or an argument is out of range.
+    ArchiveError
+        The target exists, or cannot be written.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> found = apesim.find_valve_limit(apesim.Machine(), pressure="1 MPa gauge", temperature="287 K", duty=0.5)
+    >>> found["runs"], f"{found['min_limit_hz']:.1f} Hz"
+    (2, '73.9 Hz')
+    """
+    call = call_text(find_valve_limit, locals()) if call is None else call
+    arguments = arguments_of("find_valve_limit", machine)
+    pressures = arguments.range("pressure", pressure, PRESSURE)
+    temperatures = arguments.range("temperature", temperature, TEMPERATURE)
+    duties = arguments.range("duty", duty, DUTY)
+    arguments.quantity("jobs", jobs, JOBS)
+    arguments.refuse()
+
+    def compute(**options):
+        return limit_map(machine, pressures, temperatures, duties, command=call, jobs=jobs, **options)
+
+    first = is_complete, machine, 10.0, duties[0]
+    with shown(progress, "limit") as report:
+        archive, wall_time = computed(compute, first, out, overwrite=overwrite, report=report)
+    return ValveLimit.of(archive, wall_time)

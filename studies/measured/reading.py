@@ -49,6 +49,23 @@ def read_measured(
     ------
     InputError
         With a culprit for each fault; of a bench that is of no use, with that alone.
+
+    Examples
+    --------
+    What ``apesim valve run --csv`` writes is measured data, too:
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import apesim
+    >>> run = apesim.run_valve(apesim.Machine())
+    >>> table = run.to_pandas()[["lift"]].rename(columns={"lift": "lift [m]"}).rename_axis("time [s]")
+    >>> about = ['bench = "valve"', "[[run]]", 'data = "a.csv"', 'supply = "1 MPa gauge"', 'temperature = "287 K"']
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "a.csv").write_text(table.to_csv())
+    ...     _ = Path(folder, "measured.toml").write_text(chr(10).join([*about, 'pulse = "50 ms"', 'role = "fit"']))
+    ...     measured = apesim.read_measured(folder)
+    >>> measured.bench, [measured_run.data for measured_run in measured.runs]
+    ('valve', ['a.csv'])
     """
     path = Path(folder) / FILE
     data, culprits = _toml(path), []

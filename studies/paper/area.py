@@ -5,7 +5,7 @@ import numpy as np
 from apesim.studies.paper.claim import grid_of
 from apesim.studies.paper.design import works_at_30_hz
 from apesim.studies.paper.motion import computed, valve_claims
-from apesim.studies.valve_map import map_valve
+from apesim.studies.valve_map import compute_map
 
 AREAS = tuple(np.arange(3.0, 12.51, 0.5) * 1e-6)
 """From a quarter of the solenoids' 4 mm bore to all of it, beyond which no effective area lies [m2]."""
@@ -41,7 +41,7 @@ def claims_by_area(machine, pressures, temperatures, areas=AREAS, report=None):
     tried, found = sorted({*areas, machine.valve.solenoid.effective_area}), {}
     for done, area in enumerate(tried):
         other = with_area(machine, area)
-        grid = grid_of(map_valve(other, pressures, temperatures), machine.ambient.pressure)
+        grid = grid_of(compute_map(other, pressures, temperatures), machine.ambient.pressure)
         found[area] = {claim.key: claim for claim in (*valve_claims(other, grid), computed(works_at_30_hz(other)))}
         if report:
             report(done + 1, len(tried))

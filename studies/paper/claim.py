@@ -53,7 +53,7 @@ def grid_of(archive, ambient_pressure):
     Parameters
     ----------
     archive : Archive
-        See `apesim.studies.valve_map.map_valve`.
+        See `apesim.studies.valve_map.compute_map`.
     ambient_pressure : float
         [Pa abs]
 

@@ -13,7 +13,7 @@ def all_claims(machine, archive, found, by_area, frictions):
     ----------
     machine : apesim.engine.machine.Machine
     archive : Archive
-        The map over the paper's grid, see `apesim.studies.valve_map.map_valve`.
+        The map over the paper's grid, see `apesim.studies.valve_map.compute_map`.
     found : apesim.studies.discharge.Discharge
         Of the model's own discharge tests.
     by_area : dict

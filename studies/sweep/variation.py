@@ -1,11 +1,13 @@
 """Machines that differ in some keys: a full grid of their values."""
 
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from apesim.engine.machine import Machine
-from apesim.quantities import Choice, Culprit, Curve, InputError, Pressure, Quantity, parse_range, quoted, unit
+from apesim.quantities import Choice, Culprit, Curve, InputError, Pressure, Quantity, quoted, unit
+from apesim.quantities.arguments import Declared, values_of
 from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import misassigned, schema
 
@@ -61,73 +63,117 @@ def vary(texts, path=None, settings=()):
     InputError
         With a culprit for each text, value, or kind of fault that combinations have.
     """
-    base = Machine.load(path, settings)
+
+    def make(assigned: dict[str, str]) -> Machine:
+        return Machine.load(path, [*settings, *(f"{key}={text}" for key, text in assigned.items())])
+
+    return _vary(Machine.load(path, settings), _pairs(texts), make, VARY)
+
+
+def vary_machine(machine: Machine, ranges: Mapping[str, Any] | Sequence[str], where: str) -> Variation:
+    """Vary keys of a machine that was made in Python; each combination is as if made by its `with_`.
+
+    Parameters
+    ----------
+    machine : Machine
+    ranges : mapping of str, or sequence of str
+        By key, with dots or underscores: a range or list in a text, or a sequence of texts and numbers in SI; or
+        ``KEY=RANGE``.
+    where : str
+        What they are given to, for messages.
+
+    Returns
+    -------
+    Variation
+
+    Raises
+    ------
+    InputError
+        See `vary`.
+    """
+    pairs = list(ranges.items()) if isinstance(ranges, Mapping) else _pairs(ranges)
+    by_underscores = {leaf.key.replace(".", "_"): leaf.key for leaf in schema(type(machine))}
+    pairs = [(by_underscores.get(key, key), values) for key, values in pairs]
+    return _vary(machine, pairs, lambda assigned: machine.with_(**assigned), where)
+
+
+def _pairs(texts: Sequence[str]) -> list[tuple[str, Any]]:
+    """Keys and ranges of texts ``KEY=RANGE``; a text without a range has None."""
+    split = [text.partition("=") for text in ([texts] if isinstance(texts, str) else texts)]
+    return [(key.strip(), values.strip()) if equals else (key, None) for key, equals, values in split]
+
+
+def _vary(base: Machine, pairs: list[tuple[str, Any]], make: Callable, where: str) -> Variation:
+    """Machines for all combinations, see `vary`; `make` makes one from texts by key."""
     declarations = {leaf.key: leaf.declaration for leaf in schema(type(base))}
     given, axes, culprits = set(), [], []
-    for text in texts:
-        key, equals, values = (part.strip() for part in text.partition("="))
-        form = 'write KEY=RANGE, e.g. supply.pressure="0.6:1.4:0.2 MPa gauge"'
-        if not equals:
-            culprits.append(Culprit(VARY, "", f"{quoted(text)} varies nothing", form))
+    for key, values in pairs:
+        if values is None:
+            right = 'write KEY=RANGE, e.g. supply.pressure="0.6:1.4:0.2 MPa gauge"'
+            culprits.append(Culprit(where, "", f"{quoted(key)} varies nothing", right))
         elif key not in declarations:
-            culprits.append(misassigned(type(base), key, VARY))
+            culprits.append(misassigned(type(base), key, where))
         elif key == INTAKE_KEY:
-            culprits.append(Culprit(VARY, key, "has an option of its own", "write --intake epv,cam,ideal"))
+            own = "--intake epv,cam,ideal" if where == VARY else 'intake="epv, cam, ideal"'
+            culprits.append(Culprit(where, key, "has an option of its own", f"write {own}"))
         elif key in given:
-            culprits.append(Culprit(VARY, key, "is given twice", "give all its values at once"))
+            culprits.append(Culprit(where, key, "is given twice", "give all its values at once"))
         else:
             given.add(key)
             try:
                 above = None if key == AMBIENT_KEY else base.ambient.pressure
-                axes.append(_axis(key, declarations[key], values, above))
+                axes.append(_axis(key, declarations[key], values, above, where))
             except InputError as error:
                 culprits += error.culprits
     if AMBIENT_KEY in given:
-        gauges = [text.partition("=")[0].strip() for text in texts if "gauge" in text]
+        gauges = [key for key, values in pairs if "gauge" in str(values)]
         right = f"write it abs, as {AMBIENT_KEY} varies, above which gauge pressures stand"
-        culprits += [Culprit(VARY, key, "is gauge and so has no one value", right) for key in gauges]
+        culprits += [Culprit(where, key, "is gauge and so has no one value", right) for key in gauges]
     number = prod(len(axis.texts) for axis in axes)
     if number > MAX_COMBINATIONS:
-        culprits.append(Culprit(VARY, "", f"makes {number} machines", f"at most {MAX_COMBINATIONS}: larger steps"))
+        culprits.append(Culprit(where, "", f"makes {number} machines", f"at most {MAX_COMBINATIONS}: larger steps"))
     if culprits:
         raise InputError(culprits)
-    return Variation(tuple(axes), _machines(axes, path, settings))
+    return Variation(tuple(axes), _machines(axes, make, where))
 
 
-def _axis(key, declaration, text, ambient_pressure):
+def _axis(key: str, declaration: Declared, given: Any, ambient_pressure: float | None, where: str) -> Axis:
     """The values of a key; raises `InputError`."""
-    items = text if isinstance(declaration, Quantity) else [item.strip() for item in text.split(",")]
-    values = parse_range(items, declaration, ambient_pressure, where=key, file=VARY)
+    is_list = isinstance(given, str) and not isinstance(declaration, Quantity)
+    items = [item.strip() for item in given.split(",")] if is_list else given
+    values = values_of(items, declaration, ambient_pressure, where=key, file=where)
     if isinstance(declaration, Curve):
-        texts = values = items
+        texts = values = [str(item) for item in items]
     else:
         texts = [declaration.render(value, ambient_pressure) for value in values]
     twice = [text for text in dict.fromkeys(texts) if texts.count(text) > 1]
     if twice:
-        raise InputError([Culprit(VARY, key, f"{quoted(text)} is given twice", "give it once") for text in twice])
+        raise InputError([Culprit(where, key, f"{quoted(text)} is given twice", "give it once") for text in twice])
     return Axis(key, declaration, tuple(texts), tuple(values))
 
 
-def _machines(axes, path, settings):
+def _machines(axes: list[Axis], make: Callable, where: str) -> tuple[Machine, ...]:
     """A machine for each combination; raises `InputError` with one culprit for each kind of fault."""
-    machines, faults = [], {}
+    machines: list[Machine] = []
+    faults: dict[tuple[str, str], list[tuple[str, str]]] = {}
     for texts in product(*(axis.texts for axis in axes)):
-        assigned = [f"{axis.key}={text}" for axis, text in zip(axes, texts, strict=True)]
+        assigned = {axis.key: text for axis, text in zip(axes, texts, strict=True)}
         try:
-            machines.append(Machine.load(path, [*settings, *assigned]))
+            machines.append(make(assigned))
         except InputError as error:
+            words = ", ".join(f"{key}={text}" for key, text in assigned.items())
             for culprit in error.culprits:
-                faults.setdefault((culprit.key, culprit.right), []).append((culprit.wrong, ", ".join(assigned)))
+                faults.setdefault((culprit.key, culprit.right), []).append((culprit.wrong, words))
     if faults:
-        raise InputError([_fault(key, right, found) for (key, right), found in faults.items()])
+        raise InputError([_fault(key, right, found, where) for (key, right), found in faults.items()])
     return tuple(machines)
 
 
-def _fault(key, right, found):
+def _fault(key: str, right: str, found: list[tuple[str, str]], where: str) -> Culprit:
     """The culprit of what is wrong with some combinations."""
     (wrong, first), *others = found
     more = f" and {len(others)} more" if others else ""
-    return Culprit(VARY, key, f"{wrong} (with {first}{more})", right)
+    return Culprit(where, key, f"{wrong} (with {first}{more})", right)
 
 
 def stored(axis):

@@ -12,7 +12,8 @@ from math import pi
 
 import pytest
 
-import apesim
+from apesim.engine.indicators import indicators
+from apesim.engine.machine import Machine
 from apesim.studies.cli import app
 from apesim.studies.console import main_of
 from tests.folders import ROOT
@@ -27,9 +28,9 @@ SPEEDS = range(300, 2401, 50)
 
 
 def point(rpm, settings=()):
-    machine = apesim.load_machine(MACHINE, list(settings))
+    machine = Machine.load(MACHINE, list(settings))
     run = settled(machine, rpm)
-    return apesim.indicators(machine, run), run
+    return indicators(machine, run), run
 
 
 def line(*cells):
@@ -84,7 +85,7 @@ def listed():
 
 
 def test_the_example_is_the_published_engine_as_far_as_it_is_published():
-    machine = apesim.load_machine(MACHINE, [])
+    machine = Machine.load(MACHINE)
     assert 0.25 * pi * machine.engine.bore**2 * machine.engine.stroke == pytest.approx(100e-6, rel=0.005)
     assert machine.supply.pressure == 9e5
     assert machine.engine.cam.lift == machine.valve.stroke == 2e-3

@@ -88,6 +88,7 @@ def decoys(folder):
 def test_the_wheel_holds_one_package(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     assert {re.sub(r"-.*", "", name.split("/")[0]) for name in names} == {"apesim"}
+    assert {"apesim/__init__.pyi", "apesim/py.typed"} <= set(names)
     top = {name.split("/")[1] for name in names if name.startswith("apesim/") and name.count("/") > 1}
     assert top == {"archive", "march", "quantities", "valve", "engine", "studies"}
 

@@ -15,6 +15,8 @@ from apesim.engine.machine import Machine
 from apesim.kernel import kernel
 from apesim.quantities.checking import check
 from apesim.quantities.settings import schema
+from apesim.studies.cli import app
+from apesim.studies.console import main_of
 from tests.folders import ROOT
 from tests.machines import changed
 
@@ -43,9 +45,10 @@ def refused(function, *arguments, **options):
 @pytest.mark.parametrize(("key", "value"), [(key, value) for key, values in BAD.items() for value in values])
 def test_a_machine_that_no_file_could_say_is_refused_by_every_call(tmp_path, key, value):
     bad = changed(Machine(), {key: value})
-    run = (apesim.run_steady, bad, W), (apesim.run_bench, bad, 50e-3), (apesim.indicators, bad, None)
-    for call in (*run, (apesim.run_sweep, bad, [W], [0], tmp_path / "x.h5")):
-        assert refused(*call) == [key]
+    out = tmp_path / "x.h5"
+    assert refused(apesim.run_engine, bad, W) == refused(apesim.run_valve, bad) == [key]
+    for function in (apesim.sweep, apesim.map_valve, apesim.find_valve_limit):
+        assert refused(function, bad, out=out) == [key]
     assert not list(tmp_path.iterdir())
 
 
@@ -67,45 +70,72 @@ def test_every_default_is_taken():
     for leaf in schema(Machine):
         leaf.declaration.check(leaf.default)
     check(Machine(), Machine, "")
-    assert apesim.run_bench(Machine(), 5e-3).steps > 0
+    assert apesim.run_valve(Machine(), pulse=5e-3).march.steps > 0
 
 
-@pytest.mark.parametrize("speed", [0, -W, math.nan, math.inf, 0.01, "1000 rpm", None, [W]])
+@pytest.mark.parametrize("speed", [0, -W, math.nan, math.inf, 0.01, "1000", "0 rpm", "1000 mm", True, [W]])
 def test_a_speed_that_the_command_line_would_refuse_is_refused(speed):
-    assert refused(apesim.run_steady, Machine(), speed) == ["speed"]
+    assert refused(apesim.run_engine, Machine(), speed) == ["speed"]
 
 
 @pytest.mark.parametrize(
-    ("options", "key"),
+    ("options", "keys"),
     [
-        ({"pulse": 0.0}, "pulse"),
-        ({"pulse": math.nan}, "pulse"),
-        ({"pulse": 1e-2, "until": -1.0}, "until"),
-        ({"pulse": 1e-2, "period": 5e-3}, "pulse"),
-        ({"pulse": 1e-2, "sample": 0.0}, "sample"),
-        ({"pulse": 1e-2, "sample": np.array([2e-3, 1e-3])}, "sample"),
-        ({"pulse": 1e-2, "tolerance": 0.0}, "tolerance"),
-        ({"pulse": 1e-2, "brakes": (math.nan, 1e-3)}, "brakes"),
-        ({"pulse": 1e-2, "brakes": (1e-3,)}, "brakes"),
-        ({"pulse": 1e-2, "intake_pressure": -1.0}, "intake_pressure"),
+        ({"pulse": 0.0}, ["pulse"]),
+        ({"pulse": math.nan}, ["pulse"]),
+        ({"pulse": "50"}, ["pulse"]),
+        ({"pulse": 1e-2, "until": -1.0}, ["until"]),
+        ({"pulse": "60 ms", "repeat": "20 Hz"}, ["pulse"]),
+        ({"until": "60 ms", "repeat": 10.0}, ["until"]),
+        ({"supply": "5 bar", "temperature": 10.0}, ["supply", "temperature"]),
     ],
 )
-def test_a_bench_run_that_makes_no_sense_is_refused(options, key):
-    assert refused(apesim.run_bench, Machine(), **options) == [key]
+def test_a_bench_run_that_makes_no_sense_is_refused(options, keys):
+    assert refused(apesim.run_valve, Machine(), **options) == keys
+
+
+@pytest.mark.parametrize(
+    ("command", "function", "options"),
+    [
+        ("valve run", apesim.run_valve, {"pulse": "50", "supply": "5 bar"}),
+        ("valve run", apesim.run_valve, {"pulse": "60 ms", "repeat": "20 Hz"}),
+        ("valve run", apesim.run_valve, {"until": "60 ms", "repeat": "20 Hz"}),
+        ("engine run", apesim.run_engine, {"speed": "1000"}),
+        ("engine sweep", apesim.sweep, {"speed": "600 rpm, 600 rpm", "intake": "kam"}),
+        ("engine sweep", apesim.sweep, {"intake": "cam", "timing": "corrected"}),
+        ("engine sweep", apesim.sweep, {"shard": "5/2", "out": "x.h5"}),
+        ("valve map", apesim.map_valve, {"pressure": "0.4", "temperature": "280"}),
+        ("valve limit", apesim.find_valve_limit, {"duty": "2", "pressure": "1:0:1 MPa gauge"}),
+    ],
+)
+def test_an_option_is_refused_in_the_words_of_the_argument(capsys, tmp_path, monkeypatch, command, function, options):
+    monkeypatch.chdir(tmp_path)
+    words = [word for name, text in options.items() for word in (f"--{name}", text)]
+    monkeypatch.setattr(sys, "argv", ["apesim", *command.split(), *words])
+    assert main_of(app) == 2
+    with pytest.raises(apesim.InputError) as caught:
+        function(Machine(), **options)
+    of_call = [f"command line: --{fault.key}: {fault.wrong}; {fault.right}" for fault in caught.value.culprits]
+    named = {f"`{name}`": f"--{name}" for name in ("repeat", "intake")}
+    for argument, option in named.items():
+        of_call = [line.replace(argument, option) for line in of_call]
+    assert capsys.readouterr().err.splitlines() == of_call
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_sweep_is_refused_for_all_that_is_wrong_with_it(tmp_path):
     out = tmp_path / "x.h5"
-    assert refused(apesim.run_sweep, Machine(), [W, 0.0], [7], out, timings=[2]) == ["speeds", "intakes", "timings"]
-    assert refused(apesim.run_sweep, Machine(), W, [0], out) == ["speeds"]
-    varied = apesim.vary(["engine.bore=80 mm, 90 mm"])
-    bad = varied._replace(machines=(varied.machines[0], changed(varied.machines[1], {"engine.bore": -1.0})))
-    assert refused(apesim.run_sweep, Machine(), [W], [0], out, variation=bad) == ["variation: engine.bore"]
-
-
-def test_a_whole_number_is_a_speed_as_well_and_compiles_nothing_anew():
-    run = apesim.run_steady(Machine(), 100, max_cycles=1)
-    assert type(run.cycle.speed) is float
+    keys = ["speed", "intake", "timing", "jobs", "shard"]
+    wrong = {"intake": ["kam"], "timing": "late", "jobs": 0, "shard": "3/2"}
+    assert refused(apesim.sweep, Machine(), [W, 0.0], **wrong, out=out) == keys
+    assert refused(apesim.sweep, Machine(), [], out=out) == ["speed"]
+    with pytest.raises(apesim.InputError) as caught:
+        apesim.sweep(Machine(), W, vary={"engine_bore": ["80 mm", -1.0], "engine.stroke": "80"}, out=out)
+    assert [culprit[:2] for culprit in caught.value.culprits] == [
+        ("sweep(): vary", "engine.bore"),
+        ("sweep(): vary", "engine.stroke"),
+    ]
+    assert not list(tmp_path.iterdir())
 
 
 # --- effects that nothing computes ---
@@ -132,9 +162,9 @@ def effect_of(name, parameters, **slots):
 def test_a_machine_with_an_effect_of_its_own_is_refused():
     own = NamedTuple("Own", [*Effects.__annotations__.items(), ("mine", Mine)])
     machine = Machine()._replace(effects=own(*Machine().effects, Mine(1.0)))
-    assert refused(apesim.run_steady, machine, W) == ["effects.mine"]
+    assert refused(apesim.run_engine, machine, W) == ["effects.mine"]
     swapped = Machine()._replace(effects=Machine().effects._replace(seat_leak=Mine(1.0)))
-    assert refused(apesim.run_steady, swapped, W) == ["effects.seat_leak"]
+    assert refused(apesim.run_engine, swapped, W) == ["effects.seat_leak"]
 
 
 def test_an_effect_that_is_on_and_in_no_slot_that_is_served_is_found():
@@ -189,7 +219,7 @@ settings = ["effects.mine.force=50 N"]
 """
 RUN = """
 try:
-    print(apesim.run_bench(apesim.load_machine(None, settings), 20e-3).opening.delay)
+    print(apesim.run_valve(apesim.Machine.load(None, settings), pulse=20e-3)["opening_delay"])
 except apesim.InputError as error:
     print(error)
 """

@@ -127,8 +127,10 @@ def test_xarray_has_units_and_long_names():
     assert data["brake_torque"].item() == 31.25
     assert data["brake_torque"].attrs == {"units": "N m", "long_name": "mean brake torque"}
     assert data["lift"].dims == ("crank_angle_deg",) and data["lift"].attrs["units"] == "m"
-    assert data["crank_angle_deg"].attrs["units"] == "deg" and "crank_angle_deg" in data.coords
+    assert data["crank_angle_deg"].attrs["units"] == "degree" and "crank_angle_deg" in data.coords
     assert data.attrs["speed"] == "1000 r/min" and data.attrs["warnings"] == "one\ntwo"
+    pressure = Result({"pressure": Scalar(1e5, "Pa abs", "pressure")}).to_xarray()["pressure"]
+    assert pressure.attrs == {"units": "Pa", "long_name": "pressure", "reference": "absolute"}
     assert float(data["lift"].sel(crank_angle_deg=90.0)) == pytest.approx(1e-3)
 
 

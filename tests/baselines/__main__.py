@@ -9,8 +9,8 @@ from math import exp
 from pathlib import Path
 from time import perf_counter
 
+from apesim.engine.machine import Machine
 from apesim.studies.gap.search.library import effects_on
-from apesim.studies.machine_file import load_machine
 from apesim.studies.measured import read_measured
 
 from .fits import one_parameter_fits
@@ -67,7 +67,7 @@ def main():
     parser.add_argument("--without", action="append", default=[])
     given = parser.parse_args()
     started = perf_counter()
-    machine = load_machine(given.machine, ())
+    machine = Machine.load(given.machine, ())
     measured = read_measured(given.case, machine.ambient.pressure)
     effects = effects_on(measured.bench, given.without)
     if given.method == "sindy":

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from apesim import load_machine
+from apesim.engine.machine import Machine
 from apesim.studies.gap.search.library import effects_on
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
@@ -20,7 +20,7 @@ NOISE = {"lift": 0.03e-3, "pressure_a": 2e3, "pressure_b": 2e3}
 
 def measured(noise):
     """Runs of a valve with a side force of 6 N, and a share of the usual noise."""
-    machine, rng, runs = load_machine(None, ["effects.side_force.force=6 N"]), np.random.default_rng(7), []
+    machine, rng, runs = Machine.load(None, ["effects.side_force.force=6 N"]), np.random.default_rng(7), []
     for gauge in (0.16e6, 0.40e6):
         run = MeasuredRun(f"{gauge:g}", "", gauge + AMBIENT, 287.0, 0.03, "fit", TIMES, dict.fromkeys(NOISE, TIMES))
         seen = predict(run_of(machine, run), run).channels
@@ -31,7 +31,7 @@ def measured(noise):
 
 
 def test_the_best_one_parameter_fit_finds_a_plain_force():
-    base, rows = one_parameter_fits(load_machine(None, []), measured(1.0), RIVALS)
+    base, rows = one_parameter_fits(Machine(), measured(1.0), RIVALS)
     cost, name, parameter, x, _ = rows[0]
     assert cost < base
     assert name == "side_force"
@@ -39,6 +39,6 @@ def test_the_best_one_parameter_fit_finds_a_plain_force():
 
 
 def test_sparse_regression_finds_a_plain_force_where_there_is_no_noise():
-    name, size = missing_force(load_machine(None, []), measured(0.0))[0]
+    name, size = missing_force(Machine(), measured(0.0))[0]
     assert name == "side_force"
     assert size == pytest.approx(6.0, rel=0.2)

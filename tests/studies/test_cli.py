@@ -232,7 +232,7 @@ def test_a_fault_of_ours_ends_with_1(apesim, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("broken for the test")
 
-    monkeypatch.setattr("apesim.engine.steady.run_steady", broken)
+    monkeypatch.setattr("apesim.studies.engine_run.run_steady", broken)
     code, _, err = apesim("engine", "run", "--speed", "1000 rpm")
     assert code == 1 and "fault of ours" in err and "broken for the test" in err
 

@@ -10,7 +10,7 @@ from apesim.archive import write
 from apesim.archive.inspection import verify
 from apesim.engine.machine import Machine
 from apesim.studies.figures.valve import map_figures
-from apesim.studies.valve_map import faults_of_map, map_valve
+from apesim.studies.valve_map import compute_map, faults_of_map
 from tests.folders import ACCEPTANCE
 
 AMBIENT = Machine().ambient.pressure
@@ -20,14 +20,14 @@ REFERENCE = ACCEPTANCE / "reference-valve.csv"
 @pytest.fixture(scope="module")
 def paper_map():
     pressures = AMBIENT + 1e6 * np.arange(0.1, 2.0, 0.2)
-    return map_valve(Machine(), pressures, np.arange(250.0, 323.0, 8.0))
+    return compute_map(Machine(), pressures, np.arange(250.0, 323.0, 8.0))
 
 
 def test_the_map_holds_the_rows_of_the_independent_solution():
     with open(REFERENCE) as file:
         rows = [[float(cell) for cell in row] for row in list(csv.reader(file))[1:]]
     pressures, temperatures = sorted({row[0] for row in rows}), sorted({row[1] for row in rows})
-    archive = map_valve(Machine(), [AMBIENT + 1e6 * p for p in pressures], temperatures)
+    archive = compute_map(Machine(), [AMBIENT + 1e6 * p for p in pressures], temperatures)
     v = {name: variable.values for name, variable in archive.variables.items()}
     for run, row in enumerate(rows):
         assert v["supply_pressure"][run] == pytest.approx(AMBIENT + 1e6 * row[0])
@@ -48,12 +48,12 @@ def test_the_papers_grid_is_ten_by_ten_and_complete(paper_map):
 def test_a_control_pressure_of_the_machine_does_not_stand_against_the_grid():
     machine = Machine()
     other = machine._replace(supply=machine.supply._replace(control_pressure=2e6))
-    one, two = (map_valve(m, [5e5], [287.0]).variables["opening_delay_s"].values for m in (machine, other))
+    one, two = (compute_map(m, [5e5], [287.0]).variables["opening_delay_s"].values for m in (machine, other))
     np.testing.assert_array_equal(one, two)
 
 
 def test_a_pulse_too_short_is_named():
-    [line] = faults_of_map(map_valve(Machine(), [5e5], [287.0], pulse=2e-3))
+    [line] = faults_of_map(compute_map(Machine(), [5e5], [287.0], pulse=2e-3))
     assert "not completed" in line and "0.5 MPa abs" in line
 
 
@@ -67,6 +67,6 @@ def test_the_archive_is_whole_and_opens_elsewhere(paper_map, tmp_path):
 
 @pytest.mark.parametrize("grid", [([5e5, 9e5, 15e5], [260.0, 300.0]), ([5e5], [260.0, 300.0]), ([5e5], [287.0])])
 def test_figures_are_drawn_for_any_grid(grid, tmp_path):
-    names = {path.name for path in map_figures(map_valve(Machine(), *grid), AMBIENT, tmp_path)}
+    names = {path.name for path in map_figures(compute_map(Machine(), *grid), AMBIENT, tmp_path)}
     kinds = ("delay_time", "stroke_time", "seating_speed", "fluctuation", "velocity")
     assert names == {f"{kind}.{ending}" for kind in kinds for ending in ("png", "pdf")}

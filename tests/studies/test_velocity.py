@@ -18,7 +18,7 @@ from apesim.studies.figures.valve import velocities
 from apesim.studies.measured import read_measured
 from apesim.studies.measured.prediction import predict
 from apesim.studies.sweep import run_sweep
-from apesim.studies.valve_map import map_valve
+from apesim.studies.valve_map import compute_map
 from tests.folders import SAMPLES
 from tests.machines import AMBIENT, RPM, machine
 
@@ -74,7 +74,7 @@ def test_what_a_bench_writes_is_what_is_predicted_of_it_when_read(apesim, tmp_pa
 
 
 def test_the_velocities_in_archives_are_the_slopes_of_their_lifts(tmp_path):
-    valve = map_valve(machine(), [AMBIENT + 1e6], [287.0]).variables
+    valve = compute_map(machine(), [AMBIENT + 1e6], [287.0]).variables
     assert follows(valve["time"].values, valve["lift"].values[0], valve["velocity"].values[0])
     engine = run_sweep(Machine(), [800.0 * RPM], [EPV], tmp_path / "s.h5").archive.variables
     time = engine["crank_angle"].values / (6.0 * 800.0)
@@ -83,7 +83,7 @@ def test_the_velocities_in_archives_are_the_slopes_of_their_lifts(tmp_path):
 
 
 def test_a_figure_of_the_map_shows_speeds_towards_the_stop():
-    archive = map_valve(machine(), [AMBIENT + 1e6], [287.0])
+    archive = compute_map(machine(), [AMBIENT + 1e6], [287.0])
     for stroke, axis in zip(("opening", "closing"), velocities(archive, AMBIENT).axes, strict=True):
         seating = archive.variables[f"{stroke}_seating_speed_m_s"].values[0]
         [line] = axis.lines
@@ -115,7 +115,7 @@ def test_a_measured_velocity_of_the_wrong_sign_is_told(apesim, tmp_path, bench, 
 
 
 def test_a_map_of_format_version_1_is_turned_when_it_is_read_and_says_so(apesim, tmp_path):
-    old, new = read(MAP_OF_VERSION_1), map_valve(Machine(), [AMBIENT + 0.4e6], [287.0], PULSE)
+    old, new = read(MAP_OF_VERSION_1), compute_map(Machine(), [AMBIENT + 0.4e6], [287.0], PULSE)
     assert verify(MAP_OF_VERSION_1) == []
     for name in ("lift", "velocity", "pressure_b"):
         np.testing.assert_allclose(old.variables[name].values, new.variables[name].values, rtol=1e-9, atol=1e-12)

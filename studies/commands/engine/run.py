@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, Traces
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.options import Common, Traces, as_options
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -37,70 +37,43 @@ SHOWN = (
     ("lowest cylinder temperature", "lowest_cylinder_temperature_K", 1.0, "K"),
     ("exhaust temperature, mixed", "exhaust_temperature_K", 1.0, "K"),
 )
-CLOSURES = {
-    "mass": "mass_closure",
-    "energy": "energy_closure",
-    "exergy": "exergy_closure",
-    "work_by_quadrature": "work_by_quadrature_change",
-    "work_at_tenfold_tolerance": "work_tolerance_change",
-    "air_at_tenfold_tolerance": "air_tolerance_change",
-}
 
 
 def run_engine(
     common: Common, speed: Annotated[str, typer.Option(metavar="N", help='E.g. "1000 rpm".')], csv: Traces = None
 ) -> int:
     """One operating point at its periodic steady state."""
-    import time
-
     import numpy as np
 
-    from apesim.engine.angles import DEGREE
     from apesim.engine.cycle.rates import TRACE
-    from apesim.engine.cylinder import INTAKES
-    from apesim.engine.exergy import TERMS
-    from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
-    from apesim.engine.steady import run_steady
-    from apesim.engine.warnings import judge_point
-    from apesim.march.adaptive import Status
-    from apesim.quantities import parse
-    from apesim.studies.operating_conditions import SPEED
+    from apesim.results import NotConverged
+    from apesim.studies import engine_run
     from apesim.studies.output import write_traces
     from apesim.studies.tables import number, table_of
 
     console, machine = common.console, common.load_machine()
-    speed = parse(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    console.warm_up(run_steady, machine, speed, max_cycles=1)
-    start = time.perf_counter()
-    run = console.run("to the periodic state", run_steady, machine, speed)
-    values = indicators(machine, run) if run.status == Status.DONE else dict.fromkeys(INDICATORS, float("nan"))
-    wall = time.perf_counter() - start
-    warnings = [f"the march ended early: {Status(run.status).remedy}"]
-    if run.status == Status.DONE:
-        warnings = list(judge_point(machine, run, values).values())
-    data = {name: value for name, value in values.items() if name not in CLOSURES.values()}
-    ledger = {name: data.pop(f"exergy_{name}_J") for name in TERMS}
-    data["exergy_J_per_cycle"] = ledger
-    data |= {name: bool(data[name] == 1) for name in FLAGS}
-    data |= {name: int(np.nan_to_num(data[name])) for name in COUNTS}
-    data["closure"] = {name: values[key] for name, key in CLOSURES.items()}
-    data |= {"wall_time_s": wall, "warnings": warnings}
+    try:
+        with console.compiling_told(), as_options("run_engine"):
+            run = console.run("to the periodic state", engine_run.run_engine, machine, speed=speed)
+    except NotConverged as error:
+        run = error.result
+    data, orbit = run.to_dict(), run.march.orbit
     if csv:
-        rows = np.column_stack((run.angles / DEGREE, run.trace))
-        write_traces(csv, ("crank_angle [deg]", *TRACE), rows)
-    rows = [(name, number(values[key] * factor), unit) for name, key, factor, unit in SHOWN]
-    title = f"{INTAKES[machine.engine.intake]} at {values['speed_rpm']:g} r/min"
+        samples = np.column_stack((run.traces["crank_angle_deg"], run.march.trace))
+        write_traces(csv, ("crank_angle [deg]", *TRACE), samples)
+    rows = [(name, number(run[key] * factor), unit) for name, key, factor, unit in SHOWN]
+    title = f"{run.conditions['intake']} at {run['speed_rpm']:g} r/min"
     closes = (
-        f"{run.orbit.cycles} cycles to a period of {run.orbit.period}, last change {run.orbit.change:.1e}; closure of "
-        f"mass {values['mass_closure']:.1e}, of energy {values['energy_closure']:.1e}, of exergy "
-        f"{values['exergy_closure']:.1e}; work by quadrature {values['work_by_quadrature_change']:.1e}, at tenfold "
-        f"tolerance {values['work_tolerance_change']:.1e}, air {values['air_tolerance_change']:.1e}; "
-        f"tolerance {run.tolerance:g}; {wall * 1e3:.0f} ms"
+        f"{orbit.cycles} cycles to a period of {orbit.period}, last change {orbit.change:.1e}; closure of "
+        f"mass {run['mass_closure']:.1e}, of energy {run['energy_closure']:.1e}, of exergy "
+        f"{run['exergy_closure']:.1e}; work by quadrature {run['work_by_quadrature_change']:.1e}, at tenfold "
+        f"tolerance {run['work_tolerance_change']:.1e}, air {run['air_tolerance_change']:.1e}; "
+        f"tolerance {run.march.tolerance:g}; {run['wall_time'] * 1e3:.0f} ms"
     )
-    console.result(data, table_of(title, ("", "value", "unit"), rows), exergy_table(ledger), closes)
-    for warning in warnings:
+    console.result(data, table_of(title, ("", "value", "unit"), rows), exergy_table(data["exergy_J_per_cycle"]), closes)
+    for warning in run.warnings:
         console.message(f"warning: {warning}")
-    return DONE if run.status == Status.DONE and run.orbit.converged else INCOMPLETE
+    return DONE if run.converged else INCOMPLETE
 
 
 def exergy_table(ledger: dict[str, float]) -> "Table":

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, Pressures, Temperatures
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, Pressures, Temperatures, as_options
 
 HEADER = ("duty", "limit [Hz]", "[r/min]", "lap to lap [ms]", "window [deg]", "")
 
@@ -25,44 +25,41 @@ def find_valve_limits(
 
     For the machine's own control air and commands, whose duty is their share of a turn, and over a grid.
     """
-    from apesim.quantities import parse_range
+    import sys
+
+    from apesim.archive import command_line
+    from apesim.archive.columns import values_of
     from apesim.studies.figures.valve import limit_figures
+    from apesim.studies.limit import valve_limit
     from apesim.studies.limit.points import lowest_run, own_run
     from apesim.studies.limit.summary import summary_json, summary_lines
-    from apesim.studies.limit.valve_limit import CRITERION, faults_of_limits, is_complete, limit_map
-    from apesim.studies.operating_conditions import DUTY, parse_supplies
-    from apesim.studies.output import compute_archive, written_text
+    from apesim.studies.output import written_json, written_text
     from apesim.studies.tables import table_over_supplies
 
-    machine = common.load_machine()
-    grid = parse_supplies(machine, pressure=pressure, temperature=temperature)
-    duties = parse_range(duty, DUTY, where="--duty", file=COMMAND_LINE)
-
-    def compute(**options):
-        return limit_map(machine, *grid, duties, jobs=jobs, **options)
-
-    def draw(archive, folder):
-        return limit_figures(archive, machine.ambient.pressure, folder) if figures else []
-
-    archive, written = compute_archive(
-        common.console,
-        task="limit",
-        first_march=(is_complete, machine, 10.0, duties[0]),
-        compute=compute,
-        out=out,
-        overwrite=overwrite,
-        draw=draw,
-    )
-    v = {name: variable.values for name, variable in archive.variables.items()}
+    console, machine = common.console, common.load_machine()
+    with console.compiling_told(), as_options("find_valve_limit"), console.progress("limit") as report:
+        found = valve_limit.find_valve_limit(
+            machine,
+            pressure=pressure,
+            temperature=temperature,
+            duty=duty,
+            out=out,
+            jobs=jobs,
+            overwrite=overwrite,
+            progress=report,
+            call=command_line(["apesim", *sys.argv[1:]]),
+        )
+    drawn = limit_figures(found.archive, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, found["wall_time"])
+    v = values_of(found.archive)
     keys = {
         "supply_pressure_Pa": "supply_pressure",
         "supply_temperature_K": "supply_temperature",
         **{name: name for name in ("duty", "limit_hz", "limit_rpm", "lap_to_lap_s", "window_deg", "rule_window_deg")},
     }
     points = [{key: v[name][run] for key, name in keys.items()} for run in range(len(v["run"]))]
-    faults = faults_of_limits(archive)
     stated = summary_json(v, "duty")
-    data = stated | {"criterion": CRITERION, "points": points, "faults": faults}
+    data = stated | {"criterion": found.criterion, "points": points, "faults": found.failed}
     own, lowest = own_run(v), lowest_run(v)
     marks = {lowest: "lowest"} | {own: "own" if own != lowest else "own, lowest"}
     rows = [(*_row(point), marks.get(run, "")) for run, point in enumerate(points)]
@@ -72,11 +69,11 @@ def find_valve_limits(
         for name, run in (("own", own), ("lowest", lowest))
         if run is not None
     }
-    lines = summary_lines(stated, CRITERION, places)
-    common.console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
-    for fault in faults:
-        common.console.message(f"warning: {fault}")
-    return INCOMPLETE if faults else DONE
+    lines = summary_lines(stated, found.criterion, places)
+    console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
+    for fault in found.failed:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if found.failed else DONE
 
 
 def _row(point: dict) -> tuple[str, ...]:

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Out, Overwrite, Pressures, Pulse, Temperatures
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.options import Common, Figures, Out, Overwrite, Pressures, Pulse, Temperatures, as_options
 
 TIMES = ("opening_delay_s", "opening_stroke_time_s", "closing_delay_s", "closing_stroke_time_s")
 SPEEDS = ("opening_seating_speed_m_s", "closing_seating_speed_m_s")
@@ -23,41 +23,36 @@ def map_valve_strokes(
     figures: Figures = True,
 ) -> int:
     """Delay time, stroke time, seating speed, fluctuation over pressure and temperature."""
-    from apesim.quantities import parse
+    import sys
+
+    from apesim.archive import command_line
+    from apesim.archive.columns import values_of
+    from apesim.studies import valve_map
     from apesim.studies.figures.valve import map_figures
-    from apesim.studies.operating_conditions import TIME, parse_supplies
-    from apesim.studies.output import compute_archive, written_text
+    from apesim.studies.output import written_json, written_text
     from apesim.studies.tables import number, table_over_supplies
-    from apesim.studies.valve_map import faults_of_map, map_valve
-    from apesim.valve.bench import run_bench
 
-    machine = common.load_machine()
-    grid = parse_supplies(machine, pressure=pressure, temperature=temperature)
-    pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
-
-    def compute(**options):
-        return map_valve(machine, *grid, pulse, **options)
-
-    def draw(archive, folder):
-        return map_figures(archive, machine.ambient.pressure, folder) if figures else []
-
-    archive, written = compute_archive(
-        common.console,
-        task="map",
-        first_march=(run_bench, machine, pulse),
-        compute=compute,
-        out=out,
-        overwrite=overwrite,
-        draw=draw,
-    )
-    v = {name: variable.values for name, variable in archive.variables.items()}
+    console, machine = common.console, common.load_machine()
+    with console.compiling_told(), as_options("map_valve"), console.progress("map") as report:
+        found = valve_map.map_valve(
+            machine,
+            pressure=pressure,
+            temperature=temperature,
+            pulse=pulse,
+            out=out,
+            overwrite=overwrite,
+            progress=report,
+            call=command_line(["apesim", *sys.argv[1:]]),
+        )
+    drawn = map_figures(found.archive, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, found["wall_time"])
+    v = values_of(found.archive)
     values = [1e3 * v[name] for name in TIMES] + [v[name] for name in SPEEDS]
     rows = [[number(value, ".4f") for value in row] for row in zip(*values, strict=True)]
-    faults = faults_of_map(archive)
     title = "The valve over pressure and temperature"
     table = table_over_supplies(title, machine.ambient.pressure, columns=v, header=HEADER, rows=rows)
-    data = {"runs": len(rows), "faults": faults} | written
-    common.console.result(data, table, written_text(written, f"{len(rows)} runs"))
-    for fault in faults:
-        common.console.message(f"warning: {fault}")
-    return INCOMPLETE if faults else DONE
+    data = {"runs": len(rows), "faults": found.failed} | written
+    console.result(data, table, written_text(written, f"{len(rows)} runs"))
+    for fault in found.failed:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if found.failed else DONE

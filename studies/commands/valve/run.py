@@ -1,15 +1,11 @@
 """Command `apesim valve run`."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, Pulse, Traces
-
-if TYPE_CHECKING:
-    from apesim.engine.machine import Machine
-    from apesim.valve.measures import Stroke
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.options import Common, Pulse, Traces, as_options
 
 
 def run_valve(
@@ -26,46 +22,34 @@ def run_valve(
     csv: Traces = None,
 ) -> int:
     """One bench run: delay time, full stroke time, seating speed, fluctuation, control air."""
-    import time
-
     import numpy as np
 
-    from apesim.march.adaptive import TOLERANCE, Status
-    from apesim.quantities import parse
-    from apesim.studies.operating_conditions import TIME
+    from apesim.results import NotConverged
+    from apesim.studies import valve_run
     from apesim.studies.output import write_traces
     from apesim.studies.tables import number, table_of
-    from apesim.valve.bench import TRACE, run_bench
-    from apesim.valve.warnings import judge_bench
+    from apesim.valve.bench import TRACE
 
-    console, machine = common.console, _with_supply(common.load_machine(), supply, temperature)
-    pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
-    until = parse(until, TIME, where="--until", file=COMMAND_LINE) if until else None
-    period = _period(repeat, pulse, until)
-    console.warm_up(run_bench, machine, 10e-3)
-    start = time.perf_counter()
-    run = console.run("bench run", run_bench, machine, pulse, until, period)
-    wall = time.perf_counter() - start
-    warnings = [f"the march ended early: {Status(run.status).remedy}"]
-    if run.status == Status.DONE:
-        warnings = list(judge_bench(run).values())
-    data = {
-        "opening": _stroke_json(run.opening),
-        "closing": _stroke_json(run.closing),
-        "control_air_kg": run.control_air,
-        "closure": run.closure,
-        "tolerance": TOLERANCE,
-        "converged": run.orbit.converged if run.orbit else None,
-        "period_cycles": run.orbit.period if run.orbit else None,
-        "cycles": run.orbit.cycles if run.orbit else None,
-        "wall_time_s": wall,
-        "warnings": warnings,
-    }
+    console, machine = common.console, common.load_machine()
+    try:
+        with console.compiling_told(), as_options("run_valve"):
+            run = console.run(
+                "bench run",
+                valve_run.run_valve,
+                machine,
+                supply=supply,
+                temperature=temperature,
+                pulse=pulse,
+                until=until,
+                repeat=repeat,
+            )
+    except NotConverged as error:
+        run = error.result
     if csv:
-        write_traces(csv, ("time [s]", *TRACE), np.column_stack((run.times, run.trace)))
+        write_traces(csv, ("time [s]", *TRACE), np.column_stack((run.traces["time"], run.march.trace)))
     rows = [
-        (name, *(number(factor * getattr(stroke, field)) for stroke in (run.opening, run.closing)), unit)
-        for name, field, factor, unit in (
+        (name, *(number(factor * run[f"{stroke}_{measure}"]) for stroke in ("opening", "closing")), unit)
+        for name, measure, factor, unit in (
             ("delay time", "delay", 1e3, "ms"),
             ("full stroke time", "stroke_time", 1e3, "ms"),
             ("seating speed", "seating_speed", 1.0, "m/s"),
@@ -73,54 +57,10 @@ def run_valve(
         )
     ]
     control = (
-        f"control air {run.control_air * 1e3:.5g} g; closure of mass {run.closure['mass']:.1e}, of energy "
-        f"{run.closure['energy']:.1e}; work by quadrature {run.closure['work']:.1e}; tolerance {TOLERANCE:g}"
+        f"control air {run['control_air'] * 1e3:.5g} g; closure of mass {run['mass_closure']:.1e}, of energy "
+        f"{run['energy_closure']:.1e}; work by quadrature {run['work_closure']:.1e}; tolerance {run['tolerance']:g}"
     )
-    console.result(data, table_of("One bench run", ("", "opening", "closing", "unit"), rows), control)
-    for warning in warnings:
+    console.result(run.to_dict(), table_of("One bench run", ("", "opening", "closing", "unit"), rows), control)
+    for warning in run.warnings:
         console.message(f"warning: {warning}")
-    failed = run.status != Status.DONE or (run.orbit is not None and not run.orbit.converged)
-    return INCOMPLETE if failed else DONE
-
-
-def _with_supply(machine: "Machine", supply: str | None, temperature: str | None) -> "Machine":
-    """A machine with the supply of the command line; what is None stays as it is."""
-    from math import nan
-
-    from apesim.quantities import parse
-    from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE
-
-    given = {}
-    if supply is not None:
-        pressure = parse(supply, PRESSURE, machine.ambient.pressure, where="--supply", file=COMMAND_LINE)
-        given |= {"pressure": pressure, "control_pressure": nan}  # the machine's own would stand against it
-    if temperature is not None:
-        given["temperature"] = parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
-    return machine._replace(supply=machine.supply._replace(**given))
-
-
-def _period(repeat: str | None, pulse: float, until: float | None) -> float:
-    """Period of a repeated pulse, or infinity [s]."""
-    from apesim.quantities import Culprit, InputError, parse
-    from apesim.studies.operating_conditions import RATE
-
-    if repeat is None:
-        return float("inf")
-    period = 1.0 / parse(repeat, RATE, where="--repeat", file=COMMAND_LINE)
-    if until is not None:
-        raise InputError([Culprit(COMMAND_LINE, "--until", "does not go with --repeat", "leave one of them out")])
-    if pulse >= period:
-        right = f"less than the period, {period * 1e3:g} ms"
-        raise InputError([Culprit(COMMAND_LINE, "--pulse", "is longer than the period of --repeat", right)])
-    return period
-
-
-def _stroke_json(stroke: "Stroke") -> dict:
-    """What is reported of a stroke, for JSON."""
-    return {
-        "delay_s": stroke.delay,
-        "stroke_time_s": stroke.stroke_time,
-        "seating_speed_m_s": stroke.seating_speed,
-        "fluctuation": stroke.fluctuation,
-        "reverses": stroke.reverses,
-    }
+    return INCOMPLETE if run.converged is False else DONE

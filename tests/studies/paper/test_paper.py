@@ -20,7 +20,7 @@ from apesim.studies.paper.motion import computed, valve_claims
 from apesim.studies.paper.page import write_page
 from apesim.studies.paper.statements import STATEMENTS
 from apesim.studies.paper.subject import differences
-from apesim.studies.valve_map import map_valve
+from apesim.studies.valve_map import compute_map
 from tests.machines import changed
 
 AMBIENT = Machine().ambient.pressure
@@ -29,7 +29,7 @@ GRID = AMBIENT + 1e6 * np.arange(0.1, 2.0, 0.2), np.arange(250.0, 323.0, 8.0)
 
 @pytest.fixture(scope="module")
 def archive():
-    return map_valve(Machine(), *GRID)
+    return compute_map(Machine(), *GRID)
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from apesim import load_machine
+from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.estimation.residuals import Problem
 from apesim.studies.gap.design.isolability import find_isolability
@@ -20,7 +20,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def isolability(folder):
-    return find_isolability(load_machine(None, []), read_measured(folder, AMBIENT))
+    return find_isolability(Machine(), read_measured(folder, AMBIENT))
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def found(isolability):
 )
 def test_an_effect_of_the_least_size_is_five_deviations_once_all_else_is_fitted(folder, found, name, key):
     rows, noise = found
-    machine = load_machine(None, [])
+    machine = Machine()
     measured = read_measured(folder, AMBIENT)
     base, _ = calibrate(machine, measured)
     nuisances = base.problem.parameters
@@ -42,7 +42,7 @@ def test_an_effect_of_the_least_size_is_five_deviations_once_all_else_is_fitted(
     limit = rows[name]
     shown = f"effects.{name}.{key}={limit['limit']:.12g} {limit['unit']}"
     errors = [
-        Problem(load_machine(None, settings), measured.of("fit"), nuisances, noise).errors(at)
+        Problem(Machine.load(None, settings), measured.of("fit"), nuisances, noise).errors(at)
         for settings in ([shown], [])
     ]
     apart = errors[0] - errors[1]
@@ -77,7 +77,7 @@ def test_help_is_told_where_it_is_needed_and_does_help(found):
 
 def test_what_is_hidden_in_the_data_plays_no_part(found, tmp_path):
     rows, _ = found
-    other = find_isolability(load_machine(None, []), read_measured(write_bench(tmp_path, "0 N"), AMBIENT)).effects
+    other = find_isolability(Machine(), read_measured(write_bench(tmp_path, "0 N"), AMBIENT)).effects
     for row in other:
         mine = rows[row["effect"]]
         assert row["class"] == mine["class"]

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from apesim import load_machine
+from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.noise.process import noise_for, white
@@ -24,7 +24,7 @@ from tests.gap_bench import write_bench
 @pytest.fixture(scope="module")
 def rivals(tmp_path_factory):
     """The machine as it is, and with a side force or a leak."""
-    machine = load_machine(None, [])
+    machine = Machine()
     bench = write_bench(tmp_path_factory.mktemp("bench"))
     measured = read_measured(bench, machine.ambient.pressure)
     base, _ = calibrate(machine, measured)
@@ -126,7 +126,7 @@ def test_without_the_library_the_next_test_is_to_try_it(rivals):
 
 
 def test_an_engine_keeps_a_start_for_each_set_of_volumes():
-    machine = load_machine(None, [])
+    machine = Machine()
     speed = 1000.0 * np.pi / 30.0
     means = {"torque": 30.0}
     run = MeasuredRun("", "", 1.1e6, 287.0, np.nan, "fit", np.empty(0), {}, "engine", speed, -0.1, 1.2, means=means)

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from apesim import load_machine
+from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
 from apesim.studies.commands.gap_explain import parent_of
 from apesim.studies.console import Console
@@ -224,10 +224,10 @@ def test_costs_of_explanations_count_from_the_least_of_their_own_kind():
 def test_a_parent_is_the_file_unless_something_is_set_besides(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text('# mine\n[valve]\nstroke = "8 mm"\n')
-    plain, cut = (load_machine(file, settings) for settings in ([], ["valve.stroke=7 mm"]))
+    plain, cut = (Machine.load(file, settings) for settings in ([], ["valve.stroke=7 mm"]))
     assert parent_of(plain, file, []) == file.read_text()
     assert parent_of(cut, file, ["valve.stroke=7 mm"]) == dumps(cut) != dumps(plain)
-    assert parent_of(load_machine(None, []), None, []) == dumps(load_machine(None, []))
+    assert parent_of(Machine(), None, []) == dumps(Machine())
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import yaml
 from petab.v1.yaml import validate
 from petab_select import Criterion, Models, Problem, ui
 
-from apesim import load_machine
+from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.estimation.parameters import value_of
 from apesim.studies.estimation.priors import ENGINE, VALVE, nuisance
@@ -34,7 +34,7 @@ FREED = {
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    machine = load_machine(None, [])
+    machine = Machine()
     measured = read_measured(write_bench(tmp_path_factory.mktemp("bench")), AMBIENT)
     base, _ = calibrate(machine, measured)
     effects = [effect for effect in effects_on("valve") if effect.name in FREED]
@@ -154,7 +154,7 @@ def test_a_machine_that_lacks_nothing_is_the_only_model_fitted(found, tmp_path):
 
 
 def test_a_nuisance_and_an_effect_on_one_key_keep_their_names_apart():
-    machine = load_machine(None, [])
+    machine = Machine()
     freed = [p for one in candidates_of(machine, "engine", effects_on("engine")) for p in one.parameters]
     known = [nuisance(machine, prior) for prior in VALVE + ENGINE]
     assert {p.key for p in freed} & {p.key for p in known} == {"effects.tdc_error.angle"}

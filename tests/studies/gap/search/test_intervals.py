@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from apesim import load_machine
+from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.gap.report.effect_rows import effects_of, interval_text, value_text
 from apesim.studies.gap.search.candidates import candidates_of
@@ -40,7 +40,7 @@ def measured(seed, **friction):
 @lru_cache
 def friction(seed, force, breakaway):
     """Coulomb friction fitted to it: as the curvature has it, and with profiles."""
-    machine = load_machine(None, [])
+    machine = Machine()
     base, _ = calibrate(machine, measured(seed, dry_friction=force, breakaway=breakaway))
     (candidate,) = [
         one for one in candidates_of(machine, "valve", effects_on("valve")) if one.name == "coulomb_friction"

@@ -1,0 +1,18 @@
+"""The public face: these names are fetched from the layers on first use, see `__init__.py`."""
+
+from .archive import ArchiveError as ArchiveError
+from .engine.machine import Machine as Machine
+from .quantities import InputError as InputError
+from .results import NotConverged as NotConverged
+from .studies.archive_result import read_archive as read_archive
+from .studies.engine_run import run_engine as run_engine
+from .studies.gap.design.isolability import find_isolability as find_isolability
+from .studies.gap.workflow import explain as explain
+from .studies.identify.estimate import fit as fit
+from .studies.limit.valve_limit import find_valve_limit as find_valve_limit
+from .studies.measured import read_measured as read_measured
+from .studies.sweep.study import sweep as sweep
+from .studies.valve_map import map_valve as map_valve
+from .studies.valve_run import run_valve as run_valve
+
+__all__: list[str]

@@ -1,0 +1,199 @@
+"""One operating point of the engine at its periodic state, as a result."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cylinder import INTAKES
+from apesim.engine.exergy import TERMS
+from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS, indicators
+from apesim.engine.machine import Machine
+from apesim.engine.steady import SteadyRun, run_steady
+from apesim.engine.warnings import judge_point
+from apesim.march.adaptive import Status
+from apesim.quantities import split_header
+from apesim.results import NotConverged, Result, Trace, name_of, scalars_of
+from apesim.studies.calls import arguments_of, compile_first
+from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.operating_conditions import SPEED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+CLOSURES = {
+    "mass": "mass_closure",
+    "energy": "energy_closure",
+    "exergy": "exergy_closure",
+    "work_by_quadrature": "work_by_quadrature_change",
+    "work_at_tenfold_tolerance": "work_tolerance_change",
+    "air_at_tenfold_tolerance": "air_tolerance_change",
+}
+"""How closely a cycle closes: the key in JSON, and the name of the indicator."""
+NUMBERS = INDICATORS | {"wall_time_s": ("s", "computing time of the call")}
+TRACE_NAMES = {
+    "cylinder_pressure": "cylinder pressure",
+    "cylinder_temperature": "cylinder temperature",
+    "lift": "lift of the intake",
+    "velocity": "velocity of the lift, positive as it opens",
+    "pressure_a": "pressure of chamber A, which pushes to closed",
+    "pressure_b": "pressure of chamber B, which pushes to open",
+    "groove_flow": "flow through the groove into the cylinder",
+    "torque": "indicated torque",
+    "receiver_pressure": "pressure in the receiver",
+    "exhaust_flow": "flow through the exhaust valve out of the cylinder",
+    "cylinder_volume": "cylinder volume",
+}
+"""What each trace of a cycle is."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EngineRun(Result):
+    """One operating point at its periodic state; numbers as ``apesim engine run --json`` has them, traces as its CSV.
+
+    Attributes
+    ----------
+    march : SteadyRun
+        What was marched, for those who look deeper.
+    """
+
+    title: ClassVar[str] = "one operating point of the engine"
+    headline: ClassVar[tuple[str, ...]] = (
+        "brake_torque",
+        "brake_power",
+        "specific_air_kg_per_kWh",
+        "exergy_efficiency",
+        "valve_open_deg",
+        "valve_close_deg",
+    )
+
+    march: SteadyRun = field(kw_only=True)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers under the keys of ``apesim engine run --json``; NaN where JSON says null."""
+        data = {key: self[key] for key in INDICATORS if key not in CLOSURES.values()}
+        ledger = {term: data.pop(f"exergy_{term}_J") for term in TERMS}
+        return data | {
+            "exergy_J_per_cycle": ledger,
+            "closure": {name: self[key] for name, key in CLOSURES.items()},
+            "wall_time_s": self["wall_time"],
+            "warnings": list(self.warnings),
+        }
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw cylinder pressure over crank angle; returns the axes."""
+        from apesim.studies.figures.axes import axes_for
+
+        ax = axes_for(ax)
+        ax.plot(self.traces["crank_angle_deg"], self.traces["cylinder_pressure"].values / 1e6)
+        ax.set(
+            xlabel="crank angle after TDC [deg]", ylabel="cylinder pressure [MPa abs]", title=self._told_conditions()
+        )
+        return ax
+
+    def plot_lift(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the lift of the intake over crank angle; returns the axes."""
+        from apesim.studies.figures.axes import axes_for
+
+        ax = axes_for(ax)
+        ax.plot(self.traces["crank_angle_deg"], self.traces["lift"].values * 1e3)
+        ax.set(xlabel="crank angle after TDC [deg]", ylabel="lift [mm]", title=self._told_conditions())
+        return ax
+
+    def plot_indicator_diagram(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw cylinder pressure over cylinder volume; returns the axes."""
+        from apesim.studies.figures.axes import axes_for
+
+        ax = axes_for(ax)
+        ax.plot(self.traces["cylinder_volume"].values * 1e6, self.traces["cylinder_pressure"].values / 1e6)
+        ax.set(xlabel="cylinder volume [cm³]", ylabel="cylinder pressure [MPa abs]", title=self._told_conditions())
+        return ax
+
+
+def run_engine(machine: Machine, speed: str | float) -> EngineRun:
+    """March one operating point of the engine to its periodic state.
+
+    Parameters
+    ----------
+    machine : Machine
+    speed : str or float
+        E.g. "1000 rpm", or [rad/s].
+
+    Returns
+    -------
+    EngineRun
+
+    Raises
+    ------
+    InputError
+        The machine or the speed is out of range.
+    NotConverged
+        The state does not repeat, or the march ended early; its ``result`` holds what was found.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> run = apesim.run_engine(apesim.Machine(), speed="1000 rpm")
+    >>> round(run["brake_torque"], 1), run.scalars["brake_torque"].unit
+    (29.4, 'N m')
+    >>> run["speed_rpm"], run["converged"]
+    (1000.0, True)
+    >>> run.traces["lift"]
+    <Trace [m] over 721 crank_angle_deg, 0 to 0.009>
+    """
+    arguments = arguments_of("run_engine", machine)
+    omega = arguments.quantity("speed", speed, SPEED)
+    arguments.refuse()
+    call_in_thread(compile_first, machine, run_steady, omega, max_cycles=1).result()
+    start = time.perf_counter()
+    march = call_in_thread(run_steady, machine, omega).result()
+    done = march.status == Status.DONE
+    values = indicators(machine, march) if done else dict.fromkeys(INDICATORS, float("nan"))
+    values["wall_time_s"] = time.perf_counter() - start
+    remedy = Status(march.status).remedy
+    warnings = list(judge_point(machine, march, values).values()) if done else [f"the march ended early: {remedy}"]
+    conditions = {"intake": INTAKES[machine.engine.intake], "speed": f"{omega / TURN * 60.0:.6g} r/min"}
+    orbit = march.orbit
+    periodic = f"periodic after {orbit.cycles} cycles (period: {orbit.period} cycle{'s' * (orbit.period > 1)})"
+    run = EngineRun(
+        scalars_of(_typed(values), NUMBERS),
+        _traces(march),
+        conditions | supply_conditions(machine),
+        warnings,
+        periodic if done and orbit.converged else warnings[0],
+        done and orbit.converged,
+        machine.to_toml(),
+        march=march,
+    )
+    if not run.converged:
+        what = f"{conditions['intake']} at {conditions['speed']}"
+        wrong = f"not periodic after {orbit.cycles} cycles" if done else "the march ended early"
+        right = "look at the warnings of its result, and change the machine or the speed" if done else remedy
+        raise NotConverged(what, wrong, right, run)
+    return run
+
+
+def supply_conditions(machine: Machine) -> dict[str, str]:
+    """Supply of a machine in words."""
+    pressure = (machine.supply.pressure - machine.ambient.pressure) / 1e6
+    return {"supply": f"{pressure:.4g} MPa gauge, {machine.supply.temperature:.4g} K"}
+
+
+def _typed(values: Mapping[str, float]) -> dict[str, float]:
+    """Indicators with flags and counts for what they are."""
+    typed = dict(values)
+    typed |= {name: bool(values[name] == 1) for name in FLAGS}
+    return typed | {name: int(np.nan_to_num(values[name])) for name in COUNTS}
+
+
+def _traces(march: SteadyRun) -> dict[str, Trace]:
+    dims = ("crank_angle_deg",)
+    traces = {"crank_angle_deg": Trace(dims, march.angles / DEGREE, "deg", "crank angle after TDC")}
+    for column, header in enumerate(TRACE):
+        name, unit = split_header(header)
+        traces[name_of(name, unit or "1")] = Trace(dims, march.trace[:, column], unit or "1", TRACE_NAMES[name])
+    return traces

@@ -1,0 +1,296 @@
+"""A sweep as a study: its arguments are checked, its archive becomes a result."""
+
+import contextlib
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from apesim.archive import Archive
+from apesim.archive.columns import values_of
+from apesim.archive.grid import axes_of, grid_dataset
+from apesim.engine.cylinder import EPV, INTAKES
+from apesim.engine.machine import Machine
+from apesim.quantities import Arguments, Choice, InputError, Quantity, parse_range
+from apesim.quantities.settings import differences
+from apesim.results import Scalar, name_of
+from apesim.studies.archive_result import ArchiveResult
+from apesim.studies.calls import Progress, arguments_of, call_text, shown
+from apesim.studies.execution.cluster import connected
+from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.operating_conditions import SPEED
+from apesim.studies.sweep.plan import FIXED, TIMING_NAMES, TIMINGS, in_one_unit, rpm
+from apesim.studies.sweep.results import faults_of, warnings_of
+from apesim.studies.sweep.run import find_finished, run_sweep
+from apesim.studies.sweep.variation import Variation, vary_machine
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+SPEEDS = "300:2400:100 rpm"
+INTAKE = Choice(INTAKES, "a call")
+TIMING = Choice((*TIMING_NAMES, "both"), "a call")
+JOBS = Quantity("", 1, 100_000, "a call", whole=True)
+Vary = Mapping[str, Any] | Sequence[str] | Variation
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(ArchiveResult):
+    """Operating points over speeds, intakes, timings and keys of the machine.
+
+    Attributes
+    ----------
+    was_finished : bool
+        Its archive was there and whole already, and nothing was computed.
+    made_by : str
+        The call that made the archive, where it was resumed by its name alone; else "".
+    """
+
+    title: ClassVar[str] = "sweep of operating points"
+
+    was_finished: bool = field(default=False, kw_only=True)
+    made_by: str = field(default="", kw_only=True)
+
+    @classmethod
+    def holds(cls, archive: Archive) -> bool:
+        """Whether an archive is that of a sweep."""
+        return "actuation" in archive.variables and "axes" in archive.provenance
+
+    @classmethod
+    def faults_of(cls, archive: Archive) -> Iterable[str]:
+        """One line for each point that is out of reach, failed or did not reach a periodic state."""
+        return faults_of(archive)
+
+    @classmethod
+    def warnings_of(cls, archive: Archive) -> Iterable[str]:
+        """One line for each kind of warning that runs have."""
+        return warnings_of(archive)
+
+    @classmethod
+    def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
+        """Highest torque and lowest consumption of air."""
+        v = values_of(archive)
+        torque, air = v["brake_torque_Nm"], v["specific_air_kg_per_kWh"]
+        found = {}
+        if not np.isnan(torque).all():
+            found["max_brake_torque"] = Scalar(float(np.nanmax(torque)), "N m", "highest mean brake torque of all runs")
+        if not np.isnan(air).all():
+            text = "lowest consumption of all air over brake work of all runs"
+            found["min_specific_air_kg_per_kWh"] = Scalar(float(np.nanmin(air)), "kg/kWh", text)
+        return found
+
+    @classmethod
+    def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
+        """Each axis with its ends."""
+        return {name.removesuffix("_rpm"): _ends(texts) for name, texts in axes_of(archive).items()}
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """All runs over the axes that were swept; each variable has the attributes ``units`` and ``long_name``.
+
+        Returns
+        -------
+        xarray.Dataset
+            Points that are missing are NaN.
+
+        Raises
+        ------
+        ImportError
+            xarray is not installed.
+        """
+        data = grid_dataset(self.archive)
+        names = {name: name_of(name, variable.unit) for name, variable in self.archive.variables.items()}
+        return data.rename({name: short for name, short in names.items() if name != short and name in data.variables})
+
+    def plot(self, ax: "Axes | None" = None, name: str = "brake_torque") -> "Axes":
+        """Draw a variable over speed, a line for each actuation; keys that were varied are in the middle.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            A new figure's if left out.
+        name : str
+            E.g. "specific_air_kg_per_kWh".
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.sweep import COLOURS, MARKERS, NAMES, actuations_in, in_the_middle, runs_of
+
+        ax, trace = axes_for(ax), self.traces[name]
+        for actuation in actuations_in(self.archive):
+            runs = runs_of(self.archive, actuation)
+            (line,) = ax.plot(self.traces["speed_rpm"][runs], trace[runs], label=NAMES[actuation])
+            line.set(color=COLOURS[actuation], marker=MARKERS[actuation], markersize=4)
+        unit = "" if trace.unit == "1" else f" [{trace.unit}]"
+        ax.set(xlabel="speed [r/min]", ylabel=f"{trace.long_name}{unit}", title=in_the_middle(self.archive))
+        ax.legend()
+        return ax
+
+
+def sweep(
+    machine: Machine,
+    speed: str | float | Iterable[str | float] = SPEEDS,
+    *,
+    intake: str | Iterable[str] = INTAKES,
+    timing: str = "both",
+    vary: Vary | None = None,
+    out: str | PathLike[str] | None = None,
+    jobs: int | None = 1,
+    dask: str | None = None,
+    shard: str | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: Progress = False,
+    call: str | None = None,
+) -> Sweep:
+    """Run operating points over speeds, intakes, timings and any keys of the machine.
+
+    Parameters
+    ----------
+    machine : Machine
+    speed : str, float or sequence of them
+        E.g. "300:2400:100 rpm", or [rad/s].
+    intake : str or sequence of str
+        Of "epv", "cam" and "ideal".
+    timing : {"fixed", "corrected", "both"}
+        Command angles of the electro-pneumatic valve: the machine's, or those by which it meets its targets.
+    vary : mapping of str, or sequence of str, optional
+        Ranges by keys of the machine, e.g. ``{"supply.pressure": "0.6:1.4:0.2 MPa gauge"}``, or ``KEY=RANGE``.
+    out : path, optional
+        The archive to write; what is finished survives a kill. Left out, all stays in memory.
+    jobs : int or None
+        Processes; None: as many as the work is worth. A script that asks for more than one does so below
+        ``if __name__ == "__main__":``, as each process imports it.
+    dask : str, optional
+        Address of the scheduler of a cluster, on which to compute instead.
+    shard : str, optional
+        "i/N": only every N-th point from the i-th.
+    resume : bool
+        Go on with a sweep that was interrupted; one that is finished stays as it is, and is read whatever was swept
+        where neither the machine nor an argument says what to sweep.
+    overwrite : bool
+        Replace an archive that is there.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the numbers of points done and in all.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
+
+    Returns
+    -------
+    Sweep
+        ``failed`` names the points without a good result.
+
+    Raises
+    ------
+    InputError
+        The machine or an argument is out of range, or two arguments do not go together.
+    ArchiveError
+        The target exists, or another process writes it, or it cannot be written.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> found = apesim.sweep(apesim.Machine(), speed="900 rpm", intake="ideal")
+    >>> found["runs"], found.failed
+    (1, ())
+    >>> found.traces["brake_torque"]
+    <Trace [N m] over 1 run, 40.533 to 40.533>
+    """
+    call = call_text(sweep, locals()) if call is None else call
+    arguments = arguments_of("sweep", machine)
+    speeds = _once(arguments, "speed", arguments.range("speed", speed, SPEED), lambda value: f"{rpm(value):g} r/min")
+    intakes = _once(arguments, "intake", arguments.range("intake", intake, INTAKE), INTAKES.__getitem__)
+    timings = _timings(arguments, timing, intakes)
+    variation = _variation(arguments, machine, vary)
+    arguments.quantity("jobs", jobs, JOBS)
+    share = _share(arguments, shard)
+    if dask and (jobs or 1) > 1:
+        arguments.fault("jobs", "is for this machine, not for `dask`", "leave one out")
+    if out is None and (resume or shard):
+        arguments.fault("out", "is left out, so that nothing is kept", "give the path of an archive")
+    arguments.refuse()
+    says_nothing = not (shard or vary) and (intakes, timings) == (list(range(len(INTAKES))), TIMINGS)
+    if out is not None and resume and not overwrite and says_nothing and not any(differences(machine)):
+        finished = find_finished(out) if speeds == parse_range(SPEEDS, SPEED) else None
+        if finished:
+            found = finished.archive.provenance.get("command", "")
+            return Sweep.of(finished.archive, finished.seconds, was_finished=True, made_by=found)
+    with contextlib.ExitStack() as stack:
+        target = Path(out) if out is not None else Path(stack.enter_context(tempfile.TemporaryDirectory()), "sweep.h5")
+        cluster = stack.enter_context(connected(dask)) if dask else None
+        report = stack.enter_context(shown(progress, "sweep"))
+        done = run_sweep(
+            machine,
+            speeds,
+            intakes,
+            target,
+            timings=timings,
+            variation=variation,
+            jobs=jobs,
+            cluster=cluster,
+            shard=share,
+            resume=resume,
+            overwrite=overwrite,
+            command=call,
+            report=report,
+            warm_up=lambda function, *first: call_in_thread(function, *first).result(),
+        )
+    return Sweep.of(done.archive, done.seconds, failed=done.faults, was_finished=done.was_finished)
+
+
+def _once(arguments: Arguments, name: str, values: list, text_of: Callable[[Any], str]) -> list:
+    """Values of an argument, each of which is to be given once."""
+    for value in dict.fromkeys(values):
+        if values.count(value) > 1:
+            arguments.fault(name, f"{text_of(value)} is given twice", "give it once")
+    return values
+
+
+def _timings(arguments: Arguments, timing: Any, intakes: list[int]) -> tuple[int, ...]:
+    """Codes of the timings that an argument names."""
+    code = arguments.quantity("timing", timing, TIMING)
+    if code is None:
+        if timing is None:
+            arguments.fault("timing", "is None", f"write {TIMING.range_text}")
+        return (FIXED,)
+    if TIMING.options[code] == "corrected" and intakes and EPV not in intakes:
+        wrong = "corrects the commands of an electro-pneumatic valve, but `intake` has none"
+        arguments.fault("timing", wrong, 'add epv to `intake`, or write "fixed"')
+    return TIMINGS if TIMING.options[code] == "both" else (TIMINGS[code],)
+
+
+def _variation(arguments: Arguments, machine: Machine, vary: Vary | None) -> Variation | None:
+    """Machines that an argument makes of one."""
+    if vary is None or isinstance(vary, Variation):
+        return vary
+    try:
+        return vary_machine(machine, vary, f"{arguments.where}: vary")
+    except InputError as error:
+        arguments.culprits += error.culprits
+        return None
+
+
+def _share(arguments: Arguments, text: str | None) -> tuple[int, int] | None:
+    """(i, N) of a text i/N."""
+    if text is None:
+        return None
+    number, slash, total = str(text).partition("/")
+    if not (slash and number.isdecimal() and total.isdecimal() and 1 <= int(number) <= int(total)):
+        arguments.fault("shard", f"{text!r} is no share of the work", "write e.g. 1/4")
+        return None
+    return int(number), int(total)
+
+
+def _ends(texts: list[str]) -> str:
+    """Values of an axis in words: all of a few, else the ends and their number."""
+    if len(texts) <= 4:
+        return ", ".join(texts)
+    numbers, unit = in_one_unit(texts)
+    return f"{numbers[0]} to {numbers[-1]} {unit} ({len(texts)})"

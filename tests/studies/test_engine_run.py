@@ -1,0 +1,96 @@
+"""An engine run from Python holds what its command writes, and draws on the axes that it is given."""
+
+import csv
+import json
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import apesim
+from apesim.engine.machine import Machine
+from apesim.studies import engine_run
+from apesim.studies.cli import app
+from apesim.studies.console import main_of, plain
+from apesim.studies.engine_run import run_engine
+
+
+@pytest.fixture(scope="module")
+def run():
+    return run_engine(Machine(), speed="1000 rpm")
+
+
+def test_the_result_is_what_the_command_writes(run, capsys, tmp_path, monkeypatch):
+    path = tmp_path / "traces.csv"
+    arguments = ["engine", "run", "--speed", "1000 rpm", "--json", "--csv", str(path)]
+    monkeypatch.setattr("sys.argv", ["apesim", *arguments])
+    assert main_of(app) == 0
+    written = json.loads(capsys.readouterr().out)
+    held = plain(run.to_dict())
+    assert list(held) == list(written)
+    assert {key: value for key, value in held.items() if key != "wall_time_s"} == {
+        key: value for key, value in written.items() if key != "wall_time_s"
+    }
+    for key, value in written.items():
+        if isinstance(value, float) and key != "wall_time_s":
+            assert run[key] == value
+    with path.open() as file:
+        headers, *rows = csv.reader(file)
+    columns = dict(zip(headers, np.array(rows, dtype=float).T, strict=True))
+    assert np.array_equal(columns["crank_angle [deg]"], run.traces["crank_angle_deg"])
+    for header, column in columns.items():
+        name, _, unit = header.rstrip("]").partition(" [")
+        trace = run.traces[name if name != "crank_angle" else "crank_angle_deg"]
+        assert trace.unit == unit and np.array_equal(trace.values, column)
+
+
+def test_a_speed_is_a_text_or_a_float_in_si(run):
+    again = run_engine(Machine(), 1000.0 * np.pi / 30.0)
+    assert again["brake_torque"] == run["brake_torque"] == run["brake_torque_Nm"]
+    assert run.conditions == {"intake": "epv", "speed": "1000 r/min", "supply": "1 MPa gauge, 287 K"}
+
+
+def test_its_text_is_short_and_says_how_it_ended(run):
+    text = repr(run)
+    assert len(text.splitlines()) < 12 and "array" not in text
+    assert "periodic after 28 cycles (period: 1 cycle)" in text and f"{run['brake_torque']:.5g} N m" in text
+
+
+def test_it_is_drawn_on_the_axes_given(run):
+    _, axes = plt.subplots(1, 3)
+    for ax, draw in zip(axes, (run.plot, run.plot_lift, run.plot_indicator_diagram), strict=True):
+        assert draw(ax) is ax and len(ax.lines) == 1 and "[" in ax.get_xlabel()
+    assert np.allclose(axes[1].lines[0].get_ydata(), 1e3 * run.traces["lift"].values)
+    assert run.plot() is not axes[0]
+    plt.close("all")
+
+
+def test_xarray_and_pandas_hold_numbers_and_traces(run):
+    pytest.importorskip("xarray")
+    pytest.importorskip("pandas")
+    data, table = run.to_xarray(), run.to_pandas()
+    assert data["brake_torque"].item() == run["brake_torque"] and data["brake_torque"].attrs["units"] == "N m"
+    assert data["cylinder_pressure"].attrs["reference"] == "absolute"
+    assert np.array_equal(table["lift"], run.traces["lift"]) and table.attrs["units"]["lift"] == "m"
+
+
+def test_what_does_not_converge_is_raised_with_its_result_and_the_command_ends_with_3(run, capsys, monkeypatch):
+    def unsettled(machine, speed, **options):
+        march = run.march
+        return march._replace(orbit=march.orbit._replace(converged=False, cycles=7))
+
+    monkeypatch.setattr(engine_run, "run_steady", unsettled)
+    with pytest.raises(apesim.NotConverged, match="epv at 1000 r/min: not periodic after 7 cycles; ") as caught:
+        run_engine(Machine(), "1000 rpm")
+    result = caught.value.result
+    assert result["brake_torque"] == run["brake_torque"] and result.converged is False
+    assert "not periodic after 7 cycles" in repr(result)
+    monkeypatch.setattr("sys.argv", ["apesim", "engine", "run", "--speed", "1000 rpm", "--json"])
+    assert main_of(app) == 3
+    said = capsys.readouterr()
+    assert json.loads(said.out)["converged"] is False and "not periodic after 7 cycles" in said.err
+
+
+def test_nothing_is_printed(capsys):
+    run_engine(Machine().with_(engine_intake="ideal"), "1000 rpm")
+    assert capsys.readouterr() == ("", "")
