@@ -12,7 +12,7 @@ from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.execution.pool import workers_for
 from apesim.studies.gap.design.isolability import limit_text
-from apesim.studies.gap.input_checks import gate
+from apesim.studies.gap.input_checks import check_input
 from apesim.studies.gap.search.library import faults_of
 from apesim.studies.gap.thresholds import TOLERANCE
 from apesim.studies.gap.workflow import explain
@@ -85,7 +85,7 @@ def given(common, folder, without):
     machine : apesim.engine.machine.Machine
     measured : apesim.studies.measured.Measured
     warnings : list of str
-        See `apesim.studies.gap.input_checks.gate`.
+        See `apesim.studies.gap.input_checks.check_input`.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def given(common, folder, without):
     if faults:
         raise InputError([Culprit(COMMAND_LINE, f"--{name}", wrong, right) for name, wrong, right in faults])
     measured = read_measured(folder, machine.ambient.pressure)
-    return machine, measured, gate(measured)
+    return machine, measured, check_input(measured)
 
 
 def first_march(console, machine, measured):

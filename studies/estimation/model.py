@@ -9,7 +9,7 @@ from apesim.studies.estimation.parameters import corrections
 from apesim.studies.estimation.residuals import Problem
 from apesim.studies.measured.prediction import with_value
 
-UNTOLD = 1e-6
+MIN_SENSITIVITY = 1e-6
 """Standard deviations over a parameter's range, below which the data do not depend on it."""
 
 
@@ -59,13 +59,13 @@ class Model(NamedTuple):
     def machine(self):
         """The machine with the effects, within what a machine file allows; its nuisances as they were."""
         machine, runs = self.problem.machine, self.problem.runs
-        for p, x, told in zip(self.problem.parameters, self.fitted.x, self.told, strict=True):
+        for p, x, told in zip(self.problem.parameters, self.fitted.x, self.identifiable, strict=True):
             if told and not p.prior:
                 for key, value in corrections(self.problem.machine, p, np.clip(x, *p.ends), runs).items():
                     machine = with_value(machine, key, value)
         return machine
 
     @property
-    def told(self):
+    def identifiable(self):
         """Whether the data depend on each parameter at all, (p,) bool array."""
-        return np.linalg.norm(self.fitted.jacobian, axis=0) > UNTOLD
+        return np.linalg.norm(self.fitted.jacobian, axis=0) > MIN_SENSITIVITY

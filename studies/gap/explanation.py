@@ -13,17 +13,17 @@ from typing import Any
 from apesim.archive import ArchiveError, replace_file
 from apesim.quantities.settings import dumps
 from apesim.studies.estimation.model import Model
-from apesim.studies.gap.decide.consistency import Apart
+from apesim.studies.gap.decide.consistency import Inconsistency
 from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.reasons import Verdict
-from apesim.studies.gap.report.extended_machine import child_of, lineage_of
+from apesim.studies.gap.report.extended_machine import extend_machine, lineage_of
 from apesim.studies.gap.report.petab_select import model_space
 from apesim.studies.gap.report.verdict_json import describe
-from apesim.studies.gap.search.gap_test import Detection
+from apesim.studies.gap.search.gap_test import GapTest
 from apesim.studies.gap.search.localisation import Cell
 from apesim.studies.gap.search.model_selection import Choice
-from apesim.studies.gap.search.score_test import Column, Score
+from apesim.studies.gap.search.score_test import Score, Sensitivity
 from apesim.studies.gap.tables.balance import Balance
 from apesim.studies.gap.tables.latent import branches
 from apesim.studies.gap.tables.tabulate import Tabulated
@@ -63,11 +63,11 @@ class Explanation:
     measured : Measured
     calibrated : Model
         The machine with its uncertain numbers fitted under their priors.
-    sensitivities : list of Column
+    sensitivities : list of Sensitivity
         What each candidate would do to the data.
     scores : list of Score
         The best first.
-    gap_test : Detection
+    gap_test : GapTest
     solver_error : float
         The simulator's own error over the noise of a sample.
     tolerance : float
@@ -90,7 +90,7 @@ class Explanation:
         The table that is added where the library is refused.
     checked : HeldOut or None
         `best` on the check runs.
-    consistency : sequence of Apart
+    consistency : sequence of Inconsistency
         Where each operating point alone leads the parameters of `best`.
     simulations : int
     parent_text : str or None
@@ -101,9 +101,9 @@ class Explanation:
 
     measured: Measured
     calibrated: Model
-    sensitivities: list[Column]
+    sensitivities: list[Sensitivity]
     scores: list[Score]
-    gap_test: Detection
+    gap_test: GapTest
     solver_error: float
     tolerance: float
     cells: list[Cell]
@@ -116,7 +116,7 @@ class Explanation:
     balances: Sequence[Balance] = ()
     tabulated: Tabulated | None = None
     checked: HeldOut | None = None
-    consistency: Sequence[Apart] = ()
+    consistency: Sequence[Inconsistency] = ()
     simulations: int = 0
     next_test: dict[str, Any] = field(default_factory=dict)
     parent_text: str | None = None
@@ -233,7 +233,7 @@ class Explanation:
         make_folder(folder, overwrite)
         if progress:
             progress("writing the report", 0, 1)
-        _write(folder, "machine.toml", child_of(self, data, folder))
+        _write(folder, "machine.toml", extend_machine(self, data, folder))
         compared = compare(self)
         for name in ("figures", "petab_select"):
             (folder / name).mkdir(exist_ok=True)

@@ -9,11 +9,11 @@ from apesim.studies.measured.sensors import FILE
 
 SATURATED = 0.05
 """Share of samples at the very largest or smallest value, from which a sensor may be at its end."""
-OWN_ERROR = 0.05
+MAX_SOLVER_ERROR = 0.05
 """Standard deviations per sample, up to which the simulator's own error is let pass."""
 
 
-def gate(measured):
+def check_input(measured):
     """Refuse data that nothing can be concluded from, and warn of what looks wrong.
 
     Parameters
@@ -76,7 +76,7 @@ def _saturated(values):
     return ends[0] < ends[1] and any(np.mean(values == end) > SATURATED for end in ends)
 
 
-def own_error(problem, x):
+def find_solver_error(problem, x):
     """The simulator's own error by a tenfold sharper march [standard deviations per sample], root mean square.
 
     Parameters

@@ -14,13 +14,13 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
 from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.execution.pool import Team
-from apesim.studies.gap.decide.consistency import apart, too_far
+from apesim.studies.gap.decide.consistency import compare_points, too_far
 from apesim.studies.gap.decide.held_out import all_left_over, compared, held_out, judge_held_out
 from apesim.studies.gap.decide.operating_points import label_of, points_of
 from apesim.studies.gap.decide.verdict import Decision, explained, with_alarm, without_alarm
 from apesim.studies.gap.design.next_test import next_test
 from apesim.studies.gap.explanation import Explanation
-from apesim.studies.gap.input_checks import gate
+from apesim.studies.gap.input_checks import check_input
 from apesim.studies.gap.reasons import BLAMING, ReasonKind, Verdict
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap, find_gap
 from apesim.studies.gap.search.candidate_fits import compare_left_over, fit_candidates
@@ -103,7 +103,7 @@ def run_workflow(
     machine: Machine, measured: Measured, without: Sequence[str], tolerance: float, work: Work
 ) -> Explanation:
     """Run all stages of the workflow, see `explain`."""
-    warnings = gate(measured)
+    warnings = check_input(measured)
     candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without, machine))
     gap, solver_error, more = find_gap(machine, measured, candidates, work)
     explanation = Explanation(
@@ -114,7 +114,7 @@ def run_workflow(
         gap_test=gap.gap_test,
         solver_error=solver_error,
         tolerance=tolerance,
-        cells=localise(gap.calibrated.problem, gap.marks, gap.calibrated.fitted.left, True),
+        cells=localise(gap.calibrated.problem, gap.marks, gap.calibrated.fitted.left, holds_noise=True),
         decision=without_alarm(gap.calibrated, gap.gap_test.p_value),
         warnings=[*warnings, *more],
     )
@@ -148,7 +148,7 @@ def decide(
     calibrated, measured, cells, chance = explanation.calibrated, explanation.measured, explanation.cells, 1.0
     ranked, judged = judge_held_out(calibrated, fits, measured, work)
     if ranked and ranked[0].cost < calibrated.cost:
-        cells = localise(calibrated.problem, gap.marks, explained(calibrated, ranked[0]), False)
+        cells = localise(calibrated.problem, gap.marks, explained(calibrated, ranked[0]), holds_noise=False)
         chance = compare_left_over(ranked[0].model, gap).p_value
     size = max(cell.size for cell in cells)
     decision = with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance)
@@ -157,7 +157,7 @@ def decide(
         decision = refuse_for_table(decision, tables, library_size)
     tabulated = tabulate(tables, measured, explanation.noise) if decision.verdict == Verdict.REFUSED else None
     if tabulated:
-        cells = localise(calibrated.problem, gap.marks, explained(calibrated, tabulated), False)
+        cells = localise(calibrated.problem, gap.marks, explained(calibrated, tabulated), holds_noise=False)
     return replace(
         explanation,
         fits=fits,
@@ -200,7 +200,7 @@ def check_on_unused_runs(explanation: Explanation, work: Work) -> Explanation:
     if best is not calibrated and not best.fitted.converged:
         warnings.append("the fit of what is told did not converge")
     warnings += [f"{key} is fitted beyond its range, and written as the end of it" for key in best.beyond]
-    consistency, ambient = apart(best), best.problem.machine.ambient.pressure
+    consistency, ambient = compare_points(best), best.problem.machine.ambient.pressure
     warnings += [
         f"{one.parameter.key}: {label_of(one.run, ambient)} alone says another value than all runs together, "
         f"by {abs(one.deviations):.1f} deviations"

@@ -1,6 +1,6 @@
 """Noise as a process: its standard deviation, its colour, and hum of the mains, taken off by `whitened`.
 
-The colour is that of an autoregressive process of up to `ORDER_MOST` terms (Yule and Walker's equations by Levinson's
+The colour is that of an autoregressive process of up to `MAX_ORDER` terms (Yule and Walker's equations by Levinson's
 recursion, its order by Schwarz's criterion). Hum is a sine of unknown amplitude and phase in each run; it joins the
 covariance of the noise, so that nothing has to be fitted.
 """
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-ORDER_MOST = 12
+MAX_ORDER = 12
 ENOUGH = 60
 """Samples that are needed to tell a colour."""
 STRETCH = 20
@@ -92,7 +92,7 @@ def autoregressive(segments, source, fitted=(), doubt=0.0):
     deviation = float(np.sqrt(sum(s @ s for s in segments) / free))
     if deviation == 0.0 or samples < ENOUGH:
         return white(deviation, source, free)
-    most = min(ORDER_MOST, min(map(len, segments)) // 4)
+    most = min(MAX_ORDER, min(map(len, segments)) // 4)
     lagged = [
         (_lagged(segments, lag) / deviation**2 + _lagged(fitted, lag)) / (samples - lag * len(segments))
         for lag in range(most + 1)

@@ -12,7 +12,7 @@ LEAST = 0.01
 """Share of a parameter's variance that it has to be less sure by, where one operating point alone tells it."""
 
 
-class Apart(NamedTuple):
+class Inconsistency(NamedTuple):
     """What one operating point alone says of a parameter, against all together."""
 
     parameter: object
@@ -25,7 +25,7 @@ class Apart(NamedTuple):
     """Difference in standard deviations of what noise makes of it."""
 
 
-def apart(model):
+def compare_points(model):
     """Find where each operating point alone leads, if all is straight, the farthest for each parameter.
 
     A subset of the data has its own estimate, whose difference from that of all varies by the difference of their
@@ -37,7 +37,7 @@ def apart(model):
 
     Returns
     -------
-    list of Apart
+    list of Inconsistency
         The farthest first; none of a single operating point.
     """
     problem, (x, errors, jacobian, _) = model.problem, model.fitted
@@ -46,7 +46,7 @@ def apart(model):
         return []
     samples = len(errors) - len(x)
     at = np.concatenate([np.full(len(b.values), _place(points, b.run)) for b in problem.blocks])
-    all_of_them, told, found = np.diag(model.fitted.covariance), model.told, []
+    all_of_them, told, found = np.diag(model.fitted.covariance), model.identifiable, []
     for number, point in enumerate(points):
         rows = np.append(np.flatnonzero(at == number), np.arange(samples, len(errors)))
         covariance = np.linalg.pinv(jacobian[rows].T @ jacobian[rows])
@@ -54,7 +54,7 @@ def apart(model):
         more = np.diag(covariance) - all_of_them
         for j, parameter in enumerate(problem.parameters):
             if more[j] > LEAST * all_of_them[j] and told[j]:
-                found.append(Apart(parameter, point, x[j] + shift[j], shift[j] / np.sqrt(more[j])))
+                found.append(Inconsistency(parameter, point, x[j] + shift[j], shift[j] / np.sqrt(more[j])))
     found.sort(key=lambda one: -abs(one.deviations))
     first: dict = {}
     for one in found:
@@ -63,7 +63,7 @@ def apart(model):
 
 
 def too_far(found, points):
-    """Those of `apart` that noise alone would put so far with a chance of less than `ALARM` over all."""
+    """Those of `compare_points` that noise alone would put so far with a chance of less than `ALARM` over all."""
     limit = norm.isf(0.5 * ALARM / max(1, points * len(found)))
     return [one for one in found if abs(one.deviations) > limit]
 

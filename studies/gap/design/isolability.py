@@ -13,15 +13,15 @@ from apesim.engine.machine import Machine
 from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.estimation.calibration import uncalibrated
 from apesim.studies.estimation.levenberg_marquardt import Fitted
-from apesim.studies.estimation.nuisance_space import imitated
+from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.gap.design.experiments import experiments_of, problem_of
-from apesim.studies.gap.input_checks import gate
+from apesim.studies.gap.input_checks import check_input
 from apesim.studies.gap.report.verdict_json import noise_told
 from apesim.studies.gap.search.candidates import candidates_of
 from apesim.studies.gap.search.detection_limits import clearest, detection_limits, sharpened
 from apesim.studies.gap.search.library import effects_on, faults_of
-from apesim.studies.gap.search.score_test import bank, cosine
+from apesim.studies.gap.search.score_test import cosine, find_sensitivities
 from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import Measured
@@ -130,7 +130,7 @@ def find_isolability(
     """
     start = time.perf_counter()
     measured, _ = open_measured("find_isolability", machine, measured, faults=faults_of(without, machine))
-    warnings = gate(measured)
+    warnings = check_input(measured)
     rows, noise, more = _isolability(machine, measured, without, Work(tell=progress))
     return Isolability(rows, noise, [*warnings, *more], time.perf_counter() - start)
 
@@ -144,7 +144,7 @@ def _isolability(
     errors, jacobian = _slopes(problem, nominal)
     candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without, machine))
     fitted = Fitted(nominal, errors, jacobian, True)
-    columns = bank(problem, fitted, candidates, work, "effects")
+    columns = find_sensitivities(problem, fitted, candidates, work, "effects")
     best = {name: sharpened(problem, fitted, column) for name, column in clearest(columns).items()}
     limits = detection_limits(list(best.values()))
     n = len(errors) - len(nominal)
@@ -198,12 +198,12 @@ def _widened(experiment, problem, jacobian, wanted):
     errors, slopes = _slopes(more, x)
     own = len(errors) - len(x)
     old = np.column_stack([jacobian, np.zeros((len(jacobian), len(x) - jacobian.shape[1]))])
-    space = imitated(np.vstack([old, slopes[:own], np.diag(more.known.astype(float))]))
+    space = find_nuisance_space(np.vstack([old, slopes[:own], np.diag(more.known.astype(float))]))
     found = {}
     for name, (probe, effect) in wanted.items():
         with_it = more.with_parameters([*more.parameters, *probe.candidate.parameters])
         shown = with_it.errors(np.append(x, probe.x))[:own] - errors[:own]
-        found[name] = space.removed(np.concatenate([effect, shown, np.zeros(len(x))]))
+        found[name] = space.project_out(np.concatenate([effect, shown, np.zeros(len(x))]))
     return found
 
 

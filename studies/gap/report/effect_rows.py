@@ -26,7 +26,7 @@ def effects_of(model):
         if parameter.prior:
             continue
         ends = ends_of(model, j)
-        if not model.told[j] and all(end.is_open for end in ends):
+        if not model.identifiable[j] and all(end.is_open for end in ends):
             continue
         said = corrections(machine, parameter, x, runs)
         key, value = next(iter(said.items()))
@@ -60,7 +60,7 @@ def ends_of(model, j):
     if any(j in numbers for numbers in shaped(model)):
         return (model.profiles or {}).get(parameter.key, ())
     x, half = model.fitted.x, NORMAL_95 * np.sqrt(model.fitted.covariance[j, j])
-    if not model.told[j]:
+    if not model.identifiable[j]:
         half = np.inf
     ends = np.clip([x[j] - half, x[j] + half], parameter.low, parameter.high)
     is_inside = parameter.low <= x[j] - half, x[j] + half <= parameter.high

@@ -27,7 +27,7 @@ def lineage_of(measured: Any, parent_text: str, machine: Machine) -> dict[str, s
     return {"parent_machine_sha256": sha256(parent_text), "measured_data_sha256": data_hash(measured)} | files
 
 
-def child_of(explanation: Any, data: dict, folder: Path) -> str:
+def extend_machine(explanation: Any, data: dict, folder: Path) -> str:
     """A machine file with what was found: the effects or the table added, or what was wrong; else the parent's machine.
 
     Parameters

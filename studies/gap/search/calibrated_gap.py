@@ -17,12 +17,12 @@ from apesim.studies.estimation.noise.estimation import (
 )
 from apesim.studies.estimation.noise.process import noise_for
 from apesim.studies.estimation.noise.sampling import parts_of
-from apesim.studies.estimation.nuisance_space import imitated
-from apesim.studies.gap.input_checks import OWN_ERROR, own_error
+from apesim.studies.estimation.nuisance_space import find_nuisance_space
+from apesim.studies.gap.input_checks import MAX_SOLVER_ERROR, find_solver_error
 from apesim.studies.gap.search.candidates import Candidate
-from apesim.studies.gap.search.gap_test import Detection, detect
+from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
 from apesim.studies.gap.search.phases import local_shapes
-from apesim.studies.gap.search.score_test import Column, Score, bank, scores
+from apesim.studies.gap.search.score_test import Score, Sensitivity, find_sensitivities, scores
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import Measured
 
@@ -31,7 +31,7 @@ class CalibratedGap(NamedTuple):
     """What the calibrated machine leaves of the data, and the test whether that is more than noise."""
 
     calibrated: Model
-    sensitivities: list[Column]
+    sensitivities: list[Sensitivity]
     """What each candidate would do to the data."""
     marks: list[dict[str, Any]]
     """Instants that divide each run, as the machine file says.
@@ -42,7 +42,7 @@ class CalibratedGap(NamedTuple):
     """The best first."""
     local_shapes: np.ndarray
     """See `apesim.studies.gap.search.phases.local_shapes`."""
-    gap_test: Detection
+    gap_test: GapTest
 
 
 def find_gap(
@@ -79,13 +79,13 @@ def find_gap(
     calibrated = gap.calibrated
     if not calibrated.fitted.converged:
         warnings.append("the calibration did not converge")
-    solver_error = own_error(calibrated.problem, calibrated.fitted.x)
-    if solver_error > OWN_ERROR:
+    solver_error = find_solver_error(calibrated.problem, calibrated.fitted.x)
+    if solver_error > MAX_SOLVER_ERROR:
         warnings.append(f"the simulator's own error is {solver_error:.2g} of the noise: it may be taken for a gap")
     return gap, solver_error, warnings
 
 
-def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: Work) -> tuple[Model, list[Column]]:
+def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: Work) -> tuple[Model, list[Sensitivity]]:
     """Find what each candidate would do to the data.
 
     Where what no candidate explains says more of the noise than was known, the machine is calibrated again with that.
@@ -99,15 +99,15 @@ def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: W
     Returns
     -------
     calibrated : Model
-    sensitivities : list of Column
+    sensitivities : list of Sensitivity
     """
     problem, x = calibrated.problem, calibrated.fitted.x
-    columns = bank(problem, calibrated.fitted, candidates, work)
+    columns = find_sensitivities(problem, calibrated.fitted, candidates, work)
     known = is_known(problem.noise)
     if known and not may_hum(problem.noise):
         return calibrated, columns
-    space = imitated(np.column_stack([calibrated.fitted.jacobian, *(column.effect for column in columns)]))
-    pairs = zip(problem.parted(space.removed(calibrated.fitted.errors)), problem.blocks, strict=True)
+    space = find_nuisance_space(np.column_stack([calibrated.fitted.jacobian, *(column.effect for column in columns)]))
+    pairs = zip(problem.parted(space.project_out(calibrated.fitted.errors)), problem.blocks, strict=True)
     left = [-part * noise_for(problem.noise, block).deviation for part, block in pairs]
     if known:
         noise = hum_of_what_nothing_explains(problem.blocks, problem.noise, problem.predicted(x), left)
@@ -117,16 +117,18 @@ def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: W
         return calibrated, columns
     problem = problem.with_noise(noise)
     calibrated = Model((), problem, descend(problem, x))
-    return calibrated, bank(problem, calibrated.fitted, candidates, work)
+    return calibrated, find_sensitivities(problem, calibrated.fitted, candidates, work)
 
 
-def check_against_noise(calibrated: Model, sensitivities: list[Column], marks: list[dict[str, Any]]) -> CalibratedGap:
+def check_against_noise(
+    calibrated: Model, sensitivities: list[Sensitivity], marks: list[dict[str, Any]]
+) -> CalibratedGap:
     """Compare what the calibrated machine leaves with what noise alone would leave.
 
     Parameters
     ----------
     calibrated : apesim.studies.estimation.model.Model
-    sensitivities : list of apesim.studies.gap.search.score_test.Column
+    sensitivities : list of apesim.studies.gap.search.score_test.Sensitivity
     marks : list of dict
         Instants that divide each run.
 
@@ -135,6 +137,6 @@ def check_against_noise(calibrated: Model, sensitivities: list[Column], marks: l
     CalibratedGap
     """
     errors = calibrated.fitted.errors
-    local = local_shapes(calibrated.problem, marks, imitated(calibrated.fitted.jacobian))
-    test = detect(sensitivities, local, errors, parts_of(calibrated.problem))
+    local = local_shapes(calibrated.problem, marks, find_nuisance_space(calibrated.fitted.jacobian))
+    test = compare_with_noise(sensitivities, local, errors, parts_of(calibrated.problem))
     return CalibratedGap(calibrated, sensitivities, marks, scores(sensitivities, errors), local, test)

@@ -6,9 +6,9 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.sampling import parts_of
-from apesim.studies.estimation.nuisance_space import imitated
+from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap
-from apesim.studies.gap.search.gap_test import Detection, detect
+from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
 from apesim.studies.gap.search.model_selection import Choice, alone_again, beside, pairs, released, remaining, singles
 from apesim.studies.gap.search.plausibility import implausible
 from apesim.studies.gap.thresholds import DOUBTFUL
@@ -63,8 +63,10 @@ def with_effects(found: Iterable[Choice]) -> list[Choice]:
     return sorted((choice for choice in found if choice.model.candidates), key=lambda choice: choice.cost)
 
 
-def compare_left_over(model: Model, gap: CalibratedGap) -> Detection:
+def compare_left_over(model: Model, gap: CalibratedGap) -> GapTest:
     """Compare what a model leaves with what noise alone would leave."""
     again, local = beside(gap.sensitivities, model), gap.local_shapes
-    wider = imitated(model.fitted.jacobian).removed(np.vstack([local, np.zeros((model.added, local.shape[1]))]))
-    return detect(again, wider, model.fitted.errors, parts_of(model.problem))
+    wider = find_nuisance_space(model.fitted.jacobian).project_out(
+        np.vstack([local, np.zeros((model.added, local.shape[1]))])
+    )
+    return compare_with_noise(again, wider, model.fitted.errors, parts_of(model.problem))

@@ -6,9 +6,9 @@ from math import copysign, inf, log
 import numpy as np
 
 from apesim.engine.effects import ALL_EFFECTS
-from apesim.studies.estimation.nuisance_space import imitated
+from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.gap.search.score_test import Column, cosine
+from apesim.studies.gap.search.score_test import Sensitivity, cosine
 from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
 
 SMALL = 0.1
@@ -30,11 +30,11 @@ def clearest(columns):
 
     Parameters
     ----------
-    columns : list of apesim.studies.gap.search.score_test.Column
+    columns : list of apesim.studies.gap.search.score_test.Sensitivity
 
     Returns
     -------
-    dict of apesim.studies.gap.search.score_test.Column
+    dict of apesim.studies.gap.search.score_test.Sensitivity
     """
     alike: dict = {}
     for column in columns:
@@ -66,14 +66,14 @@ def sharpened(problem, fitted, column):
     problem : apesim.studies.estimation.residuals.Problem
         Of the nuisances.
     fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-    column : apesim.studies.gap.search.score_test.Column
+    column : apesim.studies.gap.search.score_test.Sensitivity
 
     Returns
     -------
-    apesim.studies.gap.search.score_test.Column
+    apesim.studies.gap.search.score_test.Sensitivity
         For the end of the range, where it is not seen even there.
     """
-    probe, space = column.probe, imitated(fitted.jacobian)
+    probe, space = column.probe, find_nuisance_space(fitted.jacobian)
     wider = problem.with_parameters([*problem.parameters, *probe.candidate.parameters])
     power = 1.0
     for _ in range(STEPS):
@@ -88,12 +88,12 @@ def sharpened(problem, fitted, column):
             effect = wider.errors(np.append(fitted.x, x))[: len(fitted.errors)] - fitted.errors
         except EndedEarly:
             break
-        bare = space.removed(effect)
-        length = float(np.linalg.norm(bare))
+        projected = space.project_out(effect)
+        length = float(np.linalg.norm(projected))
         if length == 0.0:
             break
         power = np.clip(log(length / column.length) / log(size / abs(own)), *POWERS)
-        column = Column(probe, effect, bare, length / float(np.linalg.norm(effect)))
+        column = Sensitivity(probe, effect, projected, length / float(np.linalg.norm(effect)))
     return column
 
 
@@ -102,7 +102,7 @@ def detection_limits(columns):
 
     Parameters
     ----------
-    columns : list of apesim.studies.gap.search.score_test.Column
+    columns : list of apesim.studies.gap.search.score_test.Sensitivity
 
     Returns
     -------
@@ -119,12 +119,12 @@ def detection_limits(columns):
             "parameter": parameter.key.split(".")[-1],
             "unit": parameter.declaration.unit,
             "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if x <= 1.0 else None,
-            "kept": column.kept,
+            "kept": column.retained,
             "class": [],
         }
     seen = [name for name, limit in found.items() if limit["limit"] is not None]
     for one, other in combinations(seen, 2):
-        if abs(cosine(best[one].bare, best[other].bare)) > ALIKE:
+        if abs(cosine(best[one].projected, best[other].projected)) > ALIKE:
             found[one]["class"].append(other)
             found[other]["class"].append(one)
     return found

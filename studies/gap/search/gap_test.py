@@ -1,10 +1,13 @@
 """Is there a gap? The first key: the largest score, against what noise alone gives over the whole bank."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from apesim.studies.estimation.noise.process import Noise
 from apesim.studies.estimation.noise.sampling import scatter
+from apesim.studies.gap.search.score_test import Sensitivity
 from apesim.studies.gap.thresholds import ALARM
 
 NOISES = 500
@@ -15,7 +18,7 @@ DRAWS = NOISES * EACH
 SEED = 20090715
 
 
-class Detection(NamedTuple):
+class GapTest(NamedTuple):
     """The first key."""
 
     p_value: float
@@ -31,12 +34,14 @@ class Detection(NamedTuple):
         return self.p_value < ALARM
 
 
-def detect(columns, local, errors, parts):
+def compare_with_noise(
+    columns: Sequence[Sensitivity], local: np.ndarray, errors: np.ndarray, parts: list[tuple[Noise, slice]]
+) -> GapTest:
     """Compare the largest of all scores with those of noise alone, which is known no better than its source tells it.
 
     Parameters
     ----------
-    columns : list of apesim.studies.gap.search.score_test.Column
+    columns : list of apesim.studies.gap.search.score_test.Sensitivity
     local : (n + p, m) float array
         Shapes of no known cause, one for each signal and phase, free of what nuisances can imitate.
     errors : (n + p,) float array
@@ -46,10 +51,10 @@ def detect(columns, local, errors, parts):
 
     Returns
     -------
-    Detection
+    GapTest
     """
-    columns = [column for column in columns if column.is_told]
-    shapes = np.column_stack([*(c.bare for c in columns), local])
+    columns = [column for column in columns if column.is_visible]
+    shapes = np.column_stack([*(c.projected for c in columns), local])
     lengths = np.linalg.norm(shapes, axis=0)
     shapes = shapes[:, lengths > 0.0] / lengths[lengths > 0.0]
     one_sided = np.array([c.probe.one_sided for c in columns] + [False] * local.shape[1])[lengths > 0.0]
@@ -63,4 +68,4 @@ def detect(columns, local, errors, parts):
     draws *= np.repeat(scatter(parts, shapes, NOISES, rng), EACH, axis=0)
     highest = np.max(np.where(one_sided, draws, np.abs(draws)), axis=1)
     p_value = (1.0 + np.sum(highest >= largest)) / (1.0 + DRAWS)
-    return Detection(float(p_value), largest, float(np.quantile(highest, 1.0 - ALARM)))
+    return GapTest(float(p_value), largest, float(np.quantile(highest, 1.0 - ALARM)))

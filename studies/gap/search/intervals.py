@@ -12,7 +12,7 @@ from apesim.studies.estimation.residuals import EndedEarly
 
 CLOSE = 0.05
 """Deviations from those of an interval's end, within which a point is the end: a fortieth of half an interval."""
-UNTOLD = 1e6
+UNIDENTIFIABLE = 1e6
 """Standard deviation of a parameter on which the data do not depend at the optimum: its ends are sought from its bounds
 inwards."""
 MAX_RESTARTS = 3
@@ -102,8 +102,8 @@ def _end(model, j, side, aside):
     """One end of an interval, and the number of simulations."""
     problem, fitted = _copy(model.problem), model.fitted
     covariance = fitted.covariance
-    for untold in np.flatnonzero(~model.told):
-        covariance[untold, untold] = UNTOLD**2
+    for untold in np.flatnonzero(~model.identifiable):
+        covariance[untold, untold] = UNIDENTIFIABLE**2
 
     def hold(guess, j):
         starts = [guess, *(np.where(np.arange(len(guess)) == j, guess, point) for point in aside)]

@@ -1,9 +1,10 @@
 """Localisation of a gap: its energy by signal and phase."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from apesim.studies.estimation.residuals import Problem
 from apesim.studies.gap.search.phases import PHASES, phases
 
 WINDOW = 8
@@ -22,7 +23,7 @@ class Cell(NamedTuple):
     """Root mean square of the gap there, over the noise."""
 
 
-def localise(problem, marks, gap, noisy):
+def localise(problem: Problem, marks: list[dict[str, Any]], gap: np.ndarray, *, holds_noise: bool) -> list[Cell]:
     """The cells of a gap, the largest first.
 
     Parameters
@@ -32,28 +33,29 @@ def localise(problem, marks, gap, noisy):
         Of each run.
     gap : (n,) float array
         What is to be placed [standard deviations], as `Problem.errors` has it.
-    noisy : bool
-        Whether it holds the noise, too, whose energy is then taken off.
+    holds_noise : bool
+        Whether the gap holds the noise, too, whose energy is then taken off.
 
     Returns
     -------
     list of Cell
     """
-    energy, count = {}, {}
+    energy: dict[tuple[str, str | None], float] = {}
+    count: dict[tuple[str, str | None], int] = {}
     for block, own in zip(problem.blocks, problem.parted(gap), strict=True):
         of = phases(block, marks[block.number])
         for phase in np.unique(of):
             inside = own[of == phase]
             cell = block.sensor, PHASES[phase] if phase >= 0 else None
-            energy[cell] = energy.get(cell, 0.0) + _energy(inside, noisy)
+            energy[cell] = energy.get(cell, 0.0) + _energy(inside, holds_noise)
             count[cell] = count.get(cell, 0) + len(inside)
     whole = sum(max(e, 0.0) for e in energy.values()) or 1.0
     cells = [Cell(*cell, max(e, 0.0) / whole, float(np.sqrt(max(e, 0.0) / count[cell]))) for cell, e in energy.items()]
     return sorted(cells, key=lambda cell: -cell.share)
 
 
-def _energy(errors, noisy):
-    if not noisy:
+def _energy(errors: np.ndarray, holds_noise: bool) -> float:
+    if not holds_noise:
         return float(errors @ errors)
     parts = np.array_split(errors, max(1, len(errors) // WINDOW))
     return float(sum(part.sum() ** 2 / len(part) for part in parts) - len(parts))

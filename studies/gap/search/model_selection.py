@@ -9,7 +9,7 @@ import numpy as np
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
 from apesim.studies.gap.search.refit import at_large, reduced, refit, release
-from apesim.studies.gap.search.score_test import bank, freed, scores
+from apesim.studies.gap.search.score_test import find_sensitivities, freed, scores
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, TERM_CHANCE
 
 SINGLES = 12
@@ -121,7 +121,7 @@ def pairs(base, columns, ranked, alone, library, work):
     Parameters
     ----------
     base : Model
-    columns : list of Column
+    columns : list of Sensitivity
         Of the bank at the calibrated machine.
     ranked : list of Score
     alone : list of Choice
@@ -215,7 +215,7 @@ def _partners(alone, columns, work):
         first = model.candidates[0]
         if rank == 0:
             others = [candidate for candidate in by_candidate if candidate.name != first.name]
-            own = bank(model.problem, model.fitted, others, work, "fitting pairs")
+            own = find_sensitivities(model.problem, model.fitted, others, work, "fitting pairs")
         else:
             own = beside(columns, model)
         for score in scores(own, model.fitted.errors)[:2]:
@@ -227,7 +227,7 @@ def _partners(alone, columns, work):
 def _screened(ranked, errors):
     """The pairs that explain most of the gap if all is straight."""
     probes = [score.column.probe for score in ranked]
-    for numbers, weights in _largest([-score.column.bare for score in ranked], errors):
+    for numbers, weights in _largest([-score.column.projected for score in ranked], errors):
         pair = [probes[number] for number in numbers]
         guesses = (probe.scaled(weight) for probe, weight in zip(pair, weights, strict=True))
         yield tuple(probe.candidate for probe in pair), tuple(guesses)

@@ -78,7 +78,7 @@ def local_shapes(problem, marks, space):
     problem : apesim.studies.estimation.residuals.Problem
     marks : list of dict
         Of each run.
-    space : apesim.studies.estimation.nuisance_space.Nuisances
+    space : apesim.studies.estimation.nuisance_space.NuisanceSpace
 
     Returns
     -------
@@ -96,7 +96,7 @@ def local_shapes(problem, marks, space):
                 arrays = [_ramp(i, power) for i in inside]
                 column = problem.whiten(arrays)[:, 0]
                 columns.append(np.append(column, np.zeros(len(problem.parameters))))
-    return space.removed(np.column_stack(columns))
+    return space.project_out(np.column_stack(columns))
 
 
 def _ramp(inside, power):

@@ -6,7 +6,7 @@ import numpy as np
 
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
-from apesim.studies.estimation.nuisance_space import imitated
+from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.gap.search.candidates import probes_of
 
@@ -159,13 +159,13 @@ def _starts(base, candidates, guesses, within):
 
 def _ranked(problem, jacobian, starts):
     """What starts leave once the nuisances have moved, with the starts and their errors; the least first."""
-    space, found = imitated(jacobian), []
+    space, found = find_nuisance_space(jacobian), []
     for x in starts:
         try:
             errors = problem.errors(x)
         except EndedEarly:
             continue
-        found.append((float(np.linalg.norm(space.removed(errors))), x, errors))
+        found.append((float(np.linalg.norm(space.project_out(errors))), x, errors))
     return sorted(found, key=lambda one: one[0])
 
 

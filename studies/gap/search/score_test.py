@@ -1,45 +1,48 @@
 """The score of each candidate: how many deviations of the gap it would explain, the nuisances projected out."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from apesim.studies.estimation.nuisance_space import imitated
-from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.gap.search.candidates import probes_of
+from apesim.studies.estimation.levenberg_marquardt import Fitted
+from apesim.studies.estimation.nuisance_space import find_nuisance_space
+from apesim.studies.estimation.residuals import EndedEarly, Problem
+from apesim.studies.gap.search.candidates import Candidate, Probe, probes_of
+from apesim.studies.gap.work import Work
 
-SEEN_LEAST = 0.02
+MIN_VISIBLE = 0.02
 """Standard deviations of a probe: less is not told from the march's own error."""
 SAME = 0.98
 """Cosine from which two probes of one candidate are one."""
 
 
-class Column(NamedTuple):
+class Sensitivity(NamedTuple):
     """What a probe does to the data."""
 
-    probe: object
+    probe: Probe
     effect: np.ndarray
     """(n + p,), for the probe's size [standard deviations]."""
-    bare: np.ndarray
+    projected: np.ndarray
     """Sensitivities with what nuisances can imitate taken off."""
-    kept: float
+    retained: float
     """Share of its length that is left."""
 
     @property
-    def length(self):
+    def length(self) -> float:
         """Length of what is left [standard deviations]."""
-        return float(np.linalg.norm(self.bare))
+        return float(np.linalg.norm(self.projected))
 
     @property
-    def is_told(self):
+    def is_visible(self) -> bool:
         """Whether it is more than the march's own error."""
-        return self.length >= SEEN_LEAST
+        return self.length >= MIN_VISIBLE
 
 
 class Score(NamedTuple):
     """A candidate's best probe."""
 
-    column: Column
+    column: Sensitivity
     deviations: float
     """Length of the gap in its direction [standard deviations]."""
     size: float
@@ -56,8 +59,10 @@ class Score(NamedTuple):
         return self.column.probe.candidate.name
 
 
-def bank(problem, fitted, candidates, work, stage="scoring"):
-    """The columns of all candidates at a calibrated machine.
+def find_sensitivities(
+    problem: Problem, fitted: Fitted, candidates: Sequence[Candidate], work: Work, stage: str = "scoring"
+) -> list[Sensitivity]:
+    """Find what each candidate would do to the data at a calibrated machine.
 
     Parameters
     ----------
@@ -71,28 +76,29 @@ def bank(problem, fitted, candidates, work, stage="scoring"):
 
     Returns
     -------
-    list of Column
+    list of Sensitivity
     """
-    found = work.each(stage, probed, [(problem, fitted, candidate) for candidate in candidates])
+    found = work.each(stage, probe_candidate, [(problem, fitted, candidate) for candidate in candidates])
     problem.simulations += sum(simulations for _, simulations in found)
     return [column for columns, _ in found for column in columns]
 
 
-def probed(problem, fitted, candidate):
-    """The columns of one candidate, no two alike.
+def probe_candidate(problem: Problem, fitted: Fitted, candidate: Candidate) -> tuple[list[Sensitivity], int]:
+    """Find what one candidate would do to the data, by probes of which no two are alike.
 
     Parameters
     ----------
     problem, fitted
-        See `bank`.
+        See `find_sensitivities`.
     candidate : Candidate
 
     Returns
     -------
-    list of Column
+    list of Sensitivity
     simulations : int
     """
-    space, found = imitated(fitted.jacobian), []
+    space = find_nuisance_space(fitted.jacobian)
+    found: list[Sensitivity] = []
     wider = problem.with_parameters([*problem.parameters, *candidate.parameters])
     for probe in probes_of(candidate):
         try:
@@ -100,20 +106,20 @@ def probed(problem, fitted, candidate):
         except EndedEarly:
             continue
         effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.errors
-        bare = space.removed(effect)
-        length = np.linalg.norm(bare)
-        if length == 0.0 or any(abs(bare @ c.bare) > SAME * length * c.length for c in found):
+        projected = space.project_out(effect)
+        length = np.linalg.norm(projected)
+        if length == 0.0 or any(abs(projected @ c.projected) > SAME * length * c.length for c in found):
             continue
-        found.append(Column(probe, effect, bare, float(length / np.linalg.norm(effect))))
+        found.append(Sensitivity(probe, effect, projected, float(length / np.linalg.norm(effect))))
     return found, wider.simulations
 
 
-def freed(columns, fitted, added):
-    """Columns of a bank, freed of what a larger model can imitate, too.
+def freed(columns: Sequence[Sensitivity], fitted: Fitted, added: int) -> list[Sensitivity]:
+    """Take off sensitivities what a larger model can imitate, too.
 
     Parameters
     ----------
-    columns : list of Column
+    columns : list of Sensitivity
     fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
         Of the larger model.
     added : int
@@ -121,24 +127,32 @@ def freed(columns, fitted, added):
 
     Returns
     -------
-    list of Column
+    list of Sensitivity
     """
-    space = imitated(fitted.jacobian)
-    return [column._replace(bare=space.removed(np.append(column.effect, np.zeros(added)))) for column in columns]
+    space = find_nuisance_space(fitted.jacobian)
+    return [
+        column._replace(projected=space.project_out(np.append(column.effect, np.zeros(added)))) for column in columns
+    ]
 
 
-def cosine(one, other):
-    """Between two arrays; 0 where one is nothing."""
+def cosine(one: np.ndarray, other: np.ndarray) -> float:
+    """Cosine between two arrays; 0 where one is nothing.
+
+    Examples
+    --------
+    >>> cosine(np.array([1.0, 0.0]), np.array([3.0, 4.0]))
+    0.6
+    """
     size = np.linalg.norm(one) * np.linalg.norm(other)
     return float(one @ other / size) if size > 0.0 else 0.0
 
 
-def scores(columns, errors):
-    """The best probe of each candidate, the largest first.
+def scores(columns: Sequence[Sensitivity], errors: np.ndarray) -> list[Score]:
+    """Score each candidate by its best probe, the largest score first.
 
     Parameters
     ----------
-    columns : list of Column
+    columns : list of Sensitivity
     errors : (n + p,) float array
         What is left at the calibrated machine, free of what nuisances can imitate.
 
@@ -146,11 +160,11 @@ def scores(columns, errors):
     -------
     list of Score
     """
-    best = {}
+    best: dict[str, Score] = {}
     for column in columns:
-        if not column.is_told:
+        if not column.is_visible:
             continue
-        signed = -float(column.bare @ errors) / column.length
+        signed = -float(column.projected @ errors) / column.length
         deviations = max(signed, 0.0) if column.probe.one_sided else abs(signed)
         score, name = Score(column, deviations, signed / column.length), column.probe.candidate.name
         if name not in best or score.deviations > best[name].deviations:

@@ -10,7 +10,7 @@ import numpy as np
 
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
-from apesim.studies.estimation.nuisance_space import imitated
+from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import Problem
 from apesim.studies.gap.search.candidates import Candidate, strength
 
@@ -166,7 +166,7 @@ def weighed(balance):
     nodes = len(problem.root)
     old = len(x) - nodes
     columns = jacobian[:-nodes, old:]
-    bare = imitated(jacobian[:-nodes, :old]).removed(columns)
+    bare = find_nuisance_space(jacobian[:-nodes, :old]).project_out(columns)
     branches = [parameter.key.rsplit("_at_", 1)[0] for parameter in problem.parameters[old:]]
     left, found = errors[:-nodes] - columns @ x[old:], []
     for trend in TRENDS:

@@ -8,7 +8,7 @@ import pytest
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.priors import Prior, nuisance
-from apesim.studies.gap.decide.consistency import apart, too_far
+from apesim.studies.gap.decide.consistency import compare_points, too_far
 from apesim.studies.measured import MeasuredRun
 
 RNG = np.random.default_rng(7)
@@ -34,17 +34,17 @@ def fitted(true, runs=RUNS):
 
 def test_of_noise_alone_the_differences_are_standard_normal_numbers():
     drawn = [fitted(RNG.standard_normal(2) * np.ones((3, 1))) for _ in range(400)]
-    farthest = np.array([[abs(one.deviations) for one in apart(model)] for model in drawn])
+    farthest = np.array([[abs(one.deviations) for one in compare_points(model)] for model in drawn])
     assert farthest.shape == (400, 2)
     # Of three, which share what all of them have in common: between one and three independent numbers.
     assert 1.96 < np.quantile(farthest, 0.95) < 2.39 + 0.15
-    told = np.mean([bool(too_far(apart(model), len(RUNS))) for model in drawn])
+    told = np.mean([bool(too_far(compare_points(model), len(RUNS))) for model in drawn])
     assert told < 0.03
 
 
 def test_a_point_that_leads_elsewhere_is_told_with_its_number():
     model = fitted(np.array([[0.5, 0.0], [0.5, 0.0], [0.5, 1.5]]))
-    first, *_ = found = apart(model)
+    first, *_ = found = compare_points(model)
     assert first.parameter.key == "supply.temperature"
     assert first.run is RUNS[2]
     assert first.x == pytest.approx(1.5, abs=0.9)
@@ -53,4 +53,4 @@ def test_a_point_that_leads_elsewhere_is_told_with_its_number():
 
 def test_one_point_alone_has_nothing_to_be_held_against():
     again = RUNS[0]._replace(supply=1.002 * RUNS[0].supply)
-    assert apart(fitted(np.zeros((2, 2)), [RUNS[0], again])) == []
+    assert compare_points(fitted(np.zeros((2, 2)), [RUNS[0], again])) == []

@@ -56,7 +56,7 @@ def rows_of(model):
 def test_a_breakaway_that_does_nothing_below_the_friction_is_held_from_above_alone():
     """The cause of an interval of 10 to 36 N where 9 N were hidden: the curvature does not know of the flat below."""
     fitted, found = friction(1, 9.0, 9.0)
-    assert fitted.told[-1]
+    assert fitted.identifiable[-1]
     row = rows_of(found)["breakaway"]
     assert row["open_ends"] == ["low"]
     assert row["interval_95"][0] == 0.0
@@ -67,7 +67,7 @@ def test_a_breakaway_that_does_nothing_below_the_friction_is_held_from_above_alo
 
 def test_a_breakaway_is_held_from_above_where_the_best_one_does_nothing():
     fitted, found = friction(2, 9.0, 9.0)
-    assert not fitted.told[-1]
+    assert not fitted.identifiable[-1]
     row = rows_of(found)["breakaway"]
     assert row["open_ends"] == ["low"]
     assert 9.0 < row["interval_95"][1] < 40.0
@@ -82,7 +82,7 @@ def test_a_breakaway_that_shows_is_held_on_both_sides():
 def test_the_interval_of_a_friction_counts_that_some_of_it_may_be_breakaway():
     """If the best breakaway does nothing the curvature takes it to be so: 6.4 to 8.0 N where 6 N were hidden."""
     fitted, found = friction(5, 6.0, 20.0)
-    assert not fitted.told[-1]
+    assert not fitted.identifiable[-1]
     half = 1.96 * np.sqrt(np.diag(fitted.fitted.covariance)[-2])
     assert fitted.problem.parameters[-2].value(fitted.fitted.x[-2] - half) > 6.0
     low, high = rows_of(found)["force"]["interval_95"]

@@ -13,7 +13,7 @@ from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import Candidate, Probe
 from apesim.studies.gap.search.model_selection import LARGE, SINGLES, singles
 from apesim.studies.gap.search.refit import at_large, refit
-from apesim.studies.gap.search.score_test import Column, Score, bank, scores
+from apesim.studies.gap.search.score_test import Score, Sensitivity, find_sensitivities, scores
 from apesim.studies.gap.work import Work
 
 NUISANCE = Parameter("effects.time_zero.time", 1.0, -5.0, 5.0, prior=True)
@@ -127,7 +127,7 @@ def test_an_effect_is_tried_at_large_too():
 
 def scored(candidate, deviations):
     probe = Probe(candidate, (0.01,), 0)
-    return Score(Column(probe, np.ones(5), np.ones(5), 1.0), deviations, 10.0)
+    return Score(Sensitivity(probe, np.ones(5), np.ones(5), 1.0), deviations, 10.0)
 
 
 def test_an_effect_without_a_score_is_fitted_where_much_of_it_leaves_little():
@@ -170,7 +170,7 @@ def test_pairs_are_tried_where_the_best_explanation_is_beyond_its_range(end, tri
     candidates = [BENT, PLAIN._replace(strengths=(far,))]
     problem = TooFar([NUISANCE])
     base = Model((), problem, descend(problem, np.zeros(1)))
-    columns = bank(problem, base.fitted, candidates, Work())
+    columns = find_sensitivities(problem, base.fitted, candidates, Work())
     ranked = scores(columns, base.fitted.errors)
     gap = CalibratedGap(base, columns, [], ranked, np.zeros((len(base.fitted.errors), 0)), None)
     found = fit_candidates(gap, 2, Work())
