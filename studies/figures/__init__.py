@@ -1,1 +1,9 @@
-"""Figures of archives; the only place that draws: style (how they look), sweep, valve."""
+"""Figures: the only place that draws.
+
+What all figures share: drawing (style, panels, conditions, files), axes (those a user hands over, or new ones). The
+figures by what they show: valve (maps, velocities, working limits), discharge, soft_landing; sweep, timing,
+engine_limit, optimise, assessment; gap (the missing-effect workflow); paper.
+
+A function named ``draw_...`` draws one panel into axes and returns them; results call it with a user's axes. A function
+that returns a figure lays out panels. A function named ``..._figures`` writes files.
+"""

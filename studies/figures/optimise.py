@@ -1,55 +1,81 @@
 """Figures of the best commands over speed."""
 
-import matplotlib.pyplot as plt
-import numpy as np
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
 
-from apesim.studies.figures.conditions import conditions_of
-from apesim.studies.figures.style import draw
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from apesim.archive import Archive
+from apesim.studies.figures.drawing.conditions import conditions_of
+from apesim.studies.figures.drawing.files import write_figures
+from apesim.studies.figures.drawing.panels import (
+    MAX_SPECIFIC_AIR,
+    add_legend_entry,
+    columns_of,
+    draw_zero,
+    gauge_in_mpa,
+    label_axes,
+    open_one,
+    open_row,
+)
+from apesim.studies.figures.drawing.style import colours_of
 
 LOOKS = {
     "uncorrected": ("0.55", "uncorrected"),
     "most_torque": ("#c0392b", "for most torque"),
     "least_air": ("#2166ac", "for least specific air"),
 }
+"""Colour and name of the commands: the machine's own, and those for each goal."""
+ANGLES = {
+    "energise": ("energise_deg", "#2166ac", "--"),
+    "opens": ("valve_open_deg", "#2166ac", "-"),
+    "release": ("release_deg", "#c0392b", "--"),
+    "closes": ("valve_close_deg", "#c0392b", "-"),
+}
+"""Column, colour and style of each angle."""
+SPEED = ("speed", "r/min")
+"""Name and unit of the x axis of most panels."""
 
 
-def optimise_figures(archive, ambient_pressure, folder):
-    """All figures of the best commands.
+def optimise_figures(archive: Archive, ambient_pressure: float, folder: str | Path) -> list[Path]:
+    """Write all figures of the best commands.
 
     Parameters
     ----------
     archive : Archive
         See `apesim.studies.optimise.table.archive_of`.
     ambient_pressure : float
-        Gauge pressures stand above it [Pa abs].
+        Pressure that gauge pressures stand above [Pa abs].
     folder : path
         Made if it does not exist.
 
     Returns
     -------
     list of Path
+        A PNG and a PDF of each figure.
     """
-    figures = {"optimum_angles": angles, "optimum_torque_and_air": torque_and_air}
+    figures = {
+        "optimum_angles": partial(plot_angles, archive),
+        "optimum_torque_and_air": partial(plot_torque_and_air, archive),
+    }
     if "point" in archive.variables:
-        figures["pareto_fronts"] = fronts
-    makers = {name: lambda make=make: make(archive) for name, make in figures.items()}
+        figures["pareto_fronts"] = partial(plot_fronts, archive)
     if any(name.endswith("_bound_supply_pressure") for name in archive.variables):
-        makers["optimum_pressure"] = lambda: pressures(archive, ambient_pressure)
-    free = ("supply.pressure",) if "optimum_pressure" in makers else ()
-    return draw(makers, folder, conditions_of(archive.machine, free))
+        figures["optimum_pressure"] = partial(plot_pressures, archive, ambient_pressure)
+    free = ("supply.pressure",) if "optimum_pressure" in figures else ()
+    return write_figures(figures, folder, conditions_of(archive.machine, free))
 
 
-def _values(archive):
-    return {name: variable.values for name, variable in archive.variables.items()}
-
-
-def _kinds(v):
+def _kinds(v: Mapping[str, np.ndarray]) -> list[str]:
     """The machine's own commands, and those for each goal that was looked for."""
     return [kind for kind in LOOKS if f"{kind}_energise_deg" in v]
 
 
-def angles(archive):
-    """Commands over speed, and when the valve really opens and closes by them.
+def plot_angles(archive: Archive) -> Figure:
+    """Plot commands over speed, and when the valve really opens and closes by them.
 
     Parameters
     ----------
@@ -59,29 +85,40 @@ def angles(archive):
     -------
     matplotlib.figure.Figure
     """
-    v = _values(archive)
-    kinds = _kinds(v)
-    figure, axes = plt.subplots(1, len(kinds), figsize=(3.1 * len(kinds) + 1.2, 4.1), layout="constrained", sharey=True)
-    shown = {
-        "energise": ("energise_deg", "#2166ac", "--"),
-        "opens": ("valve_open_deg", "#2166ac", "-"),
-        "release": ("release_deg", "#c0392b", "--"),
-        "closes": ("valve_close_deg", "#c0392b", "-"),
-    }
-    for axis, kind in zip(axes, kinds, strict=True):
-        open_, close = v[f"{kind}_valve_open_deg"], v[f"{kind}_valve_close_deg"]
-        axis.fill_between(v["speed_rpm"], open_, close, color="0.94", lw=0)
-        for label, (name, colour, style) in shown.items():
-            axis.plot(v["speed_rpm"], v[f"{kind}_{name}"], style, color=colour, marker="o", ms=3, label=label)
-        axis.axhline(0.0, color="0.6", lw=0.8)
-        axis.set(xlabel="speed [r/min]", title=LOOKS[kind][1])
-    axes[0].set_ylabel("crank angle after TDC [deg]")
-    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8.5, loc="outside right center")
+    kinds = _kinds(columns_of(archive))
+    figure, panels = open_row(len(kinds), (3.1 * len(kinds) + 1.2, 4.1), sharey=True)
+    for axis, kind in zip(panels, kinds, strict=True):
+        draw_angles(axis, archive, kind)
+    label_axes(panels[0], y=("crank angle after TDC", "deg"))
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right center")
     return figure
 
 
-def torque_and_air(archive):
-    """Brake torque and specific air over speed, at their best and with the machine's own commands.
+def draw_angles(axis: Axes, archive: Archive, kind: str) -> Axes:
+    """Draw commands of a kind over speed, and between which angles the valve is open by them.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    archive : Archive
+    kind : {"uncorrected", "most_torque", "least_air"}
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    v = columns_of(archive)
+    open_, close = v[f"{kind}_valve_open_deg"], v[f"{kind}_valve_close_deg"]
+    axis.fill_between(v["speed_rpm"], open_, close, color="0.94", lw=0)
+    for label, (name, colour, style) in ANGLES.items():
+        axis.plot(v["speed_rpm"], v[f"{kind}_{name}"], style, color=colour, marker="o", ms=3, label=label)
+    draw_zero(axis)
+    label_axes(axis, x=SPEED, title=LOOKS[kind][1])
+    return axis
+
+
+def plot_torque_and_air(archive: Archive) -> Figure:
+    """Plot brake torque and specific air over speed, at their best and with the machine's own commands.
 
     Parameters
     ----------
@@ -91,70 +128,101 @@ def torque_and_air(archive):
     -------
     matplotlib.figure.Figure
     """
-    v = _values(archive)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9.2, 3.9), layout="constrained")
+    figure, (left, right) = open_row(2)
+    draw_over_speed(left, archive, "brake_torque_Nm")
+    draw_over_speed(right, archive, "specific_air_kg_per_kWh")
+    draw_zero(left)
+    label_axes(left, y=("brake torque", "N m"), title="Torque")
+    left.legend()
+    label_axes(right, y=("specific air", "kg/kWh"), title="All air, control air counted, over brake work")
+    right.set_ylim(0.0, MAX_SPECIFIC_AIR)
+    return figure
+
+
+def draw_over_speed(axis: Axes, archive: Archive, column: str) -> Axes:
+    """Draw a result of each kind of commands over speed.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    archive : Archive
+    column : str
+        Name of the result, e.g. "brake_torque_Nm".
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    v = columns_of(archive)
     for kind in _kinds(v):
         colour, label = LOOKS[kind]
-        for axis, column in ((left, "brake_torque_Nm"), (right, "specific_air_kg_per_kWh")):
-            axis.plot(v["speed_rpm"], v[f"{kind}_{column}"], color=colour, marker="o", ms=3, label=label)
-            axis.set_xlabel("speed [r/min]")
-    left.axhline(0.0, color="0.6", lw=0.8)
-    left.set(ylabel="brake torque [N m]", title="Torque")
-    left.legend(fontsize=8.5)
-    right.set(ylabel="specific air [kg/kWh]", title="All air, control air counted, over brake work")
-    right.set_ylim(0.0, 150.0)
+        axis.plot(v["speed_rpm"], v[f"{kind}_{column}"], color=colour, marker="o", ms=3, label=label)
+    label_axes(axis, x=SPEED)
+    return axis
+
+
+def plot_fronts(archive: Archive) -> Figure:
+    """Plot the Pareto fronts, with the legend beside them; see `draw_fronts`."""
+    figure, axis = open_one((7.6, 4.6))
+    draw_fronts(axis, archive)
+    figure.legend(loc="outside right upper", title="speed [r/min]")
     return figure
 
 
-def fronts(archive):
-    """Pareto front of torque and specific air at each speed, beside the machine's own commands.
+def draw_fronts(axis: Axes, archive: Archive) -> Axes:
+    """Draw the Pareto front of torque and specific air at each speed, beside the machine's own commands.
 
     Parameters
     ----------
+    axis : matplotlib.axes.Axes
     archive : Archive
 
     Returns
     -------
-    matplotlib.figure.Figure
+    matplotlib.axes.Axes
     """
-    v = _values(archive)
-    figure, axis = plt.subplots(figsize=(7.6, 4.6), layout="constrained")
-    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(v["speed_rpm"])))
-    for run, (speed, colour) in enumerate(zip(v["speed_rpm"], colours, strict=True)):
+    v = columns_of(archive)
+    for run, (speed, colour) in enumerate(zip(v["speed_rpm"], colours_of(len(v["speed_rpm"]), 0.9), strict=True)):
         x, y = v["front_brake_torque_Nm"][run], v["front_specific_air_kg_per_kWh"][run]
         axis.plot(x, y, color=colour, marker="o", ms=2.5, label=f"{speed:g}")
         own = v["uncorrected_brake_torque_Nm"][run], v["uncorrected_specific_air_kg_per_kWh"][run]
         axis.plot(*own, color=colour, marker="x", ms=7, mew=1.6, lw=0, zorder=3)
-    axis.plot([], [], color="0.3", marker="x", ms=7, mew=1.6, lw=0, label="uncorrected")
-    axis.set(xlabel="brake torque [N m]", ylabel="specific air [kg/kWh]")
+    add_legend_entry(axis, "uncorrected", color="0.3", marker="x", ms=7, mew=1.6, lw=0)
+    title = "Pareto fronts of torque and all air over brake work"
+    label_axes(axis, x=("brake torque", "N m"), y=("specific air", "kg/kWh"), title=title)
     axis.set_xlim(left=0.0)
-    axis.set_ylim(top=min(axis.get_ylim()[1], 150.0))
-    axis.set_title("Pareto fronts of torque and all air over brake work")
-    figure.legend(fontsize=8.5, loc="outside right upper", title="speed [r/min]")
+    axis.set_ylim(top=min(axis.get_ylim()[1], MAX_SPECIFIC_AIR))
+    return axis
+
+
+def plot_pressures(archive: Archive, ambient_pressure: float) -> Figure:
+    """Plot the best supply pressure over speed, with the legend beside it; see `draw_pressures`."""
+    figure, axis = open_one((6.6, 3.6))
+    draw_pressures(axis, archive, ambient_pressure)
+    figure.legend(loc="outside right center")
     return figure
 
 
-def pressures(archive, ambient_pressure):
-    """The best supply pressure over speed.
+def draw_pressures(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
+    """Draw the best supply pressure over speed.
 
     Parameters
     ----------
+    axis : matplotlib.axes.Axes
     archive : Archive
     ambient_pressure : float
         [Pa abs]
 
     Returns
     -------
-    matplotlib.figure.Figure
+    matplotlib.axes.Axes
     """
-    v = _values(archive)
-    figure, axis = plt.subplots(figsize=(6.6, 3.6), layout="constrained")
+    v = columns_of(archive)
     for size, kind in zip((6, 9, 4), LOOKS, strict=True):  # goals often share the pressure: let both be seen
         if kind in _kinds(v):
             colour, label = LOOKS[kind]
-            gauge = (v[f"{kind}_supply_pressure"] - ambient_pressure) / 1e6
+            gauge = gauge_in_mpa(v[f"{kind}_supply_pressure"], ambient_pressure)
             axis.plot(v["speed_rpm"], gauge, color=colour, marker="o", ms=size, lw=0.4 * size, label=label)
-    axis.set(xlabel="speed [r/min]", ylabel="supply pressure [MPa gauge]")
+    label_axes(axis, x=SPEED, y=("supply pressure", "MPa gauge"))
     axis.set_ylim(0.0, 1.1 * axis.get_ylim()[1])
-    figure.legend(fontsize=8.5, loc="outside right center")
-    return figure
+    return axis

@@ -1,20 +1,33 @@
-"""Figures of the paper, doi 10.1631/jzus.A0820373, as the model gives them."""
+"""Figures of the EPV paper (doi 10.1631/jzus.A0820373), as the model gives them."""
 
-import matplotlib.pyplot as plt
+from functools import partial
+from pathlib import Path
+
+import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 
-from apesim.studies.figures.conditions import SUPPLY, conditions_of
-from apesim.studies.figures.discharge import areas, pressures
-from apesim.studies.figures.style import draw
-from apesim.studies.figures.valve import contours, velocities
+from apesim.archive import Archive
+from apesim.engine.machine import Machine
+from apesim.studies.discharge import Discharge, Vessel
+from apesim.studies.figures.discharge import plot_areas, plot_pressures
+from apesim.studies.figures.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.figures.drawing.files import write_figures
+from apesim.studies.figures.drawing.panels import label_axes, open_column, open_one, open_panels
+from apesim.studies.figures.drawing.style import BLUE, RED, colours_of
+from apesim.studies.figures.valve import plot_map, plot_velocities
 from apesim.studies.paper.discharge import NOISE, RATE, area_at
-from apesim.studies.paper.friction import PAPERS, SEARCHED, conditions_in_words
+from apesim.studies.paper.friction import PAPERS, SEARCHED, FrictionMap, conditions_in_words
 from apesim.studies.paper.statements import STATEMENTS
 from apesim.studies.valve_map import with_supply
 from apesim.valve.bench import run_bench
 
 PULSE = 50e-3
+"""Time for which the solenoids are energised in Figs. 6 and 7 [s]."""
 TEMPERATURE = 287.0
+"""Temperature of the control air in Figs. 6 and 7 [K]."""
+LIFT_PRESSURES = (0.16, 0.40, 0.49)
+"""Control pressures of Fig. 6 [MPa gauge]."""
 TESTS = "the model's own discharge tests ({volume:.3g} cm³, {noise:g} kPa noise, {rate:g} kHz), not measured ones"
 CAPTIONS = {
     "fig03_discharge": f"Fig. 3. Pressure of the vessel from 0.4, 0.6 and 0.8 MPa gauge: {TESTS}.",
@@ -30,25 +43,41 @@ CAPTIONS = {
     "and temperatures at which each statement holds. The line is the published 111.08 N s/m, hatched what the paper's "
     "algorithm searched. {conditions}",
 }
+"""Captions by name of the figure, with places for what was chosen."""
+MAP_SHADES = 10
+"""Shades of the map of frictions: with more than 50 a colour bar is no longer drawn as vectors."""
 
 
-def captions_of(vessel, frictions):
-    """The captions, with what was chosen for the discharge tests and for the map of frictions."""
+def captions_of(vessel: Vessel, frictions: FrictionMap) -> dict[str, str]:
+    """Captions of the figures, with what was chosen for the discharge tests and for the map of frictions.
+
+    Parameters
+    ----------
+    vessel : apesim.studies.discharge.Vessel
+    frictions : apesim.studies.paper.friction.FrictionMap
+
+    Returns
+    -------
+    dict of str to str
+        By name of the figure.
+    """
     chosen = {"volume": vessel.volume * 1e6, "noise": NOISE / 1e3, "rate": RATE / 1e3}
-    chosen["conditions"] = conditions_in_words(frictions)
-    return {name: caption.format(**chosen) for name, caption in CAPTIONS.items()}
+    words = {"conditions": conditions_in_words(frictions)}
+    return {name: caption.format(**chosen, **words) for name, caption in CAPTIONS.items()}
 
 
-def paper_figures(machine, archive, found, frictions, folder):
-    """All figures of the paper that the valve's model gives.
+def paper_figures(
+    machine: Machine, archive: Archive, discharge: Discharge, frictions: FrictionMap, folder: str | Path
+) -> list[Path]:
+    """Write all figures of the paper that the valve's model gives.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
     archive : Archive
         The map over the paper's grid.
-    found : apesim.studies.discharge.Discharge
-        Of the model's own discharge tests.
+    discharge : apesim.studies.discharge.Discharge
+        Result of the model's own discharge tests.
     frictions : apesim.studies.paper.friction.FrictionMap
     folder : path
         Made if it does not exist.
@@ -56,48 +85,66 @@ def paper_figures(machine, archive, found, frictions, folder):
     Returns
     -------
     list of Path
+        A PNG and a PDF of each figure.
     """
     ambient = machine.ambient.pressure
     figures = {
-        "fig03_discharge": lambda: pressures(found),
-        "fig04_effective_area": lambda: areas(found, lambda times: area_at(machine, times)),
-        "fig06_lift": lambda: lifts(machine),
-        "fig07_measures": lambda: measures(machine),
-        "fig08_delay_time": lambda: contours(archive, ambient, "delay_s", 1e3, "delay time [ms]"),
-        "fig09_velocity": lambda: velocities(archive, ambient),
-        "fig10_stroke_time": lambda: contours(archive, ambient, "stroke_time_s", 1e3, "full stroke time [ms]"),
-        "fig11_seating_speed": lambda: contours(archive, ambient, "seating_speed_m_s", 1.0, "seating speed [m/s]"),
-        "friction_map": lambda: friction_map(frictions),
+        "fig03_discharge": partial(plot_pressures, discharge),
+        "fig04_effective_area": partial(plot_areas, discharge, partial(area_at, machine)),
+        "fig06_lift": partial(plot_lifts, machine),
+        "fig07_measures": partial(plot_measures, machine),
+        "fig08_delay_time": partial(plot_map, archive, ambient, "delay_time"),
+        "fig09_velocity": partial(plot_velocities, archive, ambient),
+        "fig10_stroke_time": partial(plot_map, archive, ambient, "stroke_time"),
+        "fig11_seating_speed": partial(plot_map, archive, ambient, "seating_speed"),
+        "friction_map": partial(plot_frictions, frictions),
     }
-    return draw(figures, folder, conditions_of(archive.machine, SUPPLY))
+    return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
 
 
-def lifts(machine):
-    """Lift over time at 0.16, 0.40 and 0.49 MPa gauge (Fig. 6)."""
-    figure, axis = plt.subplots(figsize=(6.4, 3.7), layout="constrained")
-    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.8, 3))
-    for pressure, colour in zip((0.16, 0.40, 0.49), colours, strict=True):
+def plot_lifts(machine: Machine) -> Figure:
+    """Plot the lift over time at 0.16, 0.40 and 0.49 MPa gauge (Fig. 6).
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axis = open_one((6.4, 3.7))
+    for pressure, colour in zip(LIFT_PRESSURES, colours_of(len(LIFT_PRESSURES), 0.8), strict=True):
         supplied = with_supply(machine, machine.ambient.pressure + pressure * 1e6, TEMPERATURE)
         run = run_bench(supplied, PULSE)
         axis.plot(run.times * 1e3, run.trace[:, 0] * 1e3, color=colour, label=f"{pressure:.2f} MPa gauge")
     axis.axvspan(0.0, PULSE * 1e3, color="0.94", zorder=0, label="solenoids energised")
-    axis.set(xlabel="time [ms]", ylabel="lift [mm]")
+    label_axes(axis, x=("time", "ms"), y=("lift", "mm"))
     axis.set_xlim(0.0, 2e3 * PULSE)
     axis.set_ylim(bottom=0.0)
-    axis.legend(fontsize=8.5, loc="upper right")
+    axis.legend(loc="upper right")
     return figure
 
 
-def measures(machine):
-    """The measures of an opening stroke, at 1.0 MPa gauge (Fig. 7)."""
+def plot_measures(machine: Machine) -> Figure:
+    """Plot what delay time, full stroke time and seating speed of an opening are, at 1.0 MPa gauge (Fig. 7).
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
     run = run_bench(with_supply(machine, machine.ambient.pressure + 1.0e6, TEMPERATURE), PULSE, sample=2e-5)
     stroke = run.opening
     delay, contact = stroke.delay * 1e3, stroke.contact * 1e3
     time, lift, speed = run.times * 1e3, run.trace[:, 0] * 1e3, run.trace[:, 1]
     speed = np.where(time < contact, speed, np.nan)
-    figure, (above, below) = plt.subplots(2, 1, figsize=(6.4, 4.6), layout="constrained", sharex=True)
-    above.plot(time, lift, color="#c1440e")
-    below.plot(time, speed, color="#2a6f97")
+    figure, (above, below) = open_column(2, (6.4, 4.6))
+    above.plot(time, lift, color=RED)
+    below.plot(time, speed, color=BLUE)
     for axis in (above, below):
         for instant in (delay, contact):
             axis.axvline(instant, color="0.6", lw=0.8, ls="--")
@@ -106,48 +153,50 @@ def measures(machine):
         above.annotate("", (start, 7.4), (end, 7.4), arrowprops={"arrowstyle": "<->", "color": "0.3"})
         above.annotate(name, (0.5 * (start + end) - 0.6, 7.5), ha="center", va="bottom")
     below.annotate("$v_e$", (contact, stroke.seating_speed), (contact + 0.4, stroke.seating_speed), va="center")
-    below.plot(contact, stroke.seating_speed, "o", color="#2a6f97")
-    above.set(ylabel="lift [mm]")
-    below.set(ylabel="speed [m/s]", xlabel="time after the command [ms]")
+    below.plot(contact, stroke.seating_speed, "o", color=BLUE)
+    label_axes(above, y=("lift", "mm"))
+    label_axes(below, x=("time after the command", "ms"), y=("speed", "m/s"))
     below.set_xlim(0.0, contact + 2.0)
     return figure
 
 
-def friction_map(found):
-    """Draw where the statements on Figs. 9 to 11 hold, over friction and the solenoids' area.
+def plot_frictions(frictions: FrictionMap) -> Figure:
+    """Plot where the statements on Figs. 9 to 11 hold, over friction and the solenoids' area.
 
     Parameters
     ----------
-    found : apesim.studies.paper.friction.FrictionMap
+    frictions : apesim.studies.paper.friction.FrictionMap
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    figure, axes = plt.subplots(2, 3, figsize=(9.2, 6.4), layout="constrained", sharex=True, sharey=True)
-    colours = plt.get_cmap("Blues", 10)  # with more than 50 a colour bar is no longer drawn as vectors
-    columns, rows = np.arange(len(found.areas)), np.arange(len(found.frictions))
-    at = np.interp((PAPERS, *SEARCHED), found.frictions, rows)
-    for axis, statement in zip(axes.flat, STATEMENTS, strict=True):
-        share = found.holds[statement.key].mean(axis=(2, 3))
-        shown = axis.pcolormesh(columns, rows, share, vmin=0.0, vmax=1.0, cmap=colours, shading="nearest")
-        axis.axhline(at[0], color="#c1440e", lw=1.4)
-        axis.axhspan(*at[1:], facecolor="none", edgecolor="#c1440e", hatch="///", alpha=0.35, lw=0.0)
+    figure, panels = open_panels(2, 3, (9.2, 6.4), sharex=True, sharey=True)
+    colours = matplotlib.colormaps["Blues"].resampled(MAP_SHADES)
+    columns, rows = np.arange(len(frictions.areas)), np.arange(len(frictions.frictions))
+    published, *searched = np.interp((PAPERS, *SEARCHED), frictions.frictions, rows)
+    for axis, statement in zip(panels.flat, STATEMENTS, strict=True):
+        share = frictions.holds[statement.key].mean(axis=(2, 3))
+        shares = axis.pcolormesh(columns, rows, share, vmin=0.0, vmax=1.0, cmap=colours, shading="nearest")
+        axis.axhline(published, color=RED, lw=1.4)
+        axis.axhspan(*searched, facecolor="none", edgecolor=RED, hatch="///", alpha=0.35, lw=0.0)
         axis.set_title(statement.name)
         axis.grid(False)
-        axis.set_xticks(columns, [f"{area:g}" for area in found.areas * 1e6], fontsize=8)
-        axis.set_yticks(rows, [f"{friction:g}" for friction in found.frictions])
-    for axis in axes[:, 0]:
-        axis.set_ylabel("viscous friction [N s/m]")
-    for axis in axes[-1]:
-        axis.set_xlabel("effective area [mm²]")
+        axis.set_xticks(columns, [f"{area:g}" for area in frictions.areas * 1e6], fontsize=8)
+        axis.set_yticks(rows, [f"{friction:g}" for friction in frictions.frictions])
+    for axis in panels[:, 0]:
+        label_axes(axis, y=("viscous friction", "N s/m"))
+    for axis in panels[-1]:
+        label_axes(axis, x=("effective area", "mm²"))
     ramps, temperatures = (
-        ", ".join(f"{value:g}" for value in axis) for axis in (found.ramps * 1e3, found.temperatures)
+        ", ".join(f"{value:g}" for value in axis) for axis in (frictions.ramps * 1e3, frictions.temperatures)
     )
+    pressures = frictions.pressures / 1e6
     figure.suptitle(
-        f"What the text says of Figs. 9-11, over {len(found.pressures)} pressures, {found.pressures[0] / 1e6:.1f} to "
-        f"{found.pressures[-1] / 1e6:.1f} MPa gauge. Red: the published {PAPERS:g} N s/m; hatched: its search",
+        f"What the text says of Figs. 9-11, over {len(pressures)} pressures, {pressures[0]:.1f} to "
+        f"{pressures[-1]:.1f} MPa gauge. Red: the published {PAPERS:g} N s/m; hatched: its search",
         fontsize=10,
     )
-    figure.colorbar(shown, ax=axes, label=f"share of ramps ({ramps} ms) and temperatures ({temperatures} K)", aspect=35)
+    label = f"share of ramps ({ramps} ms) and temperatures ({temperatures} K)"
+    figure.colorbar(shares, ax=panels, label=label, aspect=35)
     return figure

@@ -1,54 +1,85 @@
 """Figures of a sweep: over speed, around the cycle, and over each key that was varied."""
 
-import matplotlib.pyplot as plt
-import numpy as np
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from apesim.archive import Archive
 from apesim.archive.grid import axes_of, places_of
-from apesim.studies.figures.conditions import conditions_of
-from apesim.studies.figures.style import draw
+from apesim.studies.figures.drawing.conditions import conditions_of
+from apesim.studies.figures.drawing.files import write_figures
+from apesim.studies.figures.drawing.panels import (
+    MAX_SPECIFIC_AIR,
+    add_legend_entry,
+    draw_zero,
+    label_axes,
+    named,
+    open_column,
+    open_row,
+)
+from apesim.studies.figures.drawing.style import BLUE, GREY, RED, Look
 from apesim.studies.sweep.plan import in_one_unit
 from apesim.studies.sweep.results import has_incomplete_stroke
 
-COLOURS = {"epv": "#c1440e", "epv corrected": "#1b9e77", "cam": "#2a6f97", "ideal": "#3a3a3a"}
+COLOURS = {"epv": RED, "epv corrected": "#1b9e77", "cam": BLUE, "ideal": "#3a3a3a"}
+"""Colour of each actuation."""
 NAMES = {"epv": "EPV, uncorrected", "epv corrected": "EPV, corrected", "cam": "cam", "ideal": "ideal valve"}
+"""Name of each actuation in legends."""
 MARKERS = {"epv": "o", "epv corrected": "s", "cam": "^", "ideal": "D"}
-HOLLOW = {"ls": "", "ms": 5, "mfc": "white"}
-"""Points at which the valve does not open fully and close fully in every cycle."""
+"""Marker of each actuation."""
+HOLLOW: Look = {"ls": "", "ms": 5, "mfc": "white"}
+"""Look of points at which the valve does not open fully and close fully in every cycle."""
 TRACE_START = -90.0
 """Crank angle at which a cycle is drawn from [deg]: before all intakes open, so that none is cut in two."""
 OUTER = ("actuation", "speed_rpm")
 """Axes of every sweep; those between them are what was varied."""
 
 
-def sweep_figures(archive, folder):
-    """All figures of a sweep; where keys were varied, over each of them, the others at the middle of their values.
+def sweep_figures(archive: Archive, folder: str | Path) -> list[Path]:
+    """Write all figures of a sweep; where keys were varied, over each of them, the others in the middle.
 
     Parameters
     ----------
     archive : Archive
+        A sweep, see `apesim.studies.sweep.run_sweep`.
     folder : path
         Made if it does not exist.
 
     Returns
     -------
     list of Path
+        A PNG and a PDF of each figure.
     """
-    figures = {"torque_and_air": torque_and_air, "indicator_diagrams": indicator_diagrams, "cycle_traces": cycle_traces}
-    make = {name: lambda make=make: make(archive) for name, make in figures.items()}
-    for name in axes_of(archive):
-        if name not in OUTER:
-            make[f"over_{name}"] = lambda name=name: over_key(archive, name)
     varied = [name for name in axes_of(archive) if name not in OUTER]
-    return draw(make, folder, conditions_of(archive.machine, varied))
+    figures = {
+        "torque_and_air": partial(plot_over_speed, archive),
+        "indicator_diagrams": partial(plot_indicator_diagrams, archive),
+        "cycle_traces": partial(plot_cycle, archive),
+    }
+    figures |= {f"over_{name}": partial(plot_over_key, archive, name) for name in varied}
+    return write_figures(figures, folder, conditions_of(archive.machine, varied))
 
 
-def actuations_in(archive):
-    """Names of what moves the intakes in an archive."""
+def actuations_in(archive: Archive) -> list[str]:
+    """Names of what moves the intakes in an archive.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    list of str
+    """
     texts, places = axes_of(archive)["actuation"], places_of(archive)[0]
     return [name for number, name in enumerate(texts) if number in places]
 
 
-def runs_of(archive, actuation, along="speed_rpm"):
+def runs_of(archive: Archive, actuation: str, along: str = "speed_rpm") -> np.ndarray:
     """Indices of the runs of an actuation along one axis; on the others they are in the middle.
 
     Parameters
@@ -61,34 +92,58 @@ def runs_of(archive, actuation, along="speed_rpm"):
     Returns
     -------
     (n,) int array
-        By rising speed, or in the order of the values.
+        In the order of rising speed, or of the values.
     """
-    kept = np.ones(len(archive.runs), dtype=bool)
+    selected = np.ones(len(archive.runs), dtype=bool)
     for (name, texts), places in zip(axes_of(archive).items(), places_of(archive), strict=True):
         if name == "actuation":
-            kept &= places == texts.index(actuation)
+            selected &= places == texts.index(actuation)
         elif name != along:
-            kept &= places == (len(texts) - 1) // 2
-    found = np.flatnonzero(kept)
-    return found[np.argsort(archive.variables[along].values[found], kind="stable")] if along in OUTER else found
+            selected &= places == (len(texts) - 1) // 2
+    runs = np.flatnonzero(selected)
+    return runs[np.argsort(archive.variables[along].values[runs], kind="stable")] if along in OUTER else runs
 
 
-def in_the_middle(archive, along="speed_rpm"):
-    """What the other axes are at, in words; "" if there are none."""
+def in_the_middle(archive: Archive, along: str = "speed_rpm") -> str:
+    """Values of the axes that a figure does not show, in words; "" if there are none.
+
+    Parameters
+    ----------
+    archive : Archive
+    along : str
+        Name of the axis that it shows.
+
+    Returns
+    -------
+    str
+    """
     texts = {name: texts[(len(texts) - 1) // 2] for name, texts in axes_of(archive).items()}
     shown = [f"{name} = {text}" for name, text in texts.items() if name not in ("actuation", "speed_rpm", along)]
     return ", ".join(shown + [texts["speed_rpm"]] * (along != "speed_rpm"))
 
 
-def run_near(archive, actuation, speed_rpm):
-    """Index of the run of an actuation whose speed is nearest [r/min]; None without any."""
+def run_near(archive: Archive, actuation: str, speed_rpm: float) -> int | None:
+    """Index of the run of an actuation whose speed is nearest.
+
+    Parameters
+    ----------
+    archive : Archive
+    actuation : str
+    speed_rpm : float
+        [r/min]
+
+    Returns
+    -------
+    int or None
+        None where the actuation has no run.
+    """
     runs = runs_of(archive, actuation)
     speeds = archive.variables["speed_rpm"].values[runs]
-    return runs[np.argmin(np.abs(speeds - speed_rpm))] if len(runs) else None
+    return int(runs[np.argmin(np.abs(speeds - speed_rpm))]) if len(runs) else None
 
 
-def torque_and_air(archive):
-    """Torque and specific air consumption over speed.
+def plot_over_speed(archive: Archive) -> Figure:
+    """Plot torque and specific air over speed.
 
     Parameters
     ----------
@@ -99,15 +154,15 @@ def torque_and_air(archive):
     matplotlib.figure.Figure
     """
 
-    def along(name):
+    def along(name: str) -> tuple[np.ndarray, np.ndarray]:
         runs = runs_of(archive, name)
         return runs, archive.variables["speed_rpm"].values[runs]
 
-    return _torque_and_air(archive, along, "speed [r/min]", in_the_middle(archive))
+    return _plot_torque_and_air(archive, along, "speed [r/min]", in_the_middle(archive))
 
 
-def over_key(archive, key):
-    """Torque and specific air consumption over a key that was varied.
+def plot_over_key(archive: Archive, key: str) -> Figure:
+    """Plot torque and specific air over a key that was varied.
 
     Parameters
     ----------
@@ -123,82 +178,105 @@ def over_key(archive, key):
     place = places_of(archive)[list(axes_of(archive)).index(key)]
     numbers, unit = in_one_unit(texts)
     are_words = numbers is texts
-    values, label = np.array(numbers, dtype=str if are_words else float), key if are_words else f"{key} [{unit or '-'}]"
+    values, label = np.array(numbers, dtype=str if are_words else float), key if are_words else named(key, unit or "-")
 
-    def along(name):
+    def along(name: str) -> tuple[np.ndarray, np.ndarray]:
         runs = runs_of(archive, name, key)
         return runs, values[place[runs]]
 
-    return _torque_and_air(archive, along, label, in_the_middle(archive, key))
+    return _plot_torque_and_air(archive, along, label, in_the_middle(archive, key))
 
 
-def _torque_and_air(archive, along, label, where):
-    """Both of every actuation along an axis, given by a function of an actuation: its runs and where they stand."""
+def _plot_torque_and_air(
+    archive: Archive, along: Callable[[str], tuple[np.ndarray, np.ndarray]], label: str, where: str
+) -> Figure:
+    """Plot both over an axis; `along` gives the runs of an actuation and their places on the axis."""
     v, incomplete = archive.variables, has_incomplete_stroke(archive)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9.2, 3.9), layout="constrained")
+    figure, (left, right) = open_row(2)
     for name in actuations_in(archive):
         runs, x = along(name)
-        colour = COLOURS[name]
+        line: Look = {"color": COLOURS[name], "marker": MARKERS[name]}
+        dashed: Look = {"color": COLOURS[name], "lw": 1, "ls": "--"}
         torque, air = (v[column].values[runs] for column in ("brake_torque_Nm", "specific_air_kg_per_kWh"))
-        left.plot(x, torque, color=colour, marker=MARKERS[name], ms=3.5, label=NAMES[name])
-        left.plot(x, v["indicated_torque_Nm"].values[runs], color=colour, lw=1, ls="--")
-        right.plot(x, air, color=colour, marker=MARKERS[name], ms=3.5)
+        left.plot(x, torque, ms=3.5, label=NAMES[name], **line)
+        left.plot(x, v["indicated_torque_Nm"].values[runs], **dashed)
+        right.plot(x, air, ms=3.5, **line)
         for axis, values in ((left, torque), (right, air)):
-            axis.plot(x[incomplete[runs]], values[incomplete[runs]], color=colour, marker=MARKERS[name], **HOLLOW)
-        right.plot(x, v["indicated_specific_air_kg_per_kWh"].values[runs], color=colour, lw=1, ls="--")
-    left.axhline(0.0, color="0.6", lw=0.8)
-    left.plot([], [], color="0.4", label="brake")
-    left.plot([], [], color="0.4", lw=1, ls="--", label="indicated")
+            axis.plot(x[incomplete[runs]], values[incomplete[runs]], **line | HOLLOW)
+        right.plot(x, v["indicated_specific_air_kg_per_kWh"].values[runs], **dashed)
+    draw_zero(left)
+    add_legend_entry(left, "brake")
+    add_legend_entry(left, "indicated", lw=1, ls="--")
     if incomplete.any():
-        left.plot([], [], color="0.4", label="incomplete stroke", marker="o", **HOLLOW)
-    left.set(xlabel=label, ylabel="torque [N m]", title="Torque")
-    figure.legend(loc="outside lower center", ncols=7, fontsize=8.5)
-    right.set(xlabel=label, ylabel="specific air [kg/kWh]", title="All air, control air counted, over work")
-    right.set_ylim(0.0, 150.0)
+        add_legend_entry(left, "incomplete stroke", marker="o", **HOLLOW)
+    label_axes(left, y=("torque", "N m"), title="Torque")
+    label_axes(right, y=("specific air", "kg/kWh"), title="All air, control air counted, over work")
+    right.set_ylim(0.0, MAX_SPECIFIC_AIR)
+    for axis in (left, right):
+        axis.set_xlabel(label)
+    figure.legend(loc="outside lower center", ncols=7)
     if where:
         figure.suptitle(where, fontsize=9.5)
     return figure
 
 
-def indicator_diagrams(archive, speeds_rpm=(400.0, 1000.0, 1600.0)):
-    """Cylinder pressure over volume at some speeds, all actuations.
+def plot_indicator_diagrams(archive: Archive, speeds_rpm: Sequence[float] = (400.0, 1000.0, 1600.0)) -> Figure:
+    """Plot cylinder pressure over volume at some speeds, all actuations.
 
     Parameters
     ----------
     archive : Archive
     speeds_rpm : sequence of float
-        The nearest runs are shown.
+        Speeds [r/min]; the nearest runs are shown.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    v = archive.variables
-    figure, axes = plt.subplots(1, len(speeds_rpm), figsize=(9.2, 3.4), layout="constrained", sharey=True)
-    for axis, speed_rpm in zip(axes, speeds_rpm, strict=True):
-        for name in actuations_in(archive):
-            run = run_near(archive, name, speed_rpm)
-            if run is None:
-                continue
-            volume = v["cylinder_volume"].values[run] * 1e6
-            pressure = v["cylinder_pressure"].values[run] / 1e6
-            axis.plot(volume, pressure, color=COLOURS[name], label=NAMES[name], lw=1.3)
-            axis.set_title(f"{v['speed_rpm'].values[run]:g} r/min")
-        axis.set_xlabel("cylinder volume [cm³]")
-        axis.set_ylim(bottom=0.0)
-    axes[0].set_ylabel("cylinder pressure [MPa abs]")
-    axes[-1].legend(fontsize=8.5)
+    figure, panels = open_row(len(speeds_rpm), (9.2, 3.4), sharey=True)
+    for axis, speed_rpm in zip(panels, speeds_rpm, strict=True):
+        draw_indicator_diagram(axis, archive, speed_rpm)
+    label_axes(panels[0], y=("cylinder pressure", "MPa abs"))
+    panels[-1].legend()
     return figure
 
 
-def cycle_traces(archive, speed_rpm=1000.0):
-    """Lift, chamber pressures and cylinder pressure over crank angle, all actuations.
+def draw_indicator_diagram(axis: Axes, archive: Archive, speed_rpm: float) -> Axes:
+    """Draw cylinder pressure over volume at a speed, a line for each actuation.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    archive : Archive
+    speed_rpm : float
+        Speed [r/min]; the nearest run is shown.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    v = archive.variables
+    for name in actuations_in(archive):
+        run = run_near(archive, name, speed_rpm)
+        if run is None:
+            continue
+        volume = v["cylinder_volume"].values[run] * 1e6
+        pressure = v["cylinder_pressure"].values[run] / 1e6
+        axis.plot(volume, pressure, color=COLOURS[name], label=NAMES[name], lw=1.3)
+        axis.set_title(f"{v['speed_rpm'].values[run]:g} r/min")
+    label_axes(axis, x=("cylinder volume", "cm³"))
+    axis.set_ylim(bottom=0.0)
+    return axis
+
+
+def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
+    """Plot lift, chamber pressures and cylinder pressure over crank angle, all actuations.
 
     Parameters
     ----------
     archive : Archive
     speed_rpm : float
-        The nearest run is shown.
+        Speed [r/min]; the nearest run is shown.
 
     Returns
     -------
@@ -207,30 +285,30 @@ def cycle_traces(archive, speed_rpm=1000.0):
     v = archive.variables
     order = np.argsort((v["crank_angle"].values[:-1] - TRACE_START) % 360.0, kind="stable")
     angle = (v["crank_angle"].values[order] - TRACE_START) % 360.0 + TRACE_START
-    figure, axes = plt.subplots(3, 1, figsize=(7.4, 7.0), layout="constrained", sharex=True)
-    lift, chambers, cylinder = axes
-    shown = ""
+    figure, panels = open_column(3, (7.4, 7.0))
+    lift, chambers, cylinder = panels
+    at_speed = ""
     for name in actuations_in(archive):
         run = run_near(archive, name, speed_rpm)
         if run is None:
             continue
-        shown = f" at {v['speed_rpm'].values[run]:g} r/min"
+        at_speed = f" at {v['speed_rpm'].values[run]:g} r/min"
         lift.plot(angle, v["lift"].values[run, order] * 1e3, color=COLOURS[name], label=NAMES[name])
         cylinder.plot(angle, v["cylinder_pressure"].values[run, order] / 1e6, color=COLOURS[name])
         if name.startswith("epv"):
             for letter, style in (("a", "-"), ("b", "--")):
                 pressure = v[f"pressure_{letter}"].values[run, order] / 1e6
                 chambers.plot(angle, pressure, color=COLOURS[name], ls=style)
-    lift.set(ylabel="intake lift [mm]", title=f"One cycle{shown}")
-    lift.legend(fontsize=8.5)
-    chambers.set(ylabel="chamber pressure [MPa abs]")
+    label_axes(lift, y=("intake lift", "mm"), title=f"One cycle{at_speed}")
+    lift.legend()
+    label_axes(chambers, y=("chamber pressure", "MPa abs"))
     if chambers.lines:
         for style, label in (("-", "A, which pushes to closed"), ("--", "B, which pushes to open")):
-            chambers.plot([], [], color="0.4", ls=style, label=label)
-        chambers.legend(fontsize=8.5, loc="center", bbox_to_anchor=(0.85, 0.5))
-    cylinder.set(ylabel="cylinder pressure [MPa abs]", xlabel="crank angle after TDC [deg]")
+            add_legend_entry(chambers, label, color=GREY, ls=style)
+        chambers.legend(loc="center", bbox_to_anchor=(0.85, 0.5))
+    label_axes(cylinder, x=("crank angle after TDC", "deg"), y=("cylinder pressure", "MPa abs"))
     cylinder.set_xlim(TRACE_START, TRACE_START + 360.0)
     cylinder.set_xticks(np.arange(TRACE_START, TRACE_START + 361.0, 45.0))
-    for axis in axes:
+    for axis in panels:
         axis.set_ylim(bottom=0.0)
     return figure

@@ -1,36 +1,56 @@
 """Figures of corrected commands over speed, pressure and temperature."""
 
-import matplotlib.pyplot as plt
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from apesim.engine.angles import DEGREE, TURN
-from apesim.studies.figures.conditions import SUPPLY, conditions_of
-from apesim.studies.figures.style import draw
+from apesim.studies.figures.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.figures.drawing.files import write_figures
+from apesim.studies.figures.drawing.panels import (
+    MAX_SPECIFIC_AIR,
+    add_legend_entry,
+    draw_zero,
+    gauge_in_mpa,
+    label_axes,
+    open_row,
+)
+from apesim.studies.figures.drawing.style import colours_of
+from apesim.studies.timing.grid import TimingMap
+
+SPEED = ("speed", "r/min")
+"""Name and unit of the x axis of most panels."""
 
 
-def timing_figures(timing_map, ambient_pressure, folder):
-    """All figures of a map of corrected commands.
+def timing_figures(timing_map: TimingMap, ambient_pressure: float, folder: str | Path) -> list[Path]:
+    """Write all figures of a map of corrected commands.
 
     Parameters
     ----------
     timing_map : apesim.studies.timing.grid.TimingMap
     ambient_pressure : float
-        Gauge pressures stand above it [Pa abs].
+        Pressure that gauge pressures stand above [Pa abs].
     folder : path
         Made if it does not exist.
 
     Returns
     -------
     list of Path
+        A PNG and a PDF of each figure.
     """
-    figures = {"advance": advances, "won_back": won_back, "shortcut": shortcut}
+    plots: dict[str, Callable] = {"advance": plot_advances, "won_back": plot_won_back, "shortcut": plot_shortcut}
     if timing_map.laws["advance"]:
-        figures["temperature_law"] = temperature_law
-    make_all = {name: lambda make=make: make(timing_map, ambient_pressure) for name, make in figures.items()}
-    return draw(make_all, folder, conditions_of(timing_map.archive.machine, SUPPLY))
+        plots["temperature_law"] = plot_temperature_law
+    figures = {name: partial(plot, timing_map, ambient_pressure) for name, plot in plots.items()}
+    return write_figures(figures, folder, conditions_of(timing_map.archive.machine, SUPPLY))
 
 
-def _columns(timing_map):
+def _columns(timing_map: TimingMap) -> dict[str, np.ndarray]:
     """Results on the axes (speed, pressure, temperature)."""
     return {
         name: variable.values.reshape(timing_map.axes.shape)
@@ -39,21 +59,21 @@ def _columns(timing_map):
     }
 
 
-def _pressures(axes, ambient_pressure):
-    """For each pressure its number, colour and label."""
-    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(axes.pressures)))
-    labels = [f"{(pressure - ambient_pressure) / 1e6:.3g} MPa gauge" for pressure in axes.pressures]
+def _pressures(axes: Any, ambient_pressure: float) -> list[tuple[int, np.ndarray, str]]:
+    """Number, colour and label of each pressure."""
+    colours = colours_of(len(axes.pressures))
+    labels = [f"{gauge_in_mpa(pressure, ambient_pressure):.3g} MPa gauge" for pressure in axes.pressures]
     return list(zip(range(len(labels)), colours, labels, strict=True))
 
 
-def _middle(axes):
+def _middle(axes: Any) -> tuple[int, str]:
     """Number of the temperature in the middle, and its text."""
     number = len(axes.temperatures) // 2
     return number, f"{axes.temperatures[number]:g} K"
 
 
-def advances(timing_map, ambient_pressure):
-    """Advance of energising and release over speed; thin, what the delays of the bench would give.
+def plot_advances(timing_map: TimingMap, ambient_pressure: float) -> Figure:
+    """Plot the advance of energising and release over speed; thin, what the delays of the bench would give.
 
     Parameters
     ----------
@@ -65,27 +85,48 @@ def advances(timing_map, ambient_pressure):
     -------
     matplotlib.figure.Figure
     """
-    axes, v = timing_map.axes, _columns(timing_map)
-    k, temperature = _middle(axes)
-    figure, both = plt.subplots(1, 2, figsize=(9.2, 3.9), layout="constrained", sharey=True)
-    speed = v["speed_rpm"][:, 0, k]
-    command = timing_map.command
-    sides = ("advance", "energise", command.open_target), ("release_advance", "release", command.close_target)
-    for axis, (advance, name, target) in zip(both, sides, strict=True):
-        for j, colour, label in _pressures(axes, ambient_pressure):
-            by_bench = target / DEGREE - v[f"shortcut_{name}_deg"][:, j, k]
-            axis.plot(speed, v[f"{advance}_deg"][:, j, k], color=colour, marker="o", ms=3, label=label)
-            axis.plot(speed, by_bench, color=colour, lw=0.9, ls="--")
-        axis.set(xlabel="speed [r/min]", title=f"{name}, {temperature}")
-    both[0].plot([], [], color="0.4", lw=0.9, ls="--", label="by the delay on the bench")
-    both[0].set_ylabel("target less command angle [deg]")
-    both[0].set_ylim(bottom=0.0)
-    both[0].legend(fontsize=8.5)
+    figure, panels = open_row(2, sharey=True)
+    for axis, edge in zip(panels, ("energise", "release"), strict=True):
+        draw_advance(axis, timing_map, ambient_pressure, edge=edge)
+    add_legend_entry(panels[0], "by the delay on the bench", lw=0.9, ls="--")
+    label_axes(panels[0], y=("target less command angle", "deg"))
+    panels[0].set_ylim(bottom=0.0)
+    panels[0].legend()
     return figure
 
 
-def won_back(timing_map, ambient_pressure):
-    """Brake torque and specific air over speed, corrected and with the machine's own commands.
+def draw_advance(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *, edge: str) -> Axes:
+    """Draw the advance of one command edge over speed, a colour for each pressure, at the temperature in the middle.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    timing_map : apesim.studies.timing.grid.TimingMap
+    ambient_pressure : float
+        [Pa abs]
+    edge : {"energise", "release"}
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    axes, v = timing_map.axes, _columns(timing_map)
+    k, temperature = _middle(axes)
+    speed, command = v["speed_rpm"][:, 0, k], timing_map.command
+    advance, target = {
+        "energise": ("advance_deg", command.open_target),
+        "release": ("release_advance_deg", command.close_target),
+    }[edge]
+    for j, colour, label in _pressures(axes, ambient_pressure):
+        by_bench = target / DEGREE - v[f"shortcut_{edge}_deg"][:, j, k]
+        axis.plot(speed, v[advance][:, j, k], color=colour, marker="o", ms=3, label=label)
+        axis.plot(speed, by_bench, color=colour, lw=0.9, ls="--")
+    label_axes(axis, x=SPEED, title=f"{edge}, {temperature}")
+    return axis
+
+
+def plot_won_back(timing_map: TimingMap, ambient_pressure: float) -> Figure:
+    """Plot brake torque and specific air over speed, corrected and with the machine's own commands.
 
     Parameters
     ----------
@@ -97,26 +138,46 @@ def won_back(timing_map, ambient_pressure):
     -------
     matplotlib.figure.Figure
     """
-    axes, v = timing_map.axes, _columns(timing_map)
-    k, temperature = _middle(axes)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9.2, 3.9), layout="constrained")
-    speed = v["speed_rpm"][:, 0, k]
-    for axis, column in ((left, "brake_torque_Nm"), (right, "specific_air_kg_per_kWh")):
-        for j, colour, label in _pressures(axes, ambient_pressure):
-            axis.plot(speed, v[column][:, j, k], color=colour, marker="o", ms=3, label=label)
-            axis.plot(speed, v[f"uncorrected_{column}"][:, j, k], color=colour, lw=1, ls="--")
-        axis.set_xlabel("speed [r/min]")
-    left.axhline(0.0, color="0.6", lw=0.8)
-    left.plot([], [], color="0.4", lw=1, ls="--", label="uncorrected")
-    left.set(ylabel="brake torque [N m]", title=f"Torque, {temperature}")
-    left.legend(fontsize=8.5)
-    right.set(ylabel="specific air [kg/kWh]", title="All air, control air counted, over brake work")
-    right.set_ylim(0.0, 150.0)
+    _, temperature = _middle(timing_map.axes)
+    figure, (left, right) = open_row(2)
+    draw_won_back(left, timing_map, ambient_pressure, column="brake_torque_Nm")
+    draw_won_back(right, timing_map, ambient_pressure, column="specific_air_kg_per_kWh")
+    draw_zero(left)
+    add_legend_entry(left, "uncorrected", lw=1, ls="--")
+    label_axes(left, y=("brake torque", "N m"), title=f"Torque, {temperature}")
+    left.legend()
+    label_axes(right, y=("specific air", "kg/kWh"), title="All air, control air counted, over brake work")
+    right.set_ylim(0.0, MAX_SPECIFIC_AIR)
     return figure
 
 
-def shortcut(timing_map, ambient_pressure):
-    """Error of opening and closing over speed if commands stand the delay of the bench before their targets.
+def draw_won_back(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *, column: str) -> Axes:
+    """Draw a result over speed with corrected commands, and dashed with the machine's own.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    timing_map : apesim.studies.timing.grid.TimingMap
+    ambient_pressure : float
+        [Pa abs]
+    column : {"brake_torque_Nm", "specific_air_kg_per_kWh"}
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    axes, v = timing_map.axes, _columns(timing_map)
+    k, _ = _middle(axes)
+    speed = v["speed_rpm"][:, 0, k]
+    for j, colour, label in _pressures(axes, ambient_pressure):
+        axis.plot(speed, v[column][:, j, k], color=colour, marker="o", ms=3, label=label)
+        axis.plot(speed, v[f"uncorrected_{column}"][:, j, k], color=colour, lw=1, ls="--")
+    label_axes(axis, x=SPEED)
+    return axis
+
+
+def plot_shortcut(timing_map: TimingMap, ambient_pressure: float) -> Figure:
+    """Plot the error of opening and closing over speed if commands stand the delay of the bench before their targets.
 
     Parameters
     ----------
@@ -130,21 +191,21 @@ def shortcut(timing_map, ambient_pressure):
     """
     axes, v = timing_map.axes, _columns(timing_map)
     k, temperature = _middle(axes)
-    figure, both = plt.subplots(1, 2, figsize=(9.2, 3.9), layout="constrained")
+    figure, panels = open_row(2)
     speed = v["speed_rpm"][:, 0, k]
-    for axis, name in zip(both, ("open", "close"), strict=True):
+    for axis, name in zip(panels, ("open", "close"), strict=True):
         for j, colour, label in _pressures(axes, ambient_pressure):
             axis.plot(speed, v[f"shortcut_{name}_error_deg"][:, j, k], color=colour, marker="o", ms=3, label=label)
-        axis.axhline(0.0, color="0.6", lw=0.8)
+        draw_zero(axis)
         axis.set_xlim(speed[0] - 50.0, speed[-1] + 50.0)
-        axis.set(xlabel="speed [r/min]", title=f"{name.removesuffix('e')}ing, {temperature}")
-    both[0].set_ylabel("true less target angle [deg]")
-    both[1].legend(fontsize=8.5, title="a line ends where the shortcut\ndoes not open the valve", title_fontsize=8)
+        label_axes(axis, x=SPEED, title=f"{name.removesuffix('e')}ing, {temperature}")
+    label_axes(panels[0], y=("true less target angle", "deg"))
+    panels[1].legend(title="a line ends where the shortcut\ndoes not open the valve", title_fontsize=8)
     return figure
 
 
-def temperature_law(timing_map, ambient_pressure):
-    """Advance as a time over the temperature, and the straight lines through it, at the speed in the middle.
+def plot_temperature_law(timing_map: TimingMap, ambient_pressure: float) -> Figure:
+    """Plot the advance as a time over the temperature, and the straight lines through it, at the speed in the middle.
 
     Parameters
     ----------
@@ -158,18 +219,17 @@ def temperature_law(timing_map, ambient_pressure):
     """
     axes, v = timing_map.axes, _columns(timing_map)
     i = len(axes.speeds) // 2
-    figure, both = plt.subplots(1, 2, figsize=(9.2, 3.9), layout="constrained")
+    figure, panels = open_row(2)
     ends = axes.temperatures[[0, -1]]
-    for axis, name, title in zip(both, ("advance", "release_advance"), ("energise", "release"), strict=True):
+    for axis, name, title in zip(panels, ("advance", "release_advance"), ("energise", "release"), strict=True):
         for j, colour, label in _pressures(axes, ambient_pressure):
             times = v[f"{name}_deg"][i, j] * DEGREE / axes.speeds[i] * 1e3
             axis.plot(axes.temperatures, times, color=colour, marker="o", ms=4, lw=0, label=label)
             for law in timing_map.laws[name]:
                 if law.speed == axes.speeds[i] and law.pressure == axes.pressures[j]:
                     axis.plot(ends, 1e3 * (law.at_reference + law.slope * (ends - 287.0)), color=colour, lw=1)
-        axis.set(
-            xlabel="temperature of the control air [K]", title=f"{title}, {axes.speeds[i] / TURN * 60.0:.5g} r/min"
-        )
-    both[0].set_ylabel("advance as a time [ms]")
-    both[0].legend(fontsize=8.5)
+        at_speed = f"{axes.speeds[i] / TURN * 60.0:.5g} r/min"
+        label_axes(axis, x=("temperature of the control air", "K"), title=f"{title}, {at_speed}")
+    label_axes(panels[0], y=("advance as a time", "ms"))
+    panels[0].legend()
     return figure

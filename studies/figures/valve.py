@@ -1,130 +1,161 @@
 """Figures of the valve alone: maps over pressure and temperature, velocity traces, working limits."""
 
-import matplotlib.pyplot as plt
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.contour import ContourSet
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from apesim.studies.figures.conditions import SUPPLY, conditions_of
-from apesim.studies.figures.lines import draw_own_point, over_pressure
-from apesim.studies.figures.style import draw
+from apesim.archive import Archive
+from apesim.studies.figures.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.figures.drawing.files import write_figures
+from apesim.studies.figures.drawing.lines import STYLES, draw_over_pressure, draw_own_point
+from apesim.studies.figures.drawing.panels import (
+    columns_of,
+    gauge_in_mpa,
+    label_axes,
+    named,
+    open_one,
+    open_row,
+    spread_out,
+)
+from apesim.studies.figures.drawing.style import Look, colours_of
 from apesim.studies.limit.design_rule import PAPER_RPM
 from apesim.studies.limit.points import Point, own_run
 
 MAPS = {
-    "delay_time": ("delay_s", 1e3, "delay time [ms]"),
-    "stroke_time": ("stroke_time_s", 1e3, "full stroke time [ms]"),
-    "seating_speed": ("seating_speed_m_s", 1.0, "seating speed [m/s]"),
-    "fluctuation": ("fluctuation", 1.0, "fluctuation of the speed [-]"),
+    "delay_time": ("delay_s", 1e3, "delay time", "ms"),
+    "stroke_time": ("stroke_time_s", 1e3, "full stroke time", "ms"),
+    "seating_speed": ("seating_speed_m_s", 1.0, "seating speed", "m/s"),
+    "fluctuation": ("fluctuation", 1.0, "fluctuation of the speed", "-"),
 }
+"""Maps by the name of their file: the measure, the factor from SI, its name and its unit in the figure."""
+STROKES = ("opening", "closing")
+"""The strokes, a panel for each."""
+SIZE = (9.2, 3.7)
+"""Size of the figures with a panel for each stroke [inch]."""
+MIN_APART = 0.04, 0.1
+"""Least distance of two labels of levels, in widths and heights of the panel: closer ones overlap."""
 
 
-def map_figures(archive, ambient_pressure, folder):
-    """All figures of a valve map.
+def map_figures(archive: Archive, ambient_pressure: float, folder: str | Path) -> list[Path]:
+    """Write all figures of a valve map.
 
     Parameters
     ----------
     archive : Archive
         See `apesim.studies.valve_map.compute_map`.
     ambient_pressure : float
-        Gauge pressures stand above it [Pa abs].
+        Pressure that gauge pressures stand above [Pa abs].
     folder : path
         Made if it does not exist.
 
     Returns
     -------
     list of Path
+        A PNG and a PDF of each figure.
     """
-    figures = {
-        name: lambda column=column, factor=factor, label=label: contours(
-            archive, ambient_pressure, column, factor, label
-        )
-        for name, (column, factor, label) in MAPS.items()
-    }
-    figures["velocity"] = lambda: velocities(archive, ambient_pressure)
-    return draw(figures, folder, conditions_of(archive.machine, SUPPLY, _pulse(archive)))
+    figures = {name: partial(plot_map, archive, ambient_pressure, name) for name in MAPS}
+    figures["velocity"] = partial(plot_velocities, archive, ambient_pressure)
+    pulse = f"{1e3 * float(archive.provenance['pulse_s']):g} ms pulse"
+    return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY, pulse))
 
 
-def _pulse(archive):
-    """What the bench was driven with, in words."""
-    return f"{1e3 * float(archive.provenance['pulse_s']):g} ms pulse"
-
-
-def grid_of(archive, ambient_pressure):
-    """Axes of a map: gauge pressures [MPa] and temperatures [K]."""
-    v = archive.variables
-    pressures = np.unique(v["supply_pressure"].values)
-    return (pressures - ambient_pressure) / 1e6, np.unique(v["supply_temperature"].values)
-
-
-def contours(archive, ambient_pressure, column, factor, label):
-    """A measure over pressure and temperature, for opening and closing.
+def grid_of(archive: Archive, ambient_pressure: float) -> tuple[np.ndarray, np.ndarray]:
+    """Axes of a map.
 
     Parameters
     ----------
     archive : Archive
     ambient_pressure : float
         [Pa abs]
-    column : str
-        Name of the measure without its stroke.
-    factor : float
-        From SI to the unit of the label.
-    label : str
+
+    Returns
+    -------
+    pressures : (n,) float array
+        Ascending [MPa gauge].
+    temperatures : (m,) float array
+        Ascending [K].
+    """
+    v = archive.variables
+    pressures = np.unique(v["supply_pressure"].values)
+    return gauge_in_mpa(pressures, ambient_pressure), np.unique(v["supply_temperature"].values)
+
+
+def plot_map(archive: Archive, ambient_pressure: float, name: str) -> Figure:
+    """Plot a measure over pressure and temperature, a panel for opening and one for closing.
+
+    Parameters
+    ----------
+    archive : Archive
+    ambient_pressure : float
+        [Pa abs]
+    name : {"delay_time", "stroke_time", "seating_speed", "fluctuation"}
+        Which map, see `MAPS`.
 
     Returns
     -------
     matplotlib.figure.Figure
+        Contours; lines where the grid has one pressure or one temperature only.
     """
+    column, factor, label, unit = MAPS[name]
     pressures, temperatures = grid_of(archive, ambient_pressure)
     shape = (len(pressures), len(temperatures))
-    values = {
-        stroke: archive.variables[f"{stroke}_{column}"].values.reshape(shape).T * factor
-        for stroke in ("opening", "closing")
-    }
-    figure, axes = plt.subplots(1, 2, figsize=(9.2, 3.7), layout="constrained", sharey=True)
+    values = {stroke: archive.variables[f"{stroke}_{column}"].values.reshape(shape).T * factor for stroke in STROKES}
+    figure, panels = open_row(2, SIZE, sharey=True)
     if min(shape) < 2:
-        return _lines(figure, axes, values, pressures, temperatures, label)
+        _draw_lines(panels, values, pressures, temperatures)
+        label_axes(panels[0], y=(label, unit))
+        return figure
     low, high = (function([function(v) for v in values.values()]) for function in (np.nanmin, np.nanmax))
     levels = MaxNLocator(11).tick_values(low, high)
-    for axis, (stroke, field) in zip(axes, values.items(), strict=True):
+    for axis, (stroke, field) in zip(panels, values.items(), strict=True):
         filled = axis.contourf(pressures, temperatures, field, levels, cmap="viridis")
         lines = axis.contour(pressures, temperatures, field, levels, colors="white", linewidths=0.6)
-        _label(axis, lines)
-        axis.set(xlabel="control pressure [MPa gauge]", title=stroke)
+        _label_levels(axis, lines)
+        label_axes(axis, x=("control pressure", "MPa gauge"), title=stroke)
         axis.grid(False)
-    axes[0].set_ylabel("control air temperature [K]")
-    figure.colorbar(filled, ax=axes, label=label, format="%.3g")
+    label_axes(panels[0], y=("control air temperature", "K"))
+    figure.colorbar(filled, ax=panels, label=named(label, unit), format="%.3g")
     return figure
 
 
-def _label(axis, lines):
-    """Levels on their lines, but for those that the frame would cut off or that would stand on one another."""
-    style, to_axes, kept = {"fmt": "%.3g", "fontsize": 7.5}, axis.transData + axis.transAxes.inverted(), {}
+def _label_levels(axis: Axes, lines: ContourSet) -> None:
+    """Label levels on their lines, but for those that the frame would cut off or that would overlap."""
+    style: Look = {"fmt": "%.3g", "fontsize": 7.5}
+    to_axes, places = axis.transData + axis.transAxes.inverted(), dict[str, tuple[float, float]]()
     for text in axis.clabel(lines, inline=False, **style):
         x, y = to_axes.transform(text.get_position())
-        apart = all(abs(x - u) > 0.04 or abs(y - v) > 0.1 for u, v in kept.values())
-        if apart and 0.04 < x < 0.96 and 0.04 < y < 0.96:
-            kept[text.get_text()] = x, y
+        is_free = all(abs(x - u) > MIN_APART[0] or abs(y - v) > MIN_APART[1] for u, v in places.values())
+        if is_free and 0.04 < x < 0.96 and 0.04 < y < 0.96:
+            places[text.get_text()] = x, y
         text.remove()
-    for level in lines.levels:
-        if style["fmt"] % level in kept:
+    levels = np.asarray(lines.levels)
+    for level in levels:
+        if style["fmt"] % level in places:
             # Yellow and light green, the upper end of the colour map, would swallow white.
-            on_light = level - lines.levels[0] > 0.6 * np.ptp(lines.levels)
-            axis.clabel(lines, [level], colors="black" if on_light else "white", **style)
+            is_light = level - levels[0] > 0.6 * np.ptp(levels)
+            axis.clabel(lines, [level], colors="black" if is_light else "white", **style)
 
 
-def _lines(figure, axes, values, pressures, temperatures, label):
-    """What `contours` shows, for a grid with one pressure or one temperature only."""
+def _draw_lines(
+    panels: np.ndarray, values: Mapping[str, np.ndarray], pressures: np.ndarray, temperatures: np.ndarray
+) -> None:
+    """Draw a map that has one pressure or one temperature only as a line over the other."""
     along_pressure = len(pressures) >= len(temperatures)
-    x, name = (pressures, "control pressure [MPa gauge]") if along_pressure else (temperatures, "temperature [K]")
-    for axis, (stroke, field) in zip(axes, values.items(), strict=True):
+    x, name = (pressures, ("control pressure", "MPa gauge")) if along_pressure else (temperatures, ("temperature", "K"))
+    for axis, (stroke, field) in zip(panels, values.items(), strict=True):
         axis.plot(x, field.ravel(), marker="o", ms=3)
-        axis.set(xlabel=name, title=stroke)
-    axes[0].set_ylabel(label)
-    return figure
+        label_axes(axis, x=name, title=stroke)
 
 
-def velocities(archive, ambient_pressure, max_traces=5):
-    """Velocity of the opening and closing piston at several pressures, at the temperature in the middle (Fig. 9).
+def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int = 5) -> Figure:
+    """Plot the velocity of the piston at several pressures, at the temperature in the middle (Fig. 9 of the paper).
 
     Parameters
     ----------
@@ -132,7 +163,7 @@ def velocities(archive, ambient_pressure, max_traces=5):
     ambient_pressure : float
         [Pa abs]
     max_traces : int
-        Traces at most.
+        Number of pressures that are shown at most.
 
     Returns
     -------
@@ -141,82 +172,99 @@ def velocities(archive, ambient_pressure, max_traces=5):
     v = archive.variables
     pressures, temperatures = grid_of(archive, ambient_pressure)
     middle = len(temperatures) // 2
-    shown = np.unique(np.linspace(0, len(pressures) - 1, max_traces).round().astype(int))
+    shown = spread_out(len(pressures), max_traces)
     time = v["time"].values * 1e3
     release = float(archive.provenance["pulse_s"]) * 1e3
-    figure, axes = plt.subplots(1, 2, figsize=(9.2, 3.7), layout="constrained", sharey=True)
-    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(shown)))
+    figure, panels = open_row(2, SIZE, sharey=True)
     last = 0.0
-    for colour, number in zip(colours, shown, strict=True):
+    for colour, number in zip(colours_of(len(shown), 0.9), shown, strict=True):
         run = number * len(temperatures) + middle
         velocity = v["velocity"].values[run]
         moving = np.flatnonzero((np.abs(velocity) > 0.0) & (time < release))
         last = max(last, time[moving[-1]] if len(moving) else 0.0)
-        for axis, stroke, start, sign in zip(axes, ("opening", "closing"), (0.0, release), (1.0, -1.0), strict=True):
+        for axis, stroke, start, sign in zip(panels, STROKES, (0.0, release), (1.0, -1.0), strict=True):
             contact = sum(v[f"{stroke}_{name}"].values[run] for name in ("delay_s", "stroke_time_s")) * 1e3
             # The speed ends at contact, between two rows of the trace.
-            at = np.searchsorted(time - start, contact)
-            times = np.insert(time - start, at, [contact] * 2)
-            speeds = np.insert(sign * velocity, at, [v[f"{stroke}_seating_speed_m_s"].values[run], 0.0])
+            row = np.searchsorted(time - start, contact)
+            times = np.insert(time - start, row, [contact] * 2)
+            speeds = np.insert(sign * velocity, row, [v[f"{stroke}_seating_speed_m_s"].values[run], 0.0])
             axis.plot(times, speeds, color=colour, lw=1.3, label=f"{pressures[number]:.3g}")
-    for axis, name in zip(axes, ("opening", "closing"), strict=True):
-        axis.set(xlabel="time after the command [ms]", title=f"{name}, {temperatures[middle]:g} K")
+    for axis, stroke in zip(panels, STROKES, strict=True):
+        label_axes(axis, x=("time after the command", "ms"), title=f"{stroke}, {temperatures[middle]:g} K")
         axis.set_xlim(0.0, last + 2.0)
         axis.set_ylim(bottom=0.0)
-    axes[0].set_ylabel("speed of the piston [m/s]")
-    axes[1].legend(title="control pressure\n[MPa gauge]", fontsize=8.5)
+    label_axes(panels[0], y=("speed of the piston", "m/s"))
+    panels[1].legend(title="control pressure\n[MPa gauge]")
     return figure
 
 
-def limit_figures(archive, ambient_pressure, folder):
-    """The figure of a map of working limits.
+def limit_figures(archive: Archive, ambient_pressure: float, folder: str | Path) -> list[Path]:
+    """Write the figure of a map of working limits.
 
     Parameters
     ----------
     archive : Archive
-        See `apesim.studies.limit.valve_limit.limit_map`.
+        Limits over pressure, temperature and duty, see `apesim.studies.limit.valve_limit`.
     ambient_pressure : float
-        [Pa abs]
+        Pressure that gauge pressures stand above [Pa abs].
     folder : path
+        Made if it does not exist.
 
     Returns
     -------
     list of Path
+        A PNG and a PDF.
     """
-    return draw(
-        {"working_limit": lambda: limits(archive, ambient_pressure)}, folder, conditions_of(archive.machine, SUPPLY)
-    )
+    figures = {"working_limit": partial(plot_limits, archive, ambient_pressure)}
+    return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
 
 
-def limits(archive, ambient_pressure):
-    """Working limit over pressure, for each temperature and duty, against the paper's 30 Hz and 2000 r/min.
+def plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
+    """Plot the working limit over pressure, with the legend beside it; see `draw_limits`."""
+    figure, axis = open_one((7.8, 4.2))
+    draw_limits(axis, archive, ambient_pressure)
+    figure.legend(loc="outside right upper")
+    return figure
+
+
+def _rpm_of(hz: Any) -> Any:
+    """Speed at one event a revolution [r/min]."""
+    return 60.0 * hz
+
+
+def _hz_of(rpm: Any) -> Any:
+    """Working rate at one event a revolution [Hz]."""
+    return rpm / 60.0
+
+
+def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
+    """Draw the working limit over pressure, a line for each temperature and duty, against the paper's 30 Hz.
 
     Parameters
     ----------
+    axis : matplotlib.axes.Axes
     archive : Archive
     ambient_pressure : float
         [Pa abs]
 
     Returns
     -------
-    matplotlib.figure.Figure
+    matplotlib.axes.Axes
     """
-    v = {name: variable.values for name, variable in archive.variables.items()}
-    figure, axis = plt.subplots(figsize=(7.8, 4.2), layout="constrained")
+    v = columns_of(archive)
     of_grid = {name: values[v["point"] != Point.OWN] for name, values in v.items()}
-    over_pressure(axis, of_grid, "limit_hz", "duty", "duty {:g}", ambient_pressure, 0.9)
+    common: Look = {"ambient_pressure": ambient_pressure}
+    draw_over_pressure(axis, of_grid, "limit_hz", parameter="duty", label="duty {:g}", brightest=0.9, **common)
     own = own_run(v)
-    draw_own_point(axis, v, "limit_hz", ambient_pressure, f", duty {v['duty'][own]:.3g}")
-    for speed, style in zip(PAPER_RPM.values(), ("-", "--"), strict=True):
+    draw_own_point(axis, v, "limit_hz", more=f", duty {v['duty'][own]:.3g}", **common)
+    for speed, style in zip(PAPER_RPM.values(), STYLES, strict=False):
         axis.axhline(speed / 60.0, color="0.3", lw=0.9, ls=style, label=f"{speed / 60.0:.3g} Hz = {speed:g} r/min")
-    axis.set(xlabel="control pressure [MPa gauge]", ylabel="highest working rate [Hz]")
     title = "Every stroke complete"
     if not np.isnan(v["rule_window_deg"][own]):
         time, needed = 1e3 * v["rule_lap_to_lap_s"][own], v["rule_window_deg"][own]
         title += f"; at its own point above the lap\nfor {time:.2f} ms, so that 30 Hz need a window of {needed:.0f}°"
-    axis.set_title(title)
+    label_axes(axis, x=("control pressure", "MPa gauge"), y=("highest working rate", "Hz"), title=title)
     axis.set_ylim(bottom=0.0)
-    side = axis.secondary_yaxis("right", functions=(lambda hz: 60.0 * hz, lambda rpm: rpm / 60.0))
-    side.set_ylabel("engine speed, one event a revolution [r/min]")
-    figure.legend(fontsize=8.5, loc="outside right upper")
-    return figure
+    side = axis.secondary_yaxis("right", functions=(_rpm_of, _hz_of))
+    side.set_ylabel(named("engine speed, one event a revolution", "r/min"))
+    return axis

@@ -3,7 +3,6 @@
 import csv
 import json
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -14,7 +13,7 @@ from apesim.archive.migration import MIGRATED, migrate
 from apesim.engine.cylinder import EPV
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from apesim.studies.figures.valve import velocities
+from apesim.studies.figures.valve import plot_velocities
 from apesim.studies.measured import read_measured
 from apesim.studies.measured.prediction import predict
 from apesim.studies.sweep import run_sweep
@@ -84,13 +83,12 @@ def test_the_velocities_in_archives_are_the_slopes_of_their_lifts(tmp_path):
 
 def test_a_figure_of_the_map_shows_speeds_towards_the_stop():
     archive = compute_map(machine(), [AMBIENT + 1e6], [287.0])
-    for stroke, axis in zip(("opening", "closing"), velocities(archive, AMBIENT).axes, strict=True):
+    for stroke, axis in zip(("opening", "closing"), plot_velocities(archive, AMBIENT).axes, strict=True):
         seating = archive.variables[f"{stroke}_seating_speed_m_s"].values[0]
         [line] = axis.lines
         shown = (line.get_xdata() > 0.0) & (line.get_xdata() < axis.get_xlim()[1])
         speeds = line.get_ydata()[shown]
         assert speeds.min() > -1e-3 and seating <= speeds.max() < 1.5 * seating
-    plt.close("all")
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

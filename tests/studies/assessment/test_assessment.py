@@ -20,6 +20,7 @@ from apesim.studies.assessment.grid import assess_speeds, faults_of_assessment, 
 from apesim.studies.assessment.lift import constant_speed_lift, lift_curve_of, shift_flanks, single_opening
 from apesim.studies.assessment.valves import Outcome, assess, cycle_to_cycle, outcome_of, with_lift
 from apesim.studies.figures import assessment as figures
+from apesim.studies.figures.drawing.panels import open_one
 from apesim.studies.timing.solve import corrected
 from tests.machines import RPM, machine, settled
 
@@ -328,7 +329,7 @@ def test_the_archive_is_whole_and_opens_elsewhere_by_valve_order_and_cause(archi
 
 
 def test_the_figure_shows_the_mean_between_both_orders_and_the_whole_as_sum(archive):
-    axis = figures.plt.figure().add_subplot()
+    _, axis = open_one()
     figures.spans(axis, archive, "brake_torque_lost_Nm")
     lost = archive.variables["brake_torque_lost_Nm"].values
     lines = {line.get_label(): line.get_ydata() for line in axis.lines}
@@ -338,7 +339,6 @@ def test_the_figure_shows_the_mean_between_both_orders_and_the_whole_as_sum(arch
     assert lines["sum"] == pytest.approx(torque[:, AT["ideal"]] - torque[:, AT["real"]])
     ends = np.array([segment[:, 1] for bars in axis.collections for segment in bars.get_segments()])
     assert ends.reshape(len(CAUSES), len(SPEEDS), 2) == pytest.approx(np.transpose(lost[:, :2], (2, 0, 1)))
-    figures.plt.close(axis.figure)
 
 
 @pytest.mark.parametrize("options", [{}, {"release": -4.0}])

@@ -4,8 +4,9 @@ import pytest
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps, load
 from apesim.studies.discharge import Vessel
-from apesim.studies.figures.conditions import SUPPLY, conditions_of, conditions_of_vessel
-from apesim.studies.figures.style import save
+from apesim.studies.figures.drawing.conditions import SUPPLY, conditions_of, conditions_of_vessel
+from apesim.studies.figures.drawing.files import save
+from apesim.studies.figures.drawing.panels import open_one
 
 
 def text_of(*assignments):
@@ -49,7 +50,7 @@ def test_many_deviations_are_counted_and_broken_into_lines():
 @pytest.mark.parametrize("where", ["outside lower center", "outside right upper", "upper left"])
 def test_the_conditions_stand_below_the_figure_and_move_nothing(where, tmp_path):
     def drawn(conditions):
-        figure, axis = plt.subplots(figsize=(5.0, 3.0), layout="constrained")
+        figure, axis = open_one((5.0, 3.0))
         axis.plot([0.0, 1.0], [0.0, 1.0], label="a line")
         legend = figure.legend(loc=where)
         paths = save(figure, tmp_path, f"with{len(conditions)}", conditions)

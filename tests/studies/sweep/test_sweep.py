@@ -1,6 +1,5 @@
 """A sweep is what its operating points are one by one, however it was computed."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
@@ -16,7 +15,7 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import judge_point
 from apesim.quantities.settings import dumps, load
-from apesim.studies.figures.sweep import cycle_traces, sweep_figures, torque_and_air
+from apesim.studies.figures.sweep import plot_cycle, plot_over_speed, sweep_figures
 from apesim.studies.sweep import CORRECTED, FIXED, STATUS_MEANINGS, TIMINGS, run_sweep
 from apesim.studies.sweep.compute import WARNING_FLAGS
 from apesim.studies.sweep.plan import actuation_of, in_one_unit, plan
@@ -106,11 +105,10 @@ def test_an_incomplete_stroke_stands_in_the_archive_the_table_and_the_figure(swe
     assert [cell.endswith("*") for cell in fast] == [False, *2 * [False, True, False, False]]
     assert not any("*" in cell for cell in slow) and "incomplete stroke" in captured.get()
 
-    left, right = torque_and_air(swept.archive).axes
+    left, right = plot_over_speed(swept.archive).axes
     for axis in (left, right):
         hollow = [x for line in axis.lines if line.get_markerfacecolor() == "white" for x in line.get_xdata()]
         assert hollow == [1200.0]
-    plt.close("all")
 
 
 @pytest.mark.parametrize("speed_rpm", [600.0, 1200.0])
@@ -218,7 +216,7 @@ def test_a_second_sweep_does_not_write_the_same_target(swept):
 
 
 def test_the_traces_show_each_intake_whole(swept):
-    lift = cycle_traces(swept.archive, speed_rpm=600.0).axes[0]
+    lift = plot_cycle(swept.archive, speed_rpm=600.0).axes[0]
     assert len(lift.lines) == 4
     for line in lift.lines:
         angle, values = line.get_data()

@@ -1,0 +1,1 @@
+"""What all figures share: style (how they look), panels (figures and their axes), conditions, lines, files."""

@@ -1,0 +1,106 @@
+"""How figures are written: PNG to look at, PDF to print, SVG for pages; the same bytes each time."""
+
+import io
+from collections.abc import Callable, Mapping
+from math import ceil
+from pathlib import Path
+
+import matplotlib
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.transforms import Bbox
+
+from apesim.studies.figures.drawing.style import STYLE
+
+FOOT_SIZE = 7.5
+"""Size of the letters of the conditions below a figure [pt]."""
+FOOT_LINE = 1.35 * FOOT_SIZE / 72.0
+"""Height of a line of the conditions [inch]."""
+FOOT_STEP = 0.05
+"""Step in the height of the conditions [inch]: whole pixels at any resolution that is a multiple of 20, so that the
+figure above is not blurred."""
+
+
+def write_figures(figures: Mapping[str, Callable[[], Figure]], folder: str | Path, conditions: str = "") -> list[Path]:
+    """Draw figures in the house style, and write each as PNG and PDF.
+
+    Parameters
+    ----------
+    figures : mapping of str to function
+        What draws each figure, by the name of its file without the ending.
+    folder : path
+        Made if it does not exist.
+    conditions : str
+        Conditions at which they were made, see `apesim.studies.figures.drawing.conditions.conditions_of`.
+
+    Returns
+    -------
+    list of Path
+    """
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    with matplotlib.rc_context(STYLE):
+        return [path for name, make in figures.items() for path in save(make(), folder, name, conditions)]
+
+
+def save(figure: Figure, folder: str | Path, name: str, conditions: str = "") -> list[Path]:
+    """Write a figure as PNG and PDF, the same bytes each time.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    folder : path
+        A folder that exists.
+    name : str
+        Name of the files without their ending.
+    conditions : str
+        Conditions at which the figure was made; they are written below it, and the figure itself stays as it is.
+
+    Returns
+    -------
+    list of Path
+        The PNG and the PDF.
+    """
+    _lay_out(figure)
+    width, height = figure.get_size_inches()
+    foot = ceil(FOOT_LINE * (len(conditions.splitlines()) + 0.5) / FOOT_STEP) * FOOT_STEP if conditions else 0.0
+    if conditions:
+        _hold_legends(figure)
+        figure.text(0.01, 0.0, conditions, va="top", fontsize=FOOT_SIZE, color="0.35", linespacing=1.2)
+    whole = Bbox([[0.0, -foot], [width, height]])
+    paths = [Path(folder) / f"{name}.png", Path(folder) / f"{name}.pdf"]
+    figure.savefig(paths[0], bbox_inches=whole, metadata={"Software": None})
+    figure.savefig(paths[1], bbox_inches=whole, metadata={"CreationDate": None, "Producer": None, "Creator": None})
+    return paths
+
+
+def svg(figure: Figure) -> str:
+    """Text of a figure as SVG, the same each time.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+
+    Returns
+    -------
+    str
+    """
+    _lay_out(figure)
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    return text.getvalue()
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place all of a figure once, for every format: it takes longer than drawing."""
+    if isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine):
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+
+
+def _hold_legends(figure: Figure) -> None:
+    """Keep the figure's own legends where they are: they would go along with its lower edge."""
+    for legend in figure.legends:
+        box = legend.get_window_extent().transformed(figure.transFigure.inverted())
+        legend.borderaxespad = 0.0
+        legend.set_loc("lower left")
+        legend.set_bbox_to_anchor((box.x0, box.y0), transform=figure.transFigure)

@@ -1,0 +1,74 @@
+"""Lines of a map of limits: over pressure, and the machine's own point."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from apesim.studies.figures.drawing.panels import gauge_in_mpa
+from apesim.studies.figures.drawing.style import RED, Look, colours_of
+from apesim.studies.limit.points import own_run
+
+STYLES = ("-", "--", ":", "-.")
+"""Styles of lines, in turn."""
+OWN_POINT: Look = {"marker": "*", "ls": "", "color": RED, "ms": 11}
+"""Look of the machine's own point."""
+
+
+def draw_over_pressure(
+    axis: Axes,
+    v: Mapping[str, np.ndarray],
+    column: str,
+    *,
+    parameter: str,
+    label: str,
+    ambient_pressure: float,
+    brightest: float,
+) -> None:
+    """Draw a column over gauge pressure, a colour for each value of a parameter, a style for each temperature.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    v : mapping of str to (n,) array
+        Columns over runs, among them ``supply_pressure`` [Pa abs] and ``supply_temperature`` [K].
+    column : str
+        Name of the column to draw.
+    parameter : str
+        Name of the column that chooses the colour.
+    label : str
+        Text for the legend, with a place for the value of the parameter, e.g. "duty {:g}".
+    ambient_pressure : float
+        [Pa abs]
+    brightest : float
+        Place of the last colour on the colour map, 0 to 1.
+    """
+    pressure = gauge_in_mpa(v["supply_pressure"], ambient_pressure)
+    temperatures, values = np.unique(v["supply_temperature"]), np.unique(v[parameter])
+    for value, colour in zip(values, colours_of(len(values), brightest), strict=True):
+        for number, temperature in enumerate(temperatures):
+            chosen = (v[parameter] == value) & (v["supply_temperature"] == temperature)
+            look: Look = {"color": colour, "ls": STYLES[number % len(STYLES)], "marker": "o", "ms": 3}
+            axis.plot(pressure[chosen], v[column][chosen], label=f"{label.format(value)}, {temperature:g} K", **look)
+
+
+def draw_own_point(
+    axis: Axes, v: Mapping[str, np.ndarray], column: str, *, ambient_pressure: float, more: str = ""
+) -> None:
+    """Draw the machine's own point of a map of limits as a star.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    v : mapping of str to (n,) array
+        Columns over runs.
+    column : str
+        Name of the column to draw.
+    ambient_pressure : float
+        [Pa abs]
+    more : str
+        What the legend says of it besides.
+    """
+    own = own_run(v)
+    pressure = gauge_in_mpa(v["supply_pressure"][own], ambient_pressure)
+    axis.plot(pressure, v[column][own], label=f"the machine's own point{more}", **OWN_POINT)

@@ -1,0 +1,208 @@
+"""Figures and their panels: opening them, naming their axes with units, lines and legend entries that many have."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from apesim.archive import Archive
+from apesim.studies.figures.drawing.style import GREY
+
+ONE, TWO = (7.4, 3.8), (9.2, 3.9)
+"""Usual size of a figure with one panel, and of one with two side by side [inch]."""
+MAX_SPECIFIC_AIR = 150.0
+"""Upper end of axes of specific air [kg/kWh]: it grows without bound as the work goes to zero."""
+
+
+def open_panels(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
+    """Open a figure with a grid of panels, laid out so that no texts overlap.
+
+    The figure belongs to no window and to no backend, so that it can be drawn anywhere, and is gone when it is no
+    longer used.
+
+    Parameters
+    ----------
+    rows, columns : int
+    size : tuple of float
+        Width and height [inch].
+    **options
+        What `matplotlib.figure.Figure.subplots` takes, e.g. ``sharey=True``.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    panels : (rows, columns) array of matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> figure, panels = open_panels(1, 2, (9.2, 3.9), sharey=True)
+    >>> panels.shape
+    (1, 2)
+    """
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def open_row(count: int, size: tuple[float, float] = TWO, **options: Any) -> tuple[Figure, np.ndarray]:
+    """Open a figure with panels side by side; see `open_panels`."""
+    figure, panels = open_panels(1, count, size, **options)
+    return figure, panels[0]
+
+
+def open_column(count: int, size: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
+    """Open a figure with panels one above the other, which share the x axis; see `open_panels`."""
+    figure, panels = open_panels(count, 1, size, sharex=True, **options)
+    return figure, panels[:, 0]
+
+
+def open_one(size: tuple[float, float] = ONE) -> tuple[Figure, Axes]:
+    """Open a figure with one panel; see `open_panels`."""
+    figure, panels = open_panels(1, 1, size)
+    return figure, panels[0, 0]
+
+
+def label_axes(
+    axis: Axes, *, x: tuple[str, str] | None = None, y: tuple[str, str] | None = None, title: str | None = None
+) -> None:
+    """Write names with units at the axes of a panel, and its title.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    x, y : tuple of str, optional
+        Name and unit; the unit "" is that of a pure number or of words. Left as it is without one.
+    title : str, optional
+
+    Examples
+    --------
+    >>> _, panel = open_one()
+    >>> label_axes(panel, x=("speed", "r/min"), y=("brake torque", "N m"))
+    >>> panel.get_xlabel(), panel.get_ylabel()
+    ('speed [r/min]', 'brake torque [N m]')
+    """
+    if x is not None:
+        axis.set_xlabel(named(*x))
+    if y is not None:
+        axis.set_ylabel(named(*y))
+    if title is not None:
+        axis.set_title(title)
+
+
+def named(name: str, unit: str) -> str:
+    """A name with its unit in brackets; the name alone where the unit is "".
+
+    Parameters
+    ----------
+    name, unit : str
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> named("speed", "r/min")
+    'speed [r/min]'
+    """
+    return f"{name} [{unit}]" if unit else name
+
+
+def draw_zero(axis: Axes, *, colour: str = "0.6", width: float = 0.8) -> None:
+    """Draw the line at zero of the y axis.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    colour : str
+    width : float
+        [pt]
+    """
+    axis.axhline(0.0, color=colour, lw=width)
+
+
+def add_legend_entry(axis: Axes, label: str, **look: Any) -> None:
+    """Add an entry to the legend of a panel for which nothing is drawn, e.g. what a dashed line means.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    label : str
+    **look
+        What `matplotlib.axes.Axes.plot` takes.
+    """
+    axis.plot([], [], label=label, **{"color": GREY} | look)
+
+
+def legend_handle(**look: Any) -> Line2D:
+    """A line for a legend that is drawn nowhere else.
+
+    Parameters
+    ----------
+    **look
+        What `matplotlib.lines.Line2D` takes.
+
+    Returns
+    -------
+    matplotlib.lines.Line2D
+    """
+    return Line2D([], [], **look)
+
+
+def columns_of(archive: Archive) -> dict[str, np.ndarray]:
+    """Values of all variables of an archive.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    dict of str to ndarray
+        By name of the variable.
+    """
+    return {name: variable.values for name, variable in archive.variables.items()}
+
+
+def gauge_in_mpa(pressure: np.ndarray, ambient_pressure: float) -> np.ndarray:
+    """Gauge pressure as figures show it.
+
+    Parameters
+    ----------
+    pressure : float or ndarray
+        [Pa abs]
+    ambient_pressure : float
+        [Pa abs]
+
+    Returns
+    -------
+    float or ndarray
+        [MPa gauge]
+    """
+    return (pressure - ambient_pressure) / 1e6
+
+
+def spread_out(count: int, most: int) -> np.ndarray:
+    """Numbers of some of many runs, evenly spread, the first and the last among them.
+
+    Parameters
+    ----------
+    count : int
+        How many runs there are.
+    most : int
+        How many are wanted at most.
+
+    Returns
+    -------
+    (n,) int array
+        Ascending, n not above `most`.
+
+    Examples
+    --------
+    >>> spread_out(10, 4).tolist()
+    [0, 3, 6, 9]
+    """
+    return np.unique(np.linspace(0, count - 1, most).round().astype(int))

@@ -1,0 +1,69 @@
+"""Figure of what each candidate promised and what fitting it gave."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from apesim.studies.figures.drawing.panels import legend_handle, open_one
+from apesim.studies.figures.gap.looks import AFTER, BEFORE, THRESHOLD, WIDTH
+
+if TYPE_CHECKING:
+    from apesim.studies.gap.report.html import Tried
+
+TICKS = (0, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
+"""Ticks of the x axis, which is linear up to 10 and logarithmic beyond."""
+CLEAR = 5.0
+"""Sigmas from which an effect is beyond doubt, marked by a line."""
+
+
+def plot_candidates(rows: "Sequence[Tried]") -> Figure:
+    """Plot what each candidate promised and what fitting it gave, with the legend above; see `draw_candidates`.
+
+    Parameters
+    ----------
+    rows : sequence of apesim.studies.gap.report.html.Tried
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axis = open_one((WIDTH, 0.9 + 0.3 * len(rows)))
+    draw_candidates(axis, rows)
+    handles = [
+        legend_handle(ls="", marker="o", mfc="none", mec=BEFORE, mew=1.4, label="expected, by its score"),
+        legend_handle(ls="", marker="o", color=AFTER, label="realised, fitted through the simulator"),
+        legend_handle(label=f"{CLEAR:g} deviations", **THRESHOLD),
+    ]
+    figure.legend(handles=handles, loc="outside upper right", ncols=3)
+    return figure
+
+
+def draw_candidates(axis: Axes, rows: "Sequence[Tried]") -> Axes:
+    """Draw the part of the gap that each candidate promised as a circle, and what fitting it gave as a dot.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    rows : sequence of apesim.studies.gap.report.html.Tried
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    for place, row in enumerate(rows):
+        if row.realised is not None:
+            axis.plot([row.expected, row.realised], [place, place], color="0.7", lw=1.2, zorder=1)
+            axis.plot(row.realised, place, "o", color=AFTER, ms=6)
+        axis.plot(row.expected, place, "o", mfc="none", mec=BEFORE, mew=1.4, ms=6)
+    axis.axvline(CLEAR, **THRESHOLD)
+    end = 1.15 * max(6.0, *(value for row in rows for value in (row.expected, row.realised or 0.0)))
+    axis.set_xscale("symlog", linthresh=10.0, linscale=1.5)
+    axis.set_xlim(-0.3, end)
+    axis.set_xticks([tick for tick in TICKS if tick < end], [f"{tick:g}" for tick in TICKS if tick < end])
+    axis.set_xticks([], minor=True)
+    axis.set_yticks(range(len(rows)), [row.name.replace("_", " ") for row in rows])
+    axis.set_ylim(len(rows) - 0.4, -0.6)
+    axis.set_xlabel("part of the gap that it explains [deviations]")
+    return axis

@@ -1,0 +1,77 @@
+"""All figures of the missing-effect workflow as files."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from apesim.studies.figures.drawing.files import save, svg
+from apesim.studies.figures.drawing.style import STYLE
+from apesim.studies.figures.gap.candidates import plot_candidates
+from apesim.studies.figures.gap.latent import plot_branches
+from apesim.studies.figures.gap.overlays import plot_overlays
+from apesim.studies.figures.gap.residual_map import plot_residual_map
+from apesim.studies.figures.gap.sizes import plot_sizes
+from apesim.studies.gap.report.comparison import worst
+from apesim.studies.gap.report.residual_map import residual_map
+
+if TYPE_CHECKING:
+    from apesim.studies.gap.report.comparison import Compared
+    from apesim.studies.gap.report.html import Tried
+    from apesim.studies.gap.tables.latent import Branch
+
+MAX_OVERLAYS = 3
+"""Traces that are drawn over the model at most: more would not be read."""
+
+
+def draw_gap(
+    compared: "Sequence[Compared]",
+    rows: "Sequence[Tried]",
+    added: str,
+    ambient_pressure: float,
+    folder: str | Path,
+    latent: "Sequence[Branch]" = (),
+) -> dict[str, str]:
+    """Draw all figures of the workflow, and write them as PNG and PDF.
+
+    Parameters
+    ----------
+    compared : sequence of apesim.studies.gap.report.comparison.Compared
+        Signals beside the models.
+    rows : sequence of apesim.studies.gap.report.html.Tried
+        Candidates with what was expected of them and what came.
+    added : str
+        What was added to the model, in words.
+    ambient_pressure : float
+        [Pa abs]
+    folder : path
+        A folder that exists.
+    latent : sequence of apesim.studies.gap.tables.latent.Branch
+        What a table says, where one was added.
+
+    Returns
+    -------
+    dict of str to str
+        SVG of each figure by its name.
+    """
+    figures: dict[str, Callable[[], Figure]] = {
+        "gap": partial(plot_sizes, compared, added, ambient_pressure),
+        "maps": lambda: plot_residual_map(residual_map(compared), added, ambient_pressure),
+    }
+    if latent:
+        figures["latent"] = partial(plot_branches, latent)
+    if rows:  # all of the library may be left out
+        figures["candidates"] = partial(plot_candidates, rows)
+    chosen = worst(compared, MAX_OVERLAYS)
+    if chosen:  # an engine may have means alone
+        figures["overlays"] = partial(plot_overlays, chosen, added, ambient_pressure)
+    texts = {}
+    with matplotlib.rc_context(STYLE):
+        for name, make in figures.items():
+            figure = make()
+            texts[name] = svg(figure)
+            save(figure, folder, name)
+    return texts

@@ -1,0 +1,55 @@
+"""Figure of what a tabulated effect says, over what it was made to depend on."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from apesim.studies.figures.drawing.panels import draw_zero, open_row
+from apesim.studies.figures.drawing.style import Look
+from apesim.studies.figures.gap.looks import AFTER, WIDTH
+from apesim.studies.gap.report.effect_rows import NORMAL_95
+
+if TYPE_CHECKING:
+    from apesim.studies.gap.tables.latent import Branch
+
+
+def plot_branches(latent: "Sequence[Branch]") -> Figure:
+    """Plot what a table says, a panel for each of its branches.
+
+    Parameters
+    ----------
+    latent : sequence of apesim.studies.gap.tables.latent.Branch
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, panels = open_row(len(latent), (WIDTH, 2.9))
+    for axis, branch in zip(panels, latent, strict=True):
+        draw_branch(axis, branch)
+    return figure
+
+
+def draw_branch(axis: Axes, branch: "Branch") -> Axes:
+    """Draw the values of a branch over its nodes, with their intervals of 95 %.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    branch : apesim.studies.gap.tables.latent.Branch
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    draw_zero(axis, colour="0.2")
+    if len(branch.places) > 1:
+        axis.plot(*branch.curve(), color=AFTER, lw=1.4)
+    bars: Look = {"fmt": "o", "color": AFTER, "ms": 4, "elinewidth": 1.0, "capsize": 2}
+    axis.errorbar(branch.places, branch.values, NORMAL_95 * branch.deviations, **bars)
+    axis.set(xlabel=branch.over, ylabel=branch.quantity.replace("^2", "²"))
+    if branch.is_round:
+        axis.set_xticks(range(0, 361, 90))
+    return axis

@@ -1,0 +1,127 @@
+"""Figure of the traces that the calibrated machine misses by most."""
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from apesim.studies.figures.drawing.panels import label_axes, open_panels
+from apesim.studies.figures.gap.looks import AFTER, BEFORE, MEASURED, WIDTH, WORDS
+from apesim.studies.gap.decide.operating_points import label_of
+from apesim.studies.gap.report.comparison import shown_of
+from apesim.studies.gap.search.phases import PHASES, phases
+from apesim.studies.measured import ENGINE
+
+if TYPE_CHECKING:
+    from apesim.studies.gap.report.comparison import Compared
+
+SHADES = {
+    "dead time": "#e8e8e8",
+    "opening flight": "#dcebf7",
+    "impact": "#f9d9c8",
+    "dwell": "#ffffff",
+    "closing flight": "#e3f1dd",
+    "charging": "#dcebf7",
+    "expansion": "#ffffff",
+    "exhaust": "#f3ead7",
+}
+"""Background of each phase of the stroke or cycle."""
+UNSHADED = "#ffffff"
+"""Background of phases that a legend does not name."""
+MEAN_SAMPLES = 9
+"""Samples of a running mean: it shows what the noise hides, and keeps steps."""
+NOISE_BAND = 2.0
+"""Half the width of the band that noise alone would fill, in standard deviations."""
+
+
+def plot_overlays(chosen: "Sequence[Compared]", added: str, ambient_pressure: float) -> Figure:
+    """Plot traces over the models, each with its residuals below.
+
+    Parameters
+    ----------
+    chosen : sequence of apesim.studies.gap.report.comparison.Compared
+    added : str
+        What was added to the model, in words.
+    ambient_pressure : float
+        [Pa abs]
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    size = (WIDTH, 0.8 + 2.8 * len(chosen))
+    figure, panels = open_panels(2 * len(chosen), 1, size, height_ratios=(2.4, 1) * len(chosen))
+    axes = panels[:, 0]
+    shades: dict[str, str] = {}
+    for above, below, signal in zip(axes[::2], axes[1::2], chosen, strict=True):
+        shades |= draw_overlay(above, below, signal, added=added, ambient_pressure=ambient_pressure)
+    figure.align_ylabels()
+    handles, _ = axes[0].get_legend_handles_labels()
+    handles += [Patch(facecolor=colour, edgecolor="0.7", lw=0.5, label=name) for name, colour in shades.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    return figure
+
+
+def draw_overlay(
+    above: Axes, below: Axes, signal: "Compared", *, added: str, ambient_pressure: float
+) -> dict[str, str]:
+    """Draw a trace over the models, and its residuals below.
+
+    Parameters
+    ----------
+    above, below : matplotlib.axes.Axes
+    signal : apesim.studies.gap.report.comparison.Compared
+    added : str
+        What was added to the model, in words.
+    ambient_pressure : float
+        [Pa abs]
+
+    Returns
+    -------
+    dict of str to str
+        Colour of each phase that is shaded, by its name.
+    """
+    block: Any = signal.block
+    run, shown = block.run, shown_of(block)
+    x = np.degrees(run.angles) if run.bench == ENGINE else block.times * 1e3
+    shades = _shade_phases(above, x, signal)
+    above.plot(x, shown.of(block.values), ".", color=MEASURED, ms=3, label="measured")
+    above.plot(x, shown.of(signal.before), color=BEFORE, lw=1.2, label="calibrated model")
+    below.axhspan(-NOISE_BAND, NOISE_BAND, color="0.93", lw=0, zorder=0)
+    _draw_residuals(below, x, (signal.before - block.values) / signal.noise, BEFORE)
+    if signal.after is not None:
+        above.plot(x, shown.of(signal.after), color=AFTER, lw=1.2, ls="--", label=added)
+        _draw_residuals(below, x, (signal.after - block.values) / signal.noise, AFTER)
+    label_axes(above, y=(shown.name, shown.unit))
+    above.set_title(f"{label_of(run, ambient_pressure)}, {WORDS[signal.role]}", loc="left")
+    above.tick_params(labelbottom=False)
+    over = ("crank angle", "deg") if run.bench == ENGINE else ("time after the command", "ms")
+    label_axes(below, x=over, y=("left", "noise"))
+    for axis in (above, below):
+        axis.set_xlim(x[0], x[-1])
+    return shades
+
+
+def _draw_residuals(axis: Axes, x: np.ndarray, residuals: np.ndarray, colour: str) -> None:
+    """Draw residuals: their samples pale, their running mean strong."""
+    axis.plot(x, residuals, color=colour, lw=0.6, alpha=0.35)
+    if len(residuals) > MEAN_SAMPLES:
+        mean = np.convolve(residuals, np.full(MEAN_SAMPLES, 1.0 / MEAN_SAMPLES), "valid")
+        axis.plot(x[MEAN_SAMPLES // 2 : MEAN_SAMPLES // 2 + len(mean)], mean, color=colour, lw=1.3)
+
+
+def _shade_phases(axis: Axes, x: np.ndarray, signal: "Compared") -> dict[str, str]:
+    """Shade the phases of a run; returns the shades that were used, by the name of the phase."""
+    phase_of, used = phases(signal.block, signal.marks), {}
+    for phase, samples in groupby(range(len(phase_of)), key=phase_of.__getitem__):
+        inside = list(samples)
+        name = PHASES[phase]
+        end = x[min(inside[-1] + 1, len(x) - 1)]
+        axis.axvspan(x[inside[0]], end, color=SHADES[name], zorder=0, lw=0)
+        if SHADES[name] != UNSHADED:
+            used[name] = SHADES[name]
+    return used

@@ -1,0 +1,92 @@
+"""Figure of how large the gap of each run is."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from apesim.studies.figures.drawing.panels import legend_handle, open_one
+from apesim.studies.figures.drawing.style import Look
+from apesim.studies.figures.gap.looks import AFTER, BEFORE, THRESHOLD, WIDTH, WORDS
+from apesim.studies.gap.decide.operating_points import label_of
+from apesim.studies.gap.report.comparison import by_run, size_of
+from apesim.studies.measured import CHECK
+
+if TYPE_CHECKING:
+    from apesim.studies.gap.report.comparison import Compared
+
+SPACE = 0.6
+"""Space between runs of different roles, in heights of a run."""
+
+
+def plot_sizes(compared: "Sequence[Compared]", added: str, ambient_pressure: float) -> Figure:
+    """Plot the gap of each run before and after, over the noise, with the legend above; see `draw_sizes`.
+
+    Parameters
+    ----------
+    compared : sequence of apesim.studies.gap.report.comparison.Compared
+    added : str
+        What was added to the model, in words.
+    ambient_pressure : float
+        [Pa abs]
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axis = open_one((WIDTH, 0.9 + 0.36 * len(by_run(compared))))
+    draw_sizes(axis, compared, ambient_pressure)
+    handles: list[Patch | Line2D] = [Patch(color=BEFORE, label="calibrated model")]
+    if _has_after(compared):
+        handles.append(Patch(color=AFTER, label=added))
+    handles.append(legend_handle(label="noise alone", **THRESHOLD))
+    figure.legend(handles=handles, loc="outside upper right", ncols=3)
+    return figure
+
+
+def _has_after(compared: "Sequence[Compared]") -> bool:
+    """Whether something was added to the model."""
+    return compared[0].left_after is not None
+
+
+def draw_sizes(axis: Axes, compared: "Sequence[Compared]", ambient_pressure: float) -> Axes:
+    """Draw the gap of each run as bars, pale where the run was used, over the noise.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    compared : sequence of apesim.studies.gap.report.comparison.Compared
+    ambient_pressure : float
+        [Pa abs]
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    runs = by_run(compared)
+    place, labels, places = 0.0, [], []
+    for number, signals in enumerate(runs):
+        role = signals[0].role
+        place += SPACE * bool(number and role != runs[number - 1][0].role)
+        bars = [(size_of(signal.left_before for signal in signals), BEFORE)]
+        if _has_after(compared):
+            bars.append((size_of(signal.left_after for signal in signals), AFTER))
+        for k, (size, colour) in enumerate(bars):
+            height = 0.8 / len(bars)
+            y = place - 0.4 + (k + 0.5) * height
+            axis.barh(y, size, height=height, color=colour, alpha=1.0 if role == CHECK else 0.55)
+            where: Look = {"xytext": (3, 0), "textcoords": "offset points", "va": "center", "fontsize": 8, "zorder": 4}
+            axis.annotate(f"{size:.2f}", (size, y), **where, bbox={"fc": "white", "ec": "none", "pad": 0.6})
+        labels.append(f"{label_of(signals[0].block.run, ambient_pressure)} ({WORDS[role]})")
+        places.append(place)
+        place += 1.0
+    axis.axvline(1.0, **THRESHOLD)
+    axis.set_yticks(places, labels)
+    axis.set_ylim(place - 0.4, -0.6)
+    axis.grid(axis="y", visible=False)
+    axis.set_xlabel("root mean square of what is left, over the noise")
+    axis.margins(x=0.08)
+    return axis
