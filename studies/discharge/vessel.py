@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.air import heat_capacity, heat_capacity_ratio
+from apesim.air import Gas, heat_capacity, heat_capacity_ratio
 from apesim.restriction import flow_function
 
 TABLE = 1500
@@ -26,8 +26,8 @@ class Vessel(NamedTuple):
     """Before the valve opens [K]."""
     ambient_pressure: float
     """[Pa]"""
-    gas: object
-    """`apesim.air.Gas`"""
+    gas: Gas
+    """Properties of the gas, see `apesim.air.gas_of`."""
 
 
 def temperatures(vessel, initial_pressure, pressures):

@@ -27,8 +27,8 @@ An engine's bench, at its periodic state; data, or one of the means, may be left
     torque = "31.2 N m"              # mean brake torque
     air_flow = "12.3 g/s"            # mean of all air: engine's and control air
 
-Inside all is SI and absolute. In the order in which they build on one another: runs (what a run is), sensors (what
-can be measured), reading (the folder), prediction (what a machine would have shown).
+Inside all is SI and absolute. In the order in which they build on one another: runs (what a run is), columns (a
+CSV), sensors (what can be measured), reading (the folder), prediction (what a machine would have shown).
 """
 
 from apesim.studies.measured.reading import read_measured

@@ -1,6 +1,8 @@
 """Columns of measured CSV files, in SI: the name and unit of each stand in its header, e.g. ``lift [mm]``."""
 
 import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -9,54 +11,62 @@ from apesim.quantities.files import csv_columns
 from apesim.quantities.units import NUMBER
 
 TIME = "time"
+"""Column over which the traces of a valve stand."""
 NOT_MEASURED = "nan"
+"""What stands in the cells of a column that was not measured."""
 KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
+"""Words behind the unit of a pressure."""
 
 
-def read_columns(path, declared, due, ambient_pressure, right):
-    """The declared columns of a CSV; others are left alone.
+def read_columns(
+    path: str | Path, declared: Mapping[str, str], due: Sequence[str], ambient_pressure: float, right: str
+) -> tuple[dict[str, np.ndarray], list[str], list[Culprit]]:
+    """Read the declared columns of a CSV; others are ignored.
 
     Parameters
     ----------
     path : path
-    declared : dict of str
+    declared : mapping of str to str
         The unit of each column by name, in any of its dimension; that of a pressure ends in `` abs``, and the file
         says whether it is abs or gauge.
     due : sequence of str
         Names that must be there; the first of them has to rise. Of others, one of nan alone is as if it were not there.
     ambient_pressure : float
-        What gauge pressures stand above [Pa].
+        Pressure that gauge pressures stand above [Pa abs].
     right : str
-        What is told where the file is no CSV at all, or its first line no header; that line is not shown then, as the
-        file may be any other.
+        What is said to be right where the file is no CSV at all, or its first line no header; that line is not shown
+        then, as the file may be any other.
 
     Returns
     -------
-    columns : dict of (n,) float array
-        SI and absolute, by name; what is wrong is missing.
+    columns : dict of str to (n,) float array
+        Values in SI and absolute, by name; what is wrong is missing.
     names : list of str
-        Of all columns in the file.
+        Names of all columns in the file.
     culprits : list of Culprit
+        Faults, empty where there are none.
     """
-    file, culprits, columns = str(path), [], {}
+    file = str(path)
+    culprits: list[Culprit] = []
+    columns: dict[str, np.ndarray] = {}
     try:
         texts = csv_columns(path)
     except Wrong as wrong:
         return {}, [], [Culprit(file, "", wrong.wrong, wrong.right or right)]
-    if not any(name in declared or _is_unit(own) for name, own in texts):
+    if not any(name in declared or _is_unit(text) for name, text in texts):
         return {}, [], [Culprit(file, "", "line 1 is no header with names and units", right)]
     names = [name for name, _ in texts]
     for name, expected in declared.items():
-        given = [item for item in texts.items() if item[0][0] == name]
+        matching = [item for item in texts.items() if item[0][0] == name]
         form = f'write "{name} [{expected}]" in the header'
-        if name in due and not given:
+        if name in due and not matching:
             culprits.append(Culprit(file, name, "there is no such column", form))
-        if len(given) > 1:
+        if len(matching) > 1:
             culprits.append(Culprit(file, name, "stands in several columns", "keep one of them"))
-        elif given and (name in due or any(cell.strip() != NOT_MEASURED for cell in given[0][1])):
-            (_, own), cells = given[0]
+        elif matching and (name in due or any(cell.strip() != NOT_MEASURED for cell in matching[0][1])):
+            (_, header_unit), cells = matching[0]
             try:
-                columns[name] = _values(name, own, cells, expected, ambient_pressure, form)
+                columns[name] = _values(name, header_unit, cells, expected, ambient_pressure, form)
             except Wrong as wrong:
                 culprits.append(Culprit(file, name, wrong.wrong, wrong.right))
     stuck = np.flatnonzero(np.diff(columns.get(due[0], ())) <= 0.0)
@@ -65,7 +75,7 @@ def read_columns(path, declared, due, ambient_pressure, right):
     return columns, names, culprits
 
 
-def _is_unit(text):
+def _is_unit(text: str | None) -> bool:
     """Whether a text of a header, or None, is a unit."""
     try:
         return text is not None and bool(unit(re.sub(rf" ({'|'.join(KINDS)})$", "", text)))
@@ -73,7 +83,9 @@ def _is_unit(text):
         return False
 
 
-def _values(name, given, cells, expected, ambient_pressure, right):
+def _values(
+    name: str, given: str | None, cells: Sequence[str], expected: str, ambient_pressure: float, right: str
+) -> np.ndarray:
     """The SI values of a column; raises `Wrong`."""
     if given is None:
         raise Wrong("has no unit", right)

@@ -1,7 +1,8 @@
-"""What a machine would have shown the sensors of a measured run."""
+"""Prediction: what a machine would have shown the sensors of a measured run."""
 
+from collections.abc import Iterable, Mapping, Sequence
 from math import isnan, nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,51 +14,88 @@ from apesim.engine.cylinder import EPV
 from apesim.engine.effects import library_of
 from apesim.engine.indicators import friction_pressure, peak_pressure, valve_angles, valve_motion
 from apesim.engine.kinematics import swept_volume
-from apesim.engine.steady import known_state, run_steady
+from apesim.engine.machine import Machine
+from apesim.engine.steady import SteadyRun, known_state, run_steady
 from apesim.march.adaptive import TOLERANCE, Status
 from apesim.march.periodic import Known
 from apesim.reading import Reading
-from apesim.studies.measured.runs import ENGINE
+from apesim.studies.measured.runs import ENGINE, MeasuredRun
 from apesim.valve.bench import TRACE as VALVE_TRACE
 from apesim.valve.bench import run_bench
 
 VALVE_COLUMNS, ENGINE_COLUMNS = (
     {header.split(" [")[0]: column for column, header in enumerate(trace)} for trace in (VALVE_TRACE, ENGINE_TRACE)
 )
+"""Columns of the traces by name of the quantity."""
 MEANS = ("torque", "air_flow")
+"""Sensors of an engine that give means."""
 NEVER = {"opening_start": nan, "opening_contact": nan, "closing_start": nan, "closing_contact": nan}
+"""Marks of strokes that never come."""
+
+Memory = dict[bytes, tuple[dict[str, Any], dict[str, float], bool]]
+"""What ideal sensors see of one run: channels, marks and failure, by the bytes of the instants asked for."""
 
 
 class Prediction(NamedTuple):
     """A run as its sensors would have shown it."""
 
-    channels: dict
+    channels: dict[str, np.ndarray]
     """(n,) float arrays at the times of the run, SI, by sensor; NaN where the simulation failed."""
-    means: dict
-    """Floats, SI, by sensor."""
-    marks: dict
+    means: dict[str, float]
+    """Means, SI, by sensor."""
+    marks: dict[str, float]
     """Times since the energising by which the model divides the run [s]; NaN: never. ``energise``, ``release``;
     ``opening_start`` and ``closing_start``, with 1 % of the stroke done; ``opening_contact`` and ``closing_contact``,
-    the first with the far stop. Of an engine ``groove_opens``, ``groove_closes``, ``exhaust_opens`` and
+    the first with the far stop. An engine has ``groove_opens``, ``groove_closes``, ``exhaust_opens`` and
     ``exhaust_closes``, too; what the valve does in the next cycle is later than a period."""
     failed: bool
     """Whether the march ended early, or has not become periodic."""
     start: Known | None = None
-    """For the next machine, where this one was marched from a start; see `predict`."""
+    """Start for the next machine, where this one was marched from one; see `predict`."""
 
 
-def with_value(tree, key, value):
-    """A machine with another value, SI, at a key with dots."""
+def with_value(tree: Any, key: str, value: object) -> Any:
+    """A machine with another value at one key.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        A machine, or a part of one.
+    key : str
+        Name with dots, e.g. "valve.stroke".
+    value : object
+        New value [SI].
+
+    Returns
+    -------
+    NamedTuple
+        A changed copy.
+
+    Examples
+    --------
+    >>> with_value(Machine(), "valve.stroke", 8e-3).valve.stroke
+    0.008
+    """
     name, _, rest = key.partition(".")
     return tree._replace(**{name: with_value(getattr(tree, name), rest, value) if rest else value})
 
 
-def run_of(machine, run):
+def run_of(machine: Machine, run: MeasuredRun) -> Machine:
     """The machine with the supply of a measured run, which is that of the control air, too; and an engine's command.
 
     What the run states of its supply is freed of the errors of gauge and thermometer that the machine knows of.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    run : apesim.studies.measured.MeasuredRun
+
+    Returns
+    -------
+    apesim.engine.machine.Machine
     """
-    gain, offset = machine.effects.sensor_gain.supply_pressure, machine.effects.sensor_offset.supply_temperature
+    effects: Any = machine.effects
+    gain, offset = effects.sensor_gain.supply_pressure, effects.sensor_offset.supply_temperature
     ambient = machine.ambient.pressure
     pressure = ambient + (run.supply - ambient) / (1.0 + gain) if gain else run.supply
     supply = machine.supply._replace(pressure=pressure, control_pressure=nan)
@@ -68,8 +106,8 @@ def run_of(machine, run):
     return machine._replace(supply=supply)
 
 
-def start_of(machine, run):
-    """From where the predictions of a little different machines start, see `predict`.
+def start_of(machine: Machine, run: MeasuredRun) -> Known | None:
+    """Find the state from which the predictions of machines that differ a little start, see `predict`.
 
     Parameters
     ----------
@@ -85,8 +123,15 @@ def start_of(machine, run):
     return known_state(machine, run.speed) if run.bench == ENGINE else None
 
 
-def predict(machine, run, sensors=None, start=None, tolerance=TOLERANCE, memory=None):
-    """What the sensors would have shown of a measured run, the effects of the slot ``sensor`` applied.
+def predict(
+    machine: Machine,
+    run: MeasuredRun,
+    sensors: Iterable[str] | None = None,
+    start: Known | None = None,
+    tolerance: float = TOLERANCE,
+    memory: Memory | None = None,
+) -> Prediction:
+    """Predict what the sensors would have shown of a measured run, the effects of the slot ``sensor`` applied.
 
     Parameters
     ----------
@@ -94,22 +139,22 @@ def predict(machine, run, sensors=None, start=None, tolerance=TOLERANCE, memory=
         With the supply and the command of the run, see `run_of`.
     run : apesim.studies.measured.MeasuredRun
     sensors : iterable of str, optional
-        Those of the run, if left out.
+        Names of the sensors; those of the run if left out.
     start : apesim.march.periodic.Known, optional
-        From `start_of`, of this run with a machine a little different: the outcome is the same, and comes sooner.
+        State from `start_of` for this run with a machine a little different: the outcome is the same, and comes sooner.
     tolerance : float
-        Of the march.
+        Relative tolerance of the march [-].
     memory : dict, optional
-        What ideal sensors see of this run, by the instants asked for: filled here, and looked at before anything is
+        What ideal sensors see of this run, by the instants asked for: filled here, and read before anything is
         marched. To be handed again with machines that differ in effects of the slot ``sensor`` alone.
 
     Returns
     -------
     Prediction
     """
-    sensors = [*run.channels, *run.means] if sensors is None else list(sensors)
+    names = [*run.channels, *run.means] if sensors is None else list(sensors)
     bench = _EngineRun if run.bench == ENGINE else _ValveRun
-    simulated = _Remembered(bench(machine, run, sensors, start, tolerance), {} if memory is None else memory)
+    simulated = _Remembered(bench(machine, run, names, start, tolerance), {} if memory is None else memory)
     reading = sensed(library_of(machine.effects), machine.effects, Reading(simulated, run.speed, run.energise))
     shown = reading.at(run.times)
     means = {name: float(shown.pop(name)) for name in MEANS if name in shown}
@@ -119,11 +164,14 @@ def predict(machine, run, sensors=None, start=None, tolerance=TOLERANCE, memory=
 class _Remembered:
     """A run that is marched once for the same instants."""
 
-    def __init__(self, simulated, memory):
+    def __init__(self, simulated: "_ValveRun | _EngineRun", memory: Memory) -> None:
         self.simulated, self.memory = simulated, memory
-        self.marks, self.failed, self.start = {}, False, None
+        self.marks: dict[str, float] = {}
+        self.failed = False
+        self.start: Known | None = None
 
-    def __call__(self, times):
+    def __call__(self, times: np.ndarray) -> dict[str, Any]:
+        """Channels, (n,) arrays by sensor, at times since the energising [s]."""
         key = times.tobytes()
         if key not in self.memory:
             shown = self.simulated(times)
@@ -136,12 +184,16 @@ class _Remembered:
 class _ValveRun:
     """A run of the valve's bench as ideal sensors see it; marched when it is asked for its channels."""
 
-    def __init__(self, machine, run, sensors, start, tolerance):
+    def __init__(
+        self, machine: Machine, run: MeasuredRun, sensors: Sequence[str], start: Known | None, tolerance: float
+    ) -> None:
         self.machine, self.run, self.sensors, self.tolerance = machine, run, sensors, tolerance
-        self.marks, self.failed, self.known = {}, False, None
+        self.marks: dict[str, float] = {}
+        self.failed = False
+        self.known: Known | None = None
 
-    def __call__(self, times):
-        """(n,) arrays by sensor; before the energising all rests."""
+    def __call__(self, times: np.ndarray) -> dict[str, Any]:
+        """Channels, (n,) arrays by sensor; before the energising all rests."""
         times = np.maximum(times, 0.0)
         pulse = self.run.pulse
         bench = run_bench(self.machine, pulse, float(times[-1]), sample=times, tolerance=self.tolerance)
@@ -153,12 +205,16 @@ class _ValveRun:
 class _EngineRun:
     """A periodic cycle of the engine as ideal sensors see it; marched when it is asked for its channels."""
 
-    def __init__(self, machine, run, sensors, start, tolerance):
+    def __init__(
+        self, machine: Machine, run: MeasuredRun, sensors: Sequence[str], start: Known | None, tolerance: float
+    ) -> None:
         self.machine, self.run, self.sensors, self.start, self.tolerance = machine, run, sensors, start, tolerance
-        self.marks, self.failed, self.known = {}, False, None
+        self.marks: dict[str, float] = {}
+        self.failed = False
+        self.known: Known | None = None
 
-    def __call__(self, times):
-        """(n,) arrays by sensor, and means; every turn is like the other."""
+    def __call__(self, times: np.ndarray) -> dict[str, Any]:
+        """Channels, (n,) arrays by sensor, and means; every turn is like the other."""
         speed = self.run.speed
         period = TURN / speed
         times = times % period
@@ -181,20 +237,20 @@ class _EngineRun:
         return shown
 
 
-def _shown(sensors, columns, trace, failed):
+def _shown(sensors: Iterable[str], columns: Mapping[str, int], trace: np.ndarray, failed: bool) -> dict[str, Any]:
     """Channels of a trace, by sensor."""
     return {sensor: np.full(len(trace), nan) if failed else trace[:, columns[sensor]] for sensor in sensors}
 
 
-def _marks(opening, closing, release):
-    """Starts and contacts of both strokes [s]."""
+def _marks(opening: Any, closing: Any, release: float) -> dict[str, float]:
+    """Starts and contacts of both strokes, each an `apesim.valve.measures.Stroke` [s]."""
     return dict(
         zip(NEVER, (opening.delay, opening.contact, release + closing.delay, closing.contact), strict=True),
     )
 
 
-def _engine_marks(machine, run):
-    """See `Prediction.marks`."""
+def _engine_marks(machine: Machine, run: SteadyRun) -> dict[str, float]:
+    """Marks of a periodic cycle, see `Prediction.marks`."""
     p, command = run.cycle, machine.command
     release = (command.release - command.energise) / p.speed
     if p.engine.intake == EPV:

@@ -1,13 +1,15 @@
 """A folder of measured data, read strictly.
 
-All that is wrong is told at once, each fault with its file, its key or column, and the right form.
+All that is wrong is reported at once, each fault with its file, its key or column, and the right form.
 """
 
 import difflib
 import tomllib
+from collections.abc import Collection, Iterator, Mapping
 from math import nan
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,13 +18,16 @@ from apesim.quantities import Culprit, InputError, Wrong, culprit, quoted
 from apesim.quantities.files import path_below, text_of
 from apesim.studies.measured.columns import TIME, read_columns
 from apesim.studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Measured, MeasuredRun
-from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS
+from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS, Sensors
 
 STANDARD_AMBIENT = Machine().ambient.pressure
-"""What gauge pressures stand above in the default machine [Pa]."""
+"""Pressure that gauge pressures stand above in the default machine [Pa abs]."""
 TOP_KEYS = ("bench", "sensor", "run")
+"""Keys at the top of the file."""
 TEXT_KEYS = ("data", "name")
-FEWEST_ROWS = 8
+"""Keys of a run that are texts."""
+MIN_ROWS = 8
+"""Rows of a record: with fewer no noise can be estimated."""
 MAX_TURNED = -0.5
 """Correlation of the lift with the integral of the velocity, below which the sign is the wrong one: of an ideal pair it
 is 1, or -1 if turned; noise and drifts only bring it nearer to 0."""
@@ -37,7 +42,7 @@ def read_measured(
     ----------
     folder : path
     ambient_pressure : float
-        What gauge pressures stand above [Pa]; the default machine's if left out.
+        Pressure that gauge pressures stand above [Pa abs]; the default machine's if left out.
     bench : {"valve", "engine"}, optional
         The only one that is of use.
 
@@ -48,7 +53,7 @@ def read_measured(
     Raises
     ------
     InputError
-        With a culprit for each fault; of a bench that is of no use, with that alone.
+        It names each fault; where the bench is of no use, that alone.
 
     Examples
     --------
@@ -68,7 +73,8 @@ def read_measured(
     ('valve', ['a.csv'])
     """
     path = Path(folder) / FILE
-    data, culprits = _toml(path), []
+    data = _toml(path)
+    culprits: list[Culprit] = []
     file, given = str(path), data.get("bench")
     if bench and given in BENCHES and given != bench:
         right = f'give a folder with bench = "{bench}"'
@@ -81,7 +87,8 @@ def read_measured(
         given = bench or VALVE
     sensors = SENSORS[given]
     noise = _noise(file, data.get("sensor", {}), sensors.traces | sensors.means, culprits)
-    tables, runs = data.get("run"), []
+    tables = data.get("run")
+    runs: list[MeasuredRun | None] = []
     if not isinstance(tables, list) or not tables or not all(isinstance(run, dict) for run in tables):
         culprits.append(Culprit(file, "run", "no list of runs", 'give each run a table [[run]] with data = "p040.csv"'))
         tables = []
@@ -89,11 +96,11 @@ def read_measured(
         runs.append(_run(path, f"run {number}", run, given, ambient_pressure, culprits))
     if culprits:
         raise InputError(culprits)
-    return Measured(str(folder), noise, tuple(runs), given, ambient_pressure)
+    return Measured(str(folder), noise, tuple(run for run in runs if run), given, ambient_pressure)
 
 
-def _toml(path):
-    """What stands in the file of a folder."""
+def _toml(path: Path) -> dict[str, Any]:
+    """Contents of the file of a folder."""
     try:
         return tomllib.loads(text_of(path_below(path.parent, path.name)))
     except Wrong as wrong:
@@ -105,7 +112,7 @@ def _toml(path):
         raise InputError([Culprit(str(path), where.rstrip(")"), f"no TOML: {what}", right)]) from None
 
 
-def _unknown(file, section, given, valid):
+def _unknown(file: str, section: str, given: Collection[str], valid: Collection[str]) -> Iterator[Culprit]:
     """Culprits of the keys that nobody knows."""
     for key in given:
         if key not in valid:
@@ -114,7 +121,7 @@ def _unknown(file, section, given, valid):
             yield Culprit(file, f"{section}.{key}".lstrip("."), "unknown key", right)
 
 
-def _noise(file, given, sensors, culprits):
+def _noise(file: str, given: Any, sensors: Mapping[str, Any], culprits: list[Culprit]) -> dict[str, float]:
     """Stated standard deviations [SI] by sensor."""
     if not isinstance(given, dict):
         culprits.append(Culprit(file, "sensor", f"{quoted(given)} is no table", "write [sensor.lift]"))
@@ -122,24 +129,26 @@ def _noise(file, given, sensors, culprits):
     culprits += _unknown(file, "sensor", given, sensors)
     noise = {}
     for name in [name for name in sensors if name in given]:
-        key, own = f"sensor.{name}", given[name]
-        if not isinstance(own, dict):
-            culprits.append(Culprit(file, key, f"{quoted(own)} is no table", f"write [{key}]"))
+        key, table = f"sensor.{name}", given[name]
+        if not isinstance(table, dict):
+            culprits.append(Culprit(file, key, f"{quoted(table)} is no table", f"write [{key}]"))
             continue
-        culprits += _unknown(file, key, own, ("noise",))
-        if "noise" in own:
+        culprits += _unknown(file, key, table, ("noise",))
+        if "noise" in table:
             try:
-                noise[name] = sensors[name].read(own["noise"])
+                noise[name] = sensors[name].read(table["noise"])
             except Wrong as wrong:
                 culprits.append(culprit(file, f"{key}.noise", wrong, sensors[name], sensors[name].ends[1]))
     return noise
 
 
-def _run(path, section, given, bench, ambient_pressure, culprits):
-    """A run; None if it is wrong, of which the culprits tell."""
+def _run(
+    path: Path, section: str, given: dict[str, Any], bench: str, ambient_pressure: float, culprits: list[Culprit]
+) -> MeasuredRun | None:
+    """A run; None if it is wrong, which the culprits say."""
     file, before, sensors = str(path), len(culprits), SENSORS[bench]
     culprits += _unknown(file, section, given, (*TEXT_KEYS, *sensors.keys))
-    values = dict.fromkeys(sensors.keys, nan) | {"role": 0}
+    values: dict[str, Any] = dict.fromkeys(sensors.keys, nan) | {"role": 0}
     for key in sensors.due:
         if key not in given:
             culprits.append(
@@ -158,7 +167,7 @@ def _run(path, section, given, bench, ambient_pressure, culprits):
             culprits.append(Culprit(file, f"{section}.{key}", f"{quoted(given[key])} is no text", right))
     if bench == ENGINE:
         culprits += _engine_faults(file, section, given, values)
-    columns = {}
+    columns: dict[str, np.ndarray] = {}
     if isinstance(given.get("data"), str):
         try:
             columns = _columns(path_below(path.parent, given["data"]), sensors, ambient_pressure, culprits)
@@ -169,12 +178,12 @@ def _run(path, section, given, bench, ambient_pressure, culprits):
     return _run_of(given, section, bench, values, columns)
 
 
-def _example(key, bench):
+def _example(key: str, bench: str) -> Any:
     """A right value of a key."""
     return SENSORS[bench].keys[key].render(EXAMPLES[key], 101325.0) if key in SENSORS[bench].keys else EXAMPLES[key]
 
 
-def _engine_faults(file, section, given, values):
+def _engine_faults(file: str, section: str, given: dict[str, Any], values: dict[str, Any]) -> Iterator[Culprit]:
     """Culprits of what no single key of an engine's run shows."""
     means = SENSORS[ENGINE].means
     if not {"data", *means} & given.keys():
@@ -185,10 +194,17 @@ def _engine_faults(file, section, given, values):
         yield Culprit(file, f"{section}.release", *fault)
 
 
-def _run_of(given, section, bench, values, columns):
-    """A run of what was read."""
+def _run_of(
+    given: dict[str, Any], section: str, bench: str, values: dict[str, Any], columns: dict[str, np.ndarray]
+) -> MeasuredRun:
+    """A run, made of what was read."""
     data, role = given.get("data", ""), ROLES[values.pop("role")]
-    common = given.get("name", data or section), data, values["supply"], values["temperature"]
+    common: tuple[str, str, float, float] = (
+        given.get("name", data or section),
+        data,
+        values["supply"],
+        values["temperature"],
+    )
     if bench == VALVE:
         return MeasuredRun(*common, values["pulse"], role, columns.pop(TIME), columns)
     angles = columns.pop(ANGLE, NO_ANGLES)
@@ -205,33 +221,33 @@ def _run_of(given, section, bench, values, columns):
     )
 
 
-def _columns(path, sensors, ambient_pressure, culprits):
-    """The columns of a CSV, SI, by name."""
+def _columns(path: Path, sensors: Sensors, ambient_pressure: float, culprits: list[Culprit]) -> dict[str, np.ndarray]:
+    """Columns of a CSV, SI, by name."""
     file, axis, declared = str(path), sensors.axis, sensors.columns
     example = f'give a CSV with the header "{axis} [{sensors.axis_unit}],lift [mm]", its path from the folder'
     columns, names, wrong = read_columns(path, declared, (axis,), ambient_pressure, example)
-    found = [*_unknown(file, "", [name for name in names if name not in sensors.computed], declared), *wrong]
+    faults = [*_unknown(file, "", [name for name in names if name not in sensors.computed], declared), *wrong]
     if names and not wrong and not sensors.traces.keys() & columns.keys():
-        found.append(Culprit(file, "", "no column of a sensor", 'name one in the header, e.g. "lift [mm]"'))
-    if not found:
-        found += [*_too_short(file, axis, columns[axis]), *_turned_velocity(file, columns[axis], columns)]
-    culprits += found
+        faults.append(Culprit(file, "", "no column of a sensor", 'name one in the header, e.g. "lift [mm]"'))
+    if not faults:
+        faults += [*_too_short(file, axis, columns[axis]), *_turned_velocity(file, columns[axis], columns)]
+    culprits += faults
     return columns
 
 
-def _too_short(file, axis, values):
+def _too_short(file: str, axis: str, values: np.ndarray) -> Iterator[Culprit]:
     """Culprits of a record that is too short to judge anything by."""
-    if axis == ANGLE and len(values) < FEWEST_ROWS:
-        yield Culprit(file, axis, f"{len(values)} rows", f"give at least {FEWEST_ROWS} rows")
-    elif axis == TIME and (len(values) < FEWEST_ROWS or values[-1] <= 0.0):
+    if axis == ANGLE and len(values) < MIN_ROWS:
+        yield Culprit(file, axis, f"{len(values)} rows", f"give at least {MIN_ROWS} rows")
+    elif axis == TIME and (len(values) < MIN_ROWS or values[-1] <= 0.0):
         short = f"{len(values)} rows up to {values[-1] * 1e3:g} ms"
-        right = f"give at least {FEWEST_ROWS} rows, some after t = 0, when the solenoids are energised"
+        right = f"give at least {MIN_ROWS} rows, some after t = 0, when the solenoids are energised"
         yield Culprit(file, axis, short, right)
 
 
-def _turned_velocity(file, axis, columns):
-    """The culprit of a velocity that falls where the lift beside it rises."""
-    if not {"lift", "velocity"} <= columns.keys() or len(axis) < FEWEST_ROWS:
+def _turned_velocity(file: str, axis: np.ndarray, columns: dict[str, np.ndarray]) -> Iterator[Culprit]:
+    """Culprit of a velocity that falls where the lift beside it rises."""
+    if not {"lift", "velocity"} <= columns.keys() or len(axis) < MIN_ROWS:
         return
     velocity = columns["velocity"]
     travelled = np.append(0.0, np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(axis)))

@@ -6,41 +6,47 @@ from typing import NamedTuple
 import numpy as np
 
 VALVE, ENGINE = BENCHES = ("valve", "engine")
+"""Benches that data come from."""
 FIT, GATE, CHECK = ROLES = ("fit", "gate", "check")
+"""Roles of a run: fitted; never fitted, refuses a model that it contradicts; only reported."""
 NO_ANGLES = np.empty(0)
-NO_MEANS: dict = {}
+"""Crank angles of a run of the valve."""
+NO_MEANS: dict[str, float] = {}
+"""Means of a run of the valve."""
 
 
 class MeasuredRun(NamedTuple):
-    """One run on a bench: of the valve, a pulse from rest; of the engine, its periodic state."""
+    """One run on a bench: a pulse of the valve from rest, or a periodic state of the engine."""
 
     name: str
-    """Repeats share it."""
+    """Name of the run; repeats share it."""
     data: str
     """Name of the file; "": an engine's run of means alone."""
     supply: float
-    """[Pa abs]"""
+    """Pressure of the supply [Pa abs]."""
     temperature: float
     """Temperature of the supply [K]; NaN: the machine's."""
     pulse: float
     """Time for which the solenoids are energised [s]; NaN on an engine."""
     role: str
+    """fit, gate or check"""
     times: np.ndarray
-    """Since the solenoids were energised [s], shape (n,), ascending; on an engine its angles, less energise, over its
-    speed, as a turn repeats for ever."""
-    channels: dict
-    """SI values, each of shape (n,), by the name of the sensor; the velocity is that of the lift, positive as the
-    valve opens."""
+    """Times since the solenoids were energised [s], shape (n,), ascending; on an engine its angles, less energise, over
+    its speed, as a turn repeats for ever."""
+    channels: dict[str, np.ndarray]
+    """Measured values, SI, each of shape (n,), by the name of the sensor; the velocity is that of the lift, positive as
+    the valve opens."""
     bench: str = VALVE
     """valve or engine"""
     speed: float = nan
     """Speed of the engine [rad/s]."""
     energise: float = nan
-    """Crank angle [rad]."""
+    """Crank angle at which the solenoids are energised [rad]."""
     release: float = nan
+    """Crank angle at which they are released [rad]."""
     angles: np.ndarray = NO_ANGLES
     """Crank angles of an engine's traces [rad], shape (n,), ascending: a turn, a part of one or several."""
-    means: dict = NO_MEANS
+    means: dict[str, float] = NO_MEANS
     """Means of an engine, SI: ``torque``, brake [N m]; ``air_flow``, all air [kg/s]; those that are measured."""
 
 
@@ -48,13 +54,25 @@ class Measured(NamedTuple):
     """A folder of measured data."""
 
     folder: str
-    noise: dict
+    """Path of the folder."""
+    noise: dict[str, float]
     """Standard deviations that the user states, SI, by the name of the sensor."""
-    runs: tuple
+    runs: tuple[MeasuredRun, ...]
     bench: str = VALVE
+    """valve or engine"""
     ambient_pressure: float = nan
-    """What gauge pressures in it stood above when it was read [Pa]; NaN: it was not read."""
+    """Pressure that gauge pressures in it stood above when it was read [Pa abs]; NaN: it was not read."""
 
-    def of(self, role):
-        """The runs of a role."""
+    def of(self, role: str) -> list[MeasuredRun]:
+        """Runs of a role.
+
+        Parameters
+        ----------
+        role : {"fit", "gate", "check"}
+
+        Returns
+        -------
+        list of MeasuredRun
+            In the order of the file.
+        """
         return [run for run in self.runs if run.role == role]

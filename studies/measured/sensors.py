@@ -1,14 +1,16 @@
-"""What can be measured on a bench, and what is told of a run."""
+"""Sensors: what can be measured on a bench, and what the file says of a run."""
 
 from math import pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from apesim.quantities import Choice, Pressure, Quantity
 from apesim.studies.measured.columns import TIME
 from apesim.studies.measured.runs import ENGINE, ROLES, VALVE
 
 FILE = "measured.toml"
+"""Name of the file that describes a folder."""
 ANGLE = "crank_angle"
+"""Column over which the traces of an engine stand."""
 LIFT = Quantity("mm", 1e-9, 100, FILE, typical="0.03 mm")
 SPEED = Quantity("m/s", 1e-9, 1000, FILE, typical="0.02 m/s")
 PRESSURE = Quantity("kPa", 1e-9, 30000, FILE, typical="2 kPa")
@@ -27,7 +29,7 @@ EXAMPLES = {
     "torque": 31.2,
     "air_flow": 12.3e-3,
 }
-"""Right values, SI, to show."""
+"""Right values of the keys of a run, SI, to show where one is wrong."""
 
 
 class Sensors(NamedTuple):
@@ -36,20 +38,21 @@ class Sensors(NamedTuple):
     axis: str
     """Column over which the traces stand."""
     axis_unit: str
-    traces: dict
-    """How the noise of a sensor is given, by its name."""
-    means: dict
-    """Sensors of what is measured as a mean."""
-    computed: tuple
+    """Unit of that column."""
+    traces: dict[str, Quantity]
+    """Declarations of the noise of the sensors that give traces, by name."""
+    means: dict[str, Quantity]
+    """Declarations of the noise of the sensors that give means, by name."""
+    computed: tuple[str, ...]
     """Columns that `apesim` writes, too, but that no sensor measures: they are let pass."""
-    keys: dict
+    keys: dict[str, Any]
     """Declarations of the keys of a run."""
-    due: tuple
+    due: tuple[str, ...]
     """Keys of a run that must be there."""
 
     @property
-    def columns(self):
-        """Units of the columns that are read, by name."""
+    def columns(self) -> dict[str, str]:
+        """Units of the columns that are read, by name; that of a pressure ends in " abs"."""
         pressures = {name: " abs" for name in self.traces if "pressure" in name}
         units = {name: sensor.unit + pressures.get(name, "") for name, sensor in self.traces.items()}
         return {self.axis: self.axis_unit} | units
