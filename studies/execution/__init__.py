@@ -1,1 +1,1 @@
-"""How work is carried out: own_thread (so that Ctrl-C is heard), pool (processes), cluster (dask)."""
+"""How work is done: own_thread (so that Ctrl-C is heard), pool (processes), cluster (dask)."""

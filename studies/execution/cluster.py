@@ -6,24 +6,31 @@ Whoever reaches a scheduler can run any code on its workers and here: keep it on
 import contextlib
 import logging
 import re
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, Any
 
 from apesim.kernel import sources_hash
 from apesim.quantities import Culprit, InputError
 
+if TYPE_CHECKING:
+    from distributed import Client
+
 DASK = "--dask"
+"""Option that names the cluster."""
 ADDRESS = r"(tcp|tls)://\S+:\d+|inproc://\S+"
+"""Pattern of a scheduler's address."""
 PATIENCE = 10.0
 """Time for which a scheduler may stay silent [s]."""
 
 
 @contextlib.contextmanager
-def connected(address):
-    """A client of a scheduler.
+def connected(address: str) -> "Iterator[Client]":
+    """Connect to a scheduler as its client.
 
     Parameters
     ----------
     address : str
-        E.g. "tcp://127.0.0.1:8786".
+        Address of the scheduler, e.g. "tcp://127.0.0.1:8786".
 
     Yields
     ------
@@ -41,7 +48,7 @@ def connected(address):
     right = "start one with `dask scheduler`, and give e.g. tcp://127.0.0.1:8786"
     if not re.fullmatch(ADDRESS, address):
         raise _refusal(f"{address!r} is no address of a scheduler", right)
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it would log is told as a culprit
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it would log is reported as a culprit
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except OSError:
@@ -50,15 +57,15 @@ def connected(address):
         yield client
 
 
-def run_on_cluster(client, task, items):
+def run_on_cluster(client: "Client", task: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
     """Apply a function to items on a cluster and yield what comes out, as it comes.
 
     Parameters
     ----------
     client : distributed.Client
     task : function
-        Of one item; of a module, so that workers find it.
-    items : sequence
+        Takes one item; stands in a module, so that workers find it.
+    items : iterable
 
     Yields
     ------
@@ -72,12 +79,12 @@ def run_on_cluster(client, task, items):
     """
     from distributed import KilledWorker, as_completed
 
-    given = {client.submit(_checked, task, item, sources_hash(), pure=False): item for item in items}
+    pending = {client.submit(_checked, task, item, sources_hash(), pure=False): item for item in items}
     try:
-        for future in as_completed(list(given), loop=client.loop):
+        for future in as_completed(list(pending), loop=client.loop):
             if future.cancelled():
                 raise _refusal("the scheduler is gone; what is done is kept", "start it, and go on with --resume")
-            item, error = given.pop(future), future.exception()
+            item, error = pending.pop(future), future.exception()
             if error is None:
                 yield item, future.result()
             elif isinstance(error, KilledWorker):
@@ -87,16 +94,17 @@ def run_on_cluster(client, task, items):
             else:
                 raise error
     finally:
-        client.cancel(list(given))
+        client.cancel(list(pending))
 
 
-def _checked(task, item, expected):
-    """On a worker: a task, if its kernels are the same there as where it comes from."""
+def _checked(task: Callable[[Any], Any], item: Any, expected: str) -> Any:
+    """Do a task on a worker, if its kernels are the same there as where the task comes from."""
     if sources_hash() != expected:
         wrong = "its workers run another version of apesim or of its libraries, or have another processor"
         raise _refusal(wrong, "make them the same")
     return task(item)
 
 
-def _refusal(wrong, right):
+def _refusal(wrong: str, right: str) -> InputError:
+    """The error that names the option, what is wrong and what would be right."""
     return InputError([Culprit(DASK, "", wrong, right)])

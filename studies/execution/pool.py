@@ -6,42 +6,77 @@ import multiprocessing.connection
 import os
 import signal
 import threading
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
+from typing import Any
 
 from apesim.studies.execution.own_thread import call_in_thread
 
-TRIES = 2
-"""A task that kills its worker so often is set aside."""
+MAX_DEATHS = 2
+"""Deaths of workers after which a task is set aside: the first may have been chance, as where memory was short."""
+SECONDS_PER_WORKER = 6.0
+"""Work that a further process is worth [s]: starting it takes a second or two."""
+
+Task = Callable[[Any], Any]
+"""What is done with one item; it stands in a module, so that other processes find it."""
+Counted = tuple[Any, int]
+"""An item with the number of workers that died at it."""
 
 
-def workers_for(seconds, jobs=None):
-    """How many processes some work is worth.
+def workers_for(seconds: float, jobs: int | None = None) -> int:
+    """Number of processes that some work is worth.
 
     Parameters
     ----------
     seconds : float
-        Estimated time of the whole in one process; another process takes a second or two to start.
+        Estimated time of the whole in one process [s].
     jobs : int, optional
-        As the user wants it.
+        Number that the user wants; it is taken as it is.
 
     Returns
     -------
     int
+        At least 1, at most the number of processors.
+
+    Examples
+    --------
+    >>> workers_for(1.0), workers_for(1.0, jobs=3)
+    (1, 3)
     """
     if jobs:
         return jobs
-    return max(1, min(os.cpu_count() or 1, int(seconds / 6.0)))
+    return max(1, min(os.cpu_count() or 1, int(seconds / SECONDS_PER_WORKER)))
 
 
-def run_tasks(task, items, jobs=1):
-    """Apply a function to items and yield what comes out, as it comes; see `Team.run`."""
+def run_tasks(task: Task, items: Iterable[Any], jobs: int = 1) -> Iterator[tuple[Any, Any]]:
+    """Apply a function to items and yield what comes out, as it comes.
+
+    Parameters
+    ----------
+    task : function
+        Takes one item; stands in a module, so that other processes find it.
+    items : iterable
+    jobs : int
+        Number of processes; with 1 all is done in this one.
+
+    Yields
+    ------
+    item, result
+        The result is None where the item was set aside because it killed its worker `MAX_DEATHS` times.
+
+    Examples
+    --------
+    >>> list(run_tasks(abs, [-1, 2]))
+    [(-1, 1), (2, 2)]
+    """
     with Team(jobs) as team:
         yield from team.run(task, items)
 
 
 class Died(RuntimeError):
-    """A task killed its worker `TRIES` times; the text says what to do."""
+    """A task killed its worker `MAX_DEATHS` times; the text says what to do."""
 
 
 class Team:
@@ -50,33 +85,34 @@ class Team:
     Parameters
     ----------
     jobs : int
-        1: all is done in this process.
+        Number of processes; with 1 all is done in this one.
     """
 
-    def __init__(self, jobs=1):
+    def __init__(self, jobs: int = 1) -> None:
         self.jobs = jobs
-        self._pool, self._gone = None, False
+        self._pool: _Pool | None = None
+        self._gone = False
 
-    def __enter__(self):
+    def __enter__(self) -> "Team":
         return self
 
-    def __exit__(self, kind, *_):
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self._gone = True
         self._dismiss(at_once=kind is not None)
 
-    def run(self, task, items):
+    def run(self, task: Task, items: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
         """Apply a function to items and yield what comes out, as it comes.
 
         Parameters
         ----------
         task : function
-            Of one item; of a module, so that other processes find it.
-        items : sequence
+            Takes one item; stands in a module, so that other processes find it.
+        items : iterable
 
         Yields
         ------
         item, result
-            The result is None where the item was set aside because it killed its worker `TRIES` times.
+            The result is None where the item was set aside because it killed its worker `MAX_DEATHS` times.
         """
         if self.jobs == 1:
             for item in items:
@@ -86,7 +122,7 @@ class Team:
         while waiting:
             waiting, suspects = yield from self._until_broken(task, waiting)
             for item, deaths in suspects:
-                if deaths >= TRIES:
+                if deaths >= MAX_DEATHS:
                     yield item, None
                 else:
                     # Alone, so that the next death has one suspect only.
@@ -95,35 +131,42 @@ class Team:
                     for item_dead, _ in dead:
                         yield item_dead, None
 
-    def map(self, function, items, report=None):
+    def map(
+        self, function: Callable, items: Iterable[tuple], report: Callable[[int, int], object] | None = None
+    ) -> list:
         """Apply a function to tuples of arguments, and bring what comes out into their order.
 
         Parameters
         ----------
         function : function
-            Of a module; what it changes of its arguments is lost.
-        items : sequence of tuple
-        report : callable, optional
-            Told how many are done, and of how many.
+            Stands in a module; what it changes of its arguments is lost.
+        items : iterable of tuple
+            Arguments of each call.
+        report : function, optional
+            Called with the numbers of calls done and in all.
 
         Returns
         -------
         list
+            Result of each call.
 
         Raises
         ------
         Died
+            A call killed its worker `MAX_DEATHS` times.
         """
-        items, found = list(items), {}
-        for (number, *_), result in self.run(_called, [(n, function, item) for n, item in enumerate(items)]):
+        calls, results = list(items), {}
+        for (number, *_), result in self.run(_called, [(n, function, item) for n, item in enumerate(calls)]):
             if result is None:
-                raise Died(f"a worker process died {TRIES} times at the same task; free memory, or try --jobs 1")
-            (found[number],) = result
+                raise Died(f"a worker process died {MAX_DEATHS} times at the same task; free memory, or try --jobs 1")
+            (results[number],) = result
             if report:
-                report(len(found), len(items))
-        return [found[number] for number in range(len(items))]
+                report(len(results), len(calls))
+        return [results[number] for number in range(len(calls))]
 
-    def _until_broken(self, task, waiting):
+    def _until_broken(
+        self, task: Task, items: Sequence[Counted]
+    ) -> Generator[tuple[Any, Any], None, tuple[list[Counted], list[Counted]]]:
         """Run items, each with its number of deaths, until all is done or a worker dies.
 
         Returns
@@ -133,13 +176,14 @@ class Team:
         """
         if self._gone:
             raise RuntimeError("the team has gone")
-        waiting, running, suspects, is_broken = list(waiting), {}, [], False
-        self._pool = self._pool or _Pool(self.jobs)
+        waiting, suspects, is_broken = list(items), [], False
+        running: dict[Future, Counted] = {}
+        pool = self._pool = self._pool or _Pool(self.jobs)
         while running or (waiting and not is_broken):
             while waiting and len(running) < self.jobs and not is_broken:
                 try:
                     with _deaf_to_interrupts():
-                        running[self._pool.executor.submit(task, waiting[0][0])] = waiting[0]
+                        running[pool.executor.submit(task, waiting[0][0])] = waiting[0]
                 except BrokenProcessPool:  # a worker died since the last result was fetched
                     is_broken = True
                 else:
@@ -158,21 +202,23 @@ class Team:
             self._dismiss()
         return waiting, suspects
 
-    def _dismiss(self, at_once=False):
+    def _dismiss(self, *, at_once: bool = False) -> None:
+        """End the processes; at once: without waiting for their tasks."""
         pool, self._pool = self._pool, None
         if pool:
-            pool.close(at_once)
+            pool.close(at_once=at_once)
 
 
 class _Pool:
     """Worker processes, and a pipe by which they know that this one lives."""
 
-    def __init__(self, jobs):
+    def __init__(self, jobs: int) -> None:
         context = multiprocessing.get_context("spawn")
         self.lifeline, self.held = context.Pipe(duplex=False)
         self.executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=_live_on, initargs=(self.lifeline,))
 
-    def close(self, at_once):
+    def close(self, *, at_once: bool) -> None:
+        """End the processes; at once: without waiting for their tasks."""
         if at_once:
             self.held.close()  # or the pool would wait for what its workers are at
         self.executor.shutdown()
@@ -180,16 +226,16 @@ class _Pool:
         self.lifeline.close()
 
 
-def _called(numbered):
-    """What a function makes of its arguments, in a tuple, as None stands for a death."""
+def _called(numbered: tuple[int, Callable, tuple]) -> tuple[Any]:
+    """Result of a function for its arguments, in a tuple, as None stands for a death."""
     _, function, arguments = numbered
     return (function(*arguments),)
 
 
-def _live_on(lifeline):
+def _live_on(lifeline: Connection) -> None:
     """End this worker as soon as the other end of a pipe is closed, be it because the process that holds it died."""
 
-    def watch():
+    def watch() -> None:
         multiprocessing.connection.wait([lifeline])
         os._exit(1)
 
@@ -197,8 +243,8 @@ def _live_on(lifeline):
 
 
 @contextlib.contextmanager
-def _deaf_to_interrupts():
-    """Processes that are started within never hear of Ctrl-C; who started them does, and ends them."""
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Start processes that never hear of Ctrl-C; who started them does, and ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
