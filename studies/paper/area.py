@@ -1,24 +1,44 @@
-"""Over which effective areas of the solenoids, which the paper does not print, a judgement of its valve holds."""
+"""Effective areas of the solenoids, which the paper does not print, over which a judgement of its valve holds."""
+
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from apesim.studies.paper.claim import grid_of
+from apesim.engine.machine import Machine
+from apesim.studies.paper.claim import Claim, grid_of
 from apesim.studies.paper.design import works_at_30_hz
 from apesim.studies.paper.motion import computed, valve_claims
 from apesim.studies.valve_map import compute_map
 
 AREAS = tuple(np.arange(3.0, 12.51, 0.5) * 1e-6)
-"""From a quarter of the solenoids' 4 mm bore to all of it, beyond which no effective area lies [m2]."""
+"""Areas from a quarter of the solenoids' 4 mm bore to all of it, beyond which no effective area lies [m2]."""
 
 
-def with_area(machine, area):
-    """A machine whose solenoids have another effective area [m2]."""
+def with_area(machine: Machine, area: float) -> Machine:
+    """A machine whose solenoids have another effective area.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    area : float
+        [m2]
+
+    Returns
+    -------
+    apesim.engine.machine.Machine
+    """
     solenoid = machine.valve.solenoid._replace(effective_area=float(area))
     return machine._replace(valve=machine.valve._replace(solenoid=solenoid))
 
 
-def claims_by_area(machine, pressures, temperatures, areas=AREAS, report=None):
-    """The claims on the valve's motion, judged over effective areas of its solenoids.
+def claims_by_area(
+    machine: Machine,
+    pressures: Sequence[float],
+    temperatures: Sequence[float],
+    areas: Sequence[float] = AREAS,
+    report: Callable[[int, int], object] | None = None,
+) -> dict[float, dict[str, Claim]]:
+    """Judge the claims on the valve's motion over effective areas of its solenoids.
 
     Parameters
     ----------
@@ -38,11 +58,11 @@ def claims_by_area(machine, pressures, temperatures, areas=AREAS, report=None):
     dict of dict of apesim.studies.paper.claim.Claim
         By area [m2], ascending, and key.
     """
-    tried, found = sorted({*areas, machine.valve.solenoid.effective_area}), {}
+    tried, judged = sorted({*areas, machine.valve.solenoid.effective_area}), {}
     for done, area in enumerate(tried):
         other = with_area(machine, area)
         grid = grid_of(compute_map(other, pressures, temperatures), machine.ambient.pressure)
-        found[area] = {claim.key: claim for claim in (*valve_claims(other, grid), computed(works_at_30_hz(other)))}
+        judged[area] = {claim.key: claim for claim in (*valve_claims(other, grid), computed(works_at_30_hz(other)))}
         if report:
             report(done + 1, len(tried))
-    return found
+    return judged

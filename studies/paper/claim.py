@@ -1,37 +1,43 @@
 """What a claim of the paper is, how it is judged, and the map of the valve that many claims are about."""
 
+from collections.abc import Sequence
 from itertools import groupby
 from operator import itemgetter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from apesim.archive import Archive
 
 AREA = "valve.solenoid.effective_area"
 """What the paper does not print and many of its claims hang on."""
 REPRODUCED, CONTRADICTED, NOT_COMPUTABLE = "reproduced", "contradicted", "not computable"
+"""Verdicts."""
 
 
 class Claim(NamedTuple):
     """A claim of the paper beside the model's answer."""
 
     key: str
+    """Name in ``claims.json``."""
     where: str
-    """In the paper."""
+    """Place in the paper."""
     claim: str
     paper: str
     """Its number or trend."""
     ours: str
-    """The model's."""
-    values: dict
+    """The model's number or trend."""
+    values: dict[str, float]
     """The model's numbers, SI unless the name says otherwise."""
     verdict: str
-    """On `judged_on`: of another valve than the paper's, it says whether that one does the same."""
+    """Verdict on the valve of `judged_on`; on another than the paper's it says whether that one does the same."""
     remark: str
+    """How it was judged, and what to know of it."""
     judged_on: str = ""
     """Whose valve, see `apesim.studies.paper.subject`."""
-    depends_on: tuple = ()
+    depends_on: tuple[str, ...] = ()
     """Names of what the paper does not print and what turns the verdict within `range`."""
-    range: dict | None = None
+    range: dict[str, Any] | None = None
     """Verdicts over what the paper does not print, see `range_of`; None: they do not hang on it, or were not tried."""
 
 
@@ -42,13 +48,14 @@ class Grid(NamedTuple):
     """[Pa gauge], shape (n,)"""
     temperature: np.ndarray
     """[K], shape (m,)"""
-    opening: dict
+    opening: dict[str, np.ndarray]
     """Measures of the opening by name, shape (n, m)."""
-    closing: dict
+    closing: dict[str, np.ndarray]
+    """Measures of the closing by name, shape (n, m)."""
 
 
-def grid_of(archive, ambient_pressure):
-    """The grid of a valve map.
+def grid_of(archive: Archive, ambient_pressure: float) -> Grid:
+    """Grid of a valve map.
 
     Parameters
     ----------
@@ -69,43 +76,78 @@ def grid_of(archive, ambient_pressure):
     return Grid(pressure - ambient_pressure, temperature, *strokes)
 
 
-def verdict_of(holds):
-    """Reproduced or contradicted."""
+def verdict_of(holds: bool | np.bool_) -> str:
+    """Verdict of a claim that was computed.
+
+    Parameters
+    ----------
+    holds : bool
+        Whether the claim holds.
+
+    Returns
+    -------
+    str
+        "reproduced" or "contradicted".
+    """
     return REPRODUCED if holds else CONTRADICTED
 
 
-def range_of(name, unit, tried, claims):
-    """Verdicts and answers of a claim, judged over something that the paper does not print.
+def range_of(name: str, unit: str, tried: Sequence[float], claims: Sequence[Claim]) -> dict[str, Any]:
+    """Collect verdicts and answers of a claim, judged over something that the paper does not print.
 
     Parameters
     ----------
     name : str
-        What is varied, as a machine file names it.
+        Key of what is varied, as a machine file names it.
     unit : str
+        Unit of what is varied.
     tried : sequence of float
-        In that unit, ascending.
+        Values in that unit, ascending.
     claims : sequence of Claim
         One for each of them.
 
     Returns
     -------
     dict
+        ``name``, ``unit``, ``tried``, ``verdicts`` and ``answers``.
     """
     verdicts, answers = ([getattr(claim, field) for claim in claims] for field in ("verdict", "ours"))
     return {"name": name, "unit": unit, "tried": list(tried), "verdicts": verdicts, "answers": answers}
 
 
-def with_range(claim, found):
-    """A claim with its verdicts over what the paper does not print; see `range_of`."""
+def with_range(claim: Claim, found: dict[str, Any]) -> Claim:
+    """A claim with its verdicts over what the paper does not print.
+
+    Parameters
+    ----------
+    claim : Claim
+    found : dict
+        Verdicts, see `range_of`.
+
+    Returns
+    -------
+    Claim
+    """
     turns = len(set(found["verdicts"])) > 1
     return claim._replace(range=found, depends_on=(*claim.depends_on, found["name"]) if turns else claim.depends_on)
 
 
-def range_in_words(claim):
-    """Which verdict holds where: ``3-12.5 mm²``, or ``contradicted: 3-7, 8.5-12.5 mm²; reproduced: 7.5-8 mm²``."""
+def range_in_words(claim: Claim) -> str:
+    """Say which verdict holds where: ``3-12.5 mm²``, or ``contradicted: 3-7 mm²; reproduced: 7.5-8 mm²``.
+
+    Parameters
+    ----------
+    claim : Claim
+
+    Returns
+    -------
+    str
+        "-" where it was not tried.
+    """
     if claim.range is None:
         return "-"
-    unit, spans = {"mm^2": " mm²", "deg": "° window"}[claim.range["unit"]], {}
+    unit = {"mm^2": " mm²", "deg": "° window"}[claim.range["unit"]]
+    spans: dict[str, list[str]] = {}
     for verdict, group in groupby(zip(claim.range["verdicts"], claim.range["tried"], strict=True), itemgetter(0)):
         values = [value for _, value in group]
         spans.setdefault(verdict, []).append("-".join(f"{value:g}" for value in dict.fromkeys((values[0], values[-1]))))

@@ -1,13 +1,24 @@
-"""What the paper says, and what its equations give."""
+"""Claims: all that the paper says of its valve, judged."""
 
+from collections.abc import Mapping
+
+from apesim.archive import Archive
+from apesim.engine.machine import Machine
+from apesim.studies.discharge import Discharge
 from apesim.studies.paper import design, engine, equations, friction, numerics
-from apesim.studies.paper.claim import AREA, grid_of, range_of, with_range
+from apesim.studies.paper.claim import AREA, Claim, grid_of, range_of, with_range
 from apesim.studies.paper.motion import computed, valve_claims
 from apesim.studies.paper.subject import PAPERS, engine_subject_of, subject_of
 
 
-def all_claims(machine, archive, found, by_area, frictions):
-    """Every claim, judged.
+def all_claims(
+    machine: Machine,
+    archive: Archive,
+    found: Discharge,
+    by_area: Mapping[float, Mapping[str, Claim]],
+    frictions: friction.FrictionMap,
+) -> list[Claim]:
+    """Judge every claim.
 
     Parameters
     ----------
@@ -15,9 +26,9 @@ def all_claims(machine, archive, found, by_area, frictions):
     archive : Archive
         The map over the paper's grid, see `apesim.studies.valve_map.compute_map`.
     found : apesim.studies.discharge.Discharge
-        Of the model's own discharge tests.
-    by_area : dict
-        See `apesim.studies.paper.area.claims_by_area`.
+        Result of the model's own discharge tests.
+    by_area : mapping
+        Claims by area and key, see `apesim.studies.paper.area.claims_by_area`.
     frictions : apesim.studies.paper.friction.FrictionMap
 
     Returns
@@ -48,7 +59,7 @@ def all_claims(machine, archive, found, by_area, frictions):
     ]
 
 
-def _over_areas(claim, by_area):
+def _over_areas(claim: Claim, by_area: Mapping[float, Mapping[str, Claim]]) -> Claim:
     """A claim with its verdicts over the solenoids' area, where it was judged over that."""
     areas = list(by_area)
     if not areas or claim.key not in by_area[areas[0]]:

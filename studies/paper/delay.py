@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, verdict_of
+from apesim.engine.machine import Machine
+from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, Grid, verdict_of
 from apesim.studies.valve_map import with_supply
 from apesim.valve.bench import run_bench
 
@@ -12,8 +13,18 @@ KNEE = 0.7e6
 """Gauge pressure at which the delay time levels off, by the paper [Pa]."""
 
 
-def delay_rises_with_pressure(grid):
-    """t_d increases with p_in (Fig. 8)."""
+def delay_rises_with_pressure(grid: Grid) -> Claim:
+    """Judge the claim that t_d increases with p_in (Fig. 8).
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     steps = np.diff(grid.opening["delay_s"], axis=0) * 1e3
     return Claim(
         "delay_over_pressure",
@@ -27,8 +38,18 @@ def delay_rises_with_pressure(grid):
     )
 
 
-def delay_levels_off(grid):
-    """t_d rises steeply below 0.7 MPa and little above."""
+def delay_levels_off(grid: Grid) -> Claim:
+    """Judge the claim that t_d rises steeply below 0.7 MPa and little above.
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     delay = grid.opening["delay_s"].mean(axis=1) * 1e3
     pressure = grid.pressure / 1e6
     knee = int(np.argmin(np.abs(grid.pressure - KNEE)))
@@ -46,13 +67,24 @@ def delay_levels_off(grid):
     )
 
 
-def delay_and_temperature(machine, grid):
-    """t_d increases with T_0 (Fig. 8)."""
+def delay_and_temperature(machine: Machine, grid: Grid) -> Claim:
+    """Judge the claim that t_d increases with T_0 (Fig. 8).
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     change = (grid.opening["delay_s"][:, -1] - grid.opening["delay_s"][:, 0]) * 1e3
     times = emptying_times(machine)
     scaled = np.array([time * np.sqrt(temperature) for temperature, time in times.items()])
     spread = float(np.ptp(scaled) / scaled.mean())
-    told = ", ".join(f"{1e3 * time:.4f} ms at {temperature:g} K" for temperature, time in times.items())
+    listed = ", ".join(f"{1e3 * time:.4f} ms at {temperature:g} K" for temperature, time in times.items())
     return Claim(
         "delay_over_temperature",
         "Fig. 8",
@@ -64,13 +96,13 @@ def delay_and_temperature(machine, grid):
         | {"spread": spread},
         verdict_of(np.all(change > 0.0)),
         "It would need chambers that empty more slowly in warmer air; Eqs. 3-8 have one time only, V/(S sqrt(R T_0)). "
-        f"With the piston held and instant solenoids A falls to 0.8 of its pressure in {told}: times sqrt(T_0) equal "
+        f"With the piston held and instant solenoids A falls to 0.8 of its pressure in {listed}: times sqrt(T_0) equal "
         f"within {spread:.0e}.",
     )
 
 
-def emptying_times(machine):
-    """How long chamber A takes to 0.8 of its pressure, by temperature of the air [K], the piston at rest.
+def emptying_times(machine: Machine) -> dict[float, float]:
+    """Find how long chamber A takes to 0.8 of its pressure, the piston at rest.
 
     Parameters
     ----------
@@ -79,7 +111,7 @@ def emptying_times(machine):
     Returns
     -------
     dict of float
-        [s]; NaN where the piston moves before.
+        Times [s] by temperature of the air [K]; NaN where the piston moves before.
     """
     valve = machine.valve
     instant = valve._replace(
@@ -101,8 +133,20 @@ def emptying_times(machine):
     return times
 
 
-def size_of_temperature(grid, chosen):
-    """At most 0.41 ms over 250...322 K; `chosen`: of the valve whose area was chosen by this number."""
+def size_of_temperature(grid: Grid, chosen: bool) -> Claim:
+    """Judge the claim that the delay time changes by 0.41 ms at most over 250 to 322 K (Fig. 8).
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+    chosen : bool
+        Whether the valve's area was chosen by this number, which then proves nothing.
+
+    Returns
+    -------
+    Claim
+    """
     changes = (grid.opening["delay_s"][:, -1] - grid.opening["delay_s"][:, 0]) * 1e3
     change = changes[np.argmax(np.abs(changes))]
     sign = "a rise, as in the paper" if change > 0.0 else "a fall, where the paper has a rise"
@@ -119,8 +163,18 @@ def size_of_temperature(grid, chosen):
     )
 
 
-def delay_is_linear(grid):
-    """t_d over T_0 is almost linear."""
+def delay_is_linear(grid: Grid) -> Claim:
+    """Judge the claim that t_d over T_0 is almost linear.
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     delay, temperature = grid.opening["delay_s"], grid.temperature
     chord = delay[:, :1] + (delay[:, -1:] - delay[:, :1]) * (temperature - temperature[0]) / np.ptp(temperature)
     share = np.abs(delay - chord).max(axis=1) / np.abs(delay[:, -1] - delay[:, 0])

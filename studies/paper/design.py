@@ -1,5 +1,6 @@
 """What the paper says of the valve's design and experiments: working frequency, friction, springs, measured curves."""
 
+from apesim.engine.machine import Machine
 from apesim.studies.limit.valve_limit import is_complete, working_limit
 from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, verdict_of
 from apesim.studies.valve_map import PULSE, with_supply
@@ -16,8 +17,17 @@ HEAT = 200.0
 """Heat transfer coefficient, the upper end of 50 to 200 for forced convection in small cylinders [W/(m2 K)]."""
 
 
-def working_frequency(machine):
-    """The valve reaches about 30 Hz."""
+def working_frequency(machine: Machine) -> Claim:
+    """Judge the claim that the valve reaches about 30 Hz.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     ambient = machine.ambient.pressure
     limits = {
         (pressure, duty): working_limit(with_supply(machine, ambient + pressure * 1e6, 287.0), duty, 0.1).limit
@@ -35,16 +45,39 @@ def working_frequency(machine):
     )
 
 
-def works_at_30_hz(machine):
-    """The verdict of `working_frequency` alone, without its limits."""
+def works_at_30_hz(machine: Machine) -> Claim:
+    """Judge the claim of `working_frequency` alone, without computing its limits.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     ambient = machine.ambient.pressure
     done = [is_complete(with_supply(machine, ambient + p * 1e6, 287.0), RATE, 0.5) for p in MEASURED]
     ours = f"every stroke is complete at {RATE:g} Hz at {sum(done)} of the pressures {PRESSURES} MPa"
     return frequency_claim(ours, {"pressures_with_complete_strokes": sum(done)}, all(done))
 
 
-def frequency_claim(ours, values, holds):
-    """The claim that the valve reaches about 30 Hz, with the model's answer."""
+def frequency_claim(ours: str, values: dict[str, float], holds: bool) -> Claim:
+    """Make the claim that the valve reaches about 30 Hz, with the model's answer.
+
+    Parameters
+    ----------
+    ours : str
+        The model's answer.
+    values : dict of str to float
+        The model's numbers, SI unless the name says otherwise.
+    holds : bool
+        Whether the claim holds.
+
+    Returns
+    -------
+    Claim
+    """
     return Claim(
         "working_frequency",
         "abstract, discussion of Fig. 10",
@@ -57,8 +90,13 @@ def frequency_claim(ours, values, holds):
     )
 
 
-def engine_speed():
-    """30 Hz are 2000 r/min."""
+def engine_speed() -> Claim:
+    """Judge the claim that 30 Hz are 2000 r/min.
+
+    Returns
+    -------
+    Claim
+    """
     speed, rate = RATE * 60.0, 2000.0 / 60.0
     return Claim(
         "engine_speed",
@@ -72,8 +110,17 @@ def engine_speed():
     )
 
 
-def friction_is_small(machine):
-    """Coulomb friction below 1.1 N is negligible."""
+def friction_is_small(machine: Machine) -> Claim:
+    """Judge the claim that Coulomb friction below 1.1 N is negligible.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
     rubbed = supplied._replace(effects=supplied.effects._replace(coulomb_friction=CoulombFriction(1.1, 1.1)))
     base, other = run_bench(supplied, PULSE).opening, run_bench(rubbed, PULSE).opening
@@ -90,8 +137,17 @@ def friction_is_small(machine):
     )
 
 
-def heat_is_small(machine):
-    """Heat from the walls can be left out (Eq. 6)."""
+def heat_is_small(machine: Machine) -> Claim:
+    """Judge the claim that heat from the walls can be left out (Eq. 6).
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
     warmed = supplied._replace(effects=supplied.effects._replace(chamber_wall_heat=ChamberWallHeat(HEAT)))
     base, other = run_bench(supplied, PULSE), run_bench(warmed, PULSE)
@@ -114,8 +170,17 @@ def heat_is_small(machine):
     )
 
 
-def springs_soften(machine):
-    """The springs' main function is to soften the impact."""
+def springs_soften(machine: Machine) -> Claim:
+    """Judge the claim that the springs' main function is to soften the impact.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
     free = supplied._replace(valve=supplied.valve._replace(spring_rate=0.0))
     with_springs, without = run_bench(supplied, PULSE).opening, run_bench(free, PULSE).opening
@@ -133,8 +198,15 @@ def springs_soften(machine):
     )
 
 
-def time_error():
-    """Simulated and measured lift differ by less than 1.2 ms: the paper does not give the measurements as numbers."""
+def time_error() -> Claim:
+    """State the claim that simulated and measured lift differ by less than 1.2 ms, which cannot be computed.
+
+    The paper does not give its measurements as numbers.
+
+    Returns
+    -------
+    Claim
+    """
     return Claim(
         "time_error",
         "Fig. 6",

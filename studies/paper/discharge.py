@@ -8,6 +8,7 @@ the tests are to show. Seeded noise is put on its pressure; what is made of the 
 import numpy as np
 
 from apesim.air import gas_of, internal_energy, temperature_of
+from apesim.engine.machine import Machine
 from apesim.restriction import flow_between
 from apesim.studies.discharge import Record, Vessel
 from apesim.valve.solenoid import followed, opening_curve
@@ -21,24 +22,45 @@ NOISE = 0.5e3
 RATE = 50e3
 """Samples a second, chosen."""
 BEFORE, AFTER = 5e-3, 12e-3
-"""Recorded before the switch, and after the valve is open [s]."""
+"""Times recorded before the switch, and after the valve is open [s]."""
 
 
-def vessel_of(machine):
-    """The vessel, filled at the ambient temperature."""
+def vessel_of(machine: Machine) -> Vessel:
+    """The vessel of the tests, filled at the ambient temperature.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    apesim.studies.discharge.Vessel
+    """
     ambient = machine.ambient
     volume = LENGTH * machine.valve.solenoid.effective_area
     return Vessel(volume, ambient.temperature, ambient.pressure, gas_of(machine.air))
 
 
-def area_at(machine, times):
-    """Effective area of the model's solenoid after it is switched at 0 [m2]; times and areas of shape (n,)."""
+def area_at(machine: Machine, times: np.ndarray) -> np.ndarray:
+    """Effective area of the model's solenoid after it is switched at 0.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    times : (n,) float array
+        [s]
+
+    Returns
+    -------
+    (n,) float array
+        [m2]
+    """
     solenoid = machine.valve.solenoid
     curve = opening_curve(solenoid)
     return solenoid.effective_area * np.array([followed(curve, t) for t in times])
 
 
-def emptied(machine, vessel, initial_pressure, times):
+def emptied(machine: Machine, vessel: Vessel, initial_pressure: float, times: np.ndarray) -> np.ndarray:
     """Pressure of a vessel that empties through the model's solenoid, by mass and energy balance (Eqs. 3-8).
 
     Parameters
@@ -61,7 +83,7 @@ def emptied(machine, vessel, initial_pressure, times):
     curve = opening_curve(solenoid)
     r_per_volume = gas.gas_constant / vessel.volume
 
-    def rates(t, y):
+    def rates(t: float, y: np.ndarray) -> tuple[float, float]:
         mass, energy = y
         temperature = temperature_of(gas, energy / mass)
         area = solenoid.effective_area * followed(curve, t)
@@ -72,30 +94,33 @@ def emptied(machine, vessel, initial_pressure, times):
     mass = initial_pressure / (r_per_volume * vessel.temperature)
     start = np.array([mass, mass * internal_energy(gas, vessel.temperature)])
     corners = np.unique(np.clip(np.append(0.0, curve[:, 0]), 0.0, times[-1]))
-    found = [np.full(np.sum(times <= 0.0), initial_pressure)]
+    parts = [np.full(int(np.sum(times <= 0.0)), initial_pressure)]
     for begin, end in zip(corners, [*corners[1:], times[-1]], strict=True):
         within = times[(times > begin) & (times <= end)]
         if end > begin:
-            asked = np.append(within, end)
-            solution = solve_ivp(rates, (begin, end), start, t_eval=np.unique(asked), rtol=1e-9, atol=1e-12)
+            instants = np.unique(np.append(within, end))
+            solution = solve_ivp(rates, (begin, end), start, t_eval=instants, rtol=1e-9, atol=1e-12)
             start = solution.y[:, -1]
             masses, energies = solution.y[:, : len(within)]
             t = np.array([temperature_of(gas, u) for u in energies / masses])
-            found.append(masses * t * r_per_volume)
-    return np.concatenate(found)
+            parts.append(masses * t * r_per_volume)
+    return np.concatenate(parts)
 
 
-def discharge_tests(machine, noise=NOISE, rate=RATE, seed=0):
-    """Discharge tests of the model's solenoid from the paper's initial pressures.
+def discharge_tests(
+    machine: Machine, noise: float = NOISE, rate: float = RATE, seed: int = 0
+) -> tuple[Vessel, list[Record]]:
+    """Make discharge tests of the model's solenoid from the paper's initial pressures.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
     noise : float
-        Standard deviation [Pa].
+        Standard deviation of the noise on the pressure [Pa].
     rate : float
-        [1/s]
+        Samples a second [1/s].
     seed : int
+        Start of the random numbers.
 
     Returns
     -------

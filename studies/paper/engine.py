@@ -1,11 +1,13 @@
 """What the paper says of the valve in the engine: that 30 Hz are enough, that temperature is easy to correct."""
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 
 from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import EPV
+from apesim.engine.machine import Machine
 from apesim.studies.limit.engine_limit import RPM, WITHIN, Failure, engine_limit, judged, lasting
 from apesim.studies.paper.area import AREAS, with_area
 from apesim.studies.paper.claim import Claim, range_of, verdict_of, with_range
@@ -27,28 +29,51 @@ CORRECTED_AT = (600.0, 1000.0)
 """Speeds at which commands are corrected [r/min]."""
 
 
-def supplied(machine, temperature=287.0):
-    """The engine with its electro-pneumatic intake, at the pressure of these claims."""
+def supplied(machine: Machine, temperature: float = 287.0) -> Machine:
+    """The engine with its electro-pneumatic intake, at the pressure of these claims.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    temperature : float
+        Temperature of the supply [K].
+
+    Returns
+    -------
+    apesim.engine.machine.Machine
+    """
     engine = machine.engine._replace(intake=EPV)
     return with_supply(machine._replace(engine=engine), machine.ambient.pressure + GAUGE, temperature)
 
 
-def works(machine, window):
-    """Whether an intake that is open for a window [deg] meets the criterion of `engine limit` at 30 Hz."""
+def works(machine: Machine, window: float) -> bool:
+    """Find whether an intake that is open for a window meets the criterion of `engine limit` at 30 Hz.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    window : float
+        Angle from opening to closing [deg].
+
+    Returns
+    -------
+    bool
+    """
     return judged(lasting(machine, window * DEGREE), SPEED * RPM)[0] == Failure.NONE
 
 
-def min_window(meets):
-    """The shortest window that meets the criterion [deg]; NaN: none of those tried does.
+def min_window(meets: Callable[[float], bool]) -> float:
+    """Find the shortest window that meets the criterion.
 
     Parameters
     ----------
     meets : function
-        Of a window [deg].
+        Whether a window [deg] meets it.
 
     Returns
     -------
     float
+        [deg]; NaN where none of those tried does.
     """
     first = next((number for number, window in enumerate(WINDOWS) if meets(window)), None)
     if first is None:
@@ -60,8 +85,17 @@ def min_window(meets):
     return good
 
 
-def speed_demand(machine):
-    """30 Hz satisfy the engine's speed demand."""
+def speed_demand(machine: Machine) -> Claim:
+    """Judge the claim that 30 Hz satisfy the engine's speed demand.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     engine = supplied(machine)
     own = (engine.command.close_target - engine.command.open_target) / DEGREE
     meets, wide = cache(lambda window: works(engine, window)), with_area(engine, AREAS[-1])
@@ -92,8 +126,17 @@ def speed_demand(machine):
     return with_range(claims[0], range_of("window", "deg", tried, claims[1:]))
 
 
-def correction(machine):
-    """It is easy to correct the engine's advance and delay angles for temperature."""
+def correction(machine: Machine) -> Claim:
+    """Judge the claim that it is easy to correct the engine's advance and delay angles for temperature.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     values, deviations = {}, []
     for speed in CORRECTED_AT:
         timings = [corrected(supplied(machine, temperature), speed * RPM) for temperature in TEMPERATURES]

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from apesim.engine.machine import Machine
+from apesim.studies.discharge import Discharge
 from apesim.studies.discharge.vessel import effective_area
 from apesim.studies.paper.claim import Claim, verdict_of
 from apesim.studies.paper.discharge import AFTER, GAUGE, emptied, vessel_of
@@ -23,7 +25,7 @@ class Emptying:
         Initial pressure [Pa gauge].
     """
 
-    def __init__(self, machine, gauge):
+    def __init__(self, machine: Machine, gauge: float) -> None:
         self.vessel = vessel_of(machine)
         self.start = self.vessel.ambient_pressure + gauge
         opened = opening_curve(machine.valve.solenoid)[-1, 0]
@@ -33,8 +35,17 @@ class Emptying:
         self.pressures, self.slopes = pressures[part][:-1], np.gradient(pressures, times)[part][:-1]
 
 
-def gauge_pressures(machine):
-    """The pressures are gauge, Eqs. 7-10 need absolute ones."""
+def gauge_pressures(machine: Machine) -> Claim:
+    """Judge the claim that the pressures are gauge; Eqs. 7 to 10 need absolute ones.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     test, area = Emptying(machine, GAUGE[0]), machine.valve.solenoid.effective_area
     ambient = test.vessel.ambient_pressure
     right = effective_area(test.vessel, test.start, test.pressures, test.slopes) / area - 1.0
@@ -60,8 +71,17 @@ def gauge_pressures(machine):
     )
 
 
-def exponents_of_eq_10(machine):
-    """The exponents of the pressures in Eq. 10, from vessels that were emptied without it."""
+def exponents_of_eq_10(machine: Machine) -> Claim:
+    """Judge the exponents of the pressures in Eq. 10 by vessels that are emptied without it.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     rows, falls = [], []
     for gauge in GAUGE:
         test = Emptying(machine, gauge)
@@ -85,8 +105,18 @@ def exponents_of_eq_10(machine):
     )
 
 
-def curves_collapse(found):
-    """S(t) from several initial pressures is approximately the same (Fig. 4)."""
+def curves_collapse(found: Discharge) -> Claim:
+    """Judge the claim that S(t) from several initial pressures is approximately the same (Fig. 4).
+
+    Parameters
+    ----------
+    found : apesim.studies.discharge.Discharge
+        Result of the model's own discharge tests.
+
+    Returns
+    -------
+    Claim
+    """
     collapse = found.collapse
     return Claim(
         "areas_collapse",
@@ -106,8 +136,17 @@ def curves_collapse(found):
     )
 
 
-def sign_of_outflow(machine):
-    """Eq. 4 adds dm_out."""
+def sign_of_outflow(machine: Machine) -> Claim:
+    """Judge the sign in Eq. 4, which adds dm_out.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     run = run_bench(machine, PULSE)
     valve, r = machine.valve, vessel_of(machine).gas.gas_constant
     lift, _, *states = run.trace[[0, -1]].T

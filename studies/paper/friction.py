@@ -1,10 +1,12 @@
 """What the text says of Figs. 9 to 11, over friction, and over the solenoids' area and ramp, which are not printed."""
 
+from collections.abc import Callable, Sequence
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
+from apesim.engine.machine import Machine
 from apesim.studies.paper.area import with_area
 from apesim.studies.paper.claim import AREA, Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.statements import STATEMENTS
@@ -16,7 +18,7 @@ PAPERS = 111.08
 """The paper's viscous friction [N s/m]."""
 SEARCHED = (100.0, 120.0)
 """Range in which its genetic algorithm looked for it (Table 2) [N s/m]."""
-FRICTIONS = (*np.arange(0.0, 101.0, 10.0), PAPERS, 120.0)
+FRICTIONS: tuple[float, ...] = (*np.arange(0.0, 101.0, 10.0), PAPERS, 120.0)
 AREAS = (*np.arange(3.0, 11.1, 1.0) * 1e-6, 12.5e-6)
 """Effective areas of the solenoids, as far as `apesim.studies.paper.area.AREAS` [m2]."""
 RAMPS = (0.1e-3, 1.5e-3, 8e-3)
@@ -42,54 +44,54 @@ class FrictionMap(NamedTuple):
     """[K], shape (t,)"""
     pressures: np.ndarray
     """[Pa gauge], shape (n,)"""
-    holds: dict
+    holds: dict[str, np.ndarray]
     """Answers by key of the statement: 1 or 0, NaN where a stroke is not completed; shape (f, a, r, t)."""
 
-    def row_of(self, friction):
+    def row_of(self, friction: float) -> int:
         """Number of the friction nearest to one [N s/m]."""
         return int(np.argmin(np.abs(self.frictions - friction)))
 
-    def everywhere(self, key):
+    def everywhere(self, key: str) -> float | None:
         """Highest friction up to which a statement holds at all areas, ramps and temperatures; None: at none."""
         always = np.all(self.holds[key] == 1.0, axis=(1, 2, 3))
         rows = len(always) if always.all() else int(np.argmin(always))
         return float(self.frictions[rows - 1]) if rows else None
 
-    def anywhere(self, key):
+    def anywhere(self, key: str) -> float | None:
         """Highest friction at which a statement holds at any area, ramp and temperature; None: at none."""
         ever = np.flatnonzero(np.any(self.holds[key] == 1.0, axis=(1, 2, 3)))
         return float(self.frictions[ever[-1]]) if len(ever) else None
 
-    def most(self, friction):
-        """How many statements hold at once, over all temperatures, at the area and ramp where most do."""
+    def max_at_once(self, friction: float) -> int:
+        """Number of statements that hold at once, over all temperatures, at the area and ramp where most do."""
         row = self.row_of(friction)
         return int(sum(np.all(found[row] == 1.0, axis=-1) for found in self.holds.values()).max())
 
 
 def map_friction(
-    machine,
-    frictions=FRICTIONS,
-    areas=AREAS,
-    ramps=RAMPS,
-    temperatures=TEMPERATURES,
-    pressures=PRESSURES,
-    report=None,
-):
-    """Opening strokes over friction, area and ramp of the solenoids, temperature and pressure, by the statements.
+    machine: Machine,
+    frictions: Sequence[float] = FRICTIONS,
+    areas: Sequence[float] = AREAS,
+    ramps: Sequence[float] = RAMPS,
+    temperatures: Sequence[float] = TEMPERATURES,
+    pressures: Sequence[float] | np.ndarray = PRESSURES,
+    report: Callable[[int, int], object] | None = None,
+) -> FrictionMap:
+    """Judge opening strokes over friction, area and ramp of the solenoids, temperature and pressure, by the statements.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
     frictions : sequence of float
-        Ascending [N s/m].
+        Viscous frictions, ascending [N s/m].
     areas : sequence of float
-        [m2]
+        Effective areas of the solenoids [m2].
     ramps : sequence of float
-        [s]; the machine's own curve stands for them where it has one.
+        Ramp times of the solenoids [s]; the machine's own curve stands for them where it has one.
     temperatures : sequence of float
-        [K]
+        Temperatures of the control air [K].
     pressures : sequence of float
-        Ascending [Pa gauge].
+        Control pressures, ascending [Pa gauge].
     report : function, optional
         Called with the numbers of cells done and in all.
 
@@ -109,15 +111,15 @@ def map_friction(
     return FrictionMap(*(np.array(axis) for axis in (frictions, areas, ramps, temperatures, pressures)), holds)
 
 
-def _with_cell(machine, friction, area, ramp):
+def _with_cell(machine: Machine, friction: float, area: float, ramp: float) -> Machine:
     """A machine with a friction [N s/m], and an area [m2] and a ramp [s] of its solenoids."""
     valve = with_area(machine, area).valve
     solenoid = valve.solenoid._replace(ramp_time=float(ramp))
     return machine._replace(valve=valve._replace(viscous_friction=float(friction), solenoid=solenoid))
 
 
-def _held(machine, temperatures, pressures):
-    """Which statements hold: a row for each, over temperature."""
+def _held(machine: Machine, temperatures: Sequence[float], pressures: Sequence[float] | np.ndarray) -> list[np.ndarray]:
+    """Find which statements hold: a row for each, over temperature."""
     strokes = {name: np.empty((len(pressures), len(temperatures))) for name in (*MEASURES, "least_difference")}
     for at in np.ndindex(len(pressures), len(temperatures)):
         pressure, temperature = pressures[at[0]], temperatures[at[1]]
@@ -129,8 +131,8 @@ def _held(machine, temperatures, pressures):
     return [np.where(complete, statement.holds(strokes), np.nan) for statement in STATEMENTS]
 
 
-def viscous_friction(found):
-    """111.08 N s/m, against what the text says of the figures.
+def viscous_friction(found: FrictionMap) -> Claim:
+    """Judge the published 111.08 N s/m by what the text says of the figures.
 
     Parameters
     ----------
@@ -141,7 +143,7 @@ def viscous_friction(found):
     Claim
     """
     row, count = found.row_of(PAPERS), len(STATEMENTS)
-    papers, most = found.most(PAPERS), max(found.most(friction) for friction in found.frictions)
+    papers, most = found.max_at_once(PAPERS), max(found.max_at_once(friction) for friction in found.frictions)
     shares = {s.key: float(found.holds[s.key][row].mean()) for s in STATEMENTS}
     never = ", ".join(s.name.replace("$", "") for s in STATEMENTS if shares[s.key] == 0.0)
     values = {"statements": count, "most_at_once": papers, "most_at_once_at_any_friction": most}
@@ -150,7 +152,7 @@ def viscous_friction(found):
         values[f"{s.key}_in_all_conditions_up_to_N_s_per_m"] = found.everywhere(s.key)
         values[f"{s.key}_in_any_condition_up_to_N_s_per_m"] = found.anywhere(s.key)
     ends = [end(key) for key in ("stroke_time", "pressure_inversion") for end in (found.everywhere, found.anywhere)]
-    told = ["no friction" if end is None else f"{end:g} N s/m" for end in ends]
+    texts = ["no friction" if end is None else f"{end:g} N s/m" for end in ends]
     claim = Claim(
         "viscous_friction",
         "experimental validation, Figs. 9-11",
@@ -159,8 +161,8 @@ def viscous_friction(found):
         f"at {PAPERS:g} N s/m no effective area from {found.areas[0] * 1e6:g} to {found.areas[-1] * 1e6:g} mm² and no "
         f"ramp from {found.ramps[0] * 1e3:g} to {found.ramps[-1] * 1e3:g} ms gives more than {papers} of {count} "
         f"statements of the text on Figs. 9-11; none gives: {never or '-'}. Less friction gives up to {most}: "
-        f"t_f is not monotonic in all conditions up to {told[0]}, in some up to {told[1]}; the pressure turns round in "
-        f"all up to {told[2]}, in some up to {told[3]}",
+        f"t_f is not monotonic in all conditions up to {texts[0]}, in some up to {texts[1]}; the pressure turns round "
+        f"in all up to {texts[2]}, in some up to {texts[3]}",
         values,
         verdict_of(papers == count),
         "The fit cannot be repeated: the measured curves survive as figures only. Its result contradicts what the text "
@@ -174,8 +176,17 @@ def viscous_friction(found):
     return with_range(claim, range_of(AREA, "mm^2", (1e6 * found.areas).round(6).tolist(), claims))
 
 
-def conditions_in_words(found):
-    """Over what the map was made, with its resolution, in a sentence."""
+def conditions_in_words(found: FrictionMap) -> str:
+    """Say over what the map was made, with its resolution, in a sentence.
+
+    Parameters
+    ----------
+    found : FrictionMap
+
+    Returns
+    -------
+    str
+    """
     areas, ramps = found.areas * 1e6, found.ramps * 1e3
     temperatures, pressures = ", ".join(f"{t:g}" for t in found.temperatures), found.pressures / 1e6
     return (
@@ -186,8 +197,19 @@ def conditions_in_words(found):
     )
 
 
-def friction_table(found):
-    """Header and rows of the map as numbers: shares of the temperatures at which each statement holds."""
+def friction_table(found: FrictionMap) -> tuple[list[str], np.ndarray]:
+    """Table of the map: shares of the temperatures at which each statement holds.
+
+    Parameters
+    ----------
+    found : FrictionMap
+
+    Returns
+    -------
+    header : list of str
+        Names with units.
+    rows : (n, m) float array
+    """
     header = [
         "viscous_friction [N s/m]",
         "effective_area [mm^2]",

@@ -1,13 +1,14 @@
-"""The claims on the valve's motion: those that may hang on the solenoids' area, which the paper does not print."""
+"""Claims on the valve's motion: those that may hang on the solenoids' area, which the paper does not print."""
 
 import numpy as np
 
+from apesim.engine.machine import Machine
 from apesim.studies.paper import delay, design, stroke
-from apesim.studies.paper.claim import NOT_COMPUTABLE
+from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, Grid
 
 
-def valve_claims(machine, grid, chosen=False):
-    """The claims on the valve's motion, which may hang on the solenoids' area.
+def valve_claims(machine: Machine, grid: Grid, chosen: bool = False) -> list[Claim]:
+    """Judge the claims on the valve's motion, which may hang on the solenoids' area.
 
     Parameters
     ----------
@@ -47,8 +48,17 @@ def valve_claims(machine, grid, chosen=False):
     return [computed(claim) for claim in claims]
 
 
-def computed(claim):
-    """A claim as it is; not computable where a stroke that it needs is not completed."""
+def computed(claim: Claim) -> Claim:
+    """A claim as it is; not computable where a stroke that it needs is not completed.
+
+    Parameters
+    ----------
+    claim : apesim.studies.paper.claim.Claim
+
+    Returns
+    -------
+    apesim.studies.paper.claim.Claim
+    """
     if np.all(np.isfinite([value for value in claim.values.values() if value is not None])):
         return claim
     return claim._replace(ours="a stroke that it needs is not completed", verdict=NOT_COMPUTABLE)

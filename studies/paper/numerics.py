@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from apesim.engine.machine import Machine
 from apesim.march.adaptive import EVENTS
 from apesim.march.hybrid_system import events, handle_event, rates, start_segment
 from apesim.studies.paper.claim import Claim, verdict_of
@@ -19,8 +20,8 @@ STIFFER = 1.1
 """Factor on the viscous friction, for a lift that differs."""
 
 
-def fixed_step_opening(machine, step):
-    """An opening stroke by Runge-Kutta of order 4 with a fixed step, events met to a step.
+def fixed_step_opening(machine: Machine, step: float) -> tuple[float, float, float]:
+    """March an opening stroke by Runge-Kutta of order 4 with a fixed step, events met to a step.
 
     Parameters
     ----------
@@ -58,8 +59,17 @@ def fixed_step_opening(machine, step):
     return delay, np.nan, np.nan
 
 
-def fixed_step(machine):
-    """Runge-Kutta of order 4 at 0.01 ms, against the located march."""
+def fixed_step(machine: Machine) -> Claim:
+    """Judge the paper's Runge-Kutta of order 4 with a step of 0.01 ms by the march with located events.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     errors = []
     for pressure in (*MEASURED, HIGH / 1e6):
         supplied = with_supply(machine, machine.ambient.pressure + pressure * 1e6, 287.0)
@@ -81,8 +91,17 @@ def fixed_step(machine):
     )
 
 
-def evaluation_function(machine):
-    """Eq. 11 falls with the number of samples: n - 1 stands outside the root."""
+def evaluation_function(machine: Machine) -> Claim:
+    """Judge Eq. 11, which falls with the number of samples, as n - 1 stands outside the root.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
     valve = supplied.valve
     other = supplied._replace(valve=valve._replace(viscous_friction=STIFFER * valve.viscous_friction))

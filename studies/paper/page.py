@@ -1,14 +1,16 @@
 """The paper's figures and claims on one page."""
 
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import jinja2
 
 from apesim.archive import ArchiveError
-from apesim.studies.paper.claim import range_in_words
-from apesim.studies.paper.friction import PAPERS, conditions_in_words
-from apesim.studies.paper.statements import STATEMENTS
+from apesim.studies.paper.claim import Claim, range_in_words
+from apesim.studies.paper.friction import PAPERS, FrictionMap, conditions_in_words
+from apesim.studies.paper.statements import STATEMENTS, Statement
 
 TEMPLATE = """<!doctype html>
 <html lang="en">
@@ -72,22 +74,30 @@ from a quarter of their 4 mm bore to all of it, a verdict holds; a dash: it has 
 """
 
 
-def write_page(claims, captions, different, frictions, folder):
+def write_page(
+    claims: Sequence[Claim],
+    captions: Mapping[str, str],
+    different: Sequence[str],
+    frictions: FrictionMap,
+    folder: str | Path,
+) -> Path:
     """Write the page beside its figures.
 
     Parameters
     ----------
-    claims : list of apesim.studies.paper.claim.Claim
-    captions : dict of str
-        By name of the figure.
-    different : list of str
-        By what the valve is another one than the paper's, see `apesim.studies.paper.subject.differences`.
+    claims : sequence of apesim.studies.paper.claim.Claim
+    captions : mapping of str to str
+        Captions by name of the figure.
+    different : sequence of str
+        Texts of what makes the valve is another one than the paper's, see `apesim.studies.paper.subject.differences`.
     frictions : apesim.studies.paper.friction.FrictionMap
     folder : path
+        A folder that exists.
 
     Returns
     -------
     Path
+        The page, ``index.html``.
 
     Raises
     ------
@@ -115,11 +125,11 @@ def write_page(claims, captions, different, frictions, folder):
     return path
 
 
-def _friction(frictions):
+def _friction(frictions: FrictionMap) -> dict[str, Any]:
     """What the page says of the map of frictions."""
     row = frictions.row_of(PAPERS)
 
-    def cells(statement):
+    def cells(statement: Statement) -> tuple[str, ...]:
         share = frictions.holds[statement.key][row].mean()
         ends = frictions.everywhere(statement.key), frictions.anywhere(statement.key)
         return (

@@ -12,13 +12,14 @@ class Statement(NamedTuple):
     """What the text says of the motion over pressure."""
 
     key: str
+    """Name in tables and in ``claims.json``."""
     name: str
-    """In a few words, as a figure's title."""
+    """Name in a few words, as a figure's title."""
     text: str
     """The paper's words."""
     criterion: str
     """What counts as that."""
-    holds: Callable
+    holds: Callable[[dict[str, np.ndarray]], np.ndarray]
     """Whether it holds, shape (m,) over temperature, by the opening strokes' measures: a dict of (n, m) arrays, over
     pressure and temperature."""
 

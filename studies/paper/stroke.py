@@ -2,40 +2,81 @@
 
 import numpy as np
 
-from apesim.studies.paper.claim import Claim, verdict_of
+from apesim.engine.machine import Machine
+from apesim.studies.paper.claim import Claim, Grid, verdict_of
 from apesim.studies.paper.delay import KNEE
 from apesim.studies.valve_map import PULSE, with_supply
-from apesim.valve.bench import run_bench
+from apesim.valve.bench import BenchRun, run_bench
 
 HIGH = 1.9e6
 """The paper's highest pressure [Pa gauge]."""
 RATE = 10.0
-"""At which opening and closing are compared in periodic operation [Hz]."""
+"""Frequency at which opening and closing are compared in periodic operation [Hz]."""
 
 
-def rises_from_minimum(values):
-    """Whether a measure rises at every step of pressure from its least on; values of shape (n,)."""
+def rises_from_minimum(values: np.ndarray) -> bool:
+    """Find whether a measure rises at every step of pressure from its least on.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        Measure over pressure.
+
+    Returns
+    -------
+    bool
+    """
     return bool(np.all(np.diff(values[int(np.argmin(values)) :]) > 0.0))
 
 
-def fluctuates_more(fluctuation):
-    """Whether the fluctuation rises with pressure, to more than twice that at the lowest; of shape (n,)."""
+def fluctuates_more(fluctuation: np.ndarray) -> bool:
+    """Find whether the fluctuation rises with pressure, to more than twice that at the lowest.
+
+    Parameters
+    ----------
+    fluctuation : (n,) float array
+        Fluctuation over pressure [-].
+
+    Returns
+    -------
+    bool
+    """
     return rises_from_minimum(fluctuation) and bool(fluctuation[-1] > 2.0 * fluctuation[0])
 
 
-def turns_back(values):
-    """Whether a measure neither only rises nor only falls with pressure: (n, m), of m temperatures, to (m,)."""
+def turns_back(values: np.ndarray) -> np.ndarray:
+    """Find whether a measure neither only rises nor only falls with pressure.
+
+    Parameters
+    ----------
+    values : (n, m) float array
+        Measure over pressure and temperature.
+
+    Returns
+    -------
+    (m,) bool array
+    """
     steps = np.diff(values, axis=0)
     return ~(np.all(steps > 0.0, axis=0) | np.all(steps < 0.0, axis=0))
 
 
-def gets_slower(response):
-    """Whether command to contact does not fall at some step of pressure: (n, m) to (m,)."""
+def gets_slower(response: np.ndarray) -> np.ndarray:
+    """Find whether the time from command to contact does not fall at some step of pressure.
+
+    Parameters
+    ----------
+    response : (n, m) float array
+        Time over pressure and temperature [s].
+
+    Returns
+    -------
+    (m,) bool array
+    """
     return np.any(np.diff(response, axis=0) >= 0.0, axis=0)
 
 
-def min_difference(run):
-    """Least pressure behind the opening piston less that ahead of it, while it moves [Pa]; NaN: it does not.
+def min_difference(run: BenchRun) -> float:
+    """Least pressure behind the opening piston less that ahead of it, while it moves.
 
     Parameters
     ----------
@@ -44,13 +85,24 @@ def min_difference(run):
     Returns
     -------
     float
+        [Pa]; NaN where it does not move.
     """
     moving = (run.times > run.opening.delay) & (run.times < run.opening.contact)
     return float((run.trace[moving, 3] - run.trace[moving, 2]).min()) if np.any(moving) else np.nan
 
 
-def fluctuation_rises(grid):
-    """The velocity fluctuates as pressure rises (Fig. 9)."""
+def fluctuation_rises(grid: Grid) -> Claim:
+    """Judge the claim that the velocity fluctuates as pressure rises (Fig. 9).
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     mean, pressure = grid.opening["fluctuation"].mean(axis=1), grid.pressure / 1e6
     least, rises = int(np.argmin(mean)), rises_from_minimum(mean)
     return Claim(
@@ -68,8 +120,18 @@ def fluctuation_rises(grid):
     )
 
 
-def piston_rebounds(grid):
-    """The piston may even rebound."""
+def piston_rebounds(grid: Grid) -> Claim:
+    """Judge the claim that the piston may even rebound.
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     count = int(grid.opening["reverses"].sum() + grid.closing["reverses"].sum())
     return Claim(
         "rebound",
@@ -83,8 +145,30 @@ def piston_rebounds(grid):
     )
 
 
-def not_monotonic(grid, where, key, measure, name, unit, factor):
-    """A measure that does not only rise or only fall with pressure (Figs. 10, 11)."""
+def not_monotonic(grid: Grid, where: str, key: str, measure: str, name: str, unit: str, factor: float) -> Claim:
+    """Judge the claim that a measure does not only rise or only fall with pressure (Figs. 10, 11).
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+    where : str
+        Where the paper says it.
+    key : str
+        Key of the claim.
+    measure : str
+        Name of the measure in the grid.
+    name : str
+        Name of the measure in words.
+    unit : str
+        Unit that it is shown in.
+    factor : float
+        Factor from SI to that unit.
+
+    Returns
+    -------
+    Claim
+    """
     values = grid.opening[measure] * factor
     steps, ends = np.diff(values, axis=0), values[[0, -1]].mean(axis=1)
     mixed = int(np.sum(turns_back(values)))
@@ -110,8 +194,18 @@ def not_monotonic(grid, where, key, measure, name, unit, factor):
     )
 
 
-def stroke_time_falls_with_temperature(grid):
-    """t_f falls with T_0."""
+def stroke_time_falls_with_temperature(grid: Grid) -> Claim:
+    """Judge the claim that t_f falls with T_0.
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     steps = np.diff(grid.opening["stroke_time_s"], axis=1) * 1e3
     return Claim(
         "stroke_time_over_temperature",
@@ -125,11 +219,22 @@ def stroke_time_falls_with_temperature(grid):
     )
 
 
-def strokes_alike(machine, grid):
-    """Opening and closing are almost the same."""
+def strokes_alike(machine: Machine, grid: Grid) -> Claim:
+    """Judge the claim that opening and closing are almost the same.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     shares = {m: grid.closing[m] / grid.opening[m] - 1.0 for m in ("delay_s", "stroke_time_s", "seating_speed_m_s")}
     ends = {m: (float(100.0 * s.min()), float(100.0 * s.max())) for m, s in shares.items()}
-    told = ", ".join(
+    by = ", ".join(
         f"{name} by {ends[m][0]:+.1f} to {ends[m][1]:+.1f} %"
         for m, name in zip(shares, ("delay time", "stroke time", "seating speed"), strict=True)
     )
@@ -143,7 +248,7 @@ def strokes_alike(machine, grid):
         "simulation analysis",
         "Opening and closing are almost the same, as the valve is symmetric.",
         "almost the same",
-        f"after a rest closing differs from opening: {told}; repeated at {RATE:g} Hz (1 MPa, 287 K), by {repeated:.0e}",
+        f"after a rest closing differs from opening: {by}; repeated at {RATE:g} Hz (1 MPa, 287 K), by {repeated:.0e}",
         {"largest_difference": most, "largest_difference_repeated": repeated},
         verdict_of(most < 0.05),
         "Judged by 5 % after a rest, as the paper measures. The chambers then start from unlike states; in periodic "
@@ -151,8 +256,18 @@ def strokes_alike(machine, grid):
     )
 
 
-def response_over_pressure(grid):
-    """More pressure alone does not make the valve respond faster (conclusion)."""
+def response_over_pressure(grid: Grid) -> Claim:
+    """Judge the claim that more pressure alone does not make the valve respond faster (conclusion).
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     response = (grid.opening["delay_s"] + grid.opening["stroke_time_s"]) * 1e3
     mean, steps, pressure = response.mean(axis=1), np.diff(response, axis=0), grid.pressure / 1e6
     knee = int(np.argmin(np.abs(grid.pressure - KNEE)))
@@ -171,8 +286,18 @@ def response_over_pressure(grid):
     )
 
 
-def pressure_to_be_optimised(grid):
-    """At one temperature a pressure can be found that gives a fast response and a low seating speed."""
+def pressure_to_be_optimised(grid: Grid) -> Claim:
+    """Judge the claim that at one temperature some pressure gives a fast response and a low seating speed.
+
+    Parameters
+    ----------
+    grid : apesim.studies.paper.claim.Grid
+        Measures of the strokes over the paper's pressures and temperatures.
+
+    Returns
+    -------
+    Claim
+    """
     response = (grid.opening["delay_s"] + grid.opening["stroke_time_s"]) * 1e3
     speed, pressure = grid.opening["seating_speed_m_s"], grid.pressure / 1e6
     fastest, softest = np.argmin(response, axis=0), np.argmin(speed, axis=0)
@@ -199,8 +324,17 @@ def pressure_to_be_optimised(grid):
     )
 
 
-def fluctuation_from_limited_area(machine):
-    """The fluctuation comes from the solenoids' limited area, and only at high pressure."""
+def fluctuation_from_limited_area(machine: Machine) -> Claim:
+    """Judge the claim that the fluctuation comes from the solenoids' limited area, and only at high pressure.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     values, valve = {}, machine.valve
     for factor in (1.0, 4.0):
         area = factor * valve.solenoid.effective_area
@@ -220,8 +354,17 @@ def fluctuation_from_limited_area(machine):
     )
 
 
-def pressures_cross(machine):
-    """The piston brakes until the pressure behind it exceeds that before it again."""
+def pressures_cross(machine: Machine) -> Claim:
+    """Judge the claim that the piston brakes until the pressure behind it exceeds that before it again.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    Claim
+    """
     run = run_bench(with_supply(machine, machine.ambient.pressure + HIGH, 287.0), PULSE, sample=2e-5)
     least, opened = min_difference(run), run.times < run.opening.contact
     peak = float(np.abs(run.trace[opened, 1]).max()) if np.any(opened) else np.nan

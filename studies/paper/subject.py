@@ -1,7 +1,10 @@
 """Whose valve the paper's claims are judged on: the paper's (Table 1), or another one of the user's."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from apesim.engine.machine import Machine
 from apesim.quantities.settings import schema
 
 SECTIONS = ("air", "ambient", "valve", "effects")
@@ -11,39 +14,57 @@ ENGINE_SECTIONS = (*SECTIONS, "supply", "groove", "engine", "command")
 PAPERS = "the paper's valve"
 
 
-def differences(machine, sections=SECTIONS):
+def differences(machine: Machine, sections: Sequence[str] = SECTIONS) -> list[str]:
     """Find what makes a machine's valve another one than the paper's.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
     sections : sequence of str
-        Compared with the default machine's.
+        Sections that are compared with the default machine's.
 
     Returns
     -------
     list of str
         ``valve.stroke = 8 mm instead of 9 mm``, one for each key.
     """
-    cls, found = type(machine), []
-    for own, papers in zip(schema(cls, machine), schema(cls), strict=True):
-        if own.key.split(".")[0] not in sections or np.array_equal(own.default, papers.default, equal_nan=True):
+    cls, texts = type(machine), []
+    for leaf, default in zip(schema(cls, machine), schema(cls), strict=True):
+        if leaf.key.split(".")[0] not in sections or np.array_equal(leaf.default, default.default, equal_nan=True):
             continue
-        if isinstance(own.default, np.ndarray):
-            found.append(f"{own.key} from a file of {len(own.default)} rows")
+        if isinstance(leaf.default, np.ndarray):
+            texts.append(f"{leaf.key} from a file of {len(leaf.default)} rows")
         else:
-            ours, theirs = (leaf.declaration.render(leaf.default) or "not given" for leaf in (own, papers))
-            found.append(f"{own.key} = {ours} instead of {theirs}")
-    return found
+            ours, theirs = (each.declaration.render(each.default) or "not given" for each in (leaf, default))
+            texts.append(f"{leaf.key} = {ours} instead of {theirs}")
+    return texts
 
 
-def engine_subject_of(machine):
-    """Whose valve it is and in which engine, in one line; the paper prints no engine."""
+def engine_subject_of(machine: Machine) -> str:
+    """Say whose valve it is and in which engine, in one line; the paper prints no engine.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    str
+    """
     different = differences(machine, ENGINE_SECTIONS)
     return f"another engine: {', '.join(different)}" if different else f"{PAPERS} in the default engine"
 
 
-def subject_of(machine):
-    """Whose valve it is, in one line."""
+def subject_of(machine: Machine) -> str:
+    """Say whose valve it is, in one line.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    str
+    """
     different = differences(machine)
     return f"another valve: {', '.join(different)}" if different else PAPERS
