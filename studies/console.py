@@ -7,20 +7,38 @@ import math
 import os
 import sys
 import traceback
+from collections.abc import Callable, Iterator
 from concurrent.futures import wait
+from typing import TYPE_CHECKING, Any, ParamSpec, TextIO, TypeVar
 
 import typer
 
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.terminal import visible
 
+if TYPE_CHECKING:
+    from rich.console import Console as RichConsole
+    from rich.console import ConsoleOptions
+    from rich.progress import Progress
+    from rich.segment import Segment
+
+P = ParamSpec("P")
+R = TypeVar("R")
+Report = Callable[[int, int], object]
+"""Function that takes how much is done, and how much there is in all."""
+StageReport = Callable[[str, int, int], object]
+"""Function that takes the name of a stage, how much of it is done, and how much of it there is."""
+
 DONE, FAULT_OF_OURS, BAD_INPUT, INCOMPLETE, INTERRUPTED = 0, 1, 2, 3, 130
+"""Exit codes."""
 COMMAND_LINE = "command line"
+"""What stands for a file where an option is wrong."""
 LAYOUT = "\n\t"
 """Characters of control that are ours; all others in what is shown come from files."""
 PATIENCE = 1.0
-"""Time before anything is told of what is at work [s]."""
+"""Time before anything is said of what is at work [s]: shorter work needs no message."""
 COMPILING = "compiling the model for this processor: once, some fifteen seconds"
+"""Message where something is compiled."""
 
 
 class Console:
@@ -29,17 +47,25 @@ class Console:
     Parameters
     ----------
     as_json : bool
-        Results are one JSON object, and nothing else.
+        Whether results are one JSON object, and nothing else.
     quiet : bool
-        No messages.
+        Whether there are no messages.
     """
 
-    def __init__(self, as_json=False, quiet=False):
+    def __init__(self, as_json: bool = False, quiet: bool = False) -> None:
         self.as_json = as_json
         self.quiet = quiet
 
-    def result(self, data, *renderables):
-        """Show a result: data as JSON, else renderables (texts, rich tables)."""
+    def result(self, data: Any, *renderables: Any) -> None:
+        """Show a result on standard output.
+
+        Parameters
+        ----------
+        data : object
+            What JSON shows, see `plain`.
+        *renderables : str or rich.table.Table
+            What readers are shown instead.
+        """
         if self.as_json:
             print(json.dumps(plain(data), allow_nan=False))  # ASCII, so that any terminal and encoding can take it
             return
@@ -51,14 +77,31 @@ class Console:
                 terminal.print(_Visible(renderable), markup=False, soft_wrap=isinstance(renderable, str))
         print(captured.get(), end="")  # rich itself would end the process where nobody listens any more
 
-    def message(self, text):
-        """A line on standard error."""
+    def message(self, text: object) -> None:
+        """Write a line on standard error, unless the console is quiet.
+
+        Parameters
+        ----------
+        text : object
+            Something that has a text.
+        """
         if not self.quiet:
             _tell(text)
 
     @contextlib.contextmanager
-    def progress(self, what):
-        """Progress with time left on a terminal; yields ``report(done, total)``."""
+    def progress(self, what: str) -> Iterator[Report]:
+        """Show progress with time left on a terminal.
+
+        Parameters
+        ----------
+        what : str
+            What is at work, in a word.
+
+        Yields
+        ------
+        function
+            To be called with how much is done, and how much there is in all.
+        """
         if self.quiet or not sys.stderr.isatty():
             yield lambda done, total: None
             return
@@ -67,15 +110,26 @@ class Console:
             yield lambda done, total: progress.update(task, completed=done, total=total)
 
     @contextlib.contextmanager
-    def stages(self, what):
-        """Progress of work in stages; yields ``report(stage, done, total)``."""
+    def stages(self, what: str) -> Iterator[StageReport]:
+        """Show progress of work in stages, with time left, on a terminal.
+
+        Parameters
+        ----------
+        what : str
+            Name of the first stage.
+
+        Yields
+        ------
+        function
+            To be called with the name of the stage, how much of it is done, and how much of it there is.
+        """
         if self.quiet or not sys.stderr.isatty():
             yield lambda stage, done, total: None
             return
         with progress_bar() as progress:
             task = progress.add_task(what, total=None)
 
-            def report(stage, done, total):
+            def report(stage: str, done: int, total: int) -> None:
                 if stage != progress.tasks[0].description:
                     progress.reset(task, description=stage, completed=done, total=total)
                 else:
@@ -83,14 +137,16 @@ class Console:
 
             yield report
 
-    def run(self, what, function, *arguments, **options):
+    def run(self, what: str, function: Callable[P, R], *arguments: P.args, **options: P.kwargs) -> R:
         """Call a function in a thread of its own, see `apesim.studies.execution.own_thread`.
 
         Parameters
         ----------
         what : str
-            What is told on a terminal, with the time it has taken, where it takes longer than `PATIENCE`.
+            Name of the work, shown on a terminal with the time it has taken, where it takes longer than `PATIENCE`.
         function : function
+        *arguments, **options
+            What it is called with.
 
         Returns
         -------
@@ -110,21 +166,43 @@ class Console:
             return future.result()
 
     @contextlib.contextmanager
-    def compiling_told(self):
-        """Within, tell once where something has to be compiled, as that takes long."""
+    def compiling_told(self) -> Iterator[None]:
+        """Say once, while within, where something has to be compiled, as that takes long."""
         from apesim.kernel import when_compiling
 
         with when_compiling(lambda: self.message(COMPILING)):
             yield
 
-    def warm_up(self, march, *arguments, **options):
-        """Run a march once, so that what is timed after it is compiled; tell where that takes long."""
+    def warm_up(self, march: Callable[P, object], *arguments: P.args, **options: P.kwargs) -> None:
+        """Run a march once, so that what is timed after it is compiled; say so where that takes long.
+
+        Parameters
+        ----------
+        march : function
+        *arguments, **options
+            What it is called with.
+        """
         with self.compiling_told():
             self.run("first march", march, *arguments, **options)
 
 
-def plain(data):
-    """Data as JSON knows it: NaN and infinity are null, numpy's numbers Python's."""
+def plain(data: Any) -> Any:
+    """Data as JSON knows it: NaN and infinity are null, NumPy's numbers Python's.
+
+    Parameters
+    ----------
+    data : object
+        Dicts, lists, tuples, arrays, numbers and texts, one within the other.
+
+    Returns
+    -------
+    object
+
+    Examples
+    --------
+    >>> plain({"torque": float("nan"), "angles": (1.0, 2.0)})
+    {'torque': None, 'angles': [1.0, 2.0]}
+    """
     if isinstance(data, dict):
         return {key: plain(value) for key, value in data.items()}
     if isinstance(data, list | tuple):
@@ -136,7 +214,7 @@ def plain(data):
     return data
 
 
-def main_of(app):
+def main_of(app: typer.Typer) -> int:
     """Run a command line and say how it ended.
 
     Parameters
@@ -153,7 +231,8 @@ def main_of(app):
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     if sys.stdout is None:
         return _bad_input("standard output: is closed; send it elsewhere, e.g. > /dev/null")
-    for stream in (sys.stdout, sys.stderr):
+    streams: tuple[Any, ...] = (sys.stdout, sys.stderr)
+    for stream in streams:
         if getattr(stream, "errors", None) == "strict":  # where the encoding lacks a character
             stream.reconfigure(errors="replace")
     try:
@@ -182,7 +261,7 @@ class OutputError(Exception):
     """Standard output cannot be written; its cause says why."""
 
 
-def progress_bar():
+def progress_bar() -> "Progress":
     """A bar with the name of what is at work, how much is done, and the time left."""
     from rich.console import Console as Terminal
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -195,10 +274,10 @@ def progress_bar():
 class _Visible:
     """What rich can draw, less the control characters in its texts; see `apesim.terminal`."""
 
-    def __init__(self, renderable):
+    def __init__(self, renderable: Any) -> None:
         self.renderable = renderable
 
-    def __rich_console__(self, terminal, options):
+    def __rich_console__(self, terminal: "RichConsole", options: "ConsoleOptions") -> "Iterator[Segment]":
         from rich.segment import Segment
 
         for text, style, control in terminal.render(self.renderable, options):
@@ -206,28 +285,30 @@ class _Visible:
 
 
 class _Output:
-    """Standard output, its errors told from those of other files."""
+    """Standard output, its errors distinguishable from those of other files."""
 
-    def __init__(self, stream):
+    def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
-    def write(self, text):
+    def write(self, text: str) -> int:
+        """Write a text; raises `OutputError`."""
         try:
             return self._stream.write(text)
         except OSError as error:
             raise OutputError from error
 
-    def flush(self):
+    def flush(self) -> None:
+        """Write what is buffered; raises `OutputError`."""
         try:
             self._stream.flush()
         except OSError as error:
             raise OutputError from error
 
 
-def _run(app):
+def _run(app: typer.Typer) -> int:
     """Run a command line; its own parser would end in its own ways."""
     command = typer.main.get_command(app)
     try:
@@ -236,16 +317,16 @@ def _run(app):
     except typer.Exit as end:
         return end.exit_code
     except typer.TyperException as error:
-        context = getattr(error, "ctx", None)
-        if not context or error.message != context.get_help():
+        group = getattr(error, "ctx", None)
+        if not group or error.message != group.get_help():
             raise
         print(error.message)  # a group was called without a command
         return DONE
 
 
-def _known(error):
+def _known(error: Exception) -> int | None:
     """Exit code of an error that says itself what is wrong; None for any other."""
-    if isinstance(error, OutputError):
+    if isinstance(error, OutputError) and isinstance(error.__cause__, OSError):
         return _unheard(error.__cause__)
     from apesim.quantities import InputError
 
@@ -271,7 +352,7 @@ def _known(error):
     return None
 
 
-def _unheard(error):
+def _unheard(error: OSError) -> int:
     """Exit code where standard output fails; that nobody listens any more, as behind head, is no fault."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())  # or the interpreter's last flush would fail as well
@@ -281,18 +362,19 @@ def _unheard(error):
     return _bad_input(f"standard output: cannot be written: {error.strerror}; make room, or send it elsewhere")
 
 
-def _bad_input(lines):
+def _bad_input(lines: str) -> int:
+    """Print what is wrong, and return the exit code of bad input."""
     _tell(lines)
     return BAD_INPUT
 
 
-def _tell(text):
+def _tell(text: object) -> None:
     """Print on standard error."""
     print(visible(str(text), keep=LAYOUT), file=sys.stderr, flush=True)
 
 
-def _parser_line(error):
-    """The parser's error on one line: what is wrong, and where the right form stands."""
+def _parser_line(error: typer.TyperException) -> str:
+    """Error of the parser on one line: what is wrong, and where the right form stands."""
     context = getattr(error, "ctx", None)
     command = context.command_path if context else "apesim"
     message = " ".join(error.format_message().split()).rstrip(".")

@@ -15,8 +15,18 @@ from apesim.studies.console import Console
 from apesim.studies.execution.own_thread import call_in_thread
 
 
-def refuse_to_replace(out):
-    """Raise `ArchiveError` where a target exists."""
+def refuse_to_replace(out: str | Path) -> None:
+    """Refuse a target that exists.
+
+    Parameters
+    ----------
+    out : path
+
+    Raises
+    ------
+    ArchiveError
+        It exists, or is a folder.
+    """
     refuse_folder(out)
     if Path(out).exists():
         raise ArchiveError(
@@ -24,7 +34,7 @@ def refuse_to_replace(out):
         )
 
 
-def _made(out):
+def _made(out: str | Path) -> str:
     """When an archive was finished and of how many runs, in words; "" for a file that is none."""
     try:
         about = read_about(out)[1]
@@ -35,14 +45,36 @@ def _made(out):
     return (f", finished on {finished} UTC" if finished else "") + runs
 
 
-def refuse_folder(out):
-    """Raise `ArchiveError` where a target is a folder, which no archive can replace."""
+def refuse_folder(out: str | Path) -> None:
+    """Refuse a target that is a folder, which no archive can replace.
+
+    Parameters
+    ----------
+    out : path
+
+    Raises
+    ------
+    ArchiveError
+        It is a folder.
+    """
     if Path(out).is_dir():
         raise ArchiveError(out, "is a folder", "give the name of a file, e.g. sweep.h5")
 
 
-def make_folder(folder, overwrite):
-    """Make a folder; raise `ArchiveError` where it holds something that is not to be replaced."""
+def make_folder(folder: str | Path, overwrite: bool) -> None:
+    """Make a folder for results.
+
+    Parameters
+    ----------
+    folder : path
+    overwrite : bool
+        Whether what it holds may be replaced.
+
+    Raises
+    ------
+    ArchiveError
+        It cannot be made, or holds something that is not to be replaced.
+    """
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -52,7 +84,7 @@ def make_folder(folder, overwrite):
         raise ArchiveError(folder, "is not empty", "choose another --out, or give --overwrite")
 
 
-def publish(archive, out, overwrite=False):
+def publish(archive: Archive, out: str | Path, overwrite: bool = False) -> None:
     """Write an archive that was computed in one go.
 
     Parameters
@@ -60,7 +92,7 @@ def publish(archive, out, overwrite=False):
     archive : Archive
     out : path
     overwrite : bool
-        Replace one that is there.
+        Whether to replace one that is there.
 
     Raises
     ------
@@ -83,13 +115,14 @@ def compute_archive(
     ----------
     console : Console
     task : str
-        In a word, for the progress.
+        Name of the work in a word, for the progress.
     first_march : tuple
         Function and arguments of one march, which compiles what all the others need.
     compute : function
         Takes ``command=`` and ``report=``; returns the archive.
     out : path
     overwrite : bool
+        Whether to replace an archive that is there.
     draw : function
         Takes the archive and a folder; returns the paths of the figures.
 
@@ -98,6 +131,11 @@ def compute_archive(
     archive : Archive
     written : dict
         Where it lies and what it took, for JSON.
+
+    Raises
+    ------
+    ArchiveError
+        It exists and is not to be replaced, or cannot be written.
     """
     (refuse_folder if overwrite else refuse_to_replace)(out)
     console.warm_up(*first_march)
@@ -116,7 +154,19 @@ def written_json(out: Path, drawn: Iterable[Path], wall_time: float) -> dict:
 
 
 def written_text(written: dict, count: str) -> str:
-    """Lines that say what was computed, in which time, where it lies, and by which digest it is known."""
+    """Lines that say what was computed, in which time, where it lies, and by which digest it is known.
+
+    Parameters
+    ----------
+    written : dict
+        What `compute_archive` returns of it.
+    count : str
+        What was computed, e.g. "40 runs".
+
+    Returns
+    -------
+    str
+    """
     line = f"{written['archive']}: {count} in {written['wall_time_s']:.2f} s"
     if written["figures"]:
         line += f"; figures in {Path(written['figures'][0]).parent}/"
@@ -124,7 +174,22 @@ def written_text(written: dict, count: str) -> str:
 
 
 def digest_line(digest: str | None) -> str:
-    """A line with the root digest of an archive."""
+    """A line with the root digest of an archive.
+
+    Parameters
+    ----------
+    digest : str or None
+        64 hexadecimal digits; None for an archive of format version 1.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> digest_line(None)
+    'SHA-256 of its content: none, format version 1 has no digests'
+    """
     return f"SHA-256 of its content: {digest or 'none, format version 1 has no digests'}"
 
 
@@ -135,8 +200,9 @@ def write_traces(path: str | Path, header: Iterable[str], rows: np.ndarray) -> N
     ----------
     path : path
     header : sequence of str
-        ``name [unit]``
+        Names with units, ``name [unit]``.
     rows : (n, m) float array
+        Values in these units.
 
     Raises
     ------
