@@ -2,6 +2,7 @@
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -138,7 +139,7 @@ def plot_measures(machine: Machine) -> Figure:
     matplotlib.figure.Figure
     """
     run = run_bench(with_supply(machine, machine.ambient.pressure + 1.0e6, TEMPERATURE), PULSE, sample=2e-5)
-    stroke = run.opening
+    stroke: Any = run.opening
     delay, contact = stroke.delay * 1e3, stroke.contact * 1e3
     time, lift, speed = run.times * 1e3, run.trace[:, 0] * 1e3, run.trace[:, 1]
     speed = np.where(time < contact, speed, np.nan)

@@ -199,23 +199,23 @@ def _run_of(
 ) -> MeasuredRun:
     """A run, made of what was read."""
     data, role = given.get("data", ""), ROLES[values.pop("role")]
-    common: tuple[str, str, float, float] = (
-        given.get("name", data or section),
-        data,
-        values["supply"],
-        values["temperature"],
-    )
+    name, supply, temperature = given.get("name", data or section), values["supply"], values["temperature"]
     if bench == VALVE:
-        return MeasuredRun(*common, values["pulse"], role, columns.pop(TIME), columns)
+        return MeasuredRun(name, data, supply, temperature, values["pulse"], role, columns.pop(TIME), columns)
     angles = columns.pop(ANGLE, NO_ANGLES)
     return MeasuredRun(
-        *common,
+        name,
+        data,
+        supply,
+        temperature,
         nan,
         role,
         (angles - values["energise"]) / values["speed"],
         columns,
         bench,
-        *(values[key] for key in ("speed", "energise", "release")),
+        values["speed"],
+        values["energise"],
+        values["release"],
         angles,
         {name: values[name] for name in SENSORS[ENGINE].means if name in given},
     )

@@ -27,7 +27,7 @@ class Claim(NamedTuple):
     """Its number or trend."""
     ours: str
     """The model's number or trend."""
-    values: dict[str, float]
+    values: dict[str, Any]
     """The model's numbers, SI unless the name says otherwise."""
     verdict: str
     """Verdict on the valve of `judged_on`; on another than the paper's it says whether that one does the same."""

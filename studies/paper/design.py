@@ -1,5 +1,7 @@
 """What the paper says of the valve's design and experiments: working frequency, friction, springs, measured curves."""
 
+from typing import Any
+
 from apesim.engine.machine import Machine
 from apesim.studies.limit.valve_limit import is_complete, working_limit
 from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, verdict_of
@@ -183,7 +185,8 @@ def springs_soften(machine: Machine) -> Claim:
     """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
     free = supplied._replace(valve=supplied.valve._replace(spring_rate=0.0))
-    with_springs, without = run_bench(supplied, PULSE).opening, run_bench(free, PULSE).opening
+    openings: tuple[Any, Any] = run_bench(supplied, PULSE).opening, run_bench(free, PULSE).opening
+    with_springs, without = openings
     change = with_springs.seating_speed / without.seating_speed - 1.0
     return Claim(
         "springs_soften_the_impact",

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -108,7 +108,8 @@ def map_friction(
             report(done + 1, len(cells))
     shape = len(frictions), len(areas), len(ramps), len(temperatures)
     holds = {statement.key: np.array([row[i] for row in rows]).reshape(shape) for i, statement in enumerate(STATEMENTS)}
-    return FrictionMap(*(np.array(axis) for axis in (frictions, areas, ramps, temperatures, pressures)), holds)
+    f, a, r, t, n = (np.array(axis) for axis in (frictions, areas, ramps, temperatures, pressures))
+    return FrictionMap(f, a, r, t, n, holds)
 
 
 def _with_cell(machine: Machine, friction: float, area: float, ramp: float) -> Machine:
@@ -146,7 +147,7 @@ def viscous_friction(found: FrictionMap) -> Claim:
     papers, most = found.max_at_once(PAPERS), max(found.max_at_once(friction) for friction in found.frictions)
     shares = {s.key: float(found.holds[s.key][row].mean()) for s in STATEMENTS}
     never = ", ".join(s.name.replace("$", "") for s in STATEMENTS if shares[s.key] == 0.0)
-    values = {"statements": count, "most_at_once": papers, "most_at_once_at_any_friction": most}
+    values: dict[str, Any] = {"statements": count, "most_at_once": papers, "most_at_once_at_any_friction": most}
     for s in STATEMENTS:
         values[f"{s.key}_share_of_conditions"] = shares[s.key]
         values[f"{s.key}_in_all_conditions_up_to_N_s_per_m"] = found.everywhere(s.key)

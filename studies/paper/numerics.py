@@ -1,5 +1,7 @@
 """How the paper computes: its fixed step, and the evaluation function of its fit (Eq. 11)."""
 
+from typing import Any
+
 import numpy as np
 
 from apesim.engine.machine import Machine
@@ -73,7 +75,7 @@ def fixed_step(machine: Machine) -> Claim:
     errors = []
     for pressure in (*MEASURED, HIGH / 1e6):
         supplied = with_supply(machine, machine.ambient.pressure + pressure * 1e6, 287.0)
-        stroke = run_bench(supplied, PULSE).opening
+        stroke: Any = run_bench(supplied, PULSE).opening
         found = np.array(fixed_step_opening(supplied, STEP))
         errors.append(found / np.array([stroke.delay, stroke.stroke_time, stroke.seating_speed]) - 1.0)
     largest = np.abs(errors).max(axis=0)

@@ -1,5 +1,7 @@
 """What the paper says of the stroke: its speed and time (Figs. 9 to 11), and that opening is like closing."""
 
+from typing import Any
+
 import numpy as np
 
 from apesim.engine.machine import Machine
@@ -87,7 +89,8 @@ def min_difference(run: BenchRun) -> float:
     float
         [Pa]; NaN where it does not move.
     """
-    moving = (run.times > run.opening.delay) & (run.times < run.opening.contact)
+    opening: Any = run.opening
+    moving = (run.times > opening.delay) & (run.times < opening.contact)
     return float((run.trace[moving, 3] - run.trace[moving, 2]).min()) if np.any(moving) else np.nan
 
 
@@ -340,7 +343,8 @@ def fluctuation_from_limited_area(machine: Machine) -> Claim:
         area = factor * valve.solenoid.effective_area
         wide = machine._replace(valve=valve._replace(solenoid=valve.solenoid._replace(effective_area=area)))
         run = run_bench(with_supply(wide, machine.ambient.pressure + HIGH, 287.0), PULSE)
-        values[f"fluctuation_at_{factor:g}_times_the_area"] = run.opening.fluctuation
+        opening: Any = run.opening
+        values[f"fluctuation_at_{factor:g}_times_the_area"] = opening.fluctuation
     own, wide = values.values()
     return Claim(
         "fluctuation_from_limited_area",
@@ -366,7 +370,8 @@ def pressures_cross(machine: Machine) -> Claim:
     Claim
     """
     run = run_bench(with_supply(machine, machine.ambient.pressure + HIGH, 287.0), PULSE, sample=2e-5)
-    least, opened = min_difference(run), run.times < run.opening.contact
+    opening: Any = run.opening
+    least, opened = min_difference(run), run.times < opening.contact
     peak = float(np.abs(run.trace[opened, 1]).max()) if np.any(opened) else np.nan
     drag = machine.valve.viscous_friction * peak / machine.valve.piston_area
     return Claim(
