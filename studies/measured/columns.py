@@ -19,7 +19,7 @@ KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
 
 
 def read_columns(
-    path: str | Path, declared: Mapping[str, str], due: Sequence[str], ambient_pressure: float, right: str
+    path: Path, declared: Mapping[str, str], due: Sequence[str], ambient_pressure: float, right: str
 ) -> tuple[dict[str, np.ndarray], list[str], list[Culprit]]:
     """Read the declared columns of a CSV; others are ignored.
 
