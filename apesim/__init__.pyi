@@ -5,13 +5,20 @@ from .engine.machine import Machine as Machine
 from .quantities import InputError as InputError
 from .results import NotConverged as NotConverged
 from .studies.archive_result import read_archive as read_archive
+from .studies.assessment.comparison import assess_valve as assess_valve
+from .studies.discharge.effective_area import evaluate_discharge as evaluate_discharge
 from .studies.engine_run import run_engine as run_engine
 from .studies.gap.design.isolability import find_isolability as find_isolability
 from .studies.gap.workflow import explain as explain
 from .studies.identify.estimate import fit as fit
+from .studies.limit.engine_limit_map import find_engine_limit as find_engine_limit
 from .studies.limit.valve_limit import find_valve_limit as find_valve_limit
 from .studies.measured import read_measured as read_measured
+from .studies.optimise.optimisation import optimise_commands as optimise_commands
+from .studies.paper.repetition import repeat_paper as repeat_paper
+from .studies.soft_landing.study import find_soft_landing as find_soft_landing
 from .studies.sweep.study import sweep as sweep
+from .studies.timing.correction import correct_timing as correct_timing
 from .studies.valve_map import map_valve as map_valve
 from .studies.valve_run import run_valve as run_valve
 

@@ -76,13 +76,15 @@ def common(
 
 
 @contextlib.contextmanager
-def as_options(function: str) -> Iterator[None]:
+def as_options(function: str, **names: str) -> Iterator[None]:
     """Within, what a public function says of its arguments is said of the options of the command line.
 
     Parameters
     ----------
     function : str
         Its name.
+    **names : str
+        Options that are named otherwise than their arguments.
     """
     from apesim.quantities import Culprit, InputError
 
@@ -90,7 +92,8 @@ def as_options(function: str) -> Iterator[None]:
         if fault.file != f"{function}()":
             return fault
         wrong, right = (re.sub(r"`(\w+)`", r"--\1", text) for text in fault[2:])
-        return Culprit(COMMAND_LINE, f"--{fault.key}", wrong, right)
+        is_key = "." in fault.key  # of the machine
+        return Culprit(COMMAND_LINE, fault.key if is_key else names.get(fault.key, f"--{fault.key}"), wrong, right)
 
     try:
         yield

@@ -2,17 +2,13 @@
 
 import csv
 import io
-import sys
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
-from apesim.archive import Archive, ArchiveError, command_line, read_about, read_digest, replace_file, write
+from apesim.archive import Archive, ArchiveError, read_about, read_digest, replace_file, write
 from apesim.archive.shards import lock
-from apesim.studies.console import Console
-from apesim.studies.execution.own_thread import call_in_thread
 
 
 def refuse_to_replace(out: str | Path) -> None:
@@ -104,47 +100,6 @@ def publish(archive: Archive, out: str | Path, overwrite: bool = False) -> None:
         if not overwrite:
             refuse_to_replace(out)
         write(archive, out)
-
-
-def compute_archive(
-    console: Console, *, task: str, first_march: tuple, compute: Callable, out: Path, overwrite: bool, draw: Callable
-) -> tuple[Archive, dict]:
-    """Compute an archive, write it, and draw its figures beside it.
-
-    Parameters
-    ----------
-    console : Console
-    task : str
-        Name of the work in a word, for the progress.
-    first_march : tuple
-        Function and arguments of one march, which compiles what all the others need.
-    compute : function
-        Takes ``command=`` and ``report=``; returns the archive.
-    out : path
-    overwrite : bool
-        Whether to replace an archive that is there.
-    draw : function
-        Takes the archive and a folder; returns the paths of the figures.
-
-    Returns
-    -------
-    archive : Archive
-    written : dict
-        Where it lies and what it took, for JSON.
-
-    Raises
-    ------
-    ArchiveError
-        It exists and is not to be replaced, or cannot be written.
-    """
-    (refuse_folder if overwrite else refuse_to_replace)(out)
-    console.warm_up(*first_march)
-    start = time.perf_counter()
-    with console.progress(task) as report:
-        archive = call_in_thread(compute, command=command_line(["apesim", *sys.argv[1:]]), report=report).result()
-    wall = time.perf_counter() - start
-    publish(archive, out, overwrite)
-    return archive, written_json(out, draw(archive, out.with_suffix(".figures")), wall)
 
 
 def written_json(out: Path, drawn: Iterable[Path], wall_time: float) -> dict:

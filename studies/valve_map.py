@@ -16,8 +16,8 @@ from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
 from apesim.studies.archive_result import ArchiveResult
 from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
-from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE, TIME
-from apesim.studies.sweep import STATUS_MEANINGS
+from apesim.studies.march_status import STATUS_MEANINGS
+from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE, TIME, with_supply
 from apesim.valve.bench import run_bench
 
 if TYPE_CHECKING:
@@ -42,25 +42,6 @@ TRACES = {
     "pressure_a": (2, "Pa abs", "pressure of chamber A, which pushes to closed"),
     "pressure_b": (3, "Pa abs", "pressure of chamber B, which pushes to open"),
 }
-
-
-def with_supply(machine, pressure, temperature):
-    """A machine with other control air.
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    pressure : float
-        [Pa abs]
-    temperature : float
-        [K]
-
-    Returns
-    -------
-    apesim.engine.machine.Machine
-    """
-    supply = machine.supply._replace(pressure=pressure, temperature=temperature, control_pressure=float("nan"))
-    return machine._replace(supply=supply)
 
 
 def supply_columns(grid):

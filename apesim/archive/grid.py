@@ -132,7 +132,7 @@ def words_of(variable: Variable) -> np.ndarray:
     if not variable.meanings:
         return variable.values
     words = codes_of(variable.meanings)
-    return np.array([words[code] for code in variable.values.tolist()])
+    return np.array([words[code] for code in variable.values.ravel().tolist()]).reshape(variable.values.shape)
 
 
 def _attributes(variable: Variable, values: np.ndarray) -> dict[str, Any]:

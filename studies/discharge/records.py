@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.quantities import Culprit, InputError
-from apesim.studies.console import COMMAND_LINE
 from apesim.studies.measured.columns import read_columns
 
 COLUMNS = {"time": "ms", "pressure": "kPa abs"}
@@ -66,8 +65,6 @@ def read_tests(files: Sequence[str | Path], ambient_pressure: float) -> list[Rec
             records.append(read_test(file, ambient_pressure))
         except InputError as error:
             culprits += error.culprits
-    if not files:
-        culprits = [Culprit(COMMAND_LINE, "FILE", "no discharge test", "give the CSV of at least one")]
     if culprits:
         raise InputError(culprits)
     return records

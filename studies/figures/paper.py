@@ -17,10 +17,10 @@ from apesim.studies.figures.drawing.files import write_figures
 from apesim.studies.figures.drawing.panels import label_axes, open_column, open_one, open_panels
 from apesim.studies.figures.drawing.style import BLUE, RED, colours_of
 from apesim.studies.figures.valve import plot_map, plot_velocities
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.paper.discharge import NOISE, RATE, area_at
 from apesim.studies.paper.friction import PAPERS, SEARCHED, FrictionMap, conditions_in_words
 from apesim.studies.paper.statements import STATEMENTS
-from apesim.studies.valve_map import with_supply
 from apesim.valve.bench import run_bench
 
 PULSE = 50e-3

@@ -15,8 +15,8 @@ from apesim.quantities.settings import dumps
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import RPM, WITHIN, rule_columns
 from apesim.studies.limit.points import Point, point_column, with_own
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.timing.solve import SKETCH, Reason, Timing, corrected, start_after
-from apesim.studies.valve_map import with_supply
 
 CRITERION = (
     "command angles exist with which the valve opens and closes within 0.5 deg of its targets, the piston meets the "

@@ -23,8 +23,8 @@ from apesim.studies.calls import Progress, arguments_of, call_text, computed, sh
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import WITHIN, rule_columns
 from apesim.studies.limit.points import lowest_run, own_run, point_column, with_own
-from apesim.studies.operating_conditions import DUTY, PRESSURE, TEMPERATURE
-from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns, with_supply
+from apesim.studies.operating_conditions import DUTY, PRESSURE, TEMPERATURE, with_supply
+from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
 from apesim.valve.bench import run_bench
 from apesim.valve.groove import area_table, lap_of
 from apesim.valve.measures import lap_times

@@ -3,8 +3,8 @@
 import numpy as np
 
 from apesim.engine.machine import Machine
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, Grid, verdict_of
-from apesim.studies.valve_map import with_supply
 from apesim.valve.bench import run_bench
 
 SIZE = 0.41

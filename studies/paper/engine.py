@@ -9,11 +9,11 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import EPV
 from apesim.engine.machine import Machine
 from apesim.studies.limit.engine_limit import RPM, WITHIN, Failure, engine_limit, judged, lasting
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.paper.area import AREAS, with_area
 from apesim.studies.paper.claim import Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.design import RATE
 from apesim.studies.timing.solve import corrected
-from apesim.studies.valve_map import with_supply
 
 GAUGE = 1.0e6
 """Pressure of the supply in the engine: the paper names none [Pa gauge]."""

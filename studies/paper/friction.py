@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.engine.machine import Machine
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.paper.area import with_area
 from apesim.studies.paper.claim import AREA, Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.statements import STATEMENTS
 from apesim.studies.paper.stroke import min_difference
-from apesim.studies.valve_map import PULSE, with_supply
+from apesim.studies.valve_map import PULSE
 from apesim.valve.bench import run_bench
 
 PAPERS = 111.08

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 
 from apesim.engine.machine import Machine
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.paper.claim import Claim, Grid, verdict_of
 from apesim.studies.paper.delay import KNEE
-from apesim.studies.valve_map import PULSE, with_supply
+from apesim.studies.valve_map import PULSE
 from apesim.valve.bench import BenchRun, run_bench
 
 HIGH = 1.9e6

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.soft_landing.braking import (
     APART,
     SWITCHED,
@@ -15,7 +16,6 @@ from apesim.studies.soft_landing.braking import (
     widest_soft,
 )
 from apesim.studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS, STROKES, Landing, Task, apart_of, land
-from apesim.studies.valve_map import with_supply
 from apesim.valve.motion import MET_CLOSED, MET_OPEN, SPEED_EXTREMUM
 
 PRESSURES = "0.4:1.6:0.6 MPa gauge"

@@ -6,8 +6,7 @@ being killed).
 """
 
 from apesim.studies.sweep.plan import CORRECTED, FIXED, TIMINGS
-from apesim.studies.sweep.results import STATUS_MEANINGS
 from apesim.studies.sweep.run import SweepResult, find_finished, run_sweep
 from apesim.studies.sweep.variation import vary
 
-__all__ = ["CORRECTED", "FIXED", "STATUS_MEANINGS", "TIMINGS", "SweepResult", "find_finished", "run_sweep", "vary"]
+__all__ = ["CORRECTED", "FIXED", "TIMINGS", "SweepResult", "find_finished", "run_sweep", "vary"]

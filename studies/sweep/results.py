@@ -13,12 +13,12 @@ from apesim.engine.cylinder import INTAKES
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
 from apesim.march.adaptive import Status
 from apesim.quantities import Choice, Curve, split_header
+from apesim.studies.march_status import STATUS_MEANINGS
 from apesim.studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
 from apesim.studies.sweep.plan import ACTUATIONS, TIMING_NAMES, actuation_of
 from apesim.studies.sweep.variation import stored
 from apesim.studies.timing import Reason
 
-STATUS_MEANINGS = ", ".join(f"{int(status)} {status.name.lower().replace('_', ' ')}" for status in Status)
 REASON_MEANINGS = ", ".join(f"{int(reason)} {reason.name.lower().replace('_', ' ')}" for reason in Reason)
 CODES = {
     "actuation": ("what moves the intake, and whether its commands are corrected", list(ACTUATIONS)),

@@ -9,6 +9,7 @@ import numpy as np
 from apesim.archive import ArchiveError
 from apesim.engine.angles import DEGREE, TURN
 from apesim.studies.console import plain
+from apesim.studies.output import refuse_to_replace
 from apesim.studies.timing.grid import CRITERION
 from apesim.studies.timing.header import c_header, error_text
 from apesim.studies.timing.solve import Reason
@@ -120,6 +121,15 @@ def export(timing_map, out):
     except OSError as error:
         raise ArchiveError(error.filename, f"cannot be written: {error.strerror}", "choose another --out") from None
     return paths
+
+
+def refuse_exports(out: Path, *, overwrite: bool) -> None:
+    """Raise `ArchiveError` where the files beside an archive cannot be written."""
+    if out in exports_of(out):
+        raise ArchiveError(out, "is the name of an export beside the archive", "choose e.g. --out timing.h5")
+    if not overwrite:
+        for path in exports_of(out):
+            refuse_to_replace(path)
 
 
 def exports_of(out):

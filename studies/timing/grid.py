@@ -16,11 +16,11 @@ from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.pool import run_tasks, workers_for
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.timing.law import laws_of
 from apesim.studies.timing.open_loop import open_loop_delays
 from apesim.studies.timing.solve import Reason, corrected, look, start_after, wrapped
 from apesim.studies.timing.table import Axes, InterpolationError, centres, interpolation_error
-from apesim.studies.valve_map import with_supply
 
 SECONDS_A_POINT = 0.12
 MAX_CHECKS, SEED = 60, 20090

@@ -7,9 +7,9 @@ from rich.table import Table
 
 from apesim.archive import Archive
 from apesim.engine.angles import DEGREE
-from apesim.engine.machine import Machine
 from apesim.studies.tables import number, table_of
 from apesim.studies.timing.grid import TimingMap
+from apesim.studies.timing.header import error_text
 from apesim.studies.timing.law import Law
 from apesim.studies.timing.solve import Reason
 
@@ -35,12 +35,12 @@ LEGEND = (
 )
 
 
-def timing_table(found: TimingMap, machine: Machine) -> Table:
+def timing_table(found: TimingMap, ambient_pressure: float) -> Table:
     """Commands, and what they win back, of each point."""
     opening, closing = found.command.open_target / DEGREE, found.command.close_target / DEGREE
     title = f"Commands that open the valve at {opening:g} deg and close it at {closing:g} deg"
     header = [*(name for *_, name in SHOWN), "out of reach"]
-    return table_of(title, header, _rows(found.archive, machine.ambient.pressure), left=(len(SHOWN),))
+    return table_of(title, header, _rows(found.archive, ambient_pressure), left=(len(SHOWN),))
 
 
 def _rows(archive: Archive, ambient_pressure: float) -> list[list[str]]:
@@ -59,7 +59,7 @@ def _why_not(code: int) -> str:
     return "" if reason == Reason.REACHED else reason.words
 
 
-def law_lines(laws: dict[str, list[Law]], machine: Machine) -> list[str]:
+def law_lines(laws: dict[str, list[Law]], ambient_pressure: float) -> list[str]:
     """The laws of each pressure in words: that over all speeds, or where it is far off, the span of those of each."""
     lines = []
     for name, found in laws.items():
@@ -69,7 +69,7 @@ def law_lines(laws: dict[str, list[Law]], machine: Machine) -> list[str]:
             each = [law for law in here if not isnan(law.speed)]
             far = [law for law in over_all if law.max_angle_error > FAR_OFF]
             told = each if far else over_all or each
-            gauge = (pressure - machine.ambient.pressure) / 1e6
+            gauge = (pressure - ambient_pressure) / 1e6
             lines.append(f"{name.replace('_', ' ')} at {gauge:.3g} MPa gauge{_law_text(told, far)}")
     return lines
 
@@ -98,3 +98,8 @@ def _law_text(told: Sequence[Law], far: Sequence[Law]) -> str:
 def _span(values: Sequence[float], form: str) -> str:
     low, high = (f"{end:{form}}" for end in (min(values), max(values)))
     return low if low == high else f"{low} to {high}"
+
+
+def error_line(found: TimingMap) -> str:
+    """The error of the table between its points, in words."""
+    return f"error of the interpolated table: {error_text(found.error)}"

@@ -1,7 +1,7 @@
 """The commands of the engine."""
 
 from apesim.studies.commands.engine.assess import assess_valve
-from apesim.studies.commands.engine.limit import find_engine_limits
+from apesim.studies.commands.engine.limit import find_engine_limit
 from apesim.studies.commands.engine.optimise import optimise_commands
 from apesim.studies.commands.engine.run import run_engine
 from apesim.studies.commands.engine.sweep import sweep_engine
@@ -14,7 +14,7 @@ engine = group(
         "run": run_engine,
         "sweep": sweep_engine,
         "timing": correct_timing,
-        "limit": find_engine_limits,
+        "limit": find_engine_limit,
         "assess": assess_valve,
         "optimise": optimise_commands,
     },

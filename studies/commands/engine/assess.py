@@ -5,13 +5,14 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Out, Overwrite, Speeds
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.default_grids import SPEEDS
+from apesim.studies.options import Common, Figures, Out, Overwrite, Speeds, as_options
 
 
 def assess_valve(
     common: Common,
-    speed: Speeds = "300:2400:100 rpm",
+    speed: Speeds = SPEEDS,
     timing: Annotated[
         str,
         typer.Option(metavar="NAME", help="fixed: the machine's commands; corrected: those that meet its targets."),
@@ -24,40 +25,28 @@ def assess_valve(
 
     What lateness and finite speed cost depends on which of them comes first: both orders, and their mean.
     """
-    from apesim.engine.steady import run_steady
-    from apesim.quantities import Culprit, InputError, parse_range
-    from apesim.studies.assessment.grid import TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
-    from apesim.studies.assessment.summary import EXPLAINED, points_of, tables_of
-    from apesim.studies.figures.assessment import assessment_figures
-    from apesim.studies.operating_conditions import SPEED
-    from apesim.studies.output import compute_archive, written_text
-    from apesim.studies.timing.targets import require_epv
+    import sys
 
-    machine = common.load_machine()
-    require_epv(machine)
-    speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    if timing not in TIMINGS:
-        right = f"write {' or '.join(TIMINGS)}"
-        raise InputError([Culprit(COMMAND_LINE, "--timing", f"{timing!r} is no timing", right)])
+    from apesim.archive import command_line
+    from apesim.studies.assessment import comparison
+    from apesim.studies.assessment.summary import EXPLAINED, tables_of
+    from apesim.studies.output import written_json, written_text
 
-    def compute(**options):
-        return assess_speeds(machine, speeds, timing, **options)
-
-    def draw(archive, folder):
-        return assessment_figures(archive, folder) if figures else []
-
-    archive, written = compute_archive(
-        common.console,
-        task="assessment",
-        first_march=(run_steady, machine, speeds[0]),
-        compute=compute,
-        out=out,
-        overwrite=overwrite,
-        draw=draw,
-    )
-    faults, warnings = faults_of_assessment(archive), undefined_ratios(archive)
-    data = {"points": points_of(archive), "faults": faults, "warnings": warnings} | written
-    common.console.result(data, *tables_of(archive), EXPLAINED, written_text(written, f"{len(speeds)} points"))
-    for line in faults + warnings:
-        common.console.message(f"warning: {line}")
-    return INCOMPLETE if faults else DONE
+    console, machine = common.console, common.load_machine()
+    with console.compiling_told(), as_options("assess_valve"), console.progress("assessment") as report:
+        found = comparison.assess_valve(
+            machine,
+            speed=speed,
+            timing=timing,
+            out=out,
+            overwrite=overwrite,
+            progress=report,
+            call=command_line(["apesim", *sys.argv[1:]]),
+        )
+    drawn = found.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, found["wall_time"])
+    lines = written_text(written, f"{found['runs']} points")
+    console.result(found.to_dict() | written, *tables_of(found.archive), EXPLAINED, lines)
+    for line in (*found.failed, *found.warnings):
+        console.message(f"warning: {line}")
+    return INCOMPLETE if found.failed else DONE

@@ -5,8 +5,18 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, SupplyPressures, SupplyTemperatures
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.default_grids import DURATIONS, SUPPLY_PRESSURES, TEMPERATURES
+from apesim.studies.options import (
+    Common,
+    Figures,
+    Jobs,
+    Out,
+    Overwrite,
+    SupplyPressures,
+    SupplyTemperatures,
+    as_options,
+)
 
 HEADER = (
     *("MPa gauge", "K", "window [deg]", "limit [r/min]", "[Hz]", "lap to lap [ms]", "then fails"),
@@ -14,13 +24,13 @@ HEADER = (
 )
 
 
-def find_engine_limits(
+def find_engine_limit(
     common: Common,
-    pressure: SupplyPressures = "0.6:1.4:0.4 MPa gauge",
-    temperature: SupplyTemperatures = "250 K, 287 K, 322 K",
+    pressure: SupplyPressures = SUPPLY_PRESSURES,
+    temperature: SupplyTemperatures = TEMPERATURES,
     duration: Annotated[
         str, typer.Option(metavar="R", help="From the target opening to the target closing.")
-    ] = "60 deg, 75 deg, 120 deg",
+    ] = DURATIONS,
     out: Out = Path("engine_limit.h5"),
     jobs: Jobs = None,
     overwrite: Overwrite = False,
@@ -30,68 +40,42 @@ def find_engine_limits(
 
     For the machine's own supply and targets, and over a grid; with the time from lap to lap that decides it.
     """
-    import numpy as np
+    import sys
 
-    from apesim.engine.angles import DEGREE
-    from apesim.quantities import parse_range
-    from apesim.studies.figures.engine_limit import engine_limit_figures
-    from apesim.studies.limit.design_rule import RPM
-    from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
+    from apesim.archive import command_line
+    from apesim.archive.columns import values_of
+    from apesim.studies.limit import engine_limit_map
     from apesim.studies.limit.points import lowest_run, own_run
-    from apesim.studies.limit.summary import summary_json, summary_lines
-    from apesim.studies.operating_conditions import DURATION, parse_supplies
-    from apesim.studies.output import compute_archive, written_text
+    from apesim.studies.limit.summary import summary_lines
+    from apesim.studies.output import written_json, written_text
     from apesim.studies.tables import table_of
-    from apesim.studies.timing.targets import require_epv
 
-    machine = common.load_machine()
-    require_epv(machine)
-    grid = parse_supplies(machine, pressure=pressure, temperature=temperature)
-    durations = parse_range(duration, DURATION, where="--duration", file=COMMAND_LINE)
-
-    def compute(**options):
-        return map_engine_limit(machine, *grid, durations, jobs, **options)
-
-    def draw(archive, folder):
-        return engine_limit_figures(archive, machine.ambient.pressure, folder) if figures else []
-
-    archive, written = compute_archive(
-        common.console,
-        task="limit",
-        first_march=(judged, machine, LOWEST),
-        compute=compute,
-        out=out,
-        overwrite=overwrite,
-        draw=draw,
-    )
-    v = {name: variable.values for name, variable in archive.variables.items()}
-    points = []
-    for run in v["run"]:
-        point = {name: values[run] for name, values in v.items() if name != "run"}
-        failure = Failure(point["fails"])
-        points.append(point | {"fails": failure.name.lower(), "remedy": failure.remedy})
-    missing = int(np.isnan(v["limit_rpm"]).sum())
-    stated = summary_json(v, "duration_deg")
-    data = stated | {
-        "criterion": CRITERION,
-        "open_target_deg": machine.command.open_target / DEGREE,
-        "points": points,
-    }
-    own, lowest = own_run(v), lowest_run(v)
+    console, machine = common.console, common.load_machine()
+    with console.compiling_told(), as_options("find_engine_limit"), console.progress("limit") as report:
+        found = engine_limit_map.find_engine_limit(
+            machine,
+            pressure=pressure,
+            temperature=temperature,
+            duration=duration,
+            jobs=jobs,
+            out=out,
+            overwrite=overwrite,
+            progress=report,
+            call=command_line(["apesim", *sys.argv[1:]]),
+        )
+    drawn = found.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, found["wall_time"])
+    data, columns, ambient = found.to_dict(), values_of(found.archive), found.ambient_pressure
+    own, lowest, points = own_run(columns), lowest_run(columns), data["points"]
     marks = {lowest: "lowest"} | {own: "own" if own != lowest else "own, lowest"}
-    rows = [(*_row(point, machine.ambient.pressure), marks.get(run, "")) for run, point in enumerate(points)]
-    places = {
-        name: _place(points[run], machine.ambient.pressure)
-        for name, run in (("own", own), ("lowest", lowest))
-        if run is not None
-    }
+    rows = [(*_row(point, ambient), marks.get(run, "")) for run, point in enumerate(points)]
+    places = {name: _place(points[run], ambient) for name, run in (("own", own), ("lowest", lowest)) if run is not None}
     table = table_of("Highest speed at which the targets are met", HEADER, rows, left=(6, 9))
-    lines = summary_lines(stated, CRITERION, places)
-    common.console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
-    if missing:
-        lowest_speed = f"{LOWEST / RPM:g} r/min"
-        common.console.message(f"warning: at {missing} points the criterion is not even met at {lowest_speed}")
-    return INCOMPLETE if missing else DONE
+    lines = summary_lines(data, data["criterion"], places)
+    console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
+    for fault in found.failed:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if found.failed else DONE
 
 
 def _row(point: dict, ambient_pressure: float) -> tuple[str, ...]:

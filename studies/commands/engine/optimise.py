@@ -1,18 +1,13 @@
 """Command `apesim engine optimise`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, Speeds
-
-if TYPE_CHECKING:
-    from apesim.engine.machine import Machine
-
-GOALS = ("torque", "air", "both")
-FREE_KEY = "supply.pressure"
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.default_grids import OPTIMUM_SPEEDS
+from apesim.studies.options import Common, Figures, Jobs, Out, Overwrite, Speeds, as_options
 
 
 def optimise_commands(
@@ -20,7 +15,7 @@ def optimise_commands(
     goal: Annotated[
         str, typer.Option("--for", metavar="GOAL", help="torque: the most; air: the least specific air; or both.")
     ] = "both",
-    speed: Speeds = "600:1800:300 rpm",
+    speed: Speeds = OPTIMUM_SPEEDS,
     free: Annotated[
         str | None,
         typer.Option(metavar="KEY=LOW:HIGH", help='Also "supply.pressure=0.5 MPa gauge:1.5 MPa gauge".'),
@@ -35,63 +30,32 @@ def optimise_commands(
     In the coupled periodic state. For both, the Pareto front stands beside the two optima: commands than which no
     others give more torque with no more air. Exit code 3 where no commands give brake work.
     """
-    from apesim.engine.steady import run_steady
-    from apesim.quantities import Choice, parse, parse_range
-    from apesim.studies.figures.optimise import optimise_figures
-    from apesim.studies.operating_conditions import SPEED
-    from apesim.studies.optimise.landscape import Goal
-    from apesim.studies.optimise.summary import end_lines, optimum_table, point_json
-    from apesim.studies.optimise.table import archive_of, faults_of, optima_over_speed
-    from apesim.studies.output import compute_archive, written_text
-    from apesim.studies.timing.targets import require_epv
+    import sys
 
-    machine = common.load_machine()
-    require_epv(machine)
-    goal = GOALS[parse(goal, Choice(GOALS, "command line"), where="--for", file=COMMAND_LINE)]
-    goals = tuple(Goal) if goal == "both" else (Goal[goal.upper()],)
-    speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    pressures = _pressures(machine, free)
-    optima = []
+    from apesim.archive import command_line
+    from apesim.studies.optimise import optimisation
+    from apesim.studies.optimise.summary import end_lines, optimum_table
+    from apesim.studies.output import written_json, written_text
 
-    def compute(command, report):
-        optima.extend(optima_over_speed(machine, speeds, goals, pressures, jobs, report))
-        return archive_of(machine, optima, goals, pressures, command)
-
-    def draw(archive, folder):
-        return optimise_figures(archive, machine.ambient.pressure, folder) if figures else []
-
-    archive, written = compute_archive(
-        common.console,
-        task="optimise",
-        first_march=(run_steady, machine, speeds[0]),
-        compute=compute,
-        out=out,
-        overwrite=overwrite,
-        draw=draw,
-    )
-    faults = faults_of(optima)
-    stated = {key: text for key, text in archive.provenance.items() if key.startswith(("criterion", "searched_"))}
-    data = {"for": goal, **stated, "points": [point_json(one) for one in optima], "faults": faults}
-    counted = ", ".join(f"{sum(getattr(one, name) for one in optima)} {name}" for name in ("sketches", "runs"))
-    where = written_text(written, f"{len(optima)} speeds, {counted},")
-    table = optimum_table(optima, machine.ambient.pressure)
-    common.console.result(data | written, table, *end_lines(optima), where)
-    for fault in faults:
-        common.console.message(f"warning: {fault}")
-    return INCOMPLETE if faults else DONE
-
-
-def _pressures(machine: "Machine", free: str | None) -> tuple[float, float] | None:
-    """Both ends of a supply pressure set free, or None [Pa abs]."""
-    from apesim.quantities import Culprit, InputError
-    from apesim.studies.identify.free import free_parameters
-
-    if free is None:
-        return None
-    form = f"write {FREE_KEY}=0.5 MPa gauge:1.5 MPa gauge"
-    key, equals, _ = free.partition("=")
-    if key.strip() != FREE_KEY or not equals:
-        wrong = f"{free!r} is not the supply pressure with its bounds"
-        raise InputError([Culprit(COMMAND_LINE, "--free", wrong, form)])
-    (found,) = free_parameters(machine, [free])
-    return found.low, found.high
+    console, machine = common.console, common.load_machine()
+    named = as_options("optimise_commands", goal="--for")
+    with console.compiling_told(), named, console.progress("optimise") as report:
+        found = optimisation.optimise_commands(
+            machine,
+            goal=goal,
+            speed=speed,
+            free=free,
+            jobs=jobs,
+            out=out,
+            overwrite=overwrite,
+            progress=report,
+            call=command_line(["apesim", *sys.argv[1:]]),
+        )
+    drawn = found.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, found["wall_time"])
+    counts = f"{found['runs']} speeds, {found['all_sketches']} sketches, {found['all_full_runs']} runs,"
+    table = optimum_table(found.optima, found.ambient_pressure)
+    console.result(found.to_dict() | written, table, *end_lines(found.optima), written_text(written, counts))
+    for fault in found.failed:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if found.failed else DONE

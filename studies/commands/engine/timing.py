@@ -5,8 +5,18 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Jobs, Overwrite, Speeds, SupplyPressures, SupplyTemperatures
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.default_grids import SUPPLY_PRESSURES, TEMPERATURES, TIMING_SPEEDS
+from apesim.studies.options import (
+    Common,
+    Figures,
+    Jobs,
+    Overwrite,
+    Speeds,
+    SupplyPressures,
+    SupplyTemperatures,
+    as_options,
+)
 
 
 def correct_timing(
@@ -15,9 +25,9 @@ def correct_timing(
         str | None,
         typer.Option(metavar="ANGLES", help='Opening and closing, e.g. "-5 deg, 70 deg"; the machine\'s if left out.'),
     ] = None,
-    speed: Speeds = "300:2400:150 rpm",
-    pressure: SupplyPressures = "0.6:1.4:0.4 MPa gauge",
-    temperature: SupplyTemperatures = "250 K, 287 K, 322 K",
+    speed: Speeds = TIMING_SPEEDS,
+    pressure: SupplyPressures = SUPPLY_PRESSURES,
+    temperature: SupplyTemperatures = TEMPERATURES,
     out: Annotated[
         Path, typer.Option(metavar="F.h5", help="Archive to write; CSV, JSON and C header stand beside it.")
     ] = Path("timing.h5"),
@@ -26,55 +36,36 @@ def correct_timing(
     figures: Figures = True,
 ) -> int:
     """Command angles that make the valve really open and close at its targets."""
-    import numpy as np
+    import sys
 
-    from apesim.archive import ArchiveError
-    from apesim.quantities import parse_range
-    from apesim.studies.figures.timing import timing_figures
-    from apesim.studies.operating_conditions import SPEED, parse_supplies
-    from apesim.studies.output import compute_archive, refuse_to_replace, written_text
-    from apesim.studies.timing.export import as_json, export, exports_of
-    from apesim.studies.timing.grid import faults_of_timing, map_timing
-    from apesim.studies.timing.header import error_text
-    from apesim.studies.timing.solve import corrected
-    from apesim.studies.timing.summary import LEGEND, law_lines, timing_table
-    from apesim.studies.timing.table import Axes
-    from apesim.studies.timing.targets import with_targets
+    from apesim.archive import command_line
+    from apesim.studies.output import written_json, written_text
+    from apesim.studies.timing import correction
+    from apesim.studies.timing.export import exports_of
+    from apesim.studies.timing.summary import LEGEND, error_line, law_lines, timing_table
 
-    machine = with_targets(common.load_machine(), target)
-    speeds = parse_range(speed, SPEED, where="--speed", file=COMMAND_LINE)
-    supplies = parse_supplies(machine, pressure=pressure, temperature=temperature)
-    axes = Axes(*map(np.array, (speeds, *supplies)))
-    if out in exports_of(out):
-        raise ArchiveError(out, "is the name of an export beside the archive", "choose e.g. --out timing.h5")
-    if not overwrite:
-        for path in exports_of(out):
-            refuse_to_replace(path)
-    maps = []
-
-    def compute(command, report):
-        maps.append(map_timing(machine, axes, jobs, command=command, report=report))
-        return maps[0].archive
-
-    def draw(archive, folder):
-        return timing_figures(maps[0], machine.ambient.pressure, folder) if figures else []
-
-    _, written = compute_archive(
-        common.console,
-        task="timing",
-        first_march=(corrected, machine, speeds[0]),
-        compute=compute,
-        out=out,
-        overwrite=overwrite,
-        draw=draw,
-    )
-    (found,) = maps
-    exported = export(found, out)
-    faults = faults_of_timing(found.archive)
-    data = as_json(found) | written | {"exports": [str(path) for path in exported], "faults": faults}
-    where = written_text(written, f"{len(data['points'])} points") + "; " + ", ".join(path.name for path in exported)
-    error = f"error of the interpolated table: {error_text(found.error)}"
-    common.console.result(data, timing_table(found, machine), LEGEND, *law_lines(found.laws, machine), error, where)
-    for fault in faults:
-        common.console.message(f"warning: {fault}")
-    return INCOMPLETE if faults else DONE
+    console, machine = common.console, common.load_machine()
+    with console.compiling_told(), as_options("correct_timing"), console.progress("timing") as report:
+        found = correction.correct_timing(
+            machine,
+            target=target,
+            speed=speed,
+            pressure=pressure,
+            temperature=temperature,
+            jobs=jobs,
+            out=out,
+            overwrite=overwrite,
+            progress=report,
+            call=command_line(["apesim", *sys.argv[1:]]),
+        )
+    drawn = found.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, found["wall_time"])
+    exports = exports_of(out)
+    data = found.to_dict() | written | {"exports": [str(path) for path in exports], "faults": found.failed}
+    where = written_text(written, f"{found['runs']} points") + "; " + ", ".join(path.name for path in exports)
+    laws = law_lines(found.map.laws, found.ambient_pressure)
+    table = timing_table(found.map, found.ambient_pressure)
+    console.result(data, table, LEGEND, *laws, error_line(found.map), where)
+    for fault in found.failed:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if found.failed else DONE

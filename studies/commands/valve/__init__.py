@@ -5,7 +5,7 @@ from apesim.studies.commands.valve.fit import fit_valve
 from apesim.studies.commands.valve.limit import find_valve_limits
 from apesim.studies.commands.valve.map import map_valve_strokes
 from apesim.studies.commands.valve.run import run_valve
-from apesim.studies.commands.valve.soft_landing import find_soft_landings
+from apesim.studies.commands.valve.soft_landing import find_soft_landing
 from apesim.studies.options import group
 
 valve = group(
@@ -14,7 +14,7 @@ valve = group(
         "run": run_valve,
         "map": map_valve_strokes,
         "limit": find_valve_limits,
-        "soft-landing": find_soft_landings,
+        "soft-landing": find_soft_landing,
         "discharge": evaluate_discharge,
         "fit": fit_valve,
     },

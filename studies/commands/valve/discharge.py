@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE
-from apesim.studies.options import Common, Figures, Overwrite
+from apesim.studies.console import DONE
+from apesim.studies.options import Common, Figures, Overwrite, as_options
 
 
 def evaluate_discharge(
@@ -21,41 +21,24 @@ def evaluate_discharge(
     figures: Figures = True,
 ) -> int:
     """Effective area of a solenoid valve from discharge tests (Eq. 10), with its uncertainty."""
-    import time
-
-    import numpy as np
-
-    from apesim.air import gas_of
-    from apesim.quantities import parse
-    from apesim.studies.discharge import Vessel, discharge, read_tests
-    from apesim.studies.discharge.evaluation import HEADER
-    from apesim.studies.discharge.summary import discharge_json, discharge_lines
-    from apesim.studies.execution.own_thread import call_in_thread
-    from apesim.studies.figures.discharge import discharge_figures
-    from apesim.studies.operating_conditions import TEMPERATURE, VOLUME
-    from apesim.studies.output import refuse_to_replace, write_traces
+    from apesim.studies.discharge import effective_area
+    from apesim.studies.discharge.summary import discharge_lines
 
     console, machine = common.console, common.load_machine()
-    cubic_metres = parse(volume, VOLUME, where="--volume", file=COMMAND_LINE)
-    kelvins = machine.ambient.temperature
-    if temperature:
-        kelvins = parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
-    records = read_tests(files, machine.ambient.pressure)
-    if not overwrite:
-        refuse_to_replace(out)
-    start = time.perf_counter()
-    vessel = Vessel(cubic_metres, kelvins, machine.ambient.pressure, gas_of(machine.air))
-    found = call_in_thread(discharge, vessel, records).result()
-    wall = time.perf_counter() - start
-    write_traces(out, HEADER, found.curve * np.array([1e3, 1.0, 1e6, 1e6, 1e6]))
-    drawn = discharge_figures(vessel, found, out.with_suffix(".figures")) if figures else []
-    data = discharge_json(found, vessel) | {
-        "curve": str(out),
-        "figures": [str(path) for path in drawn],
-        "wall_time_s": wall,
-        "warnings": found.warnings,
-    }
-    console.result(data, *discharge_lines(found, data))
+    with as_options("evaluate_discharge", files="FILE"), console.progress("discharge") as report:
+        found = effective_area.evaluate_discharge(
+            machine,
+            files,
+            volume=volume,
+            temperature=temperature,
+            out=out,
+            overwrite=overwrite,
+            progress=report,
+        )
+    drawn = found.draw(out.with_suffix(".figures")) if figures else []
+    paths = [str(path) for path in drawn]
+    data = found.to_dict() | {"curve": str(out), "figures": paths, "wall_time_s": found["wall_time"]}
+    console.result(data, *discharge_lines(found.evaluation, data))
     for warning in found.warnings:
         console.message(f"warning: {warning}")
     return DONE

@@ -5,15 +5,14 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
-from apesim.studies.options import Common, Figures, Out, Overwrite, Pressures
+from apesim.studies.console import DONE, INCOMPLETE
+from apesim.studies.default_grids import LANDING_PRESSURES
+from apesim.studies.options import Common, Figures, Out, Overwrite, Pressures, as_options
 
-ANY = "any"
 
-
-def find_soft_landings(
+def find_soft_landing(
     common: Common,
-    pressure: Pressures = "0.4:1.6:0.6 MPa gauge",
+    pressure: Pressures = LANDING_PRESSURES,
     temperature: Annotated[str, typer.Option(metavar="T", help="Of the control air.")] = "287 K",
     cost: Annotated[str, typer.Option(metavar="TIME", help="Added to a stroke, command to contact, at most.")] = "1 ms",
     spacing: Annotated[
@@ -35,54 +34,32 @@ def find_soft_landings(
     for any spacing; the softest, and the sturdiest at 5 % more and less pressure and 10 K more and less. Exit code 3
     where no brake within the spacing lowers the seating speed at that cost.
     """
-    from apesim.quantities import Choice, parse, parse_range
-    from apesim.studies.figures.soft_landing import soft_landing_figures
-    from apesim.studies.operating_conditions import PRESSURE, SHORT_TIME, TEMPERATURE, TIME
-    from apesim.studies.output import compute_archive, written_text
-    from apesim.studies.soft_landing.landing import SOLENOIDS
-    from apesim.studies.soft_landing.results import archive_of
-    from apesim.studies.soft_landing.strokes import SPACING, faults_of, soft_landings
-    from apesim.studies.soft_landing.summary import landing_tables, stroke_json
-    from apesim.valve.bench import run_bench
+    import sys
 
-    machine = common.load_machine()
-    pressures = parse_range(pressure, PRESSURE, machine.ambient.pressure, where="--pressure", file=COMMAND_LINE)
-    temperature = parse(temperature, TEMPERATURE, where="--temperature", file=COMMAND_LINE)
-    max_added = parse(cost, SHORT_TIME, where="--cost", file=COMMAND_LINE)
-    apart = parse(spacing, SHORT_TIME, where="--spacing", file=COMMAND_LINE) if spacing else SPACING
-    choice = Choice((*SOLENOIDS, ANY), "command line")
-    solenoids = choice.options[parse(solenoids, choice, where="--solenoids", file=COMMAND_LINE)]
-    pulse = parse(pulse, TIME, where="--pulse", file=COMMAND_LINE)
-    ways = SOLENOIDS if solenoids == ANY else (solenoids,)
-    results = []
+    from apesim.archive import command_line
+    from apesim.studies.output import written_json, written_text
+    from apesim.studies.soft_landing import study
+    from apesim.studies.soft_landing.summary import landing_tables
 
-    def compute(command, report):
-        results.extend(soft_landings(machine, pressures, temperature, pulse, apart, max_added, report, ways))
-        return archive_of(machine, results, apart, max_added, command, ways)
-
-    def draw(archive, folder):
-        return soft_landing_figures(archive, machine.ambient.pressure, folder) if figures else []
-
-    _, written = compute_archive(
-        common.console,
-        task="soft landing",
-        first_march=(run_bench, machine, pulse),
-        compute=compute,
-        out=out,
-        overwrite=overwrite,
-        draw=draw,
-    )
-    faults = faults_of(results, apart, max_added, ways)
-    data = {
-        "spacing_ms": 1e3 * apart,
-        "cost_ms": 1e3 * max_added,
-        "solenoids": solenoids,
-        "reachable": not faults,
-        "points": [stroke_json(result, apart, max_added) for result in results],
-        "faults": faults,
-    }
-    tables = landing_tables(results, apart, max_added)
-    common.console.result(data | written, *tables, written_text(written, f"{len(results)} strokes"))
-    for fault in faults:
-        common.console.message(f"warning: {fault}")
-    return INCOMPLETE if faults else DONE
+    console, machine = common.console, common.load_machine()
+    with console.compiling_told(), as_options("find_soft_landing"), console.progress("soft landing") as report:
+        found = study.find_soft_landing(
+            machine,
+            pressure=pressure,
+            temperature=temperature,
+            cost=cost,
+            spacing=spacing or None,
+            solenoids=solenoids,
+            pulse=pulse,
+            out=out,
+            overwrite=overwrite,
+            progress=report,
+            call=command_line(["apesim", *sys.argv[1:]]),
+        )
+    drawn = found.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, found["wall_time"])
+    tables = landing_tables(found.strokes, found.spacing, found.cost)
+    console.result(found.to_dict() | written, *tables, written_text(written, f"{len(found.strokes)} strokes"))
+    for fault in found.failed:
+        console.message(f"warning: {fault}")
+    return INCOMPLETE if found.failed else DONE

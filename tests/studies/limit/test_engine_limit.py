@@ -23,8 +23,8 @@ from apesim.studies.limit.engine_limit import (
     lasting,
     map_engine_limit,
 )
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.timing.solve import Reason, corrected
-from apesim.studies.valve_map import with_supply
 from tests.machines import RPM, changed, machine, settled
 
 AMBIENT = Machine().ambient.pressure

@@ -17,6 +17,7 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.quantities.settings import dumps, load
 from apesim.studies.figures.timing import timing_figures
+from apesim.studies.operating_conditions import with_supply
 from apesim.studies.timing.export import as_json, export
 from apesim.studies.timing.grid import REASONS, faults_of_timing, map_timing
 from apesim.studies.timing.header import c_header
@@ -25,7 +26,6 @@ from apesim.studies.timing.open_loop import open_loop_delays
 from apesim.studies.timing.solve import Look, Reason, corrected, reason_of
 from apesim.studies.timing.summary import law_lines
 from apesim.studies.timing.table import Axes, centres, interpolated
-from apesim.studies.valve_map import with_supply
 from apesim.valve.bench import run_bench
 from tests.machines import RPM, changed, machine, settled
 
@@ -248,9 +248,9 @@ def test_where_one_law_for_all_speeds_is_far_off_those_of_each_speed_are_told():
         return Law(AMBIENT + 1e6, speed, at_reference, slope, 1e-5, 1e-5, angle * DEGREE, angle * DEGREE, 3)
 
     each = [law(50.0, 7e-3, -6e-6, 0.1), law(90.0, 7.5e-3, 1e-6, 0.3)]
-    [near] = law_lines({"advance": [*each, law(nan, 7.2e-3, -2e-6, 0.9)]}, Machine())
+    [near] = law_lines({"advance": [*each, law(nan, 7.2e-3, -2e-6, 0.9)]}, AMBIENT)
     assert near.startswith("advance at 1 MPa gauge: 7.200 ms -2.00 us/K") and "0.90 deg; it falls" in near
-    [far] = law_lines({"advance": [*each, law(nan, 7.2e-3, -2e-6, 38.0)]}, Machine())
+    [far] = law_lines({"advance": [*each, law(nan, 7.2e-3, -2e-6, 38.0)]}, AMBIENT)
     for told in (
         "each speed",
         "off by 38 deg",
@@ -259,7 +259,7 @@ def test_where_one_law_for_all_speeds_is_far_off_those_of_each_speed_are_told():
         "1 of 2 sp",
     ):
         assert told in far
-    [alone] = law_lines({"advance": each[:1]}, Machine())
+    [alone] = law_lines({"advance": each[:1]}, AMBIENT)
     assert alone == (
         "advance at 1 MPa gauge: 7.000 ms -6.00 us/K (T_0 - 287 K), off by at most 0.010 ms or 0.10 deg; it falls with "
         "T_0, against the paper"

@@ -1,0 +1,133 @@
+"""What the valve's faults cost over speed, as a result."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from apesim.archive import Archive
+from apesim.engine.machine import Machine
+from apesim.engine.steady import run_steady
+from apesim.studies.assessment.grid import FIXED, TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
+from apesim.studies.assessment.summary import points_of
+from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.default_grids import SPEEDS
+from apesim.studies.grid_result import GridResult
+from apesim.studies.operating_conditions import SPEED, require_epv
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ValveAssessment(GridResult):
+    """What the valve's lateness, finite speed, fluctuation and control air cost in torque and air.
+
+    Traces over speed, valve, order and cause, e.g. ``to_xarray()["brake_torque_lost"]``.
+    """
+
+    title: ClassVar[str] = "what the valve's faults cost"
+    axes: ClassVar[tuple[str, ...]] = ("speed_rpm",)
+
+    @classmethod
+    def faults_of(cls, archive: Archive) -> Iterable[str]:
+        """One line for each speed at which not all valves could be compared."""
+        return faults_of_assessment(archive)
+
+    @classmethod
+    def warnings_of(cls, archive: Archive) -> Iterable[str]:
+        """One line for each valve that does no work, whose air over work is undefined."""
+        return undefined_ratios(archive)
+
+    @classmethod
+    def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
+        """Speeds, and commands of the real valve."""
+        return {**super().conditions_of(archive), "timing": archive.provenance["timing"]}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result under the keys of ``apesim engine assess --json``; NaN where JSON says null."""
+        return {"points": points_of(self.archive), "faults": list(self.failed), "warnings": list(self.warnings)}
+
+    def draw(self, folder: str | PathLike[str]) -> list[Path]:
+        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+        from apesim.studies.figures.assessment import assessment_figures
+
+        return assessment_figures(self.archive, folder)
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the brake torque lost by each cause over speed; returns the axes."""
+        from apesim.studies.figures.assessment import spans
+        from apesim.studies.figures.axes import axes_for
+
+        ax = axes_for(ax)
+        spans(ax, self.archive, "brake_torque_lost_Nm")
+        ax.set_ylabel("brake torque lost [N m]")
+        ax.legend()
+        return ax
+
+
+def assess_valve(
+    machine: Machine,
+    *,
+    speed: str | float | Sequence[str | float] = SPEEDS,
+    timing: str = FIXED,
+    out: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: Progress = False,
+    call: str | None = None,
+) -> ValveAssessment:
+    """Find what the valve's lateness, finite speed, fluctuation and control air cost in torque and air.
+
+    Parameters
+    ----------
+    machine : Machine
+        With an electro-pneumatic valve as its intake.
+    speed : str, float or sequence
+        Range such as "300:2400:100 rpm", list, or [rad/s].
+    timing : {"fixed", "corrected"}
+        The machine's own commands, or those that meet its targets.
+    out : path, optional
+        The archive to write.
+    overwrite : bool
+        Replace an archive that is there.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the numbers of points done and in all.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
+
+    Returns
+    -------
+    ValveAssessment
+        ``failed`` names the speeds at which not all valves could be compared.
+
+    Raises
+    ------
+    InputError
+        The machine or an argument is out of range.
+    ArchiveError
+        The target exists, or cannot be written.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> assessment = apesim.assess_valve(apesim.Machine(), speed="900 rpm")
+    >>> lost = assessment.to_xarray()["brake_torque_lost"].sel(order="mean").squeeze()
+    >>> round(float(lost.sel(cause="control_air")), 6)
+    0.0
+    """
+    call = call_text(assess_valve, locals()) if call is None else call
+    arguments = arguments_of("assess_valve", machine)
+    require_epv(arguments, machine)
+    speeds = arguments.range("speed", speed, SPEED)
+    if timing not in TIMINGS:
+        arguments.fault("timing", f"{timing!r} is no timing", f"write {' or '.join(TIMINGS)}")
+    arguments.refuse()
+
+    def compute(report: Callable[[int, int], None]) -> Archive:
+        return assess_speeds(machine, speeds, timing, command=call, report=report)
+
+    first_march = run_steady, machine, speeds[0]
+    with shown(progress, "assessment") as report:
+        archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
+    return ValveAssessment.of(archive, wall_time, ambient_pressure=machine.ambient.pressure)

@@ -1,0 +1,13 @@
+"""Ranges that studies cover where none are given, from the command line as from Python."""
+
+TEMPERATURES = "250 K, 287 K, 322 K"
+"""Cold, the EPV paper's (doi 10.1631/jzus.A0820373), and warm."""
+SUPPLY_PRESSURES = "0.6:1.4:0.4 MPa gauge"
+LANDING_PRESSURES = "0.4:1.6:0.6 MPa gauge"
+SPEEDS = "300:2400:100 rpm"
+TIMING_SPEEDS = "300:2400:150 rpm"
+"""Fewer than in a sweep: each is solved at every pressure and temperature."""
+OPTIMUM_SPEEDS = "600:1800:300 rpm"
+"""Few, as each takes some hundred operating points."""
+DURATIONS = "60 deg, 75 deg, 120 deg"
+PULSE = "50 ms"

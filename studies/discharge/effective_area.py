@@ -1,0 +1,197 @@
+"""The effective area of a solenoid valve from discharge tests, as a result."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from apesim.air import gas_of
+from apesim.engine.machine import Machine
+from apesim.quantities import InputError
+from apesim.results import Result, Trace, scalars_of
+from apesim.studies.calls import Progress, arguments_of, shown
+from apesim.studies.discharge.evaluation import HEADER, Discharge, discharge
+from apesim.studies.discharge.records import Record, read_tests
+from apesim.studies.discharge.summary import discharge_json
+from apesim.studies.discharge.vessel import Vessel
+from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.operating_conditions import TEMPERATURE, VOLUME
+from apesim.studies.output import refuse_to_replace, write_traces
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+NUMBERS = {
+    "effective_area_mm2": ("mm^2", "effective area of the open valve"),
+    "effective_area_half_band_mm2": ("mm^2", "half of its 95 % band, by noise alone"),
+    "opens_s": ("s", "time after the switch at which the valve begins to open"),
+    "open_s": ("s", "time after the switch at which the valve is open"),
+    "cut_off_s": ("s", "time after the switch from which on the tests tell nothing"),
+    "wall_time_s": ("s", "computing time of the call"),
+}
+CURVE = {
+    "opening": ("1", "share of the full effective area"),
+    "effective_area": ("m^2", "effective area"),
+    "low": ("m^2", "lower end of its 95 % band"),
+    "high": ("m^2", "upper end of its 95 % band"),
+}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EffectiveArea(Result):
+    """Effective area of a solenoid valve over the time after its switch, from discharge tests.
+
+    Attributes
+    ----------
+    evaluation : Discharge
+        Each test and all together, for those who look deeper.
+    vessel : Vessel
+    """
+
+    title: ClassVar[str] = "effective area from discharge tests"
+
+    evaluation: Discharge = field(kw_only=True)
+    vessel: Vessel = field(kw_only=True)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result under the keys of ``apesim valve discharge --json``; NaN where JSON says null."""
+        return discharge_json(self.evaluation, self.vessel) | {"warnings": list(self.warnings)}
+
+    def write(self, out: str | PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the curve as CSV, which ``valve.solenoid.opening_curve`` takes.
+
+        Raises
+        ------
+        ArchiveError
+            There is one that is not to be replaced.
+        """
+        if not overwrite:
+            refuse_to_replace(out)
+        write_traces(Path(out), HEADER, self.evaluation.curve * np.array([1e3, 1.0, 1e6, 1e6, 1e6]))
+        return Path(out)
+
+    def draw(self, folder: str | PathLike[str]) -> list[Path]:
+        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+        from apesim.studies.figures.discharge import discharge_figures
+
+        return discharge_figures(self.vessel, self.evaluation, folder)
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the effective area over time, with its 95 % band; returns the axes."""
+        from apesim.studies.figures.axes import axes_for
+
+        ax = axes_for(ax)
+        milliseconds = 1e3 * self.traces["time"].values
+        low, area, high = (1e6 * self.traces[name].values for name in ("low", "effective_area", "high"))
+        ax.fill_between(milliseconds, low, high, alpha=0.2, lw=0.0)
+        ax.plot(milliseconds, area)
+        ax.set(xlabel="time after the switch [ms]", ylabel="effective area [mm²]")
+        return ax
+
+
+def evaluate_discharge(
+    machine: Machine,
+    files: Sequence[str | Path],
+    *,
+    volume: str | float,
+    temperature: str | float | None = None,
+    out: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: Progress = False,
+) -> EffectiveArea:
+    """Find the effective area of a solenoid valve from discharge tests: Eq. 10 of the EPV paper.
+
+    The EPV paper is doi 10.1631/jzus.A0820373.
+
+    Parameters
+    ----------
+    machine : Machine
+        Its gas and ambient air are those of the tests.
+    files : sequence of path
+        One for each test: CSV of time and pressure.
+    volume : str or float
+        Volume of the vessel, e.g. "50 cm^3", or [m^3].
+    temperature : str or float, optional
+        Temperature of the air at the start, e.g. "293 K", or [K]; the ambient one if left out.
+    out : path, optional
+        The curve to write, as CSV.
+    overwrite : bool
+        Replace one that is there.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the numbers of tests done and in all.
+
+    Returns
+    -------
+    EffectiveArea
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or the tests are too noisy.
+
+    Examples
+    --------
+    A vessel of 500 cm^3 that empties from 0.7 MPa in some 20 ms:
+
+    >>> import tempfile
+    >>> import apesim
+    >>> import numpy as np
+    >>> times = np.arange(-2.0, 60.0, 0.1)
+    >>> pressures = 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)
+    >>> pressures += 1e-4 * np.random.default_rng(1).normal(size=len(times))
+    >>> rows = np.column_stack((times, pressures))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     np.savetxt(f"{folder}/p.csv", rows, "%.9g", ",", header="time [ms],pressure [MPa abs]", comments="")
+    ...     area = apesim.evaluate_discharge(apesim.Machine(), [f"{folder}/p.csv"], volume="500 cm^3")
+    >>> area.traces["effective_area"].unit
+    'm^2'
+    """
+    arguments = arguments_of("evaluate_discharge", machine)
+    ambient = machine.ambient
+    volume = arguments.quantity("volume", volume, VOLUME)
+    temperature = arguments.quantity("temperature", temperature, TEMPERATURE)
+    records: list[Record] = []
+    if not files:
+        arguments.fault("files", "no discharge test", "give the CSV of at least one")
+    try:
+        records = read_tests(files, ambient.pressure)
+    except InputError as error:
+        arguments.culprits += error.culprits
+    arguments.refuse()
+    if out is not None and not overwrite:
+        refuse_to_replace(out)
+    start = time.perf_counter()
+    initial = ambient.temperature if temperature is None else float(temperature)
+    vessel = Vessel(float(volume), initial, ambient.pressure, gas_of(machine.air))
+    with shown(progress, "discharge") as report:
+        found = call_in_thread(discharge, vessel, records).result()
+        report(len(records), len(records))
+    values = {
+        "effective_area_mm2": 1e6 * found.full_area,
+        "effective_area_half_band_mm2": 1e6 * found.full_area_half_band,
+        "opens_s": found.curve[0, 0],
+        "open_s": found.curve[-1, 0],
+        "cut_off_s": found.end,
+        "wall_time_s": time.perf_counter() - start,
+    }
+    times, *columns = found.curve.T
+    traces = {"time": Trace(("time",), times, "s", "time after the switch")}
+    for (name, about), column in zip(CURVE.items(), columns, strict=True):
+        traces[name] = Trace(("time",), column, *about)
+    conditions = {"volume": f"{1e6 * vessel.volume:g} cm^3", "temperature": f"{vessel.temperature:g} K"}
+    area = EffectiveArea(
+        scalars_of(values, NUMBERS),
+        traces,
+        conditions,
+        tuple(found.warnings),
+        machine=machine.to_toml(),
+        evaluation=found,
+        vessel=vessel,
+    )
+    if out is not None:
+        area.write(out, overwrite=True)
+    return area

@@ -1,0 +1,168 @@
+"""Highest speeds at which the intended timing is met, over supply and window, as a result."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from apesim.archive import Archive
+from apesim.archive.columns import values_of
+from apesim.engine.angles import DEGREE
+from apesim.engine.machine import Machine
+from apesim.results import Scalar
+from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.default_grids import DURATIONS, SUPPLY_PRESSURES, TEMPERATURES
+from apesim.studies.grid_result import GridResult
+from apesim.studies.limit.design_rule import RPM
+from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
+from apesim.studies.limit.points import Point, lowest_run, own_run
+from apesim.studies.limit.summary import summary_json
+from apesim.studies.operating_conditions import DURATION, JOBS, PRESSURE, TEMPERATURE, require_epv
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EngineLimitMap(GridResult):
+    """Highest speeds at which the valve opens and closes at its targets, with complete strokes.
+
+    ``limit_rpm`` and ``limit_hz`` are those of the machine's own supply and targets.
+    """
+
+    title: ClassVar[str] = "highest speeds at which the targets are met"
+    axes: ClassVar[tuple[str, ...]] = ("supply_pressure", "supply_temperature", "duration_deg")
+
+    open_target_deg: float = field(kw_only=True)
+    """Target of the opening [deg]."""
+
+    @classmethod
+    def faults_of(cls, archive: Archive) -> Iterable[str]:
+        """A line on the points at which the criterion is not even met at the lowest speed."""
+        missing = int(np.isnan(archive.variables["limit_rpm"].values).sum())
+        where = f"{LOWEST / RPM:g} r/min"
+        return [f"at {missing} points the criterion is not even met at {where}"] if missing else []
+
+    @classmethod
+    def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
+        """Limits at the machine's own point, and the lowest of the grid."""
+        columns = values_of(archive)
+        own, lowest = own_run(columns), lowest_run(columns)
+        at_own = "at the machine's own supply and targets"
+        found = {
+            "limit_rpm": Scalar(float(columns["limit_rpm"][own]), "r/min", f"highest speed {at_own}"),
+            "limit_hz": Scalar(float(columns["limit_hz"][own]), "Hz", f"the same as a working rate, {at_own}"),
+        }
+        if lowest is not None:
+            found["min_limit_rpm"] = Scalar(float(columns["limit_rpm"][lowest]), "r/min", "lowest of the grid")
+        return found
+
+    def runs_of_grid(self) -> np.ndarray:
+        """Runs that are points of the grid; the machine's own may stand beside it."""
+        return np.flatnonzero(self.archive.variables["point"].values != Point.OWN)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result under the keys of ``apesim engine limit --json``; NaN where JSON says null."""
+        columns = values_of(self.archive)
+        points = []
+        for run in columns["run"]:
+            point = {name: values[run] for name, values in columns.items() if name != "run"}
+            failure = Failure(point["fails"])
+            points.append(point | {"fails": failure.name.lower(), "remedy": failure.remedy})
+        stated = summary_json(columns, "duration_deg")
+        return stated | {"criterion": CRITERION, "open_target_deg": self.open_target_deg, "points": points}
+
+    def draw(self, folder: str | PathLike[str]) -> list[Path]:
+        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+        from apesim.studies.figures.engine_limit import engine_limit_figures
+
+        return engine_limit_figures(self.archive, self.ambient_pressure, folder)
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the highest speed over pressure, for each duration and temperature; returns the axes."""
+        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.engine_limit import draw_limits
+
+        ax = axes_for(ax)
+        draw_limits(ax, self.archive, self.ambient_pressure)
+        ax.legend()
+        return ax
+
+
+def find_engine_limit(
+    machine: Machine,
+    *,
+    pressure: str | float | Sequence[str | float] = SUPPLY_PRESSURES,
+    temperature: str | float | Sequence[str | float] = TEMPERATURES,
+    duration: str | float | Sequence[str | float] = DURATIONS,
+    out: str | PathLike[str] | None = None,
+    jobs: int | None = 1,
+    overwrite: bool = False,
+    progress: Progress = False,
+    call: str | None = None,
+) -> EngineLimitMap:
+    """Find the highest speed at which the valve opens and closes at its targets, with complete strokes.
+
+    Parameters
+    ----------
+    machine : Machine
+        With an electro-pneumatic valve as its intake.
+    pressure : str, float or sequence
+        Of the supply, e.g. "0.6:1.4:0.4 MPa gauge", or [Pa abs].
+    temperature : str, float or sequence
+        Of the supply, e.g. "250 K, 287 K", or [K].
+    duration : str, float or sequence
+        From the target opening to the target closing, e.g. "60 deg, 75 deg", or [rad].
+    out : path, optional
+        The archive to write.
+    jobs : int or None
+        Processes; None: as many as the work is worth. A script that asks for more than one does so below
+        ``if __name__ == "__main__":``, as each process imports it.
+    overwrite : bool
+        Replace an archive that is there.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the numbers of points done and in all.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
+
+    Returns
+    -------
+    EngineLimitMap
+        Its numbers are those at the machine's own supply and targets, its traces those of the grid.
+
+    Raises
+    ------
+    InputError
+        The machine or an argument is out of range.
+    ArchiveError
+        The target exists, or cannot be written.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> limits = apesim.find_engine_limit(
+    ...     apesim.Machine(), pressure="1 MPa gauge", temperature="287 K", duration="75 deg"
+    ... )
+    >>> limits["runs"], limits.failed
+    (1, ())
+    """
+    call = call_text(find_engine_limit, locals()) if call is None else call
+    arguments = arguments_of("find_engine_limit", machine)
+    require_epv(arguments, machine)
+    pressures = arguments.range("pressure", pressure, PRESSURE)
+    temperatures = arguments.range("temperature", temperature, TEMPERATURE)
+    durations = arguments.range("duration", duration, DURATION)
+    arguments.quantity("jobs", jobs, JOBS)
+    arguments.refuse()
+
+    def compute(report: Callable[[int, int], None]) -> Archive:
+        return map_engine_limit(machine, pressures, temperatures, durations, jobs=jobs, command=call, report=report)
+
+    first_march = judged, machine, LOWEST
+    with shown(progress, "limit") as report:
+        archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
+    open_target = machine.command.open_target / DEGREE
+    return EngineLimitMap.of(archive, wall_time, ambient_pressure=machine.ambient.pressure, open_target_deg=open_target)

@@ -1,0 +1,6 @@
+"""How a march ended, as archives hold it: codes and their words."""
+
+from apesim.march.adaptive import Status
+
+STATUS_MEANINGS = ", ".join(f"{int(status)} {status.name.lower().replace('_', ' ')}" for status in Status)
+"""E.g. "0 running, 1 done"."""

@@ -1,0 +1,181 @@
+"""Command angles for most torque, least specific air, or the best of both, as a result."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from apesim.archive import Archive
+from apesim.engine.machine import Machine
+from apesim.engine.steady import run_steady
+from apesim.quantities import Arguments, Choice, InputError
+from apesim.results import Scalar
+from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.default_grids import OPTIMUM_SPEEDS
+from apesim.studies.grid_result import GridResult
+from apesim.studies.identify.free import free_parameters
+from apesim.studies.operating_conditions import JOBS, SPEED, require_epv
+from apesim.studies.optimise.landscape import Goal
+from apesim.studies.optimise.search import Optimum
+from apesim.studies.optimise.summary import point_json
+from apesim.studies.optimise.table import archive_of, faults_of, optima_over_speed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+GOALS = ("torque", "air", "both")
+FREE_KEY = "supply.pressure"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OptimalCommands(GridResult):
+    """Command angles that give most torque or least specific air over speed, and the Pareto front between them.
+
+    Attributes
+    ----------
+    goal : {"torque", "air", "both"}
+    optima : tuple of Optimum
+        One for each speed.
+    """
+
+    title: ClassVar[str] = "the best commands"
+    axes: ClassVar[tuple[str, ...]] = ("speed_rpm",)
+
+    goal: str = field(kw_only=True)
+    optima: tuple[Optimum, ...] = field(kw_only=True)
+
+    @classmethod
+    def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
+        """Periodic states that were computed."""
+        sketches, runs = (int(archive.variables[name].values.sum()) for name in ("sketches", "runs"))
+        return {
+            "all_sketches": Scalar(sketches, "1", "states followed roughly, to 1e-3"),
+            "all_full_runs": Scalar(runs, "1", "states followed fully"),
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result under the keys of ``apesim engine optimise --json``; NaN where JSON says null."""
+        provenance = self.archive.provenance
+        stated = {key: text for key, text in provenance.items() if key.startswith(("criterion", "searched_"))}
+        points = [point_json(one) for one in self.optima]
+        return {"for": self.goal, **stated, "points": points, "faults": list(self.failed)}
+
+    def draw(self, folder: str | PathLike[str]) -> list[Path]:
+        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+        from apesim.studies.figures.optimise import optimise_figures
+
+        return optimise_figures(self.archive, self.ambient_pressure, folder)
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the brake torque of the best and of the machine's own commands over speed; returns the axes."""
+        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.optimise import draw_over_speed
+
+        ax = axes_for(ax)
+        draw_over_speed(ax, self.archive, "brake_torque_Nm")
+        ax.set_ylabel("brake torque [N m]")
+        ax.legend()
+        return ax
+
+
+def optimise_commands(
+    machine: Machine,
+    *,
+    goal: str = "both",
+    speed: str | float | Sequence[str | float] = OPTIMUM_SPEEDS,
+    free: str | None = None,
+    out: str | PathLike[str] | None = None,
+    jobs: int | None = 1,
+    overwrite: bool = False,
+    progress: Progress = False,
+    call: str | None = None,
+) -> OptimalCommands:
+    """Find the command angles that give most torque, least specific air, or the best of both.
+
+    Parameters
+    ----------
+    machine : Machine
+        With an electro-pneumatic valve as its intake.
+    goal : {"torque", "air", "both"}
+        Both: the Pareto front, too.
+    speed : str, float or sequence
+        Range such as "600:1800:300 rpm", list, or [rad/s].
+    free : str, optional
+        "supply.pressure=0.5 MPa gauge:1.5 MPa gauge" sets the supply pressure free, too.
+    out : path, optional
+        The archive to write.
+    jobs : int or None
+        Processes; None: as many as the work is worth. A script that asks for more than one does so below
+        ``if __name__ == "__main__":``, as each process imports it.
+    overwrite : bool
+        Replace an archive that is there.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the numbers of points done and in all.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
+
+    Returns
+    -------
+    OptimalCommands
+        ``failed`` names the speeds at which no commands give brake work.
+
+    Raises
+    ------
+    InputError
+        The machine or an argument is out of range.
+    ArchiveError
+        The target exists, or cannot be written.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> best = apesim.optimise_commands(apesim.Machine(), goal="torque", speed="900 rpm")
+    >>> bool(best.traces["most_torque_brake_torque"][0] > best.traces["uncorrected_brake_torque"][0])
+    True
+    """
+    call = call_text(optimise_commands, locals()) if call is None else call
+    arguments = arguments_of("optimise_commands", machine)
+    require_epv(arguments, machine)
+    number = arguments.quantity("goal", goal, Choice(GOALS, "command line"))
+    speeds = arguments.range("speed", speed, SPEED)
+    pressures = _free_pressures(arguments, machine, free)
+    arguments.quantity("jobs", jobs, JOBS)
+    arguments.refuse()
+    goal = GOALS[number]
+    goals = tuple(Goal) if goal == "both" else (Goal[goal.upper()],)
+    optima: list[Optimum] = []
+
+    def compute(report: Callable[[int, int], None]) -> Archive:
+        optima.extend(optima_over_speed(machine, speeds, goals, pressures, jobs, report))
+        return archive_of(machine, optima, goals, pressures, call)
+
+    first_march = run_steady, machine, speeds[0]
+    with shown(progress, "optimise") as report:
+        archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
+    return OptimalCommands.of(
+        archive,
+        wall_time,
+        failed=faults_of(optima),
+        ambient_pressure=machine.ambient.pressure,
+        goal=goal,
+        optima=tuple(optima),
+    )
+
+
+def _free_pressures(arguments: Arguments, machine: Machine, free: str | None) -> tuple[float, float] | None:
+    """Both ends of a supply pressure set free, or None [Pa abs]."""
+    if free is None:
+        return None
+    key, equals, _ = free.partition("=")
+    if key.strip() != FREE_KEY or not equals:
+        wrong = f"{free!r} is not the supply pressure with its bounds"
+        arguments.fault("free", wrong, f"write {FREE_KEY}=0.5 MPa gauge:1.5 MPa gauge")
+        return None
+    try:
+        (found,) = free_parameters(machine, [free])
+    except InputError as error:
+        for culprit in error.culprits:
+            arguments.fault("free", culprit.wrong, culprit.right)
+        return None
+    return found.low, found.high

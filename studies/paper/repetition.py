@@ -1,0 +1,183 @@
+"""The EPV paper (doi 10.1631/jzus.A0820373) repeated and judged, as a result."""
+
+import contextlib
+import json
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+from apesim.archive import Archive, read_digest
+from apesim.engine.machine import Machine
+from apesim.quantities import parse_range
+from apesim.quantities.settings import dumps
+from apesim.results import Result, scalars_of
+from apesim.studies.calls import arguments_of, call_text
+from apesim.studies.console import Console, plain
+from apesim.studies.discharge import Discharge, Vessel, discharge
+from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE
+from apesim.studies.output import make_folder, publish, write_traces
+from apesim.studies.paper.area import claims_by_area
+from apesim.studies.paper.claim import Claim
+from apesim.studies.paper.claims import all_claims
+from apesim.studies.paper.discharge import discharge_tests
+from apesim.studies.paper.friction import friction_table, map_friction
+from apesim.studies.paper.page import write_page
+from apesim.studies.paper.subject import differences
+from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, compute_map, faults_of_map
+from apesim.valve.bench import run_bench
+
+NUMBERS = {
+    "claims": ("1", "claims of the paper"),
+    "reproduced": ("1", "claims that the model reproduces"),
+    "contradicted": ("1", "claims that the model contradicts"),
+    "wall_time_s": ("s", "computing time of the call"),
+}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PaperRepetition(Result):
+    """The EPV paper's claims, judged on a machine, and its figures.
+
+    Attributes
+    ----------
+    claims : tuple of Claim
+    different : list of str
+        In what the machine's valve differs from the paper's.
+    map : Archive
+        The valve over pressure and temperature.
+    """
+
+    title: ClassVar[str] = "the EPV paper (doi 10.1631/jzus.A0820373) repeated"
+
+    model: Machine = field(kw_only=True)
+    claims: tuple[Claim, ...] = field(kw_only=True)
+    different: list[str] = field(kw_only=True)
+    map: Archive = field(kw_only=True)
+    vessel: Vessel = field(kw_only=True)
+    tests: Discharge = field(kw_only=True)
+    frictions: Any = field(kw_only=True)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result under the keys of ``apesim paper --json``; NaN where JSON says null."""
+        told = [plain(claim._asdict()) for claim in self.claims]
+        return {
+            "claims": told,
+            "different_from_the_papers_valve": self.different,
+            "faults": list(self.warnings),
+            "wall_time_s": self["wall_time"],
+        }
+
+    def write(self, folder: str | Path, *, overwrite: bool = False) -> dict[str, Any]:
+        """Write page, figures, claims, machine, the map of the valve and that of friction into a folder.
+
+        Returns
+        -------
+        dict
+            Where they lie, under the keys of ``apesim paper --json``.
+
+        Raises
+        ------
+        ArchiveError
+            The folder holds something that is not to be replaced.
+        """
+        from apesim.studies.figures.paper import captions_of, paper_figures
+
+        make_folder(folder, overwrite)
+        folder = Path(folder)
+        drawn = paper_figures(self.model, self.map, self.tests, self.frictions, folder)
+        publish(self.map, folder / "valve_map.h5", overwrite=True)
+        claims = json.dumps(self.to_dict()["claims"], indent=1, ensure_ascii=False)
+        (folder / "claims.json").write_text(claims + "\n", encoding="utf-8")
+        (folder / "machine.toml").write_text(dumps(self.model, folder), encoding="utf-8")
+        friction_map = folder / "friction_map.csv"
+        write_traces(friction_map, *friction_table(self.frictions))
+        captions = captions_of(self.vessel, self.frictions)
+        return {
+            "page": str(write_page(self.claims, captions, self.different, self.frictions, folder)),
+            "content_sha256": read_digest(folder / "valve_map.h5"),
+            "figures": [str(path) for path in drawn],
+            "friction_map": str(friction_map),
+        }
+
+
+def repeat_paper(
+    machine: Machine, *, progress: bool | Callable[[str, int, int], None] = False, call: str | None = None
+) -> PaperRepetition:
+    """Repeat the EPV paper (doi 10.1631/jzus.A0820373): judge its claims, and compute its figures.
+
+    Parameters
+    ----------
+    machine : Machine
+    progress : bool or function
+        True: show it on standard error; a function is called with the stage, and what is done and in all.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
+
+    Returns
+    -------
+    PaperRepetition
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    It takes some thirty seconds:
+
+    >>> import apesim
+    >>> paper = apesim.repeat_paper(apesim.Machine())  # doctest: +SKIP
+    >>> paper["reproduced"], paper.write("paper")["page"]  # doctest: +SKIP
+    """
+    call = call_text(repeat_paper, locals()) if call is None else call
+    arguments_of("repeat_paper", machine)
+    call_in_thread(run_bench, machine, PULSE).result()
+    start = time.perf_counter()
+    with _stages(progress) as report:
+        found = call_in_thread(_computed, machine, call, report).result()
+    archive, vessel, tests, frictions, claims = found
+    verdicts = Counter(claim.verdict for claim in claims)
+    values = {
+        "claims": len(claims),
+        "reproduced": verdicts["reproduced"],
+        "contradicted": verdicts["contradicted"],
+        "wall_time_s": time.perf_counter() - start,
+    }
+    return PaperRepetition(
+        scalars_of(values, NUMBERS),
+        warnings=tuple(faults_of_map(archive)),
+        machine=machine.to_toml(),
+        model=machine,
+        claims=tuple(claims),
+        different=differences(machine),
+        map=archive,
+        vessel=vessel,
+        tests=tests,
+        frictions=frictions,
+    )
+
+
+def _computed(machine: Machine, call: str, report: Callable[[str, int, int], None]) -> tuple:
+    """The map of the valve, vessel and tests of the solenoid, the map of friction, and the claims."""
+    grid = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure), parse_range(TEMPERATURES, TEMPERATURE)
+    archive = compute_map(machine, *grid, PULSE, call, partial(report, "pressure and temperature"))
+    vessel, records = discharge_tests(machine)
+    tests = discharge(vessel, records)
+    by_area = claims_by_area(machine, *grid, report=partial(report, "areas of the solenoids"))
+    frictions = map_friction(machine, report=partial(report, "frictions"))
+    return archive, vessel, tests, frictions, all_claims(machine, archive, tests, by_area, frictions)
+
+
+@contextlib.contextmanager
+def _stages(progress: bool | Callable[[str, int, int], None]) -> Iterator[Callable[[str, int, int], None]]:
+    """Show progress in stages as it was asked for; yields ``report(stage, done, total)``."""
+    if callable(progress):
+        yield progress
+        return
+    with Console(quiet=not progress).stages("paper") as report:
+        yield report

@@ -1,0 +1,168 @@
+"""Pulse patterns that lower the seating speed, over pressure, as a result."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from apesim.archive import Archive
+from apesim.engine.machine import Machine
+from apesim.quantities import Choice
+from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.default_grids import LANDING_PRESSURES, PULSE
+from apesim.studies.grid_result import GridResult
+from apesim.studies.operating_conditions import PRESSURE, SHORT_TIME, TEMPERATURE, TIME
+from apesim.studies.soft_landing.landing import SOLENOIDS
+from apesim.studies.soft_landing.results import archive_of
+from apesim.studies.soft_landing.strokes import SPACING, Result, faults_of, soft_landings
+from apesim.studies.soft_landing.summary import stroke_json
+from apesim.valve.bench import run_bench
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ANY = "any"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SoftLanding(GridResult):
+    """Brakes that lower the seating speed, of both strokes over pressure.
+
+    Attributes
+    ----------
+    spacing, cost : float
+        Time between two edges of a solenoid, at least, and time added to a stroke, at most [s].
+    solenoids : {"both", "a", "b", "any"}
+        Those that a brake may switch.
+    strokes : tuple of apesim.studies.soft_landing.strokes.Result
+        Opening and closing for each pressure.
+    """
+
+    title: ClassVar[str] = "brakes that lower the seating speed"
+    axes: ClassVar[tuple[str, ...]] = ("supply_pressure",)
+
+    spacing: float = field(kw_only=True)
+    cost: float = field(kw_only=True)
+    solenoids: str = field(kw_only=True)
+    strokes: tuple[Result, ...] = field(kw_only=True)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result under the keys of ``apesim valve soft-landing --json``; NaN where JSON says null."""
+        spacing, cost = self.spacing, self.cost
+        return {
+            "spacing_ms": 1e3 * spacing,
+            "cost_ms": 1e3 * cost,
+            "solenoids": self.solenoids,
+            "reachable": not self.failed,
+            "points": [stroke_json(one, spacing, cost) for one in self.strokes],
+            "faults": list(self.failed),
+        }
+
+    def draw(self, folder: str | PathLike[str]) -> list[Path]:
+        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+        from apesim.studies.figures.soft_landing import soft_landing_figures
+
+        return soft_landing_figures(self.archive, self.ambient_pressure, folder)
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the softest landing over the time between edges that the solenoids need; returns the axes."""
+        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.soft_landing import draw_over_spacing, shown_of
+
+        ax = axes_for(ax)
+        draw_over_spacing(ax, *shown_of(self.archive, self.ambient_pressure))
+        ax.legend()
+        return ax
+
+
+def find_soft_landing(
+    machine: Machine,
+    *,
+    pressure: str | float | Sequence[str | float] = LANDING_PRESSURES,
+    temperature: str | float = "287 K",
+    cost: str | float = "1 ms",
+    spacing: str | float | None = None,
+    solenoids: str = ANY,
+    pulse: str | float = PULSE,
+    out: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: Progress = False,
+    call: str | None = None,
+) -> SoftLanding:
+    """Find pulse patterns that lower the seating speed: a braking re-switch in each stroke.
+
+    Parameters
+    ----------
+    machine : Machine
+    pressure : str, float or sequence
+        Control pressures, e.g. "0.4:1.6:0.6 MPa gauge", or [Pa abs].
+    temperature : str or float
+        Of the control air, e.g. "287 K", or [K].
+    cost : str or float
+        Time added to a stroke, command edge to contact, at most, or [s].
+    spacing : str or float, optional
+        Time between two edges of a solenoid, at least, or [s]; 4.17 ms (120 Hz) if left out.
+    solenoids : {"both", "a", "b", "any"}
+        Switched by a brake: both at once, A or B alone, the best of these.
+    pulse : str or float
+        Time from each command edge to the next, or [s].
+    out : path, optional
+        The archive to write.
+    overwrite : bool
+        Replace an archive that is there.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the numbers of points done and in all.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
+
+    Returns
+    -------
+    SoftLanding
+        ``failed`` names the strokes that no brake softens at that cost.
+
+    Raises
+    ------
+    InputError
+        The machine or an argument is out of range.
+    ArchiveError
+        The target exists, or cannot be written.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> landings = apesim.find_soft_landing(apesim.Machine(), pressure="1 MPa gauge", solenoids="b")
+    >>> [stroke.task.stroke for stroke in landings.strokes]
+    ['opening', 'closing']
+    """
+    call = call_text(find_soft_landing, locals()) if call is None else call
+    arguments = arguments_of("find_soft_landing", machine)
+    choice = Choice((*SOLENOIDS, ANY), "command line")
+    pressures = arguments.range("pressure", pressure, PRESSURE)
+    temperature = arguments.quantity("temperature", temperature, TEMPERATURE)
+    cost = arguments.quantity("cost", cost, SHORT_TIME)
+    spacing = SPACING if spacing is None else arguments.quantity("spacing", spacing, SHORT_TIME)
+    number = arguments.quantity("solenoids", solenoids, choice)
+    pulse = arguments.quantity("pulse", pulse, TIME)
+    arguments.refuse()
+    solenoids = choice.options[number]
+    ways = SOLENOIDS if solenoids == ANY else (solenoids,)
+    strokes: list[Result] = []
+
+    def compute(report: Callable[[int, int], None]) -> Archive:
+        strokes.extend(soft_landings(machine, pressures, temperature, pulse, spacing, cost, report, ways))
+        return archive_of(machine, strokes, spacing, cost, call, ways)
+
+    first_march = run_bench, machine, pulse
+    with shown(progress, "soft landing") as report:
+        archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
+    return SoftLanding.of(
+        archive,
+        wall_time,
+        failed=faults_of(strokes, spacing, cost, ways),
+        ambient_pressure=machine.ambient.pressure,
+        spacing=spacing,
+        cost=cost,
+        solenoids=solenoids,
+        strokes=tuple(strokes),
+    )

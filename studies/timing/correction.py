@@ -1,0 +1,209 @@
+"""Commands that make the valve open and close at its targets, over speed, pressure and temperature, as a result."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from apesim.archive import Archive
+from apesim.engine.angles import DEGREE
+from apesim.engine.machine import Machine
+from apesim.quantities import Arguments
+from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.default_grids import SUPPLY_PRESSURES, TEMPERATURES, TIMING_SPEEDS
+from apesim.studies.grid_result import GridResult
+from apesim.studies.operating_conditions import ANGLE, JOBS, PRESSURE, SPEED, TEMPERATURE, require_epv
+from apesim.studies.timing.export import as_json, export, refuse_exports
+from apesim.studies.timing.grid import TimingMap, faults_of_timing, map_timing
+from apesim.studies.timing.solve import corrected
+from apesim.studies.timing.table import Axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as PlotAxes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CorrectedTiming(GridResult):
+    """Commands that make the valve open and close at its targets, what they win back, and the laws of their delays.
+
+    Attributes
+    ----------
+    map : TimingMap
+        Tables, laws and error of interpolation, for those who look deeper.
+    """
+
+    title: ClassVar[str] = "commands that open and close the valve at its targets"
+    axes: ClassVar[tuple[str, ...]] = ("speed_rpm", "supply_pressure", "supply_temperature")
+
+    map: TimingMap = field(kw_only=True)
+
+    @classmethod
+    def faults_of(cls, archive: Archive) -> Iterable[str]:
+        """One line for each point whose targets are out of reach."""
+        return faults_of_timing(archive)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result under the keys of ``apesim engine timing --json``; NaN where JSON says null."""
+        return as_json(self.map)
+
+    def write(self, path: str | PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the archive, and beside it the table as CSV, JSON and C header.
+
+        Parameters
+        ----------
+        path : path
+        overwrite : bool
+            Replace what is there.
+
+        Returns
+        -------
+        Path
+            The archive.
+
+        Raises
+        ------
+        ArchiveError
+            A file exists, or cannot be written.
+        """
+        refuse_exports(Path(path), overwrite=overwrite)
+        written = super().write(path, overwrite=overwrite)
+        export(self.map, written)
+        return written
+
+    def draw(self, folder: str | PathLike[str]) -> list[Path]:
+        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+        from apesim.studies.figures.timing import timing_figures
+
+        return timing_figures(self.map, self.ambient_pressure, folder)
+
+    def plot(self, ax: "PlotAxes | None" = None, *, edge: str = "energise") -> "PlotAxes":
+        """Draw the advance of a command edge, energise or release, over speed; returns the axes."""
+        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.timing import draw_advance
+
+        ax = axes_for(ax)
+        draw_advance(ax, self.map, self.ambient_pressure, edge=edge)
+        ax.set_ylabel("target less command angle [deg]")
+        ax.legend()
+        return ax
+
+
+def correct_timing(
+    machine: Machine,
+    *,
+    target: str | Sequence[float] | None = None,
+    speed: str | float | Sequence[str | float] = TIMING_SPEEDS,
+    pressure: str | float | Sequence[str | float] = SUPPLY_PRESSURES,
+    temperature: str | float | Sequence[str | float] = TEMPERATURES,
+    out: str | PathLike[str] | None = None,
+    jobs: int | None = 1,
+    overwrite: bool = False,
+    progress: Progress = False,
+    call: str | None = None,
+) -> CorrectedTiming:
+    """Find the command angles that make the valve really open and close at its targets.
+
+    Parameters
+    ----------
+    machine : Machine
+        With an electro-pneumatic valve as its intake.
+    target : str or pair of float, optional
+        Opening and closing, e.g. "-5 deg, 70 deg", or [rad]; the machine's own if left out.
+    speed : str, float or sequence
+        Range such as "300:2400:150 rpm", list, or [rad/s].
+    pressure : str, float or sequence
+        Of the supply, e.g. "0.6:1.4:0.4 MPa gauge", or [Pa abs].
+    temperature : str, float or sequence
+        Of the supply, e.g. "250 K, 287 K", or [K].
+    out : path, optional
+        The archive to write.
+    jobs : int or None
+        Processes; None: as many as the work is worth. A script that asks for more than one does so below
+        ``if __name__ == "__main__":``, as each process imports it.
+    overwrite : bool
+        Replace an archive that is there.
+    progress : bool or function
+        True: a bar on standard error; a function is called with the numbers of points done and in all.
+    call : str, optional
+        What the archive notes as its call; made from the arguments if left out.
+
+    Returns
+    -------
+    CorrectedTiming
+        ``failed`` names the points out of reach, which are NaN.
+
+    Raises
+    ------
+    InputError
+        The machine or an argument is out of range.
+    ArchiveError
+        The target exists, or cannot be written.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> machine = apesim.Machine()
+    >>> timing = apesim.correct_timing(
+    ...     machine, target="-5 deg, 70 deg", speed="900 rpm", pressure="1 MPa gauge", temperature="287 K"
+    ... )
+    >>> timing["runs"], timing.failed
+    (1, ())
+    >>> timing.traces["advance_deg"].unit
+    'deg'
+    """
+    call = call_text(correct_timing, locals()) if call is None else call
+    arguments = arguments_of("correct_timing", machine)
+    require_epv(arguments, machine)
+    machine = with_targets(arguments, machine, target)
+    speeds = arguments.range("speed", speed, SPEED)
+    pressures = arguments.range("pressure", pressure, PRESSURE)
+    temperatures = arguments.range("temperature", temperature, TEMPERATURE)
+    arguments.quantity("jobs", jobs, JOBS)
+    arguments.refuse()
+    if out is not None:
+        refuse_exports(Path(out), overwrite=overwrite)
+    maps: list[TimingMap] = []
+
+    def compute(report: Callable[[int, int], None]) -> Archive:
+        axes = Axes(*map(np.array, (speeds, pressures, temperatures)))
+        maps.append(map_timing(machine, axes, jobs, command=call, report=report))
+        return maps[0].archive
+
+    first_march = corrected, machine, speeds[0]
+    with shown(progress, "timing") as report:
+        archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
+    (found,) = maps
+    if out is not None:
+        export(found, Path(out))
+    return CorrectedTiming.of(archive, wall_time, ambient_pressure=machine.ambient.pressure, map=found)
+
+
+def with_targets(arguments: Arguments, machine: Machine, target: str | Sequence[float] | None) -> Machine:
+    """A machine with other targets of its valve; what is wrong with them is noted.
+
+    Parameters
+    ----------
+    arguments : Arguments
+    machine : Machine
+    target : str, pair of float or None
+        Opening and closing, e.g. "-5 deg, 70 deg", or [rad]; None: the machine's own.
+    """
+    if target is None:
+        return machine
+    noted = len(arguments.culprits)
+    angles = arguments.range("target", target, ANGLE)
+    if len(arguments.culprits) > noted:
+        return machine
+    form = 'write two angles, opening and closing, less than a turn apart, e.g. "-5 deg, 70 deg"'
+    if len(angles) != 2:
+        arguments.fault("target", f"{target!r} is not an opening and a closing", form)
+        return machine
+    machine = machine._replace(command=machine.command._replace(open_target=angles[0], close_target=angles[1]))
+    for _, wrong, _ in machine.command.faults():
+        arguments.fault("target", wrong, form)
+    if angles[0] > 360.0 * DEGREE:
+        arguments.fault("target", "opens after more than a turn", form)
+    return machine
