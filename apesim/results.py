@@ -396,7 +396,8 @@ class NotConverged(Exception):
 
     def __init__(self, what: str, wrong: str, right: str, result: Result) -> None:
         super().__init__(what, wrong, right, result)
-        self.result, self.remedy = result, right
+        self.result: Any = result
+        self.remedy = right
         self._line = f"{what}: {wrong}; {right}"
 
     def __str__(self) -> str:

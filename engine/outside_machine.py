@@ -357,7 +357,7 @@ def _stated(effects: Any, folder: str | Path | None) -> list[str]:
     return [f"{FILES_KEY} = [{', '.join(_string(_path_from(folder, one.path)) for one in outside)}]"]
 
 
-def _path_from(folder: str | Path, path: Path) -> str:
+def _path_from(folder: str | PathLike[str], path: Path) -> str:
     """A path as a machine file in a folder would name it: relative within the folder, else absolute."""
     folder = Path(folder).absolute()
     return paths.relpath(path, folder) if path.is_relative_to(folder) else str(path)

@@ -15,7 +15,7 @@ from apesim.quantities.settings import differences
 if TYPE_CHECKING:
     from apesim.archive import Archive
 
-Progress = bool | Callable[[int, int], None]
+Progress = bool | Callable[[int, int], object]
 """False: nothing is shown; True: a bar on standard error; a function: it is called with what is done and with all."""
 
 
@@ -43,7 +43,7 @@ def arguments_of(function: str, machine: Machine) -> Arguments:
 
 
 @contextlib.contextmanager
-def shown(progress: Progress, task: str) -> Iterator[Callable[[int, int], None]]:
+def shown(progress: Progress, task: str) -> Iterator[Callable[[int, int], object]]:
     """Show the progress of a task as it was asked for; yields ``report(done, total)``."""
     if callable(progress):
         yield progress
@@ -64,7 +64,7 @@ def computed(
     out: str | PathLike[str] | None,
     *,
     overwrite: bool,
-    report: Callable[[int, int], None],
+    report: Callable[[int, int], object],
 ) -> tuple["Archive", float]:
     """Compute an archive, and write it where it was asked for; what is there is refused before anything is computed.
 

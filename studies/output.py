@@ -3,6 +3,7 @@
 import csv
 import io
 from collections.abc import Iterable
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from apesim.archive import Archive, ArchiveError, read_about, read_digest, repla
 from apesim.archive.shards import lock
 
 
-def refuse_to_replace(out: str | Path) -> None:
+def refuse_to_replace(out: str | PathLike[str]) -> None:
     """Refuse a target that exists.
 
     Parameters
@@ -30,7 +31,7 @@ def refuse_to_replace(out: str | Path) -> None:
         )
 
 
-def _made(out: str | Path) -> str:
+def _made(out: str | PathLike[str]) -> str:
     """When an archive was finished and of how many runs, in words; "" for a file that is none."""
     try:
         about = read_about(out)[1]
@@ -41,7 +42,7 @@ def _made(out: str | Path) -> str:
     return (f", finished on {finished} UTC" if finished else "") + runs
 
 
-def refuse_folder(out: str | Path) -> None:
+def refuse_folder(out: str | PathLike[str]) -> None:
     """Refuse a target that is a folder, which no archive can replace.
 
     Parameters
@@ -57,7 +58,7 @@ def refuse_folder(out: str | Path) -> None:
         raise ArchiveError(out, "is a folder", "give the name of a file, e.g. sweep.h5")
 
 
-def make_folder(folder: str | Path, overwrite: bool) -> None:
+def make_folder(folder: str | PathLike[str], overwrite: bool) -> None:
     """Make a folder for results.
 
     Parameters
@@ -80,7 +81,7 @@ def make_folder(folder: str | Path, overwrite: bool) -> None:
         raise ArchiveError(folder, "is not empty", "choose another --out, or give --overwrite")
 
 
-def publish(archive: Archive, out: str | Path, overwrite: bool = False) -> None:
+def publish(archive: Archive, out: str | PathLike[str], overwrite: bool = False) -> None:
     """Write an archive that was computed in one go.
 
     Parameters
@@ -148,7 +149,7 @@ def digest_line(digest: str | None) -> str:
     return f"SHA-256 of its content: {digest or 'none, format version 1 has no digests'}"
 
 
-def write_traces(path: str | Path, header: Iterable[str], rows: np.ndarray) -> None:
+def write_traces(path: str | PathLike[str], header: Iterable[str], rows: np.ndarray) -> None:
     """Write traces as CSV, floats without loss; the file is complete or absent.
 
     Parameters

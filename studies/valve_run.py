@@ -186,7 +186,7 @@ def run_valve(
         conditions["repeated at"] = f"{rate:g} Hz"
     converged = done and orbit.converged if orbit else None if done else False
     ending = ""
-    if converged:
+    if orbit and converged:
         ending = f"periodic after {orbit.cycles} cycles (period: {orbit.period} cycle{'s' * (orbit.period > 1)})"
     elif converged is False:
         ending = warnings[0]
@@ -201,7 +201,7 @@ def run_valve(
         march=march,
     )
     if converged is False:
-        wrong = f"not periodic after {orbit.cycles} cycles" if done else "the march ended early"
+        wrong = f"not periodic after {orbit.cycles} cycles" if done and orbit else "the march ended early"
         right = "change the pulse, the rate or the supply" if done else remedy
         raise NotConverged(f"a pulse of {conditions['pulse']}", wrong, right, run)
     return run

@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -64,7 +65,7 @@ class Curve(Declaration):
         if raw == "":
             return NO_CURVE
         try:
-            if isinstance(raw, str | Path):
+            if isinstance(raw, str | PathLike[str]):
                 is_own = folder is None or isinstance(raw, Path)
                 path = Path(raw) if is_own else path_below(folder, raw)
                 return self._array(csv_columns(path), f"{quoted(str(raw))}: ")

@@ -5,6 +5,7 @@ import errno
 import os
 import re
 import stat
+from os import PathLike
 from pathlib import Path
 
 from apesim.quantities.culprits import Wrong, quoted
@@ -37,7 +38,7 @@ def split_header(text: str) -> tuple[str, str | None]:
     return (found[1], found[2].strip()) if found else (text.strip(), None)
 
 
-def path_below(folder: str | Path, name: str) -> Path:
+def path_below(folder: str | PathLike[str], name: str) -> Path:
     """Return the path of a file that another file names, from the folder of that file.
 
     What a stranger's file names lies beside it: were any path read, a message could show a line of any file.
@@ -78,7 +79,7 @@ def path_below(folder: str | Path, name: str) -> Path:
     return path
 
 
-def text_of(path: str | Path, smaller: str = "") -> str:
+def text_of(path: str | PathLike[str], smaller: str = "") -> str:
     """Return the text of a UTF-8 file.
 
     Parameters

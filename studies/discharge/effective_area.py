@@ -95,7 +95,7 @@ class EffectiveArea(Result):
 
 def evaluate_discharge(
     machine: Machine,
-    files: Sequence[str | Path],
+    files: Sequence[str | PathLike[str]],
     *,
     volume: str | float,
     temperature: str | float | None = None,

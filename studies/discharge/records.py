@@ -5,6 +5,7 @@ the pressure says whether it is gauge or absolute. Inside, all is absolute.
 """
 
 from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
@@ -57,7 +58,7 @@ def read_test(path, ambient_pressure):
     return Record(path.name, columns["time"], columns["pressure"])
 
 
-def read_tests(files: Sequence[str | Path], ambient_pressure: float) -> list[Record]:
+def read_tests(files: Sequence[str | PathLike[str]], ambient_pressure: float) -> list[Record]:
     """Read the records of discharge tests; raise `InputError` with the culprits of all files."""
     records, culprits = [], []
     for file in files:

@@ -10,7 +10,7 @@ from apesim.quantities import Arguments, Culprit, InputError, Quantity
 from apesim.quantities.checking import check
 from apesim.studies.measured import Measured, read_measured
 
-Tell = Callable[[str, int, int], None]
+Tell = Callable[[str, int, int], object]
 """Called with the name of a stage, what is done of it and what there is to do."""
 
 

@@ -1,6 +1,7 @@
 """Figures of an assessment: what each cause costs over speed, and where the exergy goes."""
 
 from functools import partial
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +49,7 @@ LEGEND_SIZE = 9.5
 """Size of the letters of the legends, which are few and wide [pt]."""
 
 
-def assessment_figures(archive: Archive, folder: str | Path) -> list[Path]:
+def assessment_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
     """Write all figures of an assessment.
 
     Parameters

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ DASHED: Look = {"color": "0.1", "lw": 1.0, "ls": "--"}
 """Look of the line of all tests together."""
 
 
-def discharge_figures(vessel: Vessel, discharge: Discharge, folder: str | Path) -> list[Path]:
+def discharge_figures(vessel: Vessel, discharge: Discharge, folder: str | PathLike[str]) -> list[Path]:
     """Write all figures of discharge tests.
 
     Parameters

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from apesim.studies.limit.design_rule import PAPER_RPM, RPM, DesignRule
 from apesim.studies.limit.points import Point, own_run
 
 
-def engine_limit_figures(archive: Archive, ambient_pressure: float, folder: str | Path) -> list[Path]:
+def engine_limit_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
     """Write the figure of a map of limits.
 
     Parameters

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,7 @@ SPEED = ("speed", "r/min")
 """Name and unit of the x axis of most panels."""
 
 
-def optimise_figures(archive: Archive, ambient_pressure: float, folder: str | Path) -> list[Path]:
+def optimise_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
     """Write all figures of the best commands.
 
     Parameters

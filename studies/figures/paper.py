@@ -1,6 +1,7 @@
 """Figures of the EPV paper (doi 10.1631/jzus.A0820373), as the model gives them."""
 
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,7 @@ def captions_of(vessel: Vessel, frictions: FrictionMap) -> dict[str, str]:
 
 
 def paper_figures(
-    machine: Machine, archive: Archive, discharge: Discharge, frictions: FrictionMap, folder: str | Path
+    machine: Machine, archive: Archive, discharge: Discharge, frictions: FrictionMap, folder: str | PathLike[str]
 ) -> list[Path]:
     """Write all figures of the paper that the valve's model gives.
 

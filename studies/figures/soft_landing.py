@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,7 @@ Titles = Sequence[tuple[int, str]]
 """Runs to show, each with the title of its panel."""
 
 
-def soft_landing_figures(archive: Archive, ambient_pressure: float, folder: str | Path) -> list[Path]:
+def soft_landing_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
     """Write all figures of a study of soft landing.
 
     Parameters

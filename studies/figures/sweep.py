@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,7 @@ OUTER = ("actuation", "speed_rpm")
 """Axes of every sweep; those between them are what was varied."""
 
 
-def sweep_figures(archive: Archive, folder: str | Path) -> list[Path]:
+def sweep_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
     """Write all figures of a sweep; where keys were varied, over each of them, the others in the middle.
 
     Parameters

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ SPEED = ("speed", "r/min")
 """Name and unit of the x axis of most panels."""
 
 
-def timing_figures(timing_map: TimingMap, ambient_pressure: float, folder: str | Path) -> list[Path]:
+def timing_figures(timing_map: TimingMap, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
     """Write all figures of a map of corrected commands.
 
     Parameters

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,7 @@ MIN_APART = 0.04, 0.1
 """Least distance of two labels of levels, in widths and heights of the panel: closer ones overlap."""
 
 
-def map_figures(archive: Archive, ambient_pressure: float, folder: str | Path) -> list[Path]:
+def map_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
     """Write all figures of a valve map.
 
     Parameters
@@ -198,7 +199,7 @@ def plot_velocities(archive: Archive, ambient_pressure: float, max_traces: int =
     return figure
 
 
-def limit_figures(archive: Archive, ambient_pressure: float, folder: str | Path) -> list[Path]:
+def limit_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
     """Write the figure of a map of working limits.
 
     Parameters

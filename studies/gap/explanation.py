@@ -202,7 +202,7 @@ class Explanation:
         folder: str | PathLike[str],
         *,
         overwrite: bool = False,
-        progress: Callable[[str, int, int], None] | None = None,
+        progress: Callable[[str, int, int], object] | None = None,
     ) -> dict[str, Any]:
         """Write ``verdict.json``, ``machine.toml``, ``report.html``, figures and the searched models to a folder.
 

@@ -1,6 +1,7 @@
 """Free parameters of an identification, from their text."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 from math import inf
 
 from apesim.engine.machine import Machine
@@ -21,7 +22,7 @@ EXAMPLE = "valve.viscous_friction"
 def si_unit(declaration: Quantity) -> str:
     """Name of the SI unit of a quantity: the declared one if it is that, e.g. "N s/m"."""
     own = unit(declaration.unit)
-    si = own._replace(factor=1, offset=0)
+    si = own._replace(factor=Fraction(1), offset=Fraction(0))
     names = [name for name in (declaration.unit, "Pa") if unit(name) == si]
     return f"{names[0] or '-'}{declaration.suffix}" if names else own.si_text
 

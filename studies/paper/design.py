@@ -125,7 +125,8 @@ def friction_is_small(machine: Machine) -> Claim:
     Claim
     """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
-    rubbed = supplied._replace(effects=supplied.effects._replace(coulomb_friction=CoulombFriction(1.1, 1.1)))
+    effects = supplied.effects._replace(coulomb_friction=CoulombFriction(1.1, 1.1))  # type: ignore[call-arg]
+    rubbed = supplied._replace(effects=effects)
     base, other = run_bench(supplied, PULSE).opening, run_bench(rubbed, PULSE).opening
     changes = [getattr(other, f) / getattr(base, f) - 1.0 for f in ("delay", "stroke_time", "seating_speed")]
     return Claim(
@@ -152,7 +153,8 @@ def heat_is_small(machine: Machine) -> Claim:
     Claim
     """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
-    warmed = supplied._replace(effects=supplied.effects._replace(chamber_wall_heat=ChamberWallHeat(HEAT)))
+    effects = supplied.effects._replace(chamber_wall_heat=ChamberWallHeat(HEAT))  # type: ignore[call-arg]
+    warmed = supplied._replace(effects=effects)
     base, other = run_bench(supplied, PULSE), run_bench(warmed, PULSE)
     pairs = [(getattr(other, side), getattr(base, side)) for side in ("opening", "closing")]
     changes = [

@@ -124,7 +124,7 @@ def _held(machine: Machine, temperatures: Sequence[float], pressures: Sequence[f
     """Find which statements hold: a row for each, over temperature."""
     strokes = {name: np.empty((len(pressures), len(temperatures))) for name in (*MEASURES, "least_difference")}
     for at in np.ndindex(len(pressures), len(temperatures)):
-        pressure, temperature = pressures[at[0]], temperatures[at[1]]
+        pressure, temperature = float(pressures[at[0]]), temperatures[at[1]]
         run = run_bench(with_supply(machine, machine.ambient.pressure + pressure, temperature), PULSE, until=PULSE)
         for name in MEASURES:
             strokes[name][at] = getattr(run.opening, name)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +80,7 @@ def write_page(
     captions: Mapping[str, str],
     different: Sequence[str],
     frictions: FrictionMap,
-    folder: str | Path,
+    folder: str | PathLike[str],
 ) -> Path:
     """Write the page beside its figures.
 

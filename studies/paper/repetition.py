@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -72,7 +73,7 @@ class PaperRepetition(Result):
             "wall_time_s": self["wall_time"],
         }
 
-    def write(self, folder: str | Path, *, overwrite: bool = False) -> dict[str, Any]:
+    def write(self, folder: str | PathLike[str], *, overwrite: bool = False) -> dict[str, Any]:
         """Write page, figures, claims, machine, the map of the valve and that of friction into a folder.
 
         Returns
@@ -106,7 +107,7 @@ class PaperRepetition(Result):
 
 
 def repeat_paper(
-    machine: Machine, *, progress: bool | Callable[[str, int, int], None] = False, call: str | None = None
+    machine: Machine, *, progress: bool | Callable[[str, int, int], object] = False, call: str | None = None
 ) -> PaperRepetition:
     """Repeat the EPV paper (doi 10.1631/jzus.A0820373): judge its claims, and compute its figures.
 
@@ -162,7 +163,7 @@ def repeat_paper(
     )
 
 
-def _computed(machine: Machine, call: str, report: Callable[[str, int, int], None]) -> tuple:
+def _computed(machine: Machine, call: str, report: Callable[[str, int, int], object]) -> tuple:
     """The map of the valve, vessel and tests of the solenoid, the map of friction, and the claims."""
     grid = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure), parse_range(TEMPERATURES, TEMPERATURE)
     archive = compute_map(machine, *grid, PULSE, call, partial(report, "pressure and temperature"))
@@ -174,7 +175,7 @@ def _computed(machine: Machine, call: str, report: Callable[[str, int, int], Non
 
 
 @contextlib.contextmanager
-def _stages(progress: bool | Callable[[str, int, int], None]) -> Iterator[Callable[[str, int, int], None]]:
+def _stages(progress: bool | Callable[[str, int, int], object]) -> Iterator[Callable[[str, int, int], object]]:
     """Show progress in stages as it was asked for; yields ``report(stage, done, total)``."""
     if callable(progress):
         yield progress

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Callable, Mapping
 from math import ceil
+from os import PathLike
 from pathlib import Path
 
 import matplotlib
@@ -21,7 +22,9 @@ FOOT_STEP = 0.05
 figure above is not blurred."""
 
 
-def write_figures(figures: Mapping[str, Callable[[], Figure]], folder: str | Path, conditions: str = "") -> list[Path]:
+def write_figures(
+    figures: Mapping[str, Callable[[], Figure]], folder: str | PathLike[str], conditions: str = ""
+) -> list[Path]:
     """Draw figures in the house style, and write each as PNG and PDF.
 
     Parameters
@@ -42,7 +45,7 @@ def write_figures(figures: Mapping[str, Callable[[], Figure]], folder: str | Pat
         return [path for name, make in figures.items() for path in save(make(), folder, name, conditions)]
 
 
-def save(figure: Figure, folder: str | Path, name: str, conditions: str = "") -> list[Path]:
+def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str = "") -> list[Path]:
     """Write a figure as PNG and PDF, the same bytes each time.
 
     Parameters

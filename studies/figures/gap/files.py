@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from pathlib import Path
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import matplotlib
@@ -32,7 +32,7 @@ def draw_gap(
     rows: "Sequence[Tried]",
     added: str,
     ambient_pressure: float,
-    folder: str | Path,
+    folder: str | PathLike[str],
     latent: "Sequence[Branch]" = (),
 ) -> dict[str, str]:
     """Draw all figures of the workflow, and write them as PNG and PDF.
