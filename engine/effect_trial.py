@@ -18,7 +18,7 @@ from apesim.engine.cylinder import TERMS as ENGINE_TERMS
 from apesim.engine.effects.outside import OutsideEffect
 from apesim.engine.machine import Machine
 from apesim.kernel import outside_folder
-from apesim.quantities import Culprit, InputError
+from apesim.quantities import Fault, InputError
 from apesim.quantities.trees import fields
 from apesim.reading import Reading
 from apesim.valve.actuator import state_of
@@ -43,7 +43,7 @@ def try_effect(one: OutsideEffect) -> None:
     Raises
     ------
     InputError
-        With one culprit: a slot cannot be computed or compiled, or does something while the effect is off.
+        With one fault: a slot cannot be computed or compiled, or does something while the effect is off.
 
     Examples
     --------
@@ -63,7 +63,7 @@ def try_effect(one: OutsideEffect) -> None:
         except Exception as error:  # the code of a user raises anything
             wrong = f"fails: {_line(error)}"
         if wrong:
-            raise InputError([Culprit(str(one.path), "", f"EFFECT: its {slot} {wrong}", "mend the file")])
+            raise InputError([Fault(str(one.path), "", f"EFFECT: its {slot} {wrong}", "mend the file")])
 
 
 def _line(error: Exception) -> str:

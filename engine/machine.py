@@ -113,7 +113,7 @@ class Machine(NamedTuple):
         Raises
         ------
         InputError
-            With one culprit for each fault.
+            With every fault.
 
         Examples
         --------
@@ -142,7 +142,7 @@ class Machine(NamedTuple):
         Raises
         ------
         InputError
-            With one culprit for each fault.
+            With every fault.
 
         Examples
         --------

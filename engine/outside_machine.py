@@ -29,7 +29,7 @@ from apesim.engine.effects.outside import (
     refuse_twins,
 )
 from apesim.engine.machine import Machine
-from apesim.quantities import Culprit, InputError, quoted
+from apesim.quantities import Fault, InputError, quoted
 from apesim.quantities.settings import COMMAND_LINE, load, toml_of
 from apesim.valve.effects import VALVE_LIBRARY
 
@@ -57,7 +57,7 @@ def load_machine(path: str | PathLike[str] | None = None, assignments: Iterable[
     Raises
     ------
     InputError
-        With one culprit for each fault.
+        With every fault.
 
     Examples
     --------
@@ -73,12 +73,12 @@ def load_machine(path: str | PathLike[str] | None = None, assignments: Iterable[
             named.append(value.strip("\"'"))
         else:
             rest.append(assignment)
-    found, culprits = installed_effects(), []
+    found, all_faults = installed_effects(), []
     for fault, one in (*_of_file(data, path), *_of_settings(named)):
-        culprits += fault
+        all_faults += fault
         found += one
-    if culprits:
-        raise InputError(culprits)
+    if all_faults:
+        raise InputError(all_faults)
     return load(machine_class(found), path, rest, data)
 
 
@@ -87,7 +87,7 @@ def _of_settings(named: Sequence[str]) -> Iterator[tuple[list, list]]:
         if text:
             yield _tried(load_effect, text)
         else:
-            yield [Culprit(COMMAND_LINE, SETTING, "names no file", "give the path of an effect's Python file")], []
+            yield [Fault(COMMAND_LINE, SETTING, "names no file", "give the path of an effect's Python file")], []
 
 
 def _of_file(data: dict, path: str | PathLike[str] | None) -> Iterator[tuple[list, list]]:
@@ -97,18 +97,18 @@ def _of_file(data: dict, path: str | PathLike[str] | None) -> Iterator[tuple[lis
         return
     files, folder = section.pop(FILES_KEY), Path(path or ".").absolute().parent
     if not isinstance(files, list):
-        yield [Culprit(str(path), SETTING, f"{quoted(files)} is no list", RIGHT)], []
+        yield [Fault(str(path), SETTING, f"{quoted(files)} is no list", RIGHT)], []
         return
     for entry in files:
         given = {"file": entry} if isinstance(entry, str) else entry
         is_good = isinstance(given, dict) and given.get("file") and set(given) <= {"effect", *OutsideFile._fields}
         if not is_good or not all(isinstance(text, str) for text in given.values()):
-            yield [Culprit(str(path), SETTING, f"{quoted(entry)} is no path", RIGHT)], []
+            yield [Fault(str(path), SETTING, f"{quoted(entry)} is no path", RIGHT)], []
             continue
         faults, found = _tried(load_effect, folder / given["file"])
         if found and given.get("sha256", found[0].sha256) != found[0].sha256:
             wrong = f"{quoted(given['file'])} is another file than the one with the sha256 that stands here"
-            faults = [Culprit(str(path), SETTING, wrong, "give that file, or delete sha256 to take this one")]
+            faults = [Fault(str(path), SETTING, wrong, "give that file, or delete sha256 to take this one")]
         yield faults, found
 
 
@@ -116,7 +116,7 @@ def _tried(load_one: Any, *arguments: Any) -> tuple[list, list]:
     try:
         return [], [load_one(*arguments)]
     except InputError as error:
-        return error.culprits, []
+        return error.faults, []
 
 
 class OutsideFile(NamedTuple):
@@ -204,7 +204,7 @@ def _file_of(effect: Effect) -> Path:
     file = getattr(module, "__file__", None)
     if not file:
         raise InputError(
-            [Culprit("with_effects()", effect.name, "stands in no file", "write it into a file, and give its path")]
+            [Fault("with_effects()", effect.name, "stands in no file", "write it into a file, and give its path")]
         )
     return Path(file)
 

@@ -1,4 +1,4 @@
-"""What a command shows, and how it ends: exit codes, one line per culprit, progress with time left."""
+"""What a command shows, and how it ends: exit codes, one line per fault, progress with time left."""
 
 import contextlib
 import errno

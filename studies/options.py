@@ -46,7 +46,7 @@ class Common(NamedTuple):
     settings: Sequence[str] | None = None
 
     def load_machine(self) -> "Machine":
-        """The machine of the command line; raises `InputError` with one culprit for each fault."""
+        """The machine of the command line; raises `InputError` with every fault."""
         from apesim.engine.machine import Machine
 
         return Machine.load(self.machine_file, self.settings or ())
@@ -86,19 +86,19 @@ def as_options(function: str, **names: str) -> Iterator[None]:
     **names : str
         Options that are named otherwise than their arguments.
     """
-    from apesim.quantities import Culprit, InputError
+    from apesim.quantities import Fault, InputError
 
-    def as_option(fault: Culprit) -> Culprit:
+    def as_option(fault: Fault) -> Fault:
         if fault.file != f"{function}()":
             return fault
         wrong, right = (re.sub(r"`(\w+)`", r"--\1", text) for text in fault[2:])
         is_key = "." in fault.key  # of the machine
-        return Culprit(COMMAND_LINE, fault.key if is_key else names.get(fault.key, f"--{fault.key}"), wrong, right)
+        return Fault(COMMAND_LINE, fault.key if is_key else names.get(fault.key, f"--{fault.key}"), wrong, right)
 
     try:
         yield
     except InputError as error:
-        raise InputError([as_option(fault) for fault in error.culprits]) from None
+        raise InputError([as_option(fault) for fault in error.faults]) from None
 
 
 COMMON = inspect.signature(common).parameters

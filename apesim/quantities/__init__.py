@@ -8,7 +8,7 @@ A parameter is declared once, in the annotation of a field of a parameter class:
 Inside, all values are SI. A text is converted in exact rational arithmetic and rounded once: "9 mm^2" is the
 very float that ``9.0e-6`` is in code, and every float has a text that reads back as itself.
 
-The files, each of which imports only those before it: `culprits` (what is told of bad input), `names` (single names
+The files, each of which imports only those before it: `faults` (what is told of bad input), `names` (single names
 of units), `units`, `files` (their text and columns), `declarations` (what a parameter may be), `curves` (two columns of
 numbers), `ranges` (single texts, ranges, lists), `arguments` (of a call from Python), `trees` (parameter classes in one
 another), `printing`, `reading` (a tree from parsed TOML), `checking` (a tree made in Python) and `settings` (a tree
@@ -16,10 +16,10 @@ from a file, a command line or another tree). Whoever reads or prints whole tree
 """
 
 from apesim.quantities.arguments import Arguments
-from apesim.quantities.culprits import Culprit, InputError, Wrong, culprit, quoted
 from apesim.quantities.curves import NO_CURVE, Curve
 from apesim.quantities.declarations import Choice, Pressure, Quantity
 from apesim.quantities.files import split_header, text_of
+from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.ranges import parse, parse_range
 from apesim.quantities.units import unit
 
@@ -27,13 +27,13 @@ __all__ = [
     "NO_CURVE",
     "Arguments",
     "Choice",
-    "Culprit",
     "Curve",
+    "Fault",
     "InputError",
+    "InvalidValue",
     "Pressure",
     "Quantity",
-    "Wrong",
-    "culprit",
+    "make_fault",
     "parse",
     "parse_range",
     "quoted",

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from apesim.quantities.culprits import Culprit, InputError, Wrong, culprit
 from apesim.quantities.curves import Curve
 from apesim.quantities.declarations import Choice, Quantity
+from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault
 from apesim.quantities.ranges import parse, parse_range
 
 Declared = Quantity | Choice | Curve
@@ -36,7 +36,7 @@ class Arguments:
     def __init__(self, function: str, ambient_pressure: float | None = None) -> None:
         self.where = f"{function}()"
         self.ambient_pressure = ambient_pressure
-        self.culprits: list[Culprit] = []
+        self.faults: list[Fault] = []
 
     def quantity(self, name: str, given: Any, declaration: Declared) -> Any:
         """An argument in SI, from a text with a unit or a float in SI; None where it is wrong or None itself."""
@@ -45,7 +45,7 @@ class Arguments:
         try:
             return value_of(given, declaration, self.ambient_pressure, name, self.where)
         except InputError as error:
-            self.culprits += error.culprits
+            self.faults += error.faults
             return None
 
     def range(self, name: str, given: Any, declaration: Declared) -> list[Any]:
@@ -53,17 +53,17 @@ class Arguments:
         try:
             return values_of(given, declaration, self.ambient_pressure, name, self.where)
         except InputError as error:
-            self.culprits += error.culprits
+            self.faults += error.faults
             return []
 
     def fault(self, name: str, wrong: str, right: str) -> None:
         """Note a fault that only several arguments show."""
-        self.culprits.append(Culprit(self.where, name, wrong, right))
+        self.faults.append(Fault(self.where, name, wrong, right))
 
     def refuse(self) -> None:
         """Raise `InputError` with all that is wrong, if anything is."""
-        if self.culprits:
-            raise InputError(self.culprits)
+        if self.faults:
+            raise InputError(self.faults)
 
 
 def value_of(
@@ -87,18 +87,18 @@ def value_of(
     Raises
     ------
     InputError
-        With the one culprit.
+        With the one fault.
     """
     if isinstance(given, str):
         return parse(given, declaration, ambient_pressure, where, file)
     try:
         return checked_value(given, declaration, ambient_pressure)
-    except Wrong as wrong:
-        raise InputError([culprit(file, where, wrong, declaration)]) from None
+    except InvalidValue as wrong:
+        raise InputError([make_fault(file, where, wrong, declaration)]) from None
 
 
 def checked_value(given: Any, declaration: Declared, ambient_pressure: float | None = None) -> Any:
-    """The SI value of a text or number as the kernels are compiled for it; raises `Wrong`."""
+    """The SI value of a text or number as the kernels are compiled for it; raises `InvalidValue`."""
     if isinstance(given, str) or hasattr(given, "__fspath__"):
         return declaration.read(given, ambient_pressure)
     declaration.check(given)
@@ -125,19 +125,19 @@ def values_of(
     Raises
     ------
     InputError
-        With a culprit for each wrong item.
+        With a fault for each wrong item.
     """
     if isinstance(given, str):
         return parse_range(given, declaration, ambient_pressure, where, file)
     items = list(given) if isinstance(given, Iterable) else [given]
     if not items or all(isinstance(item, str) for item in items):
         return parse_range(items, declaration, ambient_pressure, where, file)
-    values, culprits = [], []
+    values, all_faults = [], []
     for item in items:
         try:
             values.append(value_of(item, declaration, ambient_pressure, where, file))
         except InputError as error:
-            culprits += error.culprits
-    if culprits:
-        raise InputError(culprits)
+            all_faults += error.faults
+    if all_faults:
+        raise InputError(all_faults)
     return values

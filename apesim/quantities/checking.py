@@ -1,6 +1,6 @@
 """Checking: a tree of parameter classes that was made in Python, by what a file of it would be refused for."""
 
-from apesim.quantities.culprits import Culprit, InputError, Wrong
+from apesim.quantities.input_errors import Fault, InputError, InvalidValue
 from apesim.quantities.reading import unknown
 from apesim.quantities.trees import faults, fields, is_section, joined
 
@@ -19,16 +19,16 @@ def check(tree, cls, where):
     Raises
     ------
     InputError
-        With every culprit: what is of another class, unknown, no number or out of range; and if there is none, what
+        With every fault: what is of another class, unknown, no number or out of range; and if there is none, what
         the ``faults`` methods say.
     """
-    culprits = list(_culprits(tree, cls, where, cls))
-    culprits = culprits or [Culprit(where, *fault) for fault in faults(tree)]
-    if culprits:
-        raise InputError(culprits)
+    all_faults = list(_find_faults(tree, cls, where, cls))
+    all_faults = all_faults or [Fault(where, *fault) for fault in faults(tree)]
+    if all_faults:
+        raise InputError(all_faults)
 
 
-def _culprits(tree, cls, where, root, path=()):
+def _find_faults(tree, cls, where, root, path=()):
     """What is wrong with a section and those below it."""
     if not isinstance(tree, cls):
         given = getattr(tree, "_fields", ())
@@ -36,16 +36,16 @@ def _culprits(tree, cls, where, root, path=()):
         yield from (unknown(root, (*path, key), where) for key in strange)
         if not strange:
             wrong = f"is of the class {type(tree).__name__}"
-            yield Culprit(where, ".".join(path) or "machine", wrong, f"give a {cls.__name__}")
+            yield Fault(where, ".".join(path) or "machine", wrong, f"give a {cls.__name__}")
         return
     for key, field in fields(cls).items():
         value = getattr(tree, key)
         if value is cls._field_defaults[key]:  # most sections are the very defaults
             continue
         if is_section(field):
-            yield from _culprits(value, field, where, root, (*path, key))
+            yield from _find_faults(value, field, where, root, (*path, key))
             continue
         try:
             field.check(value)
-        except Wrong as wrong:
-            yield Culprit(where, joined(*path, key), wrong.wrong, wrong.right)
+        except InvalidValue as wrong:
+            yield Fault(where, joined(*path, key), wrong.wrong, wrong.right)

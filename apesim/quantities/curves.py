@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from apesim.quantities.culprits import Wrong, quoted
 from apesim.quantities.declarations import Declaration
 from apesim.quantities.files import csv_columns, path_below, split_header
+from apesim.quantities.input_errors import InvalidValue, quoted
 from apesim.quantities.units import NUMBER, unit
 
 NO_CURVE = np.empty((0, 2))
@@ -49,7 +49,7 @@ class Curve(Declaration):
         return '"curve.csv"'
 
     def read(self, raw, ambient_pressure=None, folder=None):
-        """The curve that a user wrote or named; raises `Wrong`.
+        """The curve that a user wrote or named; raises `InvalidValue`.
 
         Parameters
         ----------
@@ -65,54 +65,56 @@ class Curve(Declaration):
         if raw == "":
             return NO_CURVE
         try:
-            if isinstance(raw, str | PathLike[str]):
+            if isinstance(raw, str | PathLike):
                 is_own = folder is None or isinstance(raw, Path)
                 path = Path(raw) if is_own else path_below(folder, raw)
                 return self._array(csv_columns(path), f"{quoted(str(raw))}: ")
             if not isinstance(raw, dict) or not all(isinstance(column, list) for column in raw.values()):
-                raise Wrong(f"{quoted(raw)} is no curve")
+                raise InvalidValue(f"{quoted(raw)} is no curve")
             columns = {split_header(header): column for header, column in raw.items()}
             if len(columns) != 2:
-                raise Wrong(f"the table has {len(columns)} columns, not 2")
+                raise InvalidValue(f"the table has {len(columns)} columns, not 2")
             return self._array(columns, "")
-        except Wrong as wrong:
-            raise Wrong(wrong.wrong, wrong.right or right) from None
+        except InvalidValue as wrong:
+            raise InvalidValue(wrong.wrong, wrong.right or right) from None
 
     def _array(self, columns, file):
         given = [self._column(columns, file, *split_header(header)) for header in self.columns]
         x, y = given
         if len(x) != len(y) or not 2 <= len(x) <= MAX_POINTS:
-            raise Wrong(f"{file}columns of {len(x)} and {len(y)} numbers", f"give 2 to {MAX_POINTS} of both")
+            raise InvalidValue(f"{file}columns of {len(x)} and {len(y)} numbers", f"give 2 to {MAX_POINTS} of both")
         if np.any(stuck := np.diff(x) <= 0):
             row = int(np.argmax(stuck)) + 2
-            raise Wrong(f"{file}{self.columns[0]} does not rise in row {row}", "sort the rows, one of equals")
+            raise InvalidValue(f"{file}{self.columns[0]} does not rise in row {row}", "sort the rows, one of equals")
         return np.ascontiguousarray(np.transpose(given))
 
     def _column(self, columns, file, name, display_unit):
         found = [header for header in columns if header[0] == name]
         if len(found) != 1:
-            raise Wrong(f"{file}{len(found) or 'no'} columns {quoted(name)}")
+            raise InvalidValue(f"{file}{len(found) or 'no'} columns {quoted(name)}")
         if found[0][1] is None:
-            raise Wrong(f"{file}column {quoted(name)} has no unit")
+            raise InvalidValue(f"{file}column {quoted(name)} has no unit")
         given = unit(found[0][1])
         if given.dimension != unit(display_unit).dimension:
-            raise Wrong(f"{file}{quoted(found[0][1])} is no unit of {quoted(name)}")
+            raise InvalidValue(f"{file}{quoted(found[0][1])} is no unit of {quoted(name)}")
         values = []
         for row, raw in enumerate(columns[found[0]], 1):
             text = raw.strip() if isinstance(raw, str) else quoted(raw)
             value = given.si(text) if re.fullmatch(NUMBER, text) else math.inf
             if math.isinf(value):
-                raise Wrong(f"{file}{quoted(raw)} in row {row} is no finite number", "give numbers")
+                raise InvalidValue(f"{file}{quoted(raw)} in row {row} is no finite number", "give numbers")
             values.append(value)
         return values
 
     def check(self, value):
-        """Refuse an array, made in Python, that no file could have given; raises `Wrong`."""
+        """Refuse an array, made in Python, that no file could have given; raises `InvalidValue`."""
         array = np.asarray(value)
         if array.shape[1:] != (2,) or len(array) == 1 or len(array) > MAX_POINTS or array.dtype.kind not in "if":
-            raise Wrong(f"an array of shape {array.shape} is no curve", f"give 2 to {MAX_POINTS} rows of two floats")
+            raise InvalidValue(
+                f"an array of shape {array.shape} is no curve", f"give 2 to {MAX_POINTS} rows of two floats"
+            )
         if not np.all(np.isfinite(array)) or np.any(np.diff(array[:, 0]) <= 0.0):
-            raise Wrong("is not finite, or its first column does not rise", "give finite floats in SI, sorted")
+            raise InvalidValue("is not finite, or its first column does not rise", "give finite floats in SI, sorted")
 
     def render(self, value, ambient_pressure=None):
         """The table that reads back as `value`, in SI units; "" for no curve."""

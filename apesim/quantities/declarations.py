@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral, Real
 
-from apesim.quantities.culprits import Wrong, quoted
+from apesim.quantities.input_errors import InvalidValue, quoted
 from apesim.quantities.units import NUMBER, respelt, si_value, unit
 
 DECIMAL_COMMA = r"(?<=[0-9]),(?=[0-9])"
@@ -85,18 +85,18 @@ class Quantity(Declaration):
         return [end if math.isinf(end) else scale.si(repr(float(end))) for end in (self.low, self.high)]
 
     def read(self, raw, ambient_pressure=None, folder=None):
-        """The SI value of what a user wrote; raises `Wrong`."""
+        """The SI value of what a user wrote; raises `InvalidValue`."""
         try:
             return self._read(raw, ambient_pressure)
-        except Wrong as wrong:
+        except InvalidValue as wrong:
             raise self._meant(raw, ambient_pressure, wrong) or wrong from None
 
     def _meant(self, raw, ambient_pressure, wrong):
-        """The `Wrong` of a text with a slip, its remedy the right spelling; None where there is none, or another fault.
+        """The `InvalidValue` of a text with a slip, its remedy the right spelling; else None.
 
         Parameters
         ----------
-        wrong : Wrong
+        wrong : InvalidValue
             What is wrong with the text.
         """
         if not isinstance(raw, str) or len(raw) > MAX_SLIP or wrong.right:
@@ -109,29 +109,29 @@ class Quantity(Declaration):
             return None
         try:
             self._read(meant, ambient_pressure)
-        except Wrong as still:
-            return Wrong(still.wrong, still.right) if still.right else None
-        return Wrong(wrong.wrong, f"write {self._toml(meant)}")
+        except InvalidValue as still:
+            return InvalidValue(still.wrong, still.right) if still.right else None
+        return InvalidValue(wrong.wrong, f"write {self._toml(meant)}")
 
     def _read(self, raw, ambient_pressure):
-        """The SI value of a text that is spelt as it is due here; raises `Wrong`."""
+        """The SI value of a text that is spelt as it is due here; raises `InvalidValue`."""
         if isinstance(raw, bool) or not isinstance(raw, str | int | float):
-            raise Wrong(f"{quoted(raw)} is no {'quantity' if self.unit else 'number'}")
+            raise InvalidValue(f"{quoted(raw)} is no {'quantity' if self.unit else 'number'}")
         try:
             text = raw.strip() if isinstance(raw, str) else repr(float(raw))
         except OverflowError:
-            raise Wrong(f"{quoted(raw)} is too large") from None
+            raise InvalidValue(f"{quoted(raw)} is too large") from None
         if self.unit and (re.fullmatch(NUMBER, text) or not isinstance(raw, str)):
-            raise Wrong(f"{quoted(raw)} has no unit", self._with_unit(text))
+            raise InvalidValue(f"{quoted(raw)} has no unit", self._with_unit(text))
         if self.optional and not text:
             return math.nan
         if text == "inf" and self.high == math.inf:
             return math.inf
         value = self._value(raw, text, ambient_pressure)
         if not self.ends[0] <= value <= self.ends[1]:
-            raise Wrong(f"{quoted(raw)} is out of range", f"allowed: {self.range_text}")
+            raise InvalidValue(f"{quoted(raw)} is out of range", f"allowed: {self.range_text}")
         if self.whole and not value.is_integer():
-            raise Wrong(f"{quoted(raw)} is no whole number", f"write {math.floor(value)} or {math.ceil(value)}")
+            raise InvalidValue(f"{quoted(raw)} is no whole number", f"write {math.floor(value)} or {math.ceil(value)}")
         return value
 
     def _value(self, raw, text, ambient_pressure):
@@ -142,19 +142,21 @@ class Quantity(Declaration):
         form = f"{number.removesuffix('.0')} {self.unit}"
         try:
             self.read(f"{form}{self.suffix}")
-        except Wrong:
+        except InvalidValue:
             return ""
         return f'write "{form} gauge" or "{form} abs"' if self.suffix else f'write e.g. "{form}"'
 
     def check(self, value):
-        """Refuse a value in SI, made in Python, whose text `read` would refuse; raises `Wrong`."""
+        """Refuse a value in SI, made in Python, whose text `read` would refuse; raises `InvalidValue`."""
         if isinstance(value, bool) or not isinstance(value, Real):
-            raise Wrong(f"{quoted(value)} is no number", f"give a float in SI, {self.range_text}")
+            raise InvalidValue(f"{quoted(value)} is no number", f"give a float in SI, {self.range_text}")
         low, high = (end + sign * ROUNDING * abs(end) for end, sign in zip(self.ends, (-1.0, 1.0), strict=True))
         if not low <= value <= high and not (self.optional and math.isnan(value)):
-            raise Wrong(f"{self._shown(value)} is out of range", f"allowed: {self.range_text}")
+            raise InvalidValue(f"{self._shown(value)} is out of range", f"allowed: {self.range_text}")
         if self.whole and not float(value).is_integer():
-            raise Wrong(f"{self._shown(value)} is no whole number", f"give {math.floor(value)} or {math.ceil(value)}")
+            raise InvalidValue(
+                f"{self._shown(value)} is no whole number", f"give {math.floor(value)} or {math.ceil(value)}"
+            )
 
     def _shown(self, value):
         return self.render(float(value)) if math.isfinite(value) else repr(float(value))
@@ -210,11 +212,11 @@ class Pressure(Quantity):
         body, _, kind = text.rpartition(" ")
         if kind not in ("gauge", "abs"):
             si_value(raw, text, self.unit)  # an unreadable number or unit comes first
-            raise Wrong(f"{quoted(raw)} says neither gauge nor abs", f'write "{text} gauge" or "{text} abs"')
+            raise InvalidValue(f"{quoted(raw)} says neither gauge nor abs", f'write "{text} gauge" or "{text} abs"')
         if kind == "abs":
             return si_value(raw, body.strip(), self.unit)
         if ambient_pressure is None:
-            raise Wrong(f"{quoted(raw)}: no ambient pressure is known here to stand above")
+            raise InvalidValue(f"{quoted(raw)}: no ambient pressure is known here to stand above")
         return si_value(raw, body.strip(), self.unit, ambient_pressure)
 
     def render(self, value, ambient_pressure=None):
@@ -240,17 +242,17 @@ class Choice(Declaration):
         return f"{', '.join(others)} or {last}" if others else last
 
     def read(self, raw, ambient_pressure=None, folder=None):
-        """The index of the word that a user wrote; raises `Wrong`."""
+        """The index of the word that a user wrote; raises `InvalidValue`."""
         text = raw.strip() if isinstance(raw, str) else raw
         if text not in self.options:
-            raise Wrong(f"{quoted(raw)} is no option", f"write {self.range_text}")
+            raise InvalidValue(f"{quoted(raw)} is no option", f"write {self.range_text}")
         return self.options.index(text)
 
     def check(self, value):
-        """Refuse what is no index of a word; raises `Wrong`."""
+        """Refuse what is no index of a word; raises `InvalidValue`."""
         if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= value < len(self.options):
             indices = ", ".join(f'{index} ("{option}")' for index, option in enumerate(self.options))
-            raise Wrong(f"{quoted(value)} is no option", f"give one of {indices}")
+            raise InvalidValue(f"{quoted(value)} is no option", f"give one of {indices}")
 
     @property
     def strong(self):

@@ -8,7 +8,7 @@ import stat
 from os import PathLike
 from pathlib import Path
 
-from apesim.quantities.culprits import Wrong, quoted
+from apesim.quantities.input_errors import InvalidValue, quoted
 
 MAX_BYTES = 10_000_000
 """Largest file that is read [bytes]; chosen, far above any machine file and curve."""
@@ -57,7 +57,7 @@ def path_below(folder: str | PathLike[str], name: str) -> Path:
 
     Raises
     ------
-    Wrong
+    InvalidValue
         Links followed, it lies outside of the folder.
 
     Examples
@@ -67,7 +67,7 @@ def path_below(folder: str | PathLike[str], name: str) -> Path:
     >>> path_below("data", "../curve.csv")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    apesim.quantities.culprits.Wrong: ("'../curve.csv' leads out of the folder", ...
+    apesim.quantities.input_errors.InvalidValue: ("'../curve.csv' leads out of the folder", ...
     """
     path = Path(folder, name)
     try:
@@ -75,7 +75,9 @@ def path_below(folder: str | PathLike[str], name: str) -> Path:
     except (OSError, RuntimeError, ValueError):  # links in a circle, a name that no file can have
         is_below = False
     if not is_below:
-        raise Wrong(f"{quoted(name)} leads out of the folder", "put the file into the folder, and give its path there")
+        raise InvalidValue(
+            f"{quoted(name)} leads out of the folder", "put the file into the folder, and give its path there"
+        )
     return path
 
 
@@ -96,7 +98,7 @@ def text_of(path: str | PathLike[str], smaller: str = "") -> str:
 
     Raises
     ------
-    Wrong
+    InvalidValue
         The file cannot be read, is no regular file, or is too large.
 
     Examples
@@ -104,21 +106,21 @@ def text_of(path: str | PathLike[str], smaller: str = "") -> str:
     >>> text_of("no such file")
     Traceback (most recent call last):
         ...
-    apesim.quantities.culprits.Wrong: ("'no such file' cannot be read: No such file or directory", '')
+    apesim.quantities.input_errors.InvalidValue: ("'no such file' cannot be read: No such file or directory", '')
     """
     name = quoted(str(path))
     try:
         with open(path, "rb", opener=_open_regular) as file:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a name that no file can have
-        raise Wrong(f"{name} cannot be read: {getattr(error, 'strerror', error)}") from None
+        raise InvalidValue(f"{name} cannot be read: {getattr(error, 'strerror', error)}") from None
     if len(data) > MAX_BYTES:
-        raise Wrong(f"{name} is larger than {MAX_BYTES // 10**6} MB, the most that is read", smaller)
+        raise InvalidValue(f"{name} is larger than {MAX_BYTES // 10**6} MB, the most that is read", smaller)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        raise Wrong(f"{name} is no text in line {line}", "save it as UTF-8") from None
+        raise InvalidValue(f"{name} is no text in line {line}", "save it as UTF-8") from None
 
 
 def _open_regular(path, flags):
@@ -147,7 +149,7 @@ def csv_columns(path: Path) -> dict[tuple[str, str | None], tuple[str, ...]]:
 
     Raises
     ------
-    Wrong
+    InvalidValue
         The file cannot be read, or is no CSV with one header.
 
     Examples
@@ -160,7 +162,7 @@ def csv_columns(path: Path) -> dict[tuple[str, str | None], tuple[str, ...]]:
     {('time', 'ms'): ('0', '3'), ('opening', '-'): ('0', '1')}
     """
     if not path.is_file():  # a pipe or a device might never end
-        raise Wrong(f"there is no file {quoted(str(path))}")
+        raise InvalidValue(f"there is no file {quoted(str(path))}")
     lines = text_of(path, "keep fewer rows, of measured data one every 0.1 ms or 0.5 deg").splitlines()
     try:
         headers, *rows = [row for row in csv.reader(lines, strict=True) if row]
@@ -169,5 +171,5 @@ def csv_columns(path: Path) -> dict[tuple[str, str | None], tuple[str, ...]]:
             raise ValueError
     except (ValueError, csv.Error):
         form = "differing headers and rows as long as the header"
-        raise Wrong(f"{quoted(str(path))} is no CSV with {form}") from None
+        raise InvalidValue(f"{quoted(str(path))} is no CSV with {form}") from None
     return columns

@@ -9,7 +9,7 @@ import math
 from fractions import Fraction
 from functools import lru_cache
 
-from apesim.quantities.culprits import Wrong, quoted
+from apesim.quantities.input_errors import InvalidValue, quoted
 
 PREFIXES = {
     "n": ("nano", -9),
@@ -116,7 +116,7 @@ def named(name):
 
     Raises
     ------
-    Wrong
+    InvalidValue
         It names no unit that numbers are multiplied with; says the nearest one that does.
 
     Examples
@@ -127,7 +127,7 @@ def named(name):
     try:
         return known_units()[name]
     except KeyError:
-        raise Wrong(f"{quoted(name)} is no known unit") from None
+        raise InvalidValue(f"{quoted(name)} is no known unit") from None
 
 
 def nearest(name):

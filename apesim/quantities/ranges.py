@@ -3,9 +3,9 @@
 import re
 from decimal import Decimal, localcontext
 
-from apesim.quantities.culprits import InputError, Wrong, culprit, quoted
 from apesim.quantities.curves import MAX_POINTS
 from apesim.quantities.declarations import DECIMAL_COMMA, Quantity
+from apesim.quantities.input_errors import InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.units import NUMBER
 
 
@@ -30,25 +30,25 @@ def parse(text, declaration, ambient_pressure=None, where="", file=""):
     Raises
     ------
     InputError
-        With the one culprit.
+        With the one fault.
     """
     try:
         return declaration.read(text, ambient_pressure)
-    except Wrong as wrong:
+    except InvalidValue as wrong:
         wrong = wrong if wrong.right else _several(text, declaration, ambient_pressure) or wrong
-        raise InputError([culprit(file, where, wrong, declaration)]) from None
+        raise InputError([make_fault(file, where, wrong, declaration)]) from None
 
 
 def _several(text, declaration, ambient_pressure):
-    """The `Wrong` of a good range or list where a single text is due; else None."""
+    """The `InvalidValue` of a good range or list where a single text is due; else None."""
     if not isinstance(text, str) or not isinstance(declaration, Quantity):
         return None
     try:
         items = _steps(text, declaration) if ":" in text else text.split(",")
         declaration.read(items[0], ambient_pressure)
-    except Wrong:
+    except InvalidValue:
         return None
-    return Wrong(f"{quoted(text)} is more than one value", f'write one, e.g. "{items[0].strip()}"')
+    return InvalidValue(f"{quoted(text)} is more than one value", f'write one, e.g. "{items[0].strip()}"')
 
 
 def parse_range(text, declaration, ambient_pressure=None, where="", file=""):
@@ -70,7 +70,7 @@ def parse_range(text, declaration, ambient_pressure=None, where="", file=""):
     Raises
     ------
     InputError
-        With a culprit for each wrong item of a list, or the one of a start:stop:step.
+        With a fault for each wrong item of a list, or the one of a start:stop:step.
     """
     try:
         return _values(text, declaration, ambient_pressure, where, file)
@@ -87,29 +87,29 @@ def _with_points(text, declaration, ambient_pressure, where, file):
         _values(meant, declaration, ambient_pressure, where, file)
     except InputError:
         return None
-    wrong = Wrong(f"{quoted(text)} has a comma between digits", f'write "{meant}", or give each value its unit')
-    return InputError([culprit(file, where, wrong, declaration)])
+    wrong = InvalidValue(f"{quoted(text)} has a comma between digits", f'write "{meant}", or give each value its unit')
+    return InputError([make_fault(file, where, wrong, declaration)])
 
 
 def _values(text, declaration, ambient_pressure, where, file):
     """The values of a range or list, see `parse_range`."""
-    values, culprits, items = [], [], text.split(",") if isinstance(text, str) else text
+    values, faults, items = [], [], text.split(",") if isinstance(text, str) else text
     try:
         if isinstance(text, str) and ":" in text and isinstance(declaration, Quantity):
             items = _steps(text, declaration)
             for end in (items[0], items[-1]):  # what lies between good ends is good
                 declaration.read(end, ambient_pressure)
         if not isinstance(items, list | tuple) or not 0 < len(items) <= MAX_POINTS:
-            raise Wrong(f"{quoted(text)} is no list of 1 to {MAX_POINTS} texts")
-    except Wrong as wrong:
-        raise InputError([culprit(file, where, wrong, declaration)]) from None
+            raise InvalidValue(f"{quoted(text)} is no list of 1 to {MAX_POINTS} texts")
+    except InvalidValue as wrong:
+        raise InputError([make_fault(file, where, wrong, declaration)]) from None
     for item in items:
         try:
             values.append(declaration.read(item, ambient_pressure))
-        except Wrong as wrong:
-            culprits.append(culprit(file, where, wrong, declaration))
-    if culprits:
-        raise InputError(culprits)
+        except InvalidValue as wrong:
+            faults.append(make_fault(file, where, wrong, declaration))
+    if faults:
+        raise InputError(faults)
     return values
 
 
@@ -118,19 +118,19 @@ def _steps(text, quantity):
     found = re.fullmatch(rf"{NUMBER}\s*:\s*{NUMBER}\s*:\s*{NUMBER}\s*(.*)", text.strip()[:400])
     if not found:
         form = f"start:stop:step {quantity.unit}{quantity.suffix}".strip()
-        raise Wrong(f"{quoted(text)} is no range", f'write e.g. "300:3000:100 rpm", here {form}')
+        raise InvalidValue(f"{quoted(text)} is no range", f'write e.g. "300:3000:100 rpm", here {form}')
     *numbers, name = found.groups()
     if quantity.unit and not name:
         form = f"{':'.join(numbers)} {quantity.unit}{quantity.suffix}"
-        raise Wrong(f"{quoted(text)} has no unit", f'write e.g. "{form}"')
+        raise InvalidValue(f"{quoted(text)} has no unit", f'write e.g. "{form}"')
     with localcontext(prec=60):
         start, stop, step = map(Decimal, numbers)
         if not step:
-            raise Wrong(f"{quoted(text)}: the step is 0", "give a step that leads from start to stop")
+            raise InvalidValue(f"{quoted(text)}: the step is 0", "give a step that leads from start to stop")
         if (stop - start) / step < 0:
-            raise Wrong(f"{quoted(text)}: steps of {step} do not lead to {stop}", "turn the sign of the step")
+            raise InvalidValue(f"{quoted(text)}: steps of {step} do not lead to {stop}", "turn the sign of the step")
         count = (stop - start) / step + Decimal("1e-9")
         if count >= MAX_POINTS:
-            raise Wrong(f"{quoted(text)} has more than {MAX_POINTS} points", "take a larger step")
+            raise InvalidValue(f"{quoted(text)} has more than {MAX_POINTS} points", "take a larger step")
         nearer = min if step > 0 else max
         return [f"{nearer(start + i * step, stop)} {name}" for i in range(int(count) + 1)]

@@ -4,7 +4,7 @@ import difflib
 from functools import lru_cache
 from pathlib import Path
 
-from apesim.quantities.culprits import Culprit, InputError, Wrong, culprit, quoted
+from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.trees import due, faults, fields, is_section, joined, schema
 
 COMMAND_LINE = "--set"
@@ -32,44 +32,44 @@ def read(cls, data, file, assigned=frozenset()):
     Raises
     ------
     InputError
-        With every culprit: unknown keys, wrong values, optional sections without a due key; and if there is
+        With every fault: unknown keys, wrong values, optional sections without a due key; and if there is
         none, what the ``faults`` methods say.
     """
     from pydantic import ValidationError
 
     leaves = {leaf.key: leaf for leaf in schema(cls)}
-    culprits = []
-    data = _tables(cls, data, file, culprits)
-    culprits += absent_due(cls, data, file, assigned)
+    all_faults = []
+    data = _tables(cls, data, file, all_faults)
+    all_faults += absent_due(cls, data, file, assigned)
 
     def place(key):
         return COMMAND_LINE if key in assigned else file
 
     def blame(key, wrong):
         leaf = leaves[key]
-        culprits.append(culprit(place(key), key, wrong, leaf.declaration, leaf.default, reference))
+        all_faults.append(make_fault(place(key), key, wrong, leaf.declaration, leaf.default, reference))
 
     reference, key = None, "ambient.pressure"
     if key in leaves:
         reference, given = leaves[key].default, data.get("ambient", {})
         try:
             reference = leaves[key].declaration.read(given["pressure"]) if "pressure" in given else reference
-        except Wrong as wrong:
+        except InvalidValue as wrong:
             blame(key, wrong)
             del given["pressure"]  # told, and the others can still be read
     try:
         context = {"ambient_pressure": reference, "folder": Path(file).parent}
         tree = _adapter(cls).validate_python(data, context=context)
-        if not culprits:
-            culprits += [Culprit(place(key), key, *fault) for key, *fault in faults(tree)]
+        if not all_faults:
+            all_faults += [Fault(place(key), key, *fault) for key, *fault in faults(tree)]
     except ValidationError as errors:
         for error in errors.errors(include_url=False):
             if error["type"] == "extra_forbidden":
-                culprits.append(unknown(cls, error["loc"], file))
+                all_faults.append(unknown(cls, error["loc"], file))
             else:
                 blame(joined(*error["loc"]), error["ctx"]["error"])
-    if culprits:
-        raise InputError(culprits)
+    if all_faults:
+        raise InputError(all_faults)
     return tree
 
 
@@ -80,7 +80,7 @@ def _adapter(cls):
     return TypeAdapter(cls)
 
 
-def _tables(cls, data, file, culprits, section=""):
+def _tables(cls, data, file, all_faults, section=""):
     """A copy of `data` without what stands where a table is due: pydantic would take a list for one."""
     kept = {}
     for key, raw in data.items():
@@ -88,15 +88,15 @@ def _tables(cls, data, file, culprits, section=""):
         if not is_section(field):
             kept[key] = raw
         elif isinstance(raw, dict):
-            kept[key] = _tables(field, raw, file, culprits, path)
+            kept[key] = _tables(field, raw, file, all_faults, path)
         else:
             right = f"write [{path}], with keys of {', '.join(fields(field))}"
-            culprits.append(Culprit(file, path, f"{quoted(raw)} is no table", right))
+            all_faults.append(Fault(file, path, f"{quoted(raw)} is no table", right))
     return kept
 
 
 def absent_due(cls, data, file, assigned, section=""):
-    """The culprits of optional sections that are present without any of their due keys."""
+    """The all_faults of optional sections that are present without any of their due keys."""
     for key, raw in data.items():
         field, path = fields(cls).get(key), joined(section, key)
         if not is_section(field):
@@ -108,7 +108,7 @@ def absent_due(cls, data, file, assigned, section=""):
         if keys and not misspelt and not any(name in raw for name in keys):
             right = " or ".join(f"{name} = {fields(field)[name].strong}" for name in keys)
             place = COMMAND_LINE if _is_assigned(raw, assigned, path) else file
-            yield Culprit(place, path, f"is present without {' or '.join(keys)}", f"give {right}")
+            yield Fault(place, path, f"is present without {' or '.join(keys)}", f"give {right}")
 
 
 def _is_assigned(data, assigned, section):
@@ -121,7 +121,7 @@ def _is_assigned(data, assigned, section):
 
 
 def unknown(cls, path, file):
-    """The culprit of an unknown key, with the nearest right one: in its section, or elsewhere by its name."""
+    """The fault of an unknown key, with the nearest right one: in its section, or elsewhere by its name."""
     *sections, key = path
     valid = cls
     for section in sections:
@@ -130,4 +130,4 @@ def unknown(cls, path, file):
     section = ".".join(sections)
     right = [joined(section, near[0])] if near else [x.key for x in schema(cls) if x.key.endswith(f".{key}")]
     right = f"did you mean {' or '.join(right)}?" if right else f"valid here: {', '.join(fields(valid))}"
-    return Culprit(file, joined(section, key), "unknown key", right)
+    return Fault(file, joined(section, key), "unknown key", right)

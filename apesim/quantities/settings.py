@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 
 from apesim.quantities.arguments import checked_value
 from apesim.quantities.checking import check
-from apesim.quantities.culprits import Culprit, InputError, Wrong, culprit, quoted
 from apesim.quantities.curves import Curve
 from apesim.quantities.files import text_of
+from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.printing import dumps
 from apesim.quantities.reading import COMMAND_LINE, absent_due, read, unknown
 from apesim.quantities.trees import fields, is_section, joined, overruled, schema
@@ -55,14 +55,14 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     if data is None:
         data = {} if path is None else toml_of(path)
     declarations = {leaf.key: leaf.declaration for leaf in schema(cls)}
-    assigned, culprits = set(), []
+    assigned, all_faults = set(), []
     for assignment in assignments:
         key, equals, text = (part.strip() for part in assignment.partition("="))
         if not equals:
             wrong = f"{quoted(assignment)} assigns nothing"
-            culprits.append(Culprit(COMMAND_LINE, "", wrong, 'write KEY=VALUE, e.g. engine.bore="85 mm"'))
+            all_faults.append(Fault(COMMAND_LINE, "", wrong, 'write KEY=VALUE, e.g. engine.bore="85 mm"'))
         elif key not in declarations:
-            culprits.append(misassigned(cls, key, COMMAND_LINE))
+            all_faults.append(misassigned(cls, key, COMMAND_LINE))
         else:
             if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'":
                 text = text[1:-1]
@@ -74,19 +74,19 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     file = str(path) if path is not None else COMMAND_LINE if assigned else "default"
     try:
         tree = read(cls, data, file, assigned)
-        culprits += _ignored(tree, assigned, COMMAND_LINE)
+        all_faults += _ignored(tree, assigned, COMMAND_LINE)
     except InputError as error:
-        culprits += error.culprits
-    if culprits:
-        raise InputError(culprits)
+        all_faults += error.faults
+    if all_faults:
+        raise InputError(all_faults)
     return tree
 
 
-def _ignored(tree: Any, assigned: Container[str], where: str) -> Iterator[Culprit]:
-    """Culprits of the keys that are assigned and not looked at because of others."""
+def _ignored(tree: Any, assigned: Container[str], where: str) -> Iterator[Fault]:
+    """Faults of the keys that are assigned and not looked at because of others."""
     for key, reason in overruled(tree):
         if key in assigned:
-            yield Culprit(where, key, f"is not looked at: {reason}", "change that, or leave it out")
+            yield Fault(where, key, f"is not looked at: {reason}", "change that, or leave it out")
 
 
 def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
@@ -109,9 +109,9 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
     Raises
     ------
     InputError
-        With one culprit for each fault.
+        With every fault.
     """
-    cls, culprits, given = type(tree), [], {}
+    cls, all_faults, given = type(tree), [], {}
     leaves = {leaf.key: leaf for leaf in schema(cls)}
     by_underscores: dict[str, list[str]] = {}
     for key in leaves:
@@ -121,29 +121,29 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
         if len(keys) == 1 and keys[0] not in given:
             given[keys[0]] = value
         elif len(keys) == 1:
-            culprits.append(Culprit(where, keys[0], "is given twice", "give it once"))
+            all_faults.append(Fault(where, keys[0], "is given twice", "give it once"))
         elif keys:
             right = " or ".join(f'**{{"{key}": ...}}' for key in keys)
-            culprits.append(Culprit(where, name, "is the name of several keys", f"write {right}"))
+            all_faults.append(Fault(where, name, "is the name of several keys", f"write {right}"))
         else:
-            culprits.append(misassigned(cls, _with_dots(cls, name), where))
+            all_faults.append(misassigned(cls, _with_dots(cls, name), where))
     ambient, ambient_key = getattr(getattr(tree, "ambient", None), "pressure", None), "ambient.pressure"
     for key in sorted(given, key=lambda key: key != ambient_key):
         declaration, default = leaves[key].declaration, leaves[key].default
         try:
             value = checked_value(given[key], declaration, ambient)
-        except Wrong as wrong:
-            culprits.append(culprit(where, key, wrong, declaration, default, ambient))
+        except InvalidValue as wrong:
+            all_faults.append(make_fault(where, key, wrong, declaration, default, ambient))
             continue
         ambient = value if key == ambient_key else ambient
         tree = _with_value(tree, key.split("."), value)
-    if not culprits:
-        culprits += absent_due(cls, _present(tree, given), where, frozenset())
-        culprits += _ignored(tree, given, where)
-    if not culprits:
+    if not all_faults:
+        all_faults += absent_due(cls, _present(tree, given), where, frozenset())
+        all_faults += _ignored(tree, given, where)
+    if not all_faults:
         check(tree, cls, where)
-    if culprits:
-        raise InputError(culprits)
+    if all_faults:
+        raise InputError(all_faults)
     return tree
 
 
@@ -200,19 +200,19 @@ def toml_of(path: Any) -> dict:
     """The data of a TOML file; raises `InputError` where it cannot be read."""
     try:
         text = text_of(path)
-    except Wrong as wrong:
+    except InvalidValue as wrong:
         right = wrong.right or "give a machine file of TOML"
-        raise InputError([Culprit(str(path), "", wrong.wrong, right)]) from None
+        raise InputError([Fault(str(path), "", wrong.wrong, right)]) from None
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         what, _, where = str(error).partition(" (at ")
         right = 'write key = "value", a quantity in quotes: bore = "85 mm"'
-        raise InputError([Culprit(str(path), where.rstrip(")"), f"no TOML: {what}", right)]) from None
+        raise InputError([Fault(str(path), where.rstrip(")"), f"no TOML: {what}", right)]) from None
 
 
 def misassigned(cls, key, file):
-    """The culprit of an assignment to what is no key.
+    """The fault of an assignment to what is no key.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def misassigned(cls, key, file):
 
     Returns
     -------
-    Culprit
+    Fault
     """
     path, at = key.split("."), cls
     for depth, name in enumerate(path):
@@ -232,10 +232,10 @@ def misassigned(cls, key, file):
         if field is None:
             return unknown(cls, path[: depth + 1], file)
         if not is_section(field):
-            return Culprit(file, key, "unknown key", f"did you mean {'.'.join(path[: depth + 1])}?")
+            return Fault(file, key, "unknown key", f"did you mean {'.'.join(path[: depth + 1])}?")
         at = field
     keys = ", ".join(joined(key, inner) for inner in fields(at))
-    return Culprit(file, key, "is a section, no key", f"set one of {keys}")
+    return Fault(file, key, "is a section, no key", f"set one of {keys}")
 
 
 def _put(data, path, text):

@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
-from apesim.quantities.culprits import Wrong, quoted
+from apesim.quantities.input_errors import InvalidValue, quoted
 from apesim.quantities.names import BASES, known_units, named, nearest
 
 NUMBER = r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"
@@ -114,7 +114,7 @@ def unit(text: str) -> Unit:
 
     Raises
     ------
-    Wrong
+    InvalidValue
         The text names no unit that numbers are multiplied with (nor degC or degF alone).
 
     Examples
@@ -122,7 +122,7 @@ def unit(text: str) -> Unit:
     >>> unit("W/(m^2 K)").si_text, float(unit("r/min").factor)
     ('K^-1 kg s^-3', 0.10471975511965977)
     """
-    wrong = Wrong(f"{quoted(text)} is no known unit")
+    wrong = InvalidValue(f"{quoted(text)} is no known unit")
     for other, plain in SPELLINGS:
         text = text.replace(other, plain)
     if text in TEMPERATURES:
@@ -207,7 +207,7 @@ def si_value(raw: object, text: str, expected: str, reference: float = 0.0) -> f
 
     Raises
     ------
-    Wrong
+    InvalidValue
         The text is no number, or its unit is not of the dimension, or it is too large.
 
     Examples
@@ -217,17 +217,17 @@ def si_value(raw: object, text: str, expected: str, reference: float = 0.0) -> f
     """
     found = re.fullmatch(rf"{NUMBER}\s*(.*)", text) if len(text) <= 100 else None
     if not found:
-        raise Wrong(f"{quoted(raw)} is no finite number" + " with a unit" * bool(expected))
+        raise InvalidValue(f"{quoted(raw)} is no finite number" + " with a unit" * bool(expected))
     number, name = found.groups()
     if expected and not name:
-        raise Wrong(f"{quoted(raw)} has no unit")
+        raise InvalidValue(f"{quoted(raw)} has no unit")
     try:
         given = unit(name)
         if given.dimension != unit(expected).dimension:
-            raise Wrong(f"{quoted(name)} cannot be converted to {expected or 'a bare number'}")
-    except Wrong as wrong:
-        raise Wrong(f"{quoted(raw)}: {wrong.wrong}") from None
+            raise InvalidValue(f"{quoted(name)} cannot be converted to {expected or 'a bare number'}")
+    except InvalidValue as wrong:
+        raise InvalidValue(f"{quoted(raw)}: {wrong.wrong}") from None
     value = given.si(number, reference)
     if math.isinf(value):
-        raise Wrong(f"{quoted(raw)} is too large, not finite")
+        raise InvalidValue(f"{quoted(raw)} is too large, not finite")
     return value

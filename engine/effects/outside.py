@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from apesim.effect import Effect
 from apesim.engine.effects import ALL_EFFECTS, ENGINE_SLOTS, VALVE_SLOTS
-from apesim.quantities import Choice, Culprit, InputError, Quantity, Wrong, quoted
+from apesim.quantities import Choice, Fault, InputError, InvalidValue, Quantity, quoted
 from apesim.quantities.files import text_of
 from apesim.quantities.trees import faults, fields
 
@@ -69,7 +69,7 @@ def load_effect(path: str | PathLike[str]) -> OutsideEffect:
     Raises
     ------
     InputError
-        With one culprit: the file cannot be read or run, or what it defines is no effect that the model has room for.
+        With one fault: the file cannot be read or run, or what it defines is no effect that the model has room for.
 
     Examples
     --------
@@ -79,13 +79,13 @@ def load_effect(path: str | PathLike[str]) -> OutsideEffect:
     path = Path(path).absolute()
     try:
         content = text_of(path)
-    except Wrong as wrong:
-        raise InputError([Culprit(str(path), "", wrong.wrong, "give the path of an effect's Python file")]) from None
+    except InvalidValue as wrong:
+        raise InputError([Fault(str(path), "", wrong.wrong, "give the path of an effect's Python file")]) from None
     digest = hashlib.sha256(content.encode()).hexdigest()
     try:
         return OutsideEffect(_effect_of(_module(path, content, digest)), path, digest)
-    except Wrong as wrong:
-        raise InputError([Culprit(str(path), "", wrong.wrong, wrong.right)]) from None
+    except InvalidValue as wrong:
+        raise InputError([Fault(str(path), "", wrong.wrong, wrong.right)]) from None
 
 
 def load_again(path: Path, sha256: str) -> OutsideEffect:
@@ -116,7 +116,7 @@ def load_again(path: Path, sha256: str) -> OutsideEffect:
         return OutsideEffect(sys.modules[name].EFFECT, path, sha256)
     found = load_effect(path)
     if found.sha256 != sha256:
-        raise InputError([Culprit(str(path), "", "was edited while it was in use", "start the work again")])
+        raise InputError([Fault(str(path), "", "was edited while it was in use", "start the work again")])
     return found
 
 
@@ -147,13 +147,13 @@ def _file_of(point: EntryPoint) -> Path:
     package = point.dist.name if point.dist else "an installed package"
     where, right = f"entry point {point.name} of {package}", "mend the package or uninstall it"
     if (point.attr or "EFFECT") != "EFFECT":
-        raise InputError([Culprit(where, "", f"names {quoted(point.value)}", f"name the module: {point.module}")])
+        raise InputError([Fault(where, "", f"names {quoted(point.value)}", f"name the module: {point.module}")])
     try:
         spec = importlib.util.find_spec(point.module)
     except Exception as error:  # a parent package that cannot be imported raises anything
-        raise InputError([Culprit(where, "", f"{point.module} cannot be found: {error}", right)]) from None
+        raise InputError([Fault(where, "", f"{point.module} cannot be found: {error}", right)]) from None
     if spec is None or not spec.origin or not spec.origin.endswith(".py"):
-        raise InputError([Culprit(where, "", f"there is no Python file {point.module}", right)])
+        raise InputError([Fault(where, "", f"there is no Python file {point.module}", right)])
     return Path(spec.origin)
 
 
@@ -176,7 +176,7 @@ def _module(path: Path, content: str, digest: str) -> ModuleType:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
         del sys.modules[name]
-        raise Wrong(f"{_line_of(error, path)}{type(error).__name__}: {error}", "mend the file") from None
+        raise InvalidValue(f"{_line_of(error, path)}{type(error).__name__}: {error}", "mend the file") from None
     return module
 
 
@@ -204,11 +204,11 @@ def _tree(content: str) -> ast.Module:
     except (SyntaxError, ValueError, RecursionError) as error:  # ValueError: a NUL byte
         number = getattr(error, "lineno", None)
         line = f"line {number}: " if number else ""
-        raise Wrong(f"{line}no Python: {getattr(error, 'msg', error)}", "mend the file") from None
+        raise InvalidValue(f"{line}no Python: {getattr(error, 'msg', error)}", "mend the file") from None
 
 
 def _refuse_imports(tree: ast.Module) -> None:
-    """Raise `Wrong` where a file imports what its hash does not know."""
+    """Raise `InvalidValue` where a file imports what its hash does not know."""
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
             names = ["." * node.level + (node.module or "")]
@@ -219,7 +219,7 @@ def _refuse_imports(tree: ast.Module) -> None:
         for name in names:
             if name.split(".")[0] not in KNOWN_MODULES:
                 right = "an effect is one file: write into it what it needs; it may import apesim, numpy, scipy, numba"
-                raise Wrong(f"line {node.lineno}: imports {quoted(name)}", right)
+                raise InvalidValue(f"line {node.lineno}: imports {quoted(name)}", right)
 
 
 def _line_of(error: BaseException, path: Path) -> str:
@@ -233,13 +233,15 @@ def _line_of(error: BaseException, path: Path) -> str:
 
 
 def _effect_of(module: ModuleType) -> Effect:
-    """The effect that a module defines, checked; raises `Wrong`."""
+    """The effect that a module defines, checked; raises `InvalidValue`."""
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
-        raise Wrong("defines no EFFECT" if effect is None else "its EFFECT is no apesim.effect.Effect", f"write {FORM}")
+        raise InvalidValue(
+            "defines no EFFECT" if effect is None else "its EFFECT is no apesim.effect.Effect", f"write {FORM}"
+        )
     for fault in (_name_fault, _layer_fault, _parameters_fault, _slots_fault):
         if found := fault(effect, module):
-            raise Wrong(f"EFFECT: {found[0]}", found[1])
+            raise InvalidValue(f"EFFECT: {found[0]}", found[1])
     return effect
 
 
@@ -282,7 +284,7 @@ def _parameters_fault(effect: Effect, module: ModuleType) -> tuple[str, str] | N
             return f"{cls.__name__}.{key} is no number with a unit and a range", f"write {form}"
         try:
             field.check(cls._field_defaults[key])  # type: ignore[attr-defined]
-        except Wrong as wrong:
+        except InvalidValue as wrong:
             return f"the default of {cls.__name__}.{key}: {wrong.wrong}", wrong.right
     strengths = effect.strengths or cls._fields[:1]  # type: ignore[attr-defined]
     for key in strengths:
@@ -331,4 +333,4 @@ def refuse_twins(effects: tuple[OutsideEffect, ...]) -> None:
         other = seen.setdefault(one.name, one)
         if other.sha256 != one.sha256:
             wrong = f"EFFECT: {quoted(one.name)} is the name of the effect in {other.path}, too"
-            raise InputError([Culprit(str(one.path), "", wrong, "rename one of them, or leave one file out")])
+            raise InputError([Fault(str(one.path), "", wrong, "rename one of them, or leave one file out")])

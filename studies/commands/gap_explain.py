@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from apesim.engine.outside_machine import outside_effects_of, switched_on
-from apesim.quantities import Culprit, InputError
+from apesim.quantities import Fault, InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.console import COMMAND_LINE, DONE, INCOMPLETE
 from apesim.studies.estimation.residuals import EndedEarly
@@ -94,7 +94,7 @@ def given(common, folder, without):
     machine = common.load_machine()
     faults = faults_of(without, machine)
     if faults:
-        raise InputError([Culprit(COMMAND_LINE, f"--{name}", wrong, right) for name, wrong, right in faults])
+        raise InputError([Fault(COMMAND_LINE, f"--{name}", wrong, right) for name, wrong, right in faults])
     measured = read_measured(folder, machine.ambient.pressure)
     return machine, measured, check_input(measured)
 

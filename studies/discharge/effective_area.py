@@ -160,7 +160,7 @@ def evaluate_discharge(
     try:
         records = read_tests(files, ambient.pressure)
     except InputError as error:
-        arguments.culprits += error.culprits
+        arguments.faults += error.faults
     arguments.refuse()
     if out is not None and not overwrite:
         refuse_to_replace(out)

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.quantities import Culprit, InputError
+from apesim.quantities import Fault, InputError
 from apesim.studies.discharge.area import AreaFit, fit_area
 from apesim.studies.discharge.collapse import collapse_of
 from apesim.studies.discharge.opening import WIDEST, opening_curve, plateau, told_until
@@ -72,7 +72,7 @@ def discharge(vessel, records):
         if end < pooled.knots[1]:
             wrong = f"too noisy: half the band of the area is nowhere below {WIDEST:.0%} of it"
             right = "give more tests, of less noise, higher pressure or a smaller vessel"
-            raise InputError([Culprit(", ".join(record.name for record in records), "pressure", wrong, right)])
+            raise InputError([Fault(", ".join(record.name for record in records), "pressure", wrong, right)])
     fits = [fit_area(vessel, [part], pooled.knots, opened)[0] for part in parts] if len(parts) > 1 else [pooled]
     ends = [told_until(fit, last, full_area) for fit, last in zip(fits, lasts, strict=True)]
     collapse = collapse_of(fits, min(ends), full_area) if len(parts) > 1 and min(ends) > pooled.knots[1] else None

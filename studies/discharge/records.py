@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.quantities import Culprit, InputError
+from apesim.quantities import Fault, InputError
 from apesim.studies.measured.columns import read_columns
 
 COLUMNS = {"time": "ms", "pressure": "kPa abs"}
@@ -47,27 +47,27 @@ def read_test(path, ambient_pressure):
     Raises
     ------
     InputError
-        With a culprit for each fault.
+        With every fault.
     """
     path, right = Path(path), 'give a CSV with the header "time [ms],pressure [kPa abs]"'
-    columns, _, culprits = read_columns(path, COLUMNS, tuple(COLUMNS), ambient_pressure, right)
-    if not culprits:
-        culprits = [Culprit(str(path), *fault) for fault in _faults(**columns, ambient_pressure=ambient_pressure)]
-    if culprits:
-        raise InputError(culprits)
+    columns, _, all_faults = read_columns(path, COLUMNS, tuple(COLUMNS), ambient_pressure, right)
+    if not all_faults:
+        all_faults = [Fault(str(path), *fault) for fault in _faults(**columns, ambient_pressure=ambient_pressure)]
+    if all_faults:
+        raise InputError(all_faults)
     return Record(path.name, columns["time"], columns["pressure"])
 
 
 def read_tests(files: Sequence[str | PathLike[str]], ambient_pressure: float) -> list[Record]:
-    """Read the records of discharge tests; raise `InputError` with the culprits of all files."""
-    records, culprits = [], []
+    """Read the records of discharge tests; raise `InputError` with the all_faults of all files."""
+    records, all_faults = [], []
     for file in files:
         try:
             records.append(read_test(file, ambient_pressure))
         except InputError as error:
-            culprits += error.culprits
-    if culprits:
-        raise InputError(culprits)
+            all_faults += error.faults
+    if all_faults:
+        raise InputError(all_faults)
     return records
 
 

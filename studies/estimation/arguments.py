@@ -6,7 +6,7 @@ from os import PathLike
 from typing import Any
 
 from apesim.engine.machine import Machine
-from apesim.quantities import Arguments, Culprit, InputError, Quantity
+from apesim.quantities import Arguments, Fault, InputError, Quantity
 from apesim.quantities.checking import check
 from apesim.studies.measured import Measured, read_measured
 
@@ -47,7 +47,7 @@ def open_measured(
     Raises
     ------
     InputError
-        With one culprit for each fault.
+        With every fault.
     """
     check(machine, Machine, f"{function}()")
     arguments = Arguments(function, machine.ambient.pressure)
@@ -60,8 +60,8 @@ def open_measured(
     if not isnan(measured.ambient_pressure) and not isclose(measured.ambient_pressure, machine.ambient.pressure):
         wrong = f"was read with gauge pressures above {measured.ambient_pressure:g} Pa"
         right = f"read it with ambient_pressure={machine.ambient.pressure!r}, as the machine has it"
-        raise InputError([Culprit(f"{function}()", "measured", wrong, right)])
+        raise InputError([Fault(f"{function}()", "measured", wrong, right)])
     if bench and measured.bench != bench:
         wrong, right = f"is of a bench of the {measured.bench}", f"give data of a bench of the {bench}"
-        raise InputError([Culprit(f"{function}()", "measured", wrong, right)])
+        raise InputError([Fault(f"{function}()", "measured", wrong, right)])
     return measured, given

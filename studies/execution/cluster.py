@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from apesim.kernel import sources_hash
-from apesim.quantities import Culprit, InputError
+from apesim.quantities import Fault, InputError
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -48,7 +48,7 @@ def connected(address: str) -> "Iterator[Client]":
     right = "start one with `dask scheduler`, and give e.g. tcp://127.0.0.1:8786"
     if not re.fullmatch(ADDRESS, address):
         raise _refusal(f"{address!r} is no address of a scheduler", right)
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it would log is reported as a culprit
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it would log is reported as a fault
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except OSError:
@@ -107,4 +107,4 @@ def _checked(task: Callable[[Any], Any], item: Any, expected: str) -> Any:
 
 def _refusal(wrong: str, right: str) -> InputError:
     """The error that names the option, what is wrong and what would be right."""
-    return InputError([Culprit(DASK, "", wrong, right)])
+    return InputError([Fault(DASK, "", wrong, right)])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from apesim.march.adaptive import TOLERANCE
-from apesim.quantities import Culprit, InputError
+from apesim.quantities import Fault, InputError
 from apesim.studies.measured import CHECK, FIT, GATE
 from apesim.studies.measured.sensors import FILE
 
@@ -32,10 +32,10 @@ def check_input(measured):
     """
     file = f"{measured.folder}/{FILE}"
     if not measured.of(FIT):
-        raise InputError([Culprit(file, "run.role", "no run is to be fitted", f'give at least one run role = "{FIT}"')])
-    culprits = [*_dead(measured), *_unknown(measured)]
-    if culprits:
-        raise InputError(culprits)
+        raise InputError([Fault(file, "run.role", "no run is to be fitted", f'give at least one run role = "{FIT}"')])
+    faults = [*_dead(measured), *_unknown(measured)]
+    if faults:
+        raise InputError(faults)
     warnings = []
     for run in measured.runs:
         steps = np.diff(run.times)
@@ -52,23 +52,23 @@ def check_input(measured):
 
 
 def _dead(measured):
-    """Culprits of sensors that show nothing, not even noise."""
+    """Faults of sensors that show nothing, not even noise."""
     for run in measured.runs:
         for sensor, values in run.channels.items():
             if np.ptp(values) == 0.0:
                 file = f"{measured.folder}/{run.data}"
-                yield Culprit(file, sensor, "never changes", "is the sensor connected? else leave the column out")
+                yield Fault(file, sensor, "never changes", "is the sensor connected? else leave the column out")
 
 
 def _unknown(measured):
-    """Culprits of sensors of which no run tells the noise."""
+    """Faults of sensors of which no run tells the noise."""
     known = {sensor for run in measured.of(FIT) + measured.of(GATE) for sensor in (*run.channels, *run.means)}
     for run in measured.of(CHECK):
         for sensor in {**run.channels, **run.means}:
             if sensor not in known:
                 wrong = "is in runs to check alone: its noise is unknown"
                 right = "measure it in another run, too, or leave it out"
-                yield Culprit(f"{measured.folder}/{run.data or FILE}", sensor, wrong, right)
+                yield Fault(f"{measured.folder}/{run.data or FILE}", sensor, wrong, right)
 
 
 def _saturated(values):

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.quantities import Culprit, InputError
+from apesim.quantities import Fault, InputError
 from apesim.studies.estimation.noise.first_order import is_white, noise_model, rough_noise
 from apesim.studies.identify.genetic import genetic
 from apesim.studies.identify.profile import FINE, intervals_of, minimise
@@ -167,18 +167,16 @@ def _badly_known(keys, best, intervals, correlation, together):
 
 def _refuse(problem, measured, method):
     """Raises `InputError` where there is nothing to fit, or no one value of a free parameter."""
-    culprits = []
+    faults = []
     if not problem.blocks or (method == "ga" and "lift" not in problem.sensors):
         wrong = "no run of the role fit has " + ("lift" if method == "ga" else "lift or chamber pressures")
-        culprits.append(Culprit(measured.folder, "run", wrong, 'measure "lift [mm]", and write role = "fit"'))
+        faults.append(Fault(measured.folder, "run", wrong, 'measure "lift [mm]", and write role = "fit"'))
     for key, field in SUPPLY.items():
         given = {value for run in problem.runs if not isnan(value := getattr(run, field))}
         if key in [f.key for f in problem.free] and len(given) > 1:
-            culprits.append(
-                Culprit(measured.folder, key, "differs between the runs", "fit runs of one value, or hold it")
-            )
-    if culprits:
-        raise InputError(culprits)
+            faults.append(Fault(measured.folder, key, "differs between the runs", "fit runs of one value, or hold it"))
+    if faults:
+        raise InputError(faults)
 
 
 def _refuse_idle(problem, jacobian):
@@ -186,9 +184,7 @@ def _refuse_idle(problem, jacobian):
     idle = [free.key for free, column in zip(problem.free, jacobian.T, strict=True) if not column.any()]
     if idle:
         right = "leave it out, or switch on what it belongs to"
-        raise InputError(
-            [Culprit("command line", "--free", f"{key} changes nothing in the runs", right) for key in idle]
-        )
+        raise InputError([Fault("command line", "--free", f"{key} changes nothing in the runs", right) for key in idle])
 
 
 def _identified(problem, x, intervals, correlation, noises, warnings, converged):

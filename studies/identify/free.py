@@ -5,7 +5,7 @@ from fractions import Fraction
 from math import inf
 
 from apesim.engine.machine import Machine
-from apesim.quantities import Culprit, InputError, Quantity, Wrong, quoted, unit
+from apesim.quantities import Fault, InputError, InvalidValue, Quantity, quoted, unit
 from apesim.quantities.settings import schema
 from apesim.studies.identify.simulation import Free
 from apesim.valve.effects import ValveEffects
@@ -48,31 +48,31 @@ def free_parameters(
     Raises
     ------
     InputError
-        With a culprit for each fault.
+        With every fault.
     """
     leaves = {leaf.key: leaf for leaf in schema(type(machine), machine)}
     found: list[Free] = []
-    culprits: list[Culprit] = []
+    all_faults: list[Fault] = []
     for text in texts:
         key, given, bounds = (part.strip() for part in text.partition("="))
         try:
             declaration = leaves[key].declaration if key in leaves else None
             if not isinstance(declaration, Quantity):
-                raise Wrong(f"{quoted(key)} is no key of a quantity", "give one, e.g. valve.viscous_friction")
+                raise InvalidValue(f"{quoted(key)} is no key of a quantity", "give one, e.g. valve.viscous_friction")
             if not _on_bench(key):
                 right = "free a key of the valve, its effects, the supply, the ambient or the air"
-                raise Wrong(f"{key} has no part in the valve's bench", right)
+                raise InvalidValue(f"{key} has no part in the valve's bench", right)
             if key in [free.key for free in found]:
-                raise Wrong(f"{key} is given twice", "give it once")
+                raise InvalidValue(f"{key} is given twice", "give it once")
             own = float(leaves[key].default)
             found.append(_free(key, declaration, own, bounds if given else None, machine.ambient.pressure, method))
-        except Wrong as wrong:
-            culprits.append(Culprit(*where, wrong.wrong, wrong.right))
+        except InvalidValue as wrong:
+            all_faults.append(Fault(*where, wrong.wrong, wrong.right))
     if not texts:
         right = f"write {where[1]} {EXAMPLE}" if where == COMMAND_LINE else f'write {where[1]}=["{EXAMPLE}"]'
-        culprits.append(Culprit(*where, "is not given", right))
-    if culprits:
-        raise InputError(culprits)
+        all_faults.append(Fault(*where, "is not given", right))
+    if all_faults:
+        raise InputError(all_faults)
     return found
 
 
@@ -85,23 +85,23 @@ def _on_bench(key: str) -> bool:
 def _free(
     key: str, declaration: Quantity, value: float, bounds: str | None, ambient_pressure: float, method: str
 ) -> Free:
-    """One free parameter; raises `Wrong`."""
+    """One free parameter; raises `InvalidValue`."""
     low, high = declaration.ends
     if bounds is not None:
         right = f"write {key}=LOW:HIGH, each with its unit, within {declaration.range_text}"
         ends = bounds.split(":")
         if len(ends) != 2:
-            raise Wrong(f"{quoted(bounds)} are no bounds", right)
+            raise InvalidValue(f"{quoted(bounds)} are no bounds", right)
         try:
             low, high = (declaration.read(end.strip(), ambient_pressure) for end in ends)
-        except Wrong as wrong:
-            raise Wrong(wrong.wrong, wrong.right or right) from None
+        except InvalidValue as wrong:
+            raise InvalidValue(wrong.wrong, wrong.right or right) from None
         if not low < high < inf:
-            raise Wrong(f"{quoted(bounds)}: the first is not below the second", right)
+            raise InvalidValue(f"{quoted(bounds)}: the first is not below the second", right)
     elif method == GENETIC and key in PAPER_RANGES:
         low, high = PAPER_RANGES[key]
     elif not high - low < inf:
-        raise Wrong(f"{key} has no range of its own", f"write {key}=LOW:HIGH")
+        raise InvalidValue(f"{key} has no range of its own", f"write {key}=LOW:HIGH")
     local = bounds is None and method != GENETIC and low < value < high and value != 0.0
     start = value if low < value < high else 0.5 * (low + high)
     scale = abs(value) if local else 0.5 * (high - low)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from apesim.quantities import Culprit, InputError
+from apesim.quantities import Fault, InputError
 
 POPULATION, GENERATIONS = 20, 80
 
@@ -15,7 +15,7 @@ def genetic(problem, generations=GENERATIONS, seed=0):
         from pymoo.optimize import minimize
     except ImportError:
         right = "pip install 'apesim[ga]', or leave --method out"
-        raise InputError([Culprit("command line", "--method", "the genetic algorithm needs pymoo", right)]) from None
+        raise InputError([Fault("command line", "--method", "the genetic algorithm needs pymoo", right)]) from None
 
     class Evaluation(ElementwiseProblem):
         def _evaluate(self, x, out, *args, **kwargs):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from apesim.quantities import Culprit, Wrong, quoted, unit
+from apesim.quantities import Fault, InvalidValue, quoted, unit
 from apesim.quantities.files import csv_columns
 from apesim.quantities.units import NUMBER
 
@@ -20,7 +20,7 @@ KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
 
 def read_columns(
     path: Path, declared: Mapping[str, str], due: Sequence[str], ambient_pressure: float, right: str
-) -> tuple[dict[str, np.ndarray], list[str], list[Culprit]]:
+) -> tuple[dict[str, np.ndarray], list[str], list[Fault]]:
     """Read the declared columns of a CSV; others are ignored.
 
     Parameters
@@ -43,68 +43,70 @@ def read_columns(
         Values in SI and absolute, by name; what is wrong is missing.
     names : list of str
         Names of all columns in the file.
-    culprits : list of Culprit
+    faults : list of Fault
         Faults, empty where there are none.
     """
     file = str(path)
-    culprits: list[Culprit] = []
+    faults: list[Fault] = []
     columns: dict[str, np.ndarray] = {}
     try:
         texts = csv_columns(path)
-    except Wrong as wrong:
-        return {}, [], [Culprit(file, "", wrong.wrong, wrong.right or right)]
+    except InvalidValue as wrong:
+        return {}, [], [Fault(file, "", wrong.wrong, wrong.right or right)]
     if not any(name in declared or _is_unit(text) for name, text in texts):
-        return {}, [], [Culprit(file, "", "line 1 is no header with names and units", right)]
+        return {}, [], [Fault(file, "", "line 1 is no header with names and units", right)]
     names = [name for name, _ in texts]
     for name, expected in declared.items():
         matching = [item for item in texts.items() if item[0][0] == name]
         form = f'write "{name} [{expected}]" in the header'
         if name in due and not matching:
-            culprits.append(Culprit(file, name, "there is no such column", form))
+            faults.append(Fault(file, name, "there is no such column", form))
         if len(matching) > 1:
-            culprits.append(Culprit(file, name, "stands in several columns", "keep one of them"))
+            faults.append(Fault(file, name, "stands in several columns", "keep one of them"))
         elif matching and (name in due or any(cell.strip() != NOT_MEASURED for cell in matching[0][1])):
             (_, header_unit), cells = matching[0]
             try:
                 columns[name] = _values(name, header_unit, cells, expected, ambient_pressure, form)
-            except Wrong as wrong:
-                culprits.append(Culprit(file, name, wrong.wrong, wrong.right))
+            except InvalidValue as wrong:
+                faults.append(Fault(file, name, wrong.wrong, wrong.right))
     stuck = np.flatnonzero(np.diff(columns.get(due[0], ())) <= 0.0)
-    if len(stuck) and not culprits:
-        culprits.append(Culprit(file, due[0], f"does not rise in row {stuck[0] + 2}", "sort the rows, one of equals"))
-    return columns, names, culprits
+    if len(stuck) and not faults:
+        faults.append(Fault(file, due[0], f"does not rise in row {stuck[0] + 2}", "sort the rows, one of equals"))
+    return columns, names, faults
 
 
 def _is_unit(text: str | None) -> bool:
     """Whether a text of a header, or None, is a unit."""
     try:
         return text is not None and bool(unit(re.sub(rf" ({'|'.join(KINDS)})$", "", text)))
-    except Wrong:
+    except InvalidValue:
         return False
 
 
 def _values(
     name: str, given: str | None, cells: Sequence[str], expected: str, ambient_pressure: float, right: str
 ) -> np.ndarray:
-    """The SI values of a column; raises `Wrong`."""
+    """The SI values of a column; raises `InvalidValue`."""
     if given is None:
-        raise Wrong("has no unit", right)
+        raise InvalidValue("has no unit", right)
     body, kind = given, ABSOLUTE
     if expected.endswith(ABSOLUTE):
         body, _, kind = given.rpartition(" ")
         if kind not in KINDS:
-            raise Wrong(f"{quoted(given)} says neither gauge nor abs", f"{right}, or gauge")
+            raise InvalidValue(f"{quoted(given)} says neither gauge nor abs", f"{right}, or gauge")
     try:
         scale = unit(body)
-    except Wrong as wrong:
-        raise Wrong(wrong.wrong, right) from None
+    except InvalidValue as wrong:
+        raise InvalidValue(wrong.wrong, right) from None
     if scale.dimension != unit(expected.removesuffix(f" {ABSOLUTE}")).dimension:
-        raise Wrong(f"{quoted(given)} is no unit of {name}", right)
+        raise InvalidValue(f"{quoted(given)} is no unit of {name}", right)
     for row, cell in enumerate(cells, 1):
         if not re.fullmatch(NUMBER, cell.strip()):
-            raise Wrong(f"{quoted(cell)} in row {row} is no finite number", "give a number in every cell")
+            raise InvalidValue(f"{quoted(cell)} in row {row} is no finite number", "give a number in every cell")
     offset = float(scale.offset) + (ambient_pressure if kind == GAUGE else 0.0)
     values = np.array([float(cell) for cell in cells]) * float(scale.factor) + offset
     if not np.all(np.isfinite(values)):
-        raise Wrong(f"row {int(np.argmin(np.isfinite(values))) + 1} is too large, not finite", "give finite numbers")
+        raise InvalidValue(
+            f"row {int(np.argmin(np.isfinite(values))) + 1} is too large, not finite", "give finite numbers"
+        )
     return values

@@ -175,7 +175,7 @@ def _free_pressures(arguments: Arguments, machine: Machine, free: str | None) ->
     try:
         (found,) = free_parameters(machine, [free])
     except InputError as error:
-        for culprit in error.culprits:
-            arguments.fault("free", culprit.wrong, culprit.right)
+        for fault in error.faults:
+            arguments.fault("free", fault.wrong, fault.right)
         return None
     return found.low, found.high

@@ -273,7 +273,7 @@ def _variation(arguments: Arguments, machine: Machine, vary: Vary | None) -> Var
     try:
         return vary_machine(machine, vary, f"{arguments.where}: vary")
     except InputError as error:
-        arguments.culprits += error.culprits
+        arguments.faults += error.faults
         return None
 
 

@@ -6,7 +6,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 from apesim.engine.machine import Machine
-from apesim.quantities import Choice, Culprit, Curve, InputError, Pressure, Quantity, quoted, unit
+from apesim.quantities import Choice, Curve, Fault, InputError, Pressure, Quantity, quoted, unit
 from apesim.quantities.arguments import Declared, values_of
 from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import misassigned, schema
@@ -61,7 +61,7 @@ def vary(texts, path=None, settings=()):
     Raises
     ------
     InputError
-        With a culprit for each text, value, or kind of fault that combinations have.
+        With a fault for each text, value, or kind of fault that combinations have.
     """
 
     def make(assigned: dict[str, str]) -> Machine:
@@ -106,34 +106,34 @@ def _pairs(texts: Sequence[str]) -> list[tuple[str, Any]]:
 def _vary(base: Machine, pairs: list[tuple[str, Any]], make: Callable, where: str) -> Variation:
     """Machines for all combinations, see `vary`; `make` makes one from texts by key."""
     declarations = {leaf.key: leaf.declaration for leaf in schema(type(base))}
-    given, axes, culprits = set(), [], []
+    given, axes, all_faults = set(), [], []
     for key, values in pairs:
         if values is None:
             right = 'write KEY=RANGE, e.g. supply.pressure="0.6:1.4:0.2 MPa gauge"'
-            culprits.append(Culprit(where, "", f"{quoted(key)} varies nothing", right))
+            all_faults.append(Fault(where, "", f"{quoted(key)} varies nothing", right))
         elif key not in declarations:
-            culprits.append(misassigned(type(base), key, where))
+            all_faults.append(misassigned(type(base), key, where))
         elif key == INTAKE_KEY:
             own = "--intake epv,cam,ideal" if where == VARY else 'intake="epv, cam, ideal"'
-            culprits.append(Culprit(where, key, "has an option of its own", f"write {own}"))
+            all_faults.append(Fault(where, key, "has an option of its own", f"write {own}"))
         elif key in given:
-            culprits.append(Culprit(where, key, "is given twice", "give all its values at once"))
+            all_faults.append(Fault(where, key, "is given twice", "give all its values at once"))
         else:
             given.add(key)
             try:
                 above = None if key == AMBIENT_KEY else base.ambient.pressure
                 axes.append(_axis(key, declarations[key], values, above, where))
             except InputError as error:
-                culprits += error.culprits
+                all_faults += error.faults
     if AMBIENT_KEY in given:
         gauges = [key for key, values in pairs if "gauge" in str(values)]
         right = f"write it abs, as {AMBIENT_KEY} varies, above which gauge pressures stand"
-        culprits += [Culprit(where, key, "is gauge and so has no one value", right) for key in gauges]
+        all_faults += [Fault(where, key, "is gauge and so has no one value", right) for key in gauges]
     number = prod(len(axis.texts) for axis in axes)
     if number > MAX_COMBINATIONS:
-        culprits.append(Culprit(where, "", f"makes {number} machines", f"at most {MAX_COMBINATIONS}: larger steps"))
-    if culprits:
-        raise InputError(culprits)
+        all_faults.append(Fault(where, "", f"makes {number} machines", f"at most {MAX_COMBINATIONS}: larger steps"))
+    if all_faults:
+        raise InputError(all_faults)
     return Variation(tuple(axes), _machines(axes, make, where))
 
 
@@ -148,12 +148,12 @@ def _axis(key: str, declaration: Declared, given: Any, ambient_pressure: float |
         texts = [declaration.render(value, ambient_pressure) for value in values]
     twice = [text for text in dict.fromkeys(texts) if texts.count(text) > 1]
     if twice:
-        raise InputError([Culprit(where, key, f"{quoted(text)} is given twice", "give it once") for text in twice])
+        raise InputError([Fault(where, key, f"{quoted(text)} is given twice", "give it once") for text in twice])
     return Axis(key, declaration, tuple(texts), tuple(values))
 
 
 def _machines(axes: list[Axis], make: Callable, where: str) -> tuple[Machine, ...]:
-    """A machine for each combination; raises `InputError` with one culprit for each kind of fault."""
+    """A machine for each combination; raises `InputError` with a fault of each kind."""
     machines: list[Machine] = []
     faults: dict[tuple[str, str], list[tuple[str, str]]] = {}
     for texts in product(*(axis.texts for axis in axes)):
@@ -162,18 +162,18 @@ def _machines(axes: list[Axis], make: Callable, where: str) -> tuple[Machine, ..
             machines.append(make(assigned))
         except InputError as error:
             words = ", ".join(f"{key}={text}" for key, text in assigned.items())
-            for culprit in error.culprits:
-                faults.setdefault((culprit.key, culprit.right), []).append((culprit.wrong, words))
+            for fault in error.faults:
+                faults.setdefault((fault.key, fault.right), []).append((fault.wrong, words))
     if faults:
         raise InputError([_fault(key, right, found, where) for (key, right), found in faults.items()])
     return tuple(machines)
 
 
-def _fault(key: str, right: str, found: list[tuple[str, str]], where: str) -> Culprit:
-    """The culprit of what is wrong with some combinations."""
+def _fault(key: str, right: str, found: list[tuple[str, str]], where: str) -> Fault:
+    """The fault of what is wrong with some combinations."""
     (wrong, first), *others = found
     more = f" and {len(others)} more" if others else ""
-    return Culprit(where, key, f"{wrong} (with {first}{more})", right)
+    return Fault(where, key, f"{wrong} (with {first}{more})", right)
 
 
 def stored(axis):

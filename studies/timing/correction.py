@@ -193,9 +193,9 @@ def with_targets(arguments: Arguments, machine: Machine, target: str | Sequence[
     """
     if target is None:
         return machine
-    noted = len(arguments.culprits)
+    noted = len(arguments.faults)
     angles = arguments.range("target", target, ANGLE)
-    if len(arguments.culprits) > noted:
+    if len(arguments.faults) > noted:
         return machine
     form = 'write two angles, opening and closing, less than a turn apart, e.g. "-5 deg, 70 deg"'
     if len(angles) != 2:

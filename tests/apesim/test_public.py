@@ -37,9 +37,9 @@ def refused(function, *arguments, **options):
     """Keys of what a call is refused for."""
     with pytest.raises(apesim.InputError) as caught:
         function(*arguments, **options)
-    for culprit in caught.value.culprits:
-        assert culprit.file == f"{function.__name__}()" and culprit.wrong and culprit.right
-    return [culprit.key for culprit in caught.value.culprits]
+    for fault in caught.value.faults:
+        assert fault.file == f"{function.__name__}()" and fault.wrong and fault.right
+    return [fault.key for fault in caught.value.faults]
 
 
 @pytest.mark.parametrize(("key", "value"), [(key, value) for key, values in BAD.items() for value in values])
@@ -115,7 +115,7 @@ def test_an_option_is_refused_in_the_words_of_the_argument(capsys, tmp_path, mon
     assert main_of(app) == 2
     with pytest.raises(apesim.InputError) as caught:
         function(Machine(), **options)
-    of_call = [f"command line: --{fault.key}: {fault.wrong}; {fault.right}" for fault in caught.value.culprits]
+    of_call = [f"command line: --{fault.key}: {fault.wrong}; {fault.right}" for fault in caught.value.faults]
     named = {f"`{name}`": f"--{name}" for name in ("repeat", "intake")}
     for argument, option in named.items():
         of_call = [line.replace(argument, option) for line in of_call]
@@ -131,7 +131,7 @@ def test_a_sweep_is_refused_for_all_that_is_wrong_with_it(tmp_path):
     assert refused(apesim.sweep, Machine(), [], out=out) == ["speed"]
     with pytest.raises(apesim.InputError) as caught:
         apesim.sweep(Machine(), W, vary={"engine_bore": ["80 mm", -1.0], "engine.stroke": "80"}, out=out)
-    assert [culprit[:2] for culprit in caught.value.culprits] == [
+    assert [fault[:2] for fault in caught.value.faults] == [
         ("sweep(): vary", "engine.bore"),
         ("sweep(): vary", "engine.stroke"),
     ]

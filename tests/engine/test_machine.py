@@ -24,10 +24,10 @@ BAD = {
 
 
 def told(function):
-    """What is wrong and right in the culprits of a refusal, without where."""
+    """What is wrong and right in the faults of a refusal, without where."""
     with pytest.raises(InputError) as caught:
         function()
-    return [culprit[1:] for culprit in caught.value.culprits]
+    return [fault[1:] for fault in caught.value.faults]
 
 
 @pytest.mark.parametrize(("key", "text"), BAD.items())

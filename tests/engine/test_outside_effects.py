@@ -67,9 +67,9 @@ def written(folder, text, name="mine.py"):
 def refusal(path):
     with pytest.raises(InputError) as caught:
         Machine().with_effects(path)
-    (culprit,) = caught.value.culprits
-    assert "\n" not in str(culprit)
-    return str(culprit)
+    (fault,) = caught.value.faults
+    assert "\n" not in str(fault)
+    return str(fault)
 
 
 # --- what it does ---

@@ -1,4 +1,4 @@
-"""The command line as a user meets it: exit codes, one line per culprit, JSON and nothing else."""
+"""The command line as a user meets it: exit codes, one line per fault, JSON and nothing else."""
 
 import csv
 import json

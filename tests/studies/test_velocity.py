@@ -109,7 +109,7 @@ def test_a_measured_velocity_of_the_wrong_sign_is_told(apesim, tmp_path, bench, 
         return
     with pytest.raises(InputError, match="velocity: falls where the lift rises; turn its sign") as error:
         read_measured(tmp_path, AMBIENT)
-    assert len(error.value.culprits) == 1
+    assert len(error.value.faults) == 1
 
 
 def test_a_map_of_format_version_1_is_turned_when_it_is_read_and_says_so(apesim, tmp_path):

@@ -34,13 +34,13 @@ def write_machine(folder, key, value):
     return path
 
 
-def culprits_of(path):
+def faults_of(path):
     with pytest.raises(InputError) as caught:
         load(Machine, path)
     lines = str(caught.value).splitlines()
-    assert len(lines) == len(caught.value.culprits)
+    assert len(lines) == len(caught.value.faults)
     assert all(line.startswith(f"{path}: ") for line in lines)
-    return {culprit.key: culprit for culprit in caught.value.culprits}
+    return {fault.key: fault for fault in caught.value.faults}
 
 
 def leaf_id(leaf):
@@ -59,22 +59,22 @@ def test_every_key_has_a_range_and_a_source():
 
 @pytest.mark.parametrize("leaf", WITH_UNIT, ids=leaf_id)
 def test_a_bare_number_is_refused_where_a_unit_is_due(leaf, tmp_path):
-    culprit = culprits_of(write_machine(tmp_path, leaf.key, "1"))[leaf.key]
-    assert "has no unit" in culprit.wrong
-    assert leaf.declaration.unit in culprit.right
+    fault = faults_of(write_machine(tmp_path, leaf.key, "1"))[leaf.key]
+    assert "has no unit" in fault.wrong
+    assert leaf.declaration.unit in fault.right
 
 
 @pytest.mark.parametrize("leaf", WITH_UNIT, ids=leaf_id)
 def test_a_unit_of_another_dimension_is_refused(leaf, tmp_path):
-    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"1 kg m K"'))[leaf.key]
-    assert "cannot be converted" in culprit.wrong
-    assert leaf.declaration.unit in culprit.right
+    fault = faults_of(write_machine(tmp_path, leaf.key, '"1 kg m K"'))[leaf.key]
+    assert "cannot be converted" in fault.wrong
+    assert leaf.declaration.unit in fault.right
 
 
 @pytest.mark.parametrize("leaf", WITH_UNIT + BARE, ids=leaf_id)
 @pytest.mark.parametrize("raw", ["true", '"nan"', "nan", "[1, 2]", '"much"', '"1e400"', "{ a = 1 }"])
 def test_what_is_no_finite_number_is_refused(leaf, raw, tmp_path):
-    assert culprits_of(write_machine(tmp_path, leaf.key, raw))[leaf.key].right
+    assert faults_of(write_machine(tmp_path, leaf.key, raw))[leaf.key].right
 
 
 @pytest.mark.parametrize("leaf", WITH_UNIT + BARE, ids=leaf_id)
@@ -83,37 +83,37 @@ def test_a_value_beyond_the_range_is_refused_and_the_range_told(leaf, tmp_path):
     beyond = declaration.low - 1.0 if math.isinf(declaration.high) else declaration.high * 2.0 + 1.0
     kind = " abs" if isinstance(declaration, Pressure) else ""
     raw = f'"{beyond!r} {declaration.unit}{kind}"' if declaration.unit else repr(beyond)
-    culprit = culprits_of(write_machine(tmp_path, leaf.key, raw))[leaf.key]
-    assert "out of range" in culprit.wrong
-    assert declaration.range_text in culprit.right
+    fault = faults_of(write_machine(tmp_path, leaf.key, raw))[leaf.key]
+    assert "out of range" in fault.wrong
+    assert declaration.range_text in fault.right
 
 
 @pytest.mark.parametrize("leaf", [x for x in LEAVES if isinstance(x.declaration, Pressure)], ids=leaf_id)
 def test_a_pressure_must_say_gauge_or_abs(leaf, tmp_path):
-    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"0.5 MPa"'))[leaf.key]
-    assert "gauge" in culprit.right and "abs" in culprit.right
+    fault = faults_of(write_machine(tmp_path, leaf.key, '"0.5 MPa"'))[leaf.key]
+    assert "gauge" in fault.right and "abs" in fault.right
 
 
 @pytest.mark.parametrize("leaf", [x for x in LEAVES if isinstance(x.declaration, Choice)], ids=leaf_id)
 def test_an_unknown_word_is_refused_and_the_words_told(leaf, tmp_path):
-    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"something"'))[leaf.key]
-    assert all(option in culprit.right for option in leaf.declaration.options)
+    fault = faults_of(write_machine(tmp_path, leaf.key, '"something"'))[leaf.key]
+    assert all(option in fault.right for option in leaf.declaration.options)
 
 
 @pytest.mark.parametrize("leaf", [x for x in LEAVES if isinstance(x.declaration, Curve)], ids=leaf_id)
 def test_a_curve_that_is_not_there_is_refused(leaf, tmp_path):
-    culprit = culprits_of(write_machine(tmp_path, leaf.key, '"nowhere.csv"'))[leaf.key]
-    assert "nowhere.csv" in culprit.wrong
-    assert ",".join(leaf.declaration.columns) in culprit.right
+    fault = faults_of(write_machine(tmp_path, leaf.key, '"nowhere.csv"'))[leaf.key]
+    assert "nowhere.csv" in fault.wrong
+    assert ",".join(leaf.declaration.columns) in fault.right
 
 
 @pytest.mark.parametrize("leaf", LEAVES, ids=leaf_id)
 def test_a_misspelt_key_is_refused_with_the_nearest_right_one(leaf, tmp_path):
     section, _, name = leaf.key.rpartition(".")
     key = f"{section}.{name[0]}{name}"  # its last letter alone may tell it from its neighbours
-    culprit = culprits_of(write_machine(tmp_path, key, '"1 mm"'))[key]
-    assert "unknown key" in culprit.wrong
-    assert leaf.key.rpartition(".")[2] in culprit.right
+    fault = faults_of(write_machine(tmp_path, key, '"1 mm"'))[key]
+    assert "unknown key" in fault.wrong
+    assert leaf.key.rpartition(".")[2] in fault.right
 
 
 @pytest.mark.parametrize(
@@ -139,7 +139,7 @@ def test_a_misspelt_key_is_refused_with_the_nearest_right_one(leaf, tmp_path):
     ],
 )
 def test_what_only_several_keys_show_is_refused(key, value, blamed, tmp_path):
-    assert culprits_of(write_machine(tmp_path, key, value))[blamed].right
+    assert faults_of(write_machine(tmp_path, key, value))[blamed].right
 
 
 def test_ports_that_overlap_round_the_piston_are_refused(tmp_path):
@@ -156,7 +156,7 @@ def test_ports_that_overlap_round_the_piston_are_refused(tmp_path):
 def test_all_faults_are_told_at_once(tmp_path):
     path = tmp_path / "machine.toml"
     path.write_text('[engine]\nbore = 90\nstroke = "88 kg"\nintake = "valve"\nbohr = "1 mm"\n')
-    assert set(culprits_of(path)) == {"engine.bore", "engine.stroke", "engine.intake", "engine.bohr"}
+    assert set(faults_of(path)) == {"engine.bore", "engine.stroke", "engine.intake", "engine.bohr"}
 
 
 def test_the_printed_default_reads_back_bit_for_bit(tmp_path):
@@ -184,7 +184,7 @@ def test_a_table_that_is_present_switches_its_effect_on(tmp_path):
     path.write_text('[effects.blow_by]\narea = "0.5 mm^2"\n')
     assert load(Machine, path).effects.blow_by.area == 0.5e-6
     path.write_text("[effects.blow_by]\n")
-    assert "area" in culprits_of(path)["effects.blow_by"].right
+    assert "area" in faults_of(path)["effects.blow_by"].right
 
 
 CURVES = {

@@ -7,7 +7,7 @@ from fractions import Fraction
 import pint
 import pytest
 
-from apesim.quantities import Quantity, Wrong, parse, unit
+from apesim.quantities import InvalidValue, Quantity, parse, unit
 from apesim.quantities.names import WITH_PREFIXES, WITHOUT_PREFIXES, known_units, named, nearest
 
 STROKE, SPEED = Quantity("mm", 1, 500, "a test"), Quantity("rpm", 1, 5000, "a test")
@@ -42,7 +42,7 @@ def test_names_of_one_unit_do_not_hide_each_other():
 
 @pytest.mark.parametrize("name", ["PS", "cfm", "Nm", "R", "at", "foo", "mmm", "kmin", "barg", "degC", ""])
 def test_what_is_no_unit_here_is_refused(name):
-    with pytest.raises(Wrong, match="no known unit"):
+    with pytest.raises(InvalidValue, match="no known unit"):
         named(name)
 
 
@@ -72,7 +72,7 @@ def test_the_nearest_right_name(name, right):
     ],
 )
 def test_an_unknown_unit_is_refused_with_the_nearest_right_one(text, declaration, right):
-    with pytest.raises(Wrong) as caught:
+    with pytest.raises(InvalidValue) as caught:
         declaration.read(text)
     assert caught.value.right == right
     assert parse(right.removeprefix("write ").strip('"'), declaration) > 0.0

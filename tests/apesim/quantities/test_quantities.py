@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from apesim.quantities import (
     NO_CURVE,
     Choice,
-    Culprit,
     Curve,
+    Fault,
     InputError,
+    InvalidValue,
     Pressure,
     Quantity,
-    Wrong,
     parse,
     parse_range,
     split_header,
@@ -42,11 +42,11 @@ CURVE = Curve(("time [ms]", "opening [-]"), "a discharge test")
 AMBIENT = 101325.0
 
 
-def culprits_of(function, *arguments, **named):
+def faults_of(function, *arguments, **named):
     with pytest.raises(InputError) as caught:
         function(*arguments, **named)
-    assert len(str(caught.value).splitlines()) == len(caught.value.culprits)
-    return caught.value.culprits
+    assert len(str(caught.value).splitlines()) == len(caught.value.faults)
+    return caught.value.faults
 
 
 @pytest.mark.parametrize(
@@ -155,13 +155,13 @@ def test_a_star_after_a_slash_multiplies_again():
     ],
 )
 def test_no_units(text):
-    with pytest.raises(Wrong, match="no known unit"):
+    with pytest.raises(InvalidValue, match="no known unit"):
         unit(text)
 
 
 @given(st.text("mkgsbarPNWhindeCFK°%µ²⁻¹0123456789^*/·() -.", max_size=12))
 def test_any_text_is_a_unit_or_refused(text):
-    with contextlib.suppress(Wrong):
+    with contextlib.suppress(InvalidValue):
         assert unit(text).factor > 0
 
 
@@ -172,7 +172,7 @@ def test_the_si_unit_of_a_unit():
 
 
 def test_hertz_is_no_angular_speed():
-    assert culprits_of(parse, "20 Hz", SPEED)[0].right == 'write e.g. "3000 rpm"'
+    assert faults_of(parse, "20 Hz", SPEED)[0].right == 'write e.g. "3000 rpm"'
 
 
 @pytest.mark.parametrize(
@@ -246,21 +246,21 @@ def test_hertz_is_no_angular_speed():
     ],
 )
 def test_refuses_with_the_remedy(text, declaration, wrong, right):
-    (culprit,) = culprits_of(parse, text, declaration, AMBIENT, where="--key", file="m.toml")
-    assert len(str(culprit)) < 200
-    assert (culprit.file, culprit.key) == ("m.toml", "--key")
-    assert wrong in culprit.wrong
-    assert right in culprit.right
+    (fault,) = faults_of(parse, text, declaration, AMBIENT, where="--key", file="m.toml")
+    assert len(str(fault)) < 200
+    assert (fault.file, fault.key) == ("m.toml", "--key")
+    assert wrong in fault.wrong
+    assert right in fault.right
 
 
 def test_every_right_form_is_right():
     for declaration in (STROKE, SPEED, ANGLE, RATIO, VOLUME, TEMPERATURE, SUPPLY, GAUGE):
-        (culprit,) = culprits_of(parse, "x", declaration, AMBIENT)
-        parse(culprit.right.removeprefix("write e.g. ").strip('"'), declaration, AMBIENT)
+        (fault,) = faults_of(parse, "x", declaration, AMBIENT)
+        parse(fault.right.removeprefix("write e.g. ").strip('"'), declaration, AMBIENT)
 
 
 def test_gauge_needs_an_ambient_pressure():
-    assert "no ambient pressure" in culprits_of(parse, "0.49 MPa gauge", SUPPLY)[0].wrong
+    assert "no ambient pressure" in faults_of(parse, "0.49 MPa gauge", SUPPLY)[0].wrong
 
 
 def test_optional():
@@ -270,11 +270,11 @@ def test_optional():
 
 
 def test_a_culprit_is_one_line():
-    culprit = Culprit("a\nb.toml", "x\r\ny", "'\x1b[31m'", "\udc80 ok\u2028")
-    assert str(culprit) == "a\\nb.toml: x\\r\\ny: '\\x1b[31m'; \\udc80 ok\\u2028"
-    assert str(Culprit("", "", "wrong", "right")) == "wrong; right"
-    culprits_of(parse, "9\nmm\n" * 100, STROKE)
-    culprits_of(parse, "9 MPa\x0bgauge", SUPPLY)
+    fault = Fault("a\nb.toml", "x\r\ny", "'\x1b[31m'", "\udc80 ok\u2028")
+    assert str(fault) == "a\\nb.toml: x\\r\\ny: '\\x1b[31m'; \\udc80 ok\\u2028"
+    assert str(Fault("", "", "wrong", "right")) == "wrong; right"
+    faults_of(parse, "9\nmm\n" * 100, STROKE)
+    faults_of(parse, "9 MPa\x0bgauge", SUPPLY)
 
 
 # ---- printing
@@ -430,15 +430,15 @@ def test_a_stop_is_met_exactly_despite_rounding():
     ],
 )
 def test_no_ranges(text, declaration, wrong, right):
-    (culprit,) = culprits_of(parse_range, text, declaration, AMBIENT, where="--speed")
-    assert culprit.key == "--speed"
-    assert wrong in culprit.wrong
-    assert right in culprit.right
+    (fault,) = faults_of(parse_range, text, declaration, AMBIENT, where="--speed")
+    assert fault.key == "--speed"
+    assert wrong in fault.wrong
+    assert right in fault.right
 
 
 def test_every_wrong_item_of_a_list_is_told():
-    culprits = culprits_of(parse_range, "500, 600 rpm, 700 mm", SPEED, where="--speed")
-    assert [c.wrong.split("'")[1] for c in culprits] == ["500", " 700 mm"]
+    faults = faults_of(parse_range, "500, 600 rpm, 700 mm", SPEED, where="--speed")
+    assert [c.wrong.split("'")[1] for c in faults] == ["500", " 700 mm"]
 
 
 # ---- curves
@@ -510,7 +510,7 @@ def test_a_printed_curve_reads_back_as_itself(values):
     ],
 )
 def test_no_curves(tmp_path, text, wrong, right):
-    with pytest.raises(Wrong) as caught:
+    with pytest.raises(InvalidValue) as caught:
         read_csv(tmp_path, text)
     assert wrong in caught.value.wrong
     assert right in caught.value.right
@@ -535,7 +535,7 @@ def test_no_curves(tmp_path, text, wrong, right):
     ],
 )
 def test_no_tables(raw, wrong):
-    with pytest.raises(Wrong) as caught:
+    with pytest.raises(InvalidValue) as caught:
         CURVE.read(raw)
     assert wrong in caught.value.wrong
     assert caught.value.right

@@ -80,17 +80,17 @@ def same(a, b):
     return type(a) is type(b) and np.asarray(a).tobytes() == np.asarray(b).tobytes()
 
 
-def culprits_of(data="", assignments=(), tmp_path=None):
+def faults_of(data="", assignments=(), tmp_path=None):
     path = None
     if data:
         path = tmp_path / "m.toml"
         path.write_bytes(data if isinstance(data, bytes) else data.encode())
     with pytest.raises(InputError) as caught:
         load(Machine, path, assignments)
-    assert len(str(caught.value).splitlines()) == len(caught.value.culprits)
-    culprits = [c._replace(file=c.file.replace(f"{tmp_path}/", "")) for c in caught.value.culprits]
-    assert all(c.file and c.wrong and c.right for c in culprits)
-    return culprits
+    assert len(str(caught.value).splitlines()) == len(caught.value.faults)
+    all_faults = [c._replace(file=c.file.replace(f"{tmp_path}/", "")) for c in caught.value.faults]
+    assert all(c.file and c.wrong and c.right for c in all_faults)
+    return all_faults
 
 
 def test_defaults_hold():
@@ -127,9 +127,9 @@ def test_gauge_stands_above_the_machines_own_ambient(tmp_path):
 
 def test_a_bad_ambient_is_told_once_and_the_rest_is_read(tmp_path):
     data = '[supply]\npressure = "0.5 MPa gauge"\nvolume = 3\n[ambient]\npressure = "0 bar gauge"\n'
-    culprits = culprits_of(data, (), tmp_path)
-    assert [c.key for c in culprits] == ["ambient.pressure", "supply.volume"]
-    assert culprits[0].right == 'write e.g. "101.325 kPa abs"'
+    all_faults = faults_of(data, (), tmp_path)
+    assert [c.key for c in all_faults] == ["ambient.pressure", "supply.volume"]
+    assert all_faults[0].right == 'write e.g. "101.325 kPa abs"'
 
 
 @pytest.mark.parametrize(
@@ -184,10 +184,10 @@ def test_a_bad_ambient_is_told_once_and_the_rest_is_read(tmp_path):
     ],
 )
 def test_refuses_with_the_remedy(tmp_path, data, key, wrong, right):
-    (culprit,) = culprits_of(data, (), tmp_path)
-    assert (culprit.file, culprit.key) == ("m.toml", key)
-    assert wrong in culprit.wrong
-    assert right in culprit.right
+    (fault,) = faults_of(data, (), tmp_path)
+    assert (fault.file, fault.key) == ("m.toml", key)
+    assert wrong in fault.wrong
+    assert right in fault.right
 
 
 @pytest.mark.parametrize(
@@ -213,17 +213,17 @@ def test_refuses_with_the_remedy(tmp_path, data, key, wrong, right):
     ],
 )
 def test_refuses_assignments_with_the_remedy(assignment, key, wrong, right):
-    (culprit,) = culprits_of(assignments=[assignment])
-    assert (culprit.file, culprit.key) == ("--set", key)
-    assert wrong in culprit.wrong
-    assert right in culprit.right
+    (fault,) = faults_of(assignments=[assignment])
+    assert (fault.file, fault.key) == ("--set", key)
+    assert wrong in fault.wrong
+    assert right in fault.right
 
 
 def test_every_fault_is_told_with_its_place(tmp_path):
     data = '[valve]\nstroke = 1\nfoo = 2\nlap = "90 mm"\n[valve.solenoid]\ndead_time = "1 s"\n'
     data += '[supply]\nvolume = "x"\n'
-    culprits = culprits_of(data, ["valve.lap=1", "nokey=2", "supply.control_air=me"], tmp_path)
-    assert sorted((c.file, c.key) for c in culprits) == [
+    all_faults = faults_of(data, ["valve.lap=1", "nokey=2", "supply.control_air=me"], tmp_path)
+    assert sorted((c.file, c.key) for c in all_faults) == [
         ("--set", "nokey"),
         ("--set", "supply.control_air"),
         ("--set", "valve.lap"),
@@ -235,13 +235,13 @@ def test_every_fault_is_told_with_its_place(tmp_path):
 
 
 def test_an_assignment_below_a_fault_of_the_file(tmp_path):
-    (culprit,) = culprits_of("valve = 3", ["valve.solenoid.dead_time=3 ms"], tmp_path)
-    assert (culprit.file, culprit.key) == ("m.toml", "valve")
+    (fault,) = faults_of("valve = 3", ["valve.solenoid.dead_time=3 ms"], tmp_path)
+    assert (fault.file, fault.key) == ("m.toml", "valve")
 
 
 def test_all_cross_field_faults_are_told():
-    culprits = culprits_of(assignments=["valve.lap=10 mm", "valve.solenoid.dead_time=11 ms"])
-    assert [c.key for c in culprits] == ["valve.solenoid.dead_time", "valve.lap"]
+    all_faults = faults_of(assignments=["valve.lap=10 mm", "valve.solenoid.dead_time=11 ms"])
+    assert [c.key for c in all_faults] == ["valve.solenoid.dead_time", "valve.lap"]
 
 
 @pytest.mark.parametrize(
@@ -251,10 +251,10 @@ def test_all_cross_field_faults_are_told():
 def test_unreadable_files(tmp_path, name, reason):
     with pytest.raises(InputError) as caught:
         load(Machine, f"{tmp_path}/{name}")
-    (culprit,) = caught.value.culprits
-    assert culprit.file == f"{tmp_path}/{name}"
-    assert f"cannot be read: {reason}" in culprit.wrong
-    assert "machine file" in culprit.right
+    (fault,) = caught.value.faults
+    assert fault.file == f"{tmp_path}/{name}"
+    assert f"cannot be read: {reason}" in fault.wrong
+    assert "machine file" in fault.right
 
 
 def test_paths_of_curves(tmp_path, monkeypatch):
@@ -280,8 +280,8 @@ def test_a_curve_that_a_file_names_lies_below_its_folder_and_that_of_a_user_anyw
     path.write_text(f'[valve.solenoid]\nopening_curve = "{name}"\n')
     with pytest.raises(InputError) as caught:
         load(Machine, path)
-    (culprit,) = caught.value.culprits
-    assert culprit.key == "valve.solenoid.opening_curve" and "leads out of the folder" in culprit.wrong
+    (fault,) = caught.value.faults
+    assert fault.key == "valve.solenoid.opening_curve" and "leads out of the folder" in fault.wrong
     path.write_text("")
     machine = load(Machine, path, [f"valve.solenoid.opening_curve={path.parent / name}"])
     assert machine.valve.solenoid.opening_curve.tolist() == [[0, 0], [1e-3, 1]]
@@ -509,7 +509,7 @@ def test_a_present_section_gives_a_due_key(tmp_path, data, key, wrong, right):
     path.write_text(data)
     with pytest.raises(InputError) as caught:
         load(Rig, path)
-    assert caught.value.culprits == [(str(path), key, wrong, right)]
+    assert caught.value.faults == [(str(path), key, wrong, right)]
 
 
 def test_a_due_key_on_the_command_line(tmp_path):
@@ -527,7 +527,7 @@ def test_the_place_of_a_section_without_a_due_key(tmp_path, data, assignment):
     path.write_text(data)
     with pytest.raises(InputError) as caught:
         load(Rig, path, [assignment])
-    ((place, key, _, _),) = caught.value.culprits
+    ((place, key, _, _),) = caught.value.faults
     assert key == "effects.friction"
     assert place == (str(path) if data.endswith('"\n') and "breakaway" in assignment else "--set")
 
@@ -540,7 +540,7 @@ def test_a_missing_due_key_is_told_with_the_other_faults(tmp_path):
     )
     with pytest.raises(InputError) as caught:
         load(Rig, path)
-    assert sorted((c.key, c.wrong) for c in caught.value.culprits) == [
+    assert sorted((c.key, c.wrong) for c in caught.value.faults) == [
         ("effects.bounce.restitutoin", "unknown key"),
         ("effects.friction", "is present without force"),
         ("effects.friction.foo", "unknown key"),
@@ -554,7 +554,7 @@ def test_every_right_form_of_a_due_key_switches_on(tmp_path):
     for section, keys in Library.due.items():
         with pytest.raises(InputError) as caught:
             read(Rig, {"effects": {section: {}}}, "m.toml")
-        forms = caught.value.culprits[0].right.removeprefix("give ").split(" or ")
+        forms = caught.value.faults[0].right.removeprefix("give ").split(" or ")
         assert [form.split(" = ")[0] for form in forms] == list(keys)
         for form in forms:
             if "curve" not in form and section != "friction":  # whose force needs a breakaway

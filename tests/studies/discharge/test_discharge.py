@@ -362,7 +362,7 @@ def test_all_faulty_files_are_told_at_once(tmp_path):
     files = [tmp_path / "a.csv", tmp_path / "b.csv"]
     with pytest.raises(InputError) as caught:
         evaluate_discharge(Common(Console()), files, "20 cm^3", out=tmp_path / "c.csv")
-    assert [culprit.key for culprit in caught.value.culprits] == ["pressure", ""]
+    assert [fault.key for fault in caught.value.faults] == ["pressure", ""]
     with pytest.raises(InputError, match="no discharge test"):
         evaluate_discharge(Common(Console()), [], "20 cm^3", out=tmp_path / "c.csv")
     with pytest.raises(InputError, match="--volume"):

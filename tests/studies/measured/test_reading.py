@@ -40,7 +40,7 @@ def faults(folder, bench=None):
     with pytest.raises(InputError) as caught:
         read_measured(folder, AMBIENT, bench)
     lines = str(caught.value).replace(f"{folder}/", "").splitlines()
-    assert len(lines) == len(caught.value.culprits)
+    assert len(lines) == len(caught.value.faults)
     return lines
 
 

@@ -1,4 +1,4 @@
-"""Culprits: what is reported of bad input, one line for each fault, with its remedy."""
+"""Faults: what is reported of bad input, one line for each fault, with its remedy."""
 
 import math
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from apesim.terminal import visible
 
 
-class Wrong(ValueError):
+class InvalidValue(ValueError):
     """Text that cannot be read: what is wrong, and what would be right (empty: an example says it best)."""
 
     def __init__(self, wrong, right=""):
@@ -14,7 +14,7 @@ class Wrong(ValueError):
         self.wrong, self.right = wrong, right
 
 
-class Culprit(NamedTuple):
+class Fault(NamedTuple):
     """One fault of the input, printed on one line."""
 
     file: str
@@ -28,14 +28,14 @@ class Culprit(NamedTuple):
 
 
 class InputError(Exception):
-    """Error for bad input; `culprits` lists every fault found, and its text has one line for each."""
+    """Error for bad input; `faults` lists every fault found, and its text has one line for each."""
 
-    def __init__(self, culprits):
-        super().__init__(culprits)
-        self.culprits = list(culprits)
+    def __init__(self, faults):
+        super().__init__(faults)
+        self.faults = list(faults)
 
     def __str__(self):
-        return "\n".join(map(str, self.culprits))
+        return "\n".join(map(str, self.faults))
 
 
 def quoted(raw: Any) -> str:
@@ -67,10 +67,15 @@ def _shortened(text):
     return text if len(text) <= 60 else f"{text[:24]}…{text[-34:]}"
 
 
-def culprit(
-    file: str, key: str, wrong: Wrong, declaration: Any, default: Any = math.nan, ambient_pressure: float | None = None
-) -> Culprit:
-    """Make the `Culprit` of a `Wrong`; where that names no right form, the default shows one.
+def make_fault(
+    file: str,
+    key: str,
+    wrong: InvalidValue,
+    declaration: Any,
+    default: Any = math.nan,
+    ambient_pressure: float | None = None,
+) -> Fault:
+    """Make the `Fault` of an `InvalidValue`; where that names no right form, the default shows one.
 
     Parameters
     ----------
@@ -78,7 +83,7 @@ def culprit(
         File, or part of the command line.
     key : str
         Key of the machine file, or option.
-    wrong : Wrong
+    wrong : InvalidValue
         What is wrong.
     declaration : apesim.quantities.declarations.Declaration
         What the value may be.
@@ -89,14 +94,14 @@ def culprit(
 
     Returns
     -------
-    Culprit
+    Fault
         Fault with its remedy.
 
     Examples
     --------
     >>> from apesim.quantities import Quantity
     >>> stroke = Quantity("mm", 1, 50, "chosen")
-    >>> print(culprit("mine.toml", "valve.stroke", Wrong("has no unit"), stroke, 9e-3))
+    >>> print(make_fault("mine.toml", "valve.stroke", InvalidValue("has no unit"), stroke, 9e-3))
     mine.toml: valve.stroke: has no unit; write e.g. "9 mm"
     """
-    return Culprit(file, key, wrong.wrong, wrong.right or declaration.example(default, ambient_pressure))
+    return Fault(file, key, wrong.wrong, wrong.right or declaration.example(default, ambient_pressure))
