@@ -7,13 +7,14 @@ threshold looks good.
 from math import log
 
 ALARM = 0.01
-"""Chance of noise alone to open the case: the nominal rate of false alarms."""
+"""Chance with which noise alone may raise an alarm: the nominal rate of false alarms."""
 TOLERANCE = 0.15
 """Size of a gap over the noise, where it is largest, below which it does not matter, unless the user says otherwise: it
 adds 1 % to the noise of a sample. Too tight a tolerance leads to refusals, not to wrong names."""
 MAX_PULL = 4.0
-"""Prior deviations beyond which a nuisance is itself a finding: noise alone pulls one of thirty nuisances so far in
-one of 500 cases."""
+"""Prior standard deviations beyond which a nuisance is itself a finding: noise alone pulls one of thirty nuisances so
+far in one of 500 cases. Where there is no alarm, or the gap is below the tolerance, the verdict is then CALIBRATION,
+not NO_GAP."""
 MAX_EXCESS = 3.0
 """Standard deviations by which a size has to be beyond its range to be implausible."""
 MIN_REMOVED = 0.6

@@ -1,44 +1,56 @@
 """Whether each operating point alone leads to the same numbers as all runs together."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import norm
 
+from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.gap.decide.operating_points import is_at, points_of
 from apesim.studies.gap.thresholds import ALARM
+from apesim.studies.measured import MeasuredRun
 
 LEAST = 0.01
-"""Share of a parameter's variance that it has to be less sure by, where one operating point alone tells it."""
+"""Share by which the variance of a parameter from one operating point alone has to be above that from all: below it,
+that point alone determines the parameter, and its difference from all is rounding."""
 
 
 class Inconsistency(NamedTuple):
-    """What one operating point alone says of a parameter, against all together."""
+    """The estimate of a parameter from one operating point alone, against the estimate from all points together."""
 
-    parameter: object
-    """`apesim.studies.estimation.parameters.Parameter`"""
-    run: object
-    """The first of the operating point."""
+    parameter: Parameter
+    run: MeasuredRun
+    """First run at the operating point."""
     x: float
-    """At which that point alone has it, if all is straight."""
+    """Scaled value of the parameter to which that point alone leads, in a model that is linear in the parameters."""
     deviations: float
-    """Difference in standard deviations of what noise makes of it."""
+    """Difference from the estimate of all points, in standard deviations that noise alone gives it."""
 
 
-def compare_points(model):
-    """Find where each operating point alone leads, if all is straight, the farthest for each parameter.
+def compare_points(model: Model) -> list[Inconsistency]:
+    """Compare the parameters that each operating point alone gives with those of all points together.
 
-    A subset of the data has its own estimate, whose difference from that of all varies by the difference of their
-    covariances (Hausman 1978, doi 10.2307/1913827).
+    The shift of parameter j at an operating point P, in a model that is linear in the parameters, over the standard
+    deviation that noise alone gives it (Hausman 1978, doi 10.2307/1913827)::
+
+        d_j = shift_j / sqrt(C_P[j, j] - C[j, j]),    shift = -C_P J_P' e_P,    C_P = pinv(J_P' J_P)
+
+    ``J_P`` and ``e_P`` are the sensitivities and the whitened residuals of the runs at P with the pulls of all priors,
+    and ``C`` is the covariance from all runs. Parameters that the data do not depend on are left out, and so are those
+    of which P alone knows as much as all points together.
 
     Parameters
     ----------
     model : apesim.studies.estimation.model.Model
+        A model at its fit.
 
     Returns
     -------
     list of Inconsistency
-        The farthest first; none of a single operating point.
+        For each parameter the operating point with the largest ``abs(d_j)``, the largest first; empty where there is
+        one operating point alone.
     """
     problem, (x, errors, jacobian, _) = model.problem, model.fitted
     points = points_of(problem.runs)
@@ -56,17 +68,33 @@ def compare_points(model):
             if more[j] > LEAST * all_of_them[j] and told[j]:
                 found.append(Inconsistency(parameter, point, x[j] + shift[j], shift[j] / np.sqrt(more[j])))
     found.sort(key=lambda one: -abs(one.deviations))
-    first: dict = {}
+    first: dict[str, Inconsistency] = {}
     for one in found:
         first.setdefault(one.parameter.key, one)
     return list(first.values())
 
 
-def too_far(found, points):
-    """Those of `compare_points` that noise alone would put so far with a chance of less than `ALARM` over all."""
+def too_far(found: Sequence[Inconsistency], points: int) -> list[Inconsistency]:
+    """The inconsistencies that are larger than noise alone would make them.
+
+    The limit is Bonferroni's, for ``m = points len(found)`` looks in both directions: noise alone puts one of them
+    beyond ``isf(ALARM / (2 m))`` of a standard normal number with a chance of at most `ALARM`.
+
+    Parameters
+    ----------
+    found : sequence of Inconsistency
+        See `compare_points`.
+    points : int
+        Number of operating points.
+
+    Returns
+    -------
+    list of Inconsistency
+    """
     limit = norm.isf(0.5 * ALARM / max(1, points * len(found)))
     return [one for one in found if abs(one.deviations) > limit]
 
 
-def _place(points, run):
+def _place(points: Sequence[MeasuredRun], run: MeasuredRun) -> int:
+    """Number of the operating point that a run is at."""
     return next(number for number, point in enumerate(points) if is_at(run, point))

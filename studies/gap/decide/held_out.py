@@ -1,10 +1,12 @@
 """How large the gap is on runs that nothing was fitted to: the size that names an effect, or refuses it.
 
-What is left is freed of what the parameters' uncertainty allows: the least of ``|e(x + d)|^2 + d C^-1 d`` over shifts
-d of the parameters. Noise is averaged out over windows, so that a gap far below the noise of a sample is seen.
+The parameters may move within their uncertainty: what counts is the least of ``|e(x + d)|^2 + d' C^-1 d`` over shifts d
+of the parameters, with the covariance C that the fitted runs give them. Noise is averaged out over windows, so that a
+gap far below the noise of a sample is seen.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,24 +17,34 @@ from apesim.studies.gap.decide.operating_points import is_at, points_of
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
 from apesim.studies.gap.work import Work
-from apesim.studies.measured import GATE, Measured
+from apesim.studies.measured import GATE, Measured, MeasuredRun
 
 WINDOWS = 50
 """Number of windows of each channel of each run."""
 
 
 class HeldOut(NamedTuple):
-    """Two models on the same runs."""
+    """The gap that the calibrated machine and a model with effects leave on runs that neither was fitted to.
+
+    Examples
+    --------
+    >>> judged = HeldOut(samples=100, before=3.0, after=1.2, removed=800.0, left=50.0, chance=10.0)
+    >>> round(judged.left_surely, 3), round(judged.share, 3), round(judged.size, 3)
+    (33.6, 0.96, 0.58)
+    """
 
     samples: int
+    """Number of samples."""
     before: float
-    """Root mean square of what the calibrated machine leaves, over the noise."""
+    """Root mean square of the residuals of the calibrated machine, over the noise."""
     after: float
-    """Size of what the model with its effects leaves."""
+    """Root mean square of the residuals of the model with its effects, over the noise."""
     removed: float
-    """Energy of the gap that the effects took away [standard deviations squared]."""
+    """Energy of the gap that the effects take away: by how much they lower the sum of squares [standard deviations
+    squared]."""
     left: float
-    """Energy that is still there."""
+    """Energy of the gap that is still there: the sum of squares of the means over windows, less what noise gives them
+    [standard deviations squared]."""
     chance: float
     """Standard deviation of `left` by noise alone."""
     noise_floor: float = 1.0
@@ -41,64 +53,69 @@ class HeldOut(NamedTuple):
     """Sum of squares of what the model with its effects leaves, the parameters' uncertainty taken off."""
 
     @property
-    def settled_before(self):
+    def settled_before(self) -> float:
         """Size `before`, the parameters' uncertainty taken off."""
         return float(np.sqrt((self.misfit + self.removed) / self.samples))
 
     @property
-    def settled_after(self):
+    def settled_after(self) -> float:
         """Size `after`, the parameters' uncertainty taken off."""
         return float(np.sqrt(self.misfit / self.samples))
 
     @property
-    def left_surely(self):
-        """Energy that is still there, as far as it stands out of noise."""
+    def left_surely(self) -> float:
+        """Energy that is still there, as far as it stands out of noise: ``left - SURE chance``, 0 at least."""
         return max(0.0, self.left - SURE * self.chance)
 
     @property
-    def share(self):
-        """Share of the gap's energy that is gone; 0 where nothing was removed."""
+    def share(self) -> float:
+        """Share of the gap's energy that is gone, ``removed / (removed + left_surely)``; 0 if nothing was removed."""
         return self.removed / (self.removed + self.left_surely) if self.removed > 0.0 else 0.0
 
     @property
-    def size(self):
+    def size(self) -> float:
         """Root mean square of the gap that is still there, over the noise."""
         return float(np.sqrt(self.left_surely / self.samples))
 
     @property
-    def size_before(self):
+    def size_before(self) -> float:
         """Root mean square of the gap without the effects."""
         return float(np.sqrt(max(0.0, self.removed + self.left) / self.samples))
 
 
 class LeftOver(NamedTuple):
-    """What a model leaves of runs."""
+    """The residuals of a model on runs that it was not fitted to."""
 
     plain: np.ndarray
-    """[standard deviations], shape (n,)"""
+    """Whitened residuals with the parameters as fitted, (n,) [standard deviations]."""
     misfit: float
-    """Sum of squares, the parameters' uncertainty taken off."""
+    """Least sum of squares with the parameters moved, and the price of that: ``|e(x + d)|^2 + d' C^-1 d``."""
     windowed: np.ndarray
-    """Means over windows [standard deviations of a mean], shape (m,)."""
+    """Means over windows with the parameters moved, (m,) [standard deviations of a mean]."""
     scatter: float
     """Sum of squares of `plain` about its means over windows."""
     simulations: int
-    """That it took."""
+    """Number of simulations that it took."""
 
 
-def left_over(model, runs, noise):
-    """What a model leaves of runs that it was not fitted to.
+def left_over(model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) -> LeftOver:
+    """The residuals of a model on runs that it was not fitted to, with its parameters moved within their uncertainty.
 
     Parameters
     ----------
     model : apesim.studies.estimation.model.Model
     runs : sequence of apesim.studies.measured.MeasuredRun
     noise : dict
-        See `apesim.studies.estimation.noise.estimation.noise_of`.
+        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
 
     Returns
     -------
     LeftOver
+
+    Raises
+    ------
+    apesim.studies.estimation.residuals.EndedEarly
+        The simulation of a run does not come to its end with the parameters as fitted.
     """
     problem = Anchored(model, runs, noise)
     errors = problem.errors(model.fitted.x)
@@ -109,7 +126,7 @@ def left_over(model, runs, noise):
     return LeftOver(errors[:n], settled.cost, windowed, scatter, problem.simulations)
 
 
-def _windows(channels):
+def _windows(channels: Iterable[np.ndarray]) -> tuple[np.ndarray, float]:
     """Sums over windows of channels, over the root of their length, (m,) array; and the squares about their means."""
     parts = [part for own in channels for part in np.array_split(own, min(WINDOWS, len(own)))]
     sums = np.array([part.sum() / np.sqrt(len(part)) for part in parts])
@@ -117,40 +134,77 @@ def _windows(channels):
 
 
 class Anchored(Problem):
-    """Runs that a model was not fitted to; its parameters are known as well as its own runs tell them.
+    """Residuals of runs that a model was not fitted to, its fit standing for the priors of all its parameters.
+
+    The pulls behind the residuals are ``R (x - x_fit)`` with ``R'R = J'J`` of the fit, so that their squares add up to
+    the price of a shift d of the parameters, ``d' C^-1 d``.
 
     Parameters
     ----------
     model : apesim.studies.estimation.model.Model
     runs : sequence of apesim.studies.measured.MeasuredRun
     noise : dict
-        See `apesim.studies.estimation.noise.estimation.noise_of`.
+        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
     """
 
-    def __init__(self, model, runs, noise):
+    def __init__(self, model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) -> None:
         super().__init__(model.problem.machine, runs, model.problem.parameters, noise)
         self.steps = model.problem.steps.copy()
         self.anchor, self.root = model.fitted.x, np.linalg.qr(model.fitted.jacobian, mode="r")
 
-    def pulls(self, x):
-        """Towards the fit."""
+    def pulls(self, x: np.ndarray) -> np.ndarray:
+        """Pulls towards the fit, ``R (x - x_fit)``.
+
+        Parameters
+        ----------
+        x : (p,) float array
+
+        Returns
+        -------
+        (p,) float array
+            [standard deviations]
+        """
         return self.root @ (x - self.anchor)
 
 
-def all_left_over(base, models, runs, noise, work):
-    """What each of several models leaves of runs, see `left_over`; the calibrated machine counts the simulations.
+def all_left_over(
+    base: Model, models: Iterable[Model], runs: Sequence[MeasuredRun], noise: dict[str, Any], work: Work
+) -> list[LeftOver]:
+    """The residuals of several models on runs that they were not fitted to, see `left_over`.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine, whose problem counts the simulations.
+    models : iterable of apesim.studies.estimation.model.Model
+    runs : sequence of apesim.studies.measured.MeasuredRun
+    noise : dict
+        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
     list of LeftOver
+        One for each model, in their order.
     """
     found = work.each("judging", left_over, [(model, runs, noise) for model in models])
     base.problem.simulations += sum(left.simulations for left in found)
     return found
 
 
-def held_out(base, model, runs, noise, work):
-    """Judge a model with effects, and the calibrated machine, by runs that neither was fitted to; see `left_over`.
+def held_out(base: Model, model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any], work: Work) -> HeldOut:
+    """Judge a model with effects, against the calibrated machine, by runs that neither was fitted to.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    model : apesim.studies.estimation.model.Model
+        The model with effects.
+    runs : sequence of apesim.studies.measured.MeasuredRun
+    noise : dict
+        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
@@ -159,17 +213,29 @@ def held_out(base, model, runs, noise, work):
     return compared([all_left_over(base, (base, model), runs, noise, work)])
 
 
-def compared(pairs):
-    """Compare what two models leave.
+def compared(pairs: Sequence[Sequence[LeftOver]]) -> HeldOut:
+    """Compare the residuals of the calibrated machine with those of a model with effects.
+
+    With the means w over m windows of the model with effects, the energy that it leaves and its standard deviation by
+    noise alone are ``left = sum(w^2) - m`` and ``chance = sqrt(2 m + 4 max(left, 0))``.
 
     Parameters
     ----------
-    pairs : list of pairs of LeftOver
-        Of the calibrated machine and of the model with effects, for each set of runs.
+    pairs : sequence of (LeftOver, LeftOver)
+        For each set of runs that of the calibrated machine and that of the model with effects.
 
     Returns
     -------
     HeldOut
+        The sum over all sets of runs.
+
+    Examples
+    --------
+    >>> before = LeftOver(np.array([3.0, 3.0]), 18.0, np.array([3.0, 3.0]), 0.0, 1)
+    >>> after = LeftOver(np.array([1.0, -1.0]), 2.0, np.array([1.0, -1.0]), 0.0, 1)
+    >>> judged = compared([(before, after)])
+    >>> judged.before, judged.after, judged.removed, judged.left, judged.chance
+    (3.0, 1.0, 16.0, 0.0, 2.0)
     """
     samples = sum(len(base.plain) for base, _ in pairs)
     before = sum(float(base.plain @ base.plain) for base, _ in pairs)
@@ -184,13 +250,21 @@ def compared(pairs):
     return HeldOut(samples, before, after, removed, left, chance, floor, misfit)
 
 
-def leave_one_out(base, model, work):
-    """Judge two models fitted anew without one operating point, for each, by the runs left out.
+def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
+    """Judge two models by each operating point in turn, both fitted anew to all the others.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    model : apesim.studies.estimation.model.Model
+        The model with effects.
+    work : apesim.studies.gap.work.Work
 
     Returns
     -------
     HeldOut or None
-        None: there is one point alone.
+        The sum over all operating points; None: there is one point alone.
     """
     points = points_of(base.problem.runs)
     if len(points) < 2:
@@ -200,9 +274,10 @@ def leave_one_out(base, model, work):
     return compared(pairs)
 
 
-def _without(base, model, point):
-    """What two models leave of an operating point that they are not fitted to."""
-    runs, noise, starts, pair = base.problem.runs, base.problem.noise, {}, []
+def _without(base: Model, model: Model, point: MeasuredRun) -> list[LeftOver]:
+    """The residuals of two models at an operating point, both fitted anew without it."""
+    starts: dict[Any, Any] = {}
+    runs, noise, pair = base.problem.runs, base.problem.noise, []
     kept = [run for run in runs if not is_at(run, point)]
     out = [run for run in runs if is_at(run, point)]
     for one in (base, model):

@@ -1,27 +1,58 @@
 """Operating points of measured runs."""
 
+from collections.abc import Iterable
 from math import isclose, isnan
 
 import numpy as np
 
-from apesim.studies.measured import ENGINE
+from apesim.studies.measured import ENGINE, MeasuredRun
 
 NEAR, WARMER = 0.01, 2.0
 """Share of supply pressure, pulse and speed, and difference of temperature [K], within which two runs are at one
 operating point: gauges err by as much."""
 
 
-def points_of(runs):
-    """The operating points of runs, each by its first run."""
-    found: list = []
+def points_of(runs: Iterable[MeasuredRun]) -> list[MeasuredRun]:
+    """The operating points of measured runs, each stood for by the first run at it.
+
+    Parameters
+    ----------
+    runs : iterable of apesim.studies.measured.MeasuredRun
+
+    Returns
+    -------
+    list of apesim.studies.measured.MeasuredRun
+        One run for each operating point, in the order in which the points first occur; see `is_at`.
+    """
+    found: list[MeasuredRun] = []
     for run in runs:
         if not any(is_at(run, point) for point in found):
             found.append(run)
     return found
 
 
-def is_at(run, point):
-    """Whether a run is at the operating point of another, as far as gauges tell them apart."""
+def is_at(run: MeasuredRun, point: MeasuredRun) -> bool:
+    """Whether a run is at the operating point of another, as far as gauges can distinguish them.
+
+    Supply pressure, pulse and speed may differ by the share `NEAR`, the temperature by `WARMER` [K]. A temperature that
+    one of the two does not state is no difference.
+
+    Parameters
+    ----------
+    run, point : apesim.studies.measured.MeasuredRun
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.studies.measured import MeasuredRun
+    >>> run = MeasuredRun("a", "a.csv", 0.59e6, 293.0, 0.05, "fit", np.zeros(0), {})
+    >>> is_at(run._replace(temperature=294.0), run), is_at(run._replace(supply=0.60e6), run)
+    (True, False)
+    """
     warmer = 0.0 if isnan(run.temperature) or isnan(point.temperature) else run.temperature - point.temperature
     return abs(warmer) <= WARMER and all(
         isclose(one, other, rel_tol=NEAR) or (isnan(one) and isnan(other))
@@ -33,8 +64,26 @@ def is_at(run, point):
     )
 
 
-def label_of(run, ambient_pressure):
-    """An operating point in a few words."""
+def label_of(run: MeasuredRun, ambient_pressure: float) -> str:
+    """The operating point of a run in a few words: supply pressure and pulse, or speed and supply pressure.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    ambient_pressure : float
+        [Pa abs]
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.studies.measured import MeasuredRun
+    >>> label_of(MeasuredRun("a", "a.csv", 0.5e6, 293.0, 0.05, "fit", np.zeros(0), {}), 0.1e6)
+    '0.40 MPa gauge, 50 ms'
+    """
     supply = f"{(run.supply - ambient_pressure) * 1e-6:.2f} MPa gauge"
     if run.bench == ENGINE:
         return f"{run.speed * 30.0 / np.pi:.0f} r/min, {supply}"

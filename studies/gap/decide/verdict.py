@@ -1,12 +1,22 @@
 """The verdict: what is missing, if anything, and how sure that is.
 
-Two keys open a case: the chance of noise alone, and the size of the gap against the noise. What is named has to earn
-its penalty, has to be told from every other explanation, and has to close the gap on runs that it was not fitted to.
+There is a gap only if two conditions hold: noise alone leaves as much with a chance below `ALARM`, and the gap is at
+least as large as the tolerance where it is largest. Where one of them fails, the verdict is CALIBRATION if the fit of
+the calibrated machine pulls a nuisance beyond `MAX_PULL` prior standard deviations, and else NO_GAP: a nuisance that
+far off may have taken up a gap.
+
+Where both hold, a name has to be worth its penalty, has to be distinguishable from every other explanation, and has to
+close the gap on runs that it was not fitted to. What fails in this is refused or ambiguous.
 """
 
+from collections.abc import Sequence
 from math import exp
 from typing import NamedTuple
 
+import numpy as np
+
+from apesim.studies.estimation.model import Model
+from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import TWINS
 from apesim.studies.gap.search.model_selection import Choice
@@ -29,40 +39,86 @@ from apesim.studies.gap.thresholds import (
 
 
 class Decision(NamedTuple):
-    """A verdict, and what it rests on."""
+    """A verdict, with the explanation that it names and the reason for it."""
 
     verdict: Verdict
     best: Choice | None
-    """Choice that is named or comes nearest; None where there is no gap."""
+    """The explanation that is named, or that comes nearest; None where there is no gap, or where no explanation is
+    worth its penalty."""
     rivals: tuple[Choice, ...]
-    """Choices that these data do not tell from it, the best first, without it."""
+    """Explanations that these data do not distinguish from `best`, the one of least penalised cost first, without
+    `best` itself."""
     reason: Reason
 
 
-def explained(base, choice):
-    """What a model takes away of what the calibrated machine leaves [standard deviations], shape (n,)."""
+def explained(base: Model, choice: Choice) -> np.ndarray:
+    """The part of the gap that a choice takes away: residuals of the calibrated machine less those of the choice.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    choice : apesim.studies.gap.search.model_selection.Choice
+
+    Returns
+    -------
+    (n,) float array
+        Whitened, without the pulls of the priors [standard deviations].
+    """
     return base.fitted.left - choice.model.fitted.left
 
 
-def without_alarm(base, p_value):
-    """The verdict where noise alone explains what is left."""
+def without_alarm(base: Model, p_value: float) -> Decision:
+    """The verdict where noise alone explains what the calibrated machine leaves: NO_GAP or CALIBRATION.
+
+    CALIBRATION comes first: it is given where a nuisance is pulled beyond `MAX_PULL` prior standard deviations.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    p_value : float
+        Chance of noise alone to give as large a score, `ALARM` or more.
+
+    Returns
+    -------
+    Decision
+    """
     if pulled(base):
-        return far_off(base)
+        return _blame_calibration(base)
     return Decision(Verdict.NO_GAP, None, (), ReasonKind.NOISE_ALONE.with_facts(chance=p_value))
 
 
-def far_off(base):
-    """The verdict where a nuisance, pulled beyond `MAX_PULL`, takes all of the gap that matters."""
+def _blame_calibration(base: Model) -> Decision:
+    """The verdict CALIBRATION, for the nuisance that the fit pulls farthest from its prior.
+
+    It is given where what is left is noise, or is too small to matter, but only because a nuisance went beyond
+    `MAX_PULL` prior standard deviations. Its explanation is the machine fitted anew without the prior of that nuisance.
+    """
     number = pulled(base)[0]
     key, x = base.problem.parameters[number].key, base.fitted.x[number]
     reason = ReasonKind.FAR_NUISANCE.with_facts(key=key, x=x)
     return Decision(Verdict.CALIBRATION, Choice(release(base, number), 0.0), (), reason)
 
 
-def ambiguous(choices):
-    """The best choice, and those that are not told from it: no larger model that contains it.
+def _find_best_and_rivals(choices: list[Choice]) -> tuple[Choice, tuple[Choice, ...]]:
+    """Find the best choice, and its rivals: the choices that the data do not distinguish from it.
 
-    A number that is far from its prior, and the effect that says the same, are one choice: the effect.
+    A rival is within `AMBIGUOUS_COST` of the least penalised cost. A model that contains the best one and more is none.
+    Some nuisances say the same as an effect of the library, see `TWINS`. Where such a nuisance has the least cost and
+    its effect is within the limit, the effect is the best choice; a nuisance whose effect is in the best choice is no
+    rival.
+
+    Parameters
+    ----------
+    choices : list of apesim.studies.gap.search.model_selection.Choice
+        At least one, the least penalised cost first.
+
+    Returns
+    -------
+    best : apesim.studies.gap.search.model_selection.Choice
+    rivals : tuple of apesim.studies.gap.search.model_selection.Choice
+        The least penalised cost first; empty where the best choice is distinguishable from all others.
     """
     near = [choice for choice in choices if choice.cost - choices[0].cost < AMBIGUOUS_COST]
     twins = [choice for choice in near if choice.names == (TWINS.get(near[0].model.released),)]
@@ -76,17 +132,39 @@ def ambiguous(choices):
     )
 
 
-def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
-    """The verdict where noise alone does not explain what is left.
+def with_alarm(
+    base: Model,
+    choices: list[Choice],
+    size: float,
+    judged: HeldOut | None,
+    left: float = 1.0,
+    tolerance: float = TOLERANCE,
+) -> Decision:
+    """The verdict where noise alone does not explain what the calibrated machine leaves.
+
+    The first rule that applies decides:
+
+    1. The gap is smaller than the tolerance: CALIBRATION where a nuisance is pulled beyond `MAX_PULL` prior standard
+       deviations, else NO_GAP.
+    2. No choice has a penalised cost below the cost of the calibrated machine: REFUSED.
+    3. No runs can be held out: AMBIGUOUS.
+    4. The best choice fails on the runs held out (see `refusal`), needs implausible numbers, leaves more than noise (a
+       chance below `ALARM`), or is less than `AMBIGUOUS_COST` better than the calibrated machine: REFUSED.
+    5. The best choice is a nuisance without its prior: CALIBRATION, or AMBIGUOUS where it has rivals.
+    6. The best choice is one effect: NAMED without rivals, NAMED_CLASS where all rivals explain the same part of the
+       gap (a cosine above `ALIKE`), else AMBIGUOUS.
+    7. The best choice is a pair: TWO_EFFECTS where it contains the best single effect or leaves it behind by `BEHIND`,
+       where its rivals share an effect with it and explain the same part of the gap, and where its `standing` is at
+       least `MIN_STANDING`; else AMBIGUOUS.
 
     Parameters
     ----------
-    base : Model
+    base : apesim.studies.estimation.model.Model
         The calibrated machine.
-    choices : list of Choice
-        Singles, pairs and released priors, the least penalised cost first.
+    choices : list of apesim.studies.gap.search.model_selection.Choice
+        Single effects, pairs and nuisances without their priors, the least penalised cost first.
     size : float
-        Of the gap where it is largest, over the noise.
+        Root mean square of the gap over the noise, in the signal and phase where it is largest.
     judged : apesim.studies.gap.decide.held_out.HeldOut or None
         The best choice on runs that it was not fitted to; None: there are none.
     left : float
@@ -100,11 +178,11 @@ def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
     """
     if size < tolerance:
         if pulled(base):
-            return far_off(base)
+            return _blame_calibration(base)
         return Decision(Verdict.NO_GAP, None, (), ReasonKind.TOO_SMALL.with_facts(size=size))
     if not choices or choices[0].cost >= base.cost:
         return Decision(Verdict.REFUSED, None, (), ReasonKind.NOTHING_EARNS_ITS_PLACE.with_facts())
-    best, rivals = ambiguous(choices)
+    best, rivals = _find_best_and_rivals(choices)
     if judged is None:
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.NOTHING_HELD_OUT.with_facts())
     refused = refusal(judged, tolerance) or implausible(best.model)
@@ -138,17 +216,23 @@ def with_alarm(base, choices, size, judged, left=1.0, tolerance=TOLERANCE):
     return Decision(Verdict.TWO_EFFECTS, best, rivals, ReasonKind.TOLD.with_facts())
 
 
-def standing(pair, rivals, singles):
-    """The weight of a pair among its rivals by penalised likelihood, less what is taken off for a faint second effect.
+def standing(pair: Choice, rivals: Sequence[Choice], singles: Sequence[Choice]) -> float:
+    """The standing of a pair of effects, by which it is named or not.
 
-    A measure by which pairs are named or not; it is not calibrated, and no probability.
+    It is the weight of the pair among its rivals by penalised likelihood, reduced where its second effect is faint::
+
+        (1 - min(MAX_OUTSIDE, MIN_OUTSIDE + OUTSIDE_FAINT / fall)) / sum(exp(-(cost_i - cost) / 2))
+
+    The sum is over the pair and its rivals, and ``fall`` is by how much the penalised cost of the pair is below that of
+    the best single effect, 1 at least. It is a rule, not calibrated, and no probability.
 
     Parameters
     ----------
-    pair : Choice
-    rivals : sequence of Choice
-    singles : sequence of Choice
-        The best first.
+    pair : apesim.studies.gap.search.model_selection.Choice
+    rivals : sequence of apesim.studies.gap.search.model_selection.Choice
+        Choices that the data do not distinguish from the pair, without it.
+    singles : sequence of apesim.studies.gap.search.model_selection.Choice
+        Choices of one effect, the least penalised cost first; at least one.
 
     Returns
     -------
@@ -160,8 +244,24 @@ def standing(pair, rivals, singles):
     return (1.0 - min(MAX_OUTSIDE, MIN_OUTSIDE + OUTSIDE_FAINT / fall)) / sum(weights)
 
 
-def contains(base, pair, singles):
-    """Whether a pair contains the best single effect, or one that these data do not tell from it."""
+def contains(base: Model, pair: Choice, singles: Sequence[Choice]) -> bool:
+    """Whether a pair contains the best single effect, or one that these data do not distinguish from it.
+
+    Two single effects are indistinguishable where their penalised costs differ by less than `AMBIGUOUS_COST`, and the
+    cosine between the parts of the gap that they explain is above `ALIKE`.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    pair : apesim.studies.gap.search.model_selection.Choice
+    singles : sequence of apesim.studies.gap.search.model_selection.Choice
+        Choices of one effect, the least penalised cost first; at least one.
+
+    Returns
+    -------
+    bool
+    """
     own = explained(base, singles[0])
     return any(
         choice.names[0] in pair.names
@@ -171,8 +271,32 @@ def contains(base, pair, singles):
     )
 
 
-def refusal(judged, tolerance=TOLERANCE):
-    """Why the best explanation is refused on runs that it was not fitted to; None where it is not."""
+def refusal(judged: HeldOut, tolerance: float = TOLERANCE) -> Reason | None:
+    """The reason for which the best explanation is refused on runs that it was not fitted to.
+
+    It is refused where it removes nothing there, where it removes less than the share `MIN_REMOVED` of the gap's
+    energy, or where the gap that is left is larger than the tolerance and than `MAX_LEFT` of the gap before.
+
+    Parameters
+    ----------
+    judged : apesim.studies.gap.decide.held_out.HeldOut
+    tolerance : float
+        Size of a gap, over the noise, that does not matter.
+
+    Returns
+    -------
+    apesim.studies.gap.reasons.Reason or None
+        None: it is not refused.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.decide.held_out import HeldOut
+    >>> judged = HeldOut(samples=100, before=3.0, after=1.2, removed=800.0, left=50.0, chance=10.0)
+    >>> str(refusal(judged))
+    'on runs that it was not fitted to, a gap of 0.58 of the noise is left'
+    >>> refusal(judged._replace(left=10.0)) is None
+    True
+    """
     if judged.removed <= 0.0:
         return ReasonKind.REMOVES_NOTHING.with_facts()
     if judged.share < MIN_REMOVED:

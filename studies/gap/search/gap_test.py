@@ -1,4 +1,4 @@
-"""Is there a gap? The first key: the largest score, against what noise alone gives over the whole bank."""
+"""The test for a gap: the largest score of all, against the largest that noise alone gives."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from apesim.studies.gap.search.score_test import Sensitivity
 from apesim.studies.gap.thresholds import ALARM
 
 NOISES = 500
-"""That may be the true one."""
+"""Number of noises that are drawn, each of which may be the true one."""
 EACH = 40
 """Draws of scores from each."""
 DRAWS = NOISES * EACH
@@ -19,7 +19,7 @@ SEED = 20090715
 
 
 class GapTest(NamedTuple):
-    """The first key."""
+    """Whether noise alone explains what the calibrated machine leaves: the first of two conditions for a gap."""
 
     p_value: float
     """Chance of noise alone to give as large a score."""
@@ -29,8 +29,8 @@ class GapTest(NamedTuple):
     """Score that noise alone exceeds with the chance `ALARM`."""
 
     @property
-    def alarm(self):
-        """Whether the case is open."""
+    def alarm(self) -> bool:
+        """Whether what is left is more than noise: the chance is below `ALARM`."""
         return self.p_value < ALARM
 
 

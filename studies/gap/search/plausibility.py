@@ -8,13 +8,36 @@ from apesim.studies.gap.thresholds import MAX_EXCESS, MAX_PULL
 
 
 def pulled(model: Model) -> list[int]:
-    """Numbers of the nuisances beyond `MAX_PULL`, the farthest first."""
+    """Find the nuisances that a fit pulls beyond `MAX_PULL` prior standard deviations.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+
+    Returns
+    -------
+    list of int
+        Their places among the parameters, the farthest pulled first.
+    """
     far = [int(j) for j in np.flatnonzero(model.problem.known) if abs(model.fitted.x[j]) > MAX_PULL]
     return sorted(far, key=lambda j: -abs(model.fitted.x[j]))
 
 
 def implausible(model: Model) -> Reason | None:
-    """Why a model is refused by its own numbers; None where it is not."""
+    """The reason for which a fitted model is refused by its own numbers.
+
+    A nuisance is pulled beyond `MAX_PULL` prior standard deviations, or a strength is beyond its range by more than
+    `MAX_EXCESS` standard deviations of its estimate.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+
+    Returns
+    -------
+    apesim.studies.gap.reasons.Reason or None
+        None: its numbers are plausible.
+    """
     far = [model.problem.parameters[j].key for j in pulled(model)]
     if far:
         return ReasonKind.NUISANCE_STILL_FAR.with_facts(key=far[0], limit=MAX_PULL)
