@@ -17,12 +17,14 @@ if TYPE_CHECKING:
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 Figures = Annotated[bool, typer.Option(help="Draw the figures, into F.figures.")]
 Traces = Annotated[Path | None, typer.Option(metavar="F", help="Write the traces as CSV.")]
-Pressures = Annotated[str, typer.Option(metavar="RANGE", help="Control pressures, start:stop:step or list.")]
-Temperatures = Annotated[str, typer.Option(metavar="RANGE", help="Of the control air.")]
-Speeds = Annotated[str, typer.Option(metavar="R", help="Range start:stop:step, or list.")]
-SupplyPressures = Annotated[str, typer.Option(metavar="R", help="Of the supply, start:stop:step or list.")]
-SupplyTemperatures = Annotated[str, typer.Option(metavar="R", help="Of the supply.")]
-Pulse = Annotated[str, typer.Option(metavar="TIME", help="For which the solenoids are energised.")]
+Pressures = Annotated[str, typer.Option(metavar="RANGE", help="Control pressures: start:stop:step, or a list.")]
+Temperatures = Annotated[
+    str, typer.Option(metavar="RANGE", help="Temperatures of the control air: start:stop:step, or a list.")
+]
+Speeds = Annotated[str, typer.Option(metavar="R", help="Speeds: start:stop:step, or a list.")]
+SupplyPressures = Annotated[str, typer.Option(metavar="R", help="Supply pressures: start:stop:step, or a list.")]
+SupplyTemperatures = Annotated[str, typer.Option(metavar="R", help="Supply temperatures: start:stop:step, or a list.")]
+Pulse = Annotated[str, typer.Option(metavar="TIME", help="Time for which the solenoids are energised.")]
 Out = Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")]
 Jobs = Annotated[
     int | None, typer.Option(metavar="N", min=1, help="Processes; as many as the work is worth if left out.")
@@ -46,7 +48,18 @@ class Common(NamedTuple):
     settings: Sequence[str] | None = None
 
     def load_machine(self) -> "Machine":
-        """The machine of the command line; raises `InputError` with every fault."""
+        """Read the machine that the command line describes.
+
+        Returns
+        -------
+        Machine
+            The machine of the file, or the embedded one, with all settings made.
+
+        Raises
+        ------
+        InputError
+            The file or a setting is invalid; the error names every fault.
+        """
         from apesim.engine.machine import Machine
 
         return Machine.load(self.machine_file, self.settings or ())
@@ -77,14 +90,21 @@ def common(
 
 @contextlib.contextmanager
 def as_options(function: str, **names: str) -> Iterator[None]:
-    """Within, what a public function says of its arguments is said of the options of the command line.
+    """Name options of the command line in the faults that a public function finds in its arguments.
+
+    A context manager: an `InputError` raised inside it is raised again, its faults in the words of the command line.
 
     Parameters
     ----------
     function : str
-        Its name.
+        Name of the public function, e.g. "sweep".
     **names : str
-        Options that are named otherwise than their arguments.
+        Option of an argument, where it is not ``--`` and the argument's name.
+
+    Raises
+    ------
+    InputError
+        The public function raised one.
     """
     from apesim.quantities import Fault, InputError
 
@@ -110,13 +130,14 @@ def group(about: str, commands: dict[str, Callable]) -> typer.Typer:
     Parameters
     ----------
     about : str
-        Its help.
+        Help text of the group.
     commands : dict of str to function
-        See `register`.
+        Functions of the commands by their names on the command line, see `register`.
 
     Returns
     -------
     typer.Typer
+        The group; without a command it shows its help.
     """
     app = typer.Typer(no_args_is_help=True, help=about)
     for name, function in commands.items():
@@ -130,8 +151,9 @@ def register(app: typer.Typer, name: str, function: Callable) -> None:
     Parameters
     ----------
     app : typer.Typer
+        Group that the command is added to.
     name : str
-        On the command line.
+        Name of the command on the command line.
     function : function
         Takes `Common`, and its own options by keyword. Its docstring is the help, what it returns the exit code, None
         for 0. It imports what it computes with itself, so that ``--help`` answers at once.

@@ -45,7 +45,7 @@ __all__ = [
 
 
 MAX_GAPS_NAMED = 10
-"""A line of ten is still read."""
+"""Most gaps that a message names: people still read a line of ten."""
 
 
 class Shards(NamedTuple):
@@ -76,7 +76,23 @@ def plan_hash(machine: str, settings: Mapping[str, Any]) -> str:
 
 
 def shards_folder(path: str | os.PathLike[str]) -> Path:
-    """Folder of the shards of an archive: F.h5.shards."""
+    """Name the folder of the shards of an archive: F.h5.shards.
+
+    Parameters
+    ----------
+    path : path
+        The archive, F.h5.
+
+    Returns
+    -------
+    Path
+        The folder, which need not exist.
+
+    Examples
+    --------
+    >>> shards_folder("sweep.h5").name
+    'sweep.h5.shards'
+    """
     return Path(f"{os.fspath(path)}.shards")
 
 
@@ -166,7 +182,7 @@ def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
     folder : path
         `shards_folder(target)`; need not exist.
     plan_hash : str
-        Of the sweep that wants to go on.
+        Hash of the sweep that wants to go on, see `plan_hash`.
 
     Returns
     -------
@@ -199,7 +215,13 @@ def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
 
 
 def remove_shards(folder: str | os.PathLike[str]) -> None:
-    """Remove the shards and what killed writers left, after the archive is written; other files stay."""
+    """Remove the shards of a sweep, and the temporary files of killed writers; other files stay.
+
+    Parameters
+    ----------
+    folder : path
+        `shards_folder(target)`; removed if nothing is left in it. Nothing is done if it is a link or does not exist.
+    """
     folder = Path(folder)
     if folder.is_symlink() or not folder.is_dir():
         return
@@ -261,26 +283,39 @@ def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | No
 
 
 def runs_planned(archive: Archive) -> int | None:
-    """Number of runs of the whole sweep that an archive is of or from; None where it does not say."""
+    """Read how many runs the whole sweep of an archive was planned to have.
+
+    Parameters
+    ----------
+    archive : Archive
+        Whole or partial archive of a sweep.
+
+    Returns
+    -------
+    int or None
+        "runs_planned" of the provenance; None where it is missing or no number.
+    """
     planned = archive.provenance.get("runs_planned", "")
     return int(planned) if planned.isdecimal() and len(planned) < 19 else None
 
 
 def missing_runs(archive: Archive, total: int | None = None) -> list[tuple[int, int]]:
-    """Runs that an archive lacks.
+    """Find the runs that an archive lacks.
 
     Parameters
     ----------
     archive : Archive
-        Whole or partial.
+        Whole or partial archive of a sweep.
     total : int, optional
-        Runs of the whole sweep, numbered from 0, all of which count. By default `runs_planned`, of which only those
-        count that are in the archive's share; else what the highest run number implies.
+        Number of runs that the archive should hold, numbered from 0. If left out, the archive itself says what it
+        should hold: of the planned runs (`runs_planned`) those in its share of the sweep ("shard" of its provenance).
+        An archive without a plan should hold all runs up to its highest run number that are in its share.
 
     Returns
     -------
     list of (int, int)
-        First and last missing number of each gap, in order.
+        First and last run number of each gap, in increasing order. Between these two a gap may also span runs that
+        are in another share.
     """
     shares = [(1, 1)] if total is not None else _shares(archive)
     total = runs_planned(archive) if total is None else total
@@ -292,7 +327,23 @@ def missing_runs(archive: Archive, total: int | None = None) -> list[tuple[int, 
 
 
 def gaps_in_words(gaps: Sequence[Sequence[int]]) -> str:
-    """Gaps between runs in words: "3, 5-7"; of many only the first `MAX_GAPS_NAMED`."""
+    """Name gaps in a list of runs in words, at most the first `MAX_GAPS_NAMED`.
+
+    Parameters
+    ----------
+    gaps : sequence of (int, int)
+        First and last run number of each gap.
+
+    Returns
+    -------
+    str
+        Run numbers and ranges, then the number of gaps that are not named.
+
+    Examples
+    --------
+    >>> gaps_in_words([(3, 3), (5, 7)])
+    '3, 5-7'
+    """
     words = [f"{first}-{last}" if last > first else f"{first}" for first, last in gaps[:MAX_GAPS_NAMED]]
     if len(gaps) > MAX_GAPS_NAMED:
         words.append(f"{len(gaps) - MAX_GAPS_NAMED} more gaps")
@@ -308,7 +359,7 @@ def _shares(archive: Archive) -> list[tuple[int, int]]:
 
 
 def _trimmed(first: int, last: int, shares: Sequence[tuple[int, int]]) -> tuple[int, int] | None:
-    """A gap without the runs at its ends that are in none of some shares; None where it has no others."""
+    """Narrow a gap until its first and its last run are in some share, (i, N); None if no run of the gap is in any."""
     ends = [(first + (i - 1 - first) % n, last - (last - i + 1) % n) for i, n in shares]
     ends = [(a, b) for a, b in ends if a <= b]
     return (min(a for a, _ in ends), max(b for _, b in ends)) if ends else None

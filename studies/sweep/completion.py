@@ -7,51 +7,80 @@ missing then is named, with the reason.
 import contextlib
 import functools
 import math
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from apesim.archive import Archive, ArchiveError
 from apesim.archive.shards import gaps_in_words, read_shards, write_shard
-from apesim.studies.sweep.plan import CORRECTED, FIXED
+from apesim.studies.sweep.plan import CORRECTED, FIXED, Point
 
 SECONDS_A_POINT = {FIXED: 0.03, CORRECTED: 0.12}
+"""Estimated computing time of a point by its timing [s]."""
 SHARD_SECONDS = 1.0
-"""Work of a shard."""
+"""Estimated computing time of the points in one shard [s]: a killed sweep loses about as much."""
 MAX_DEATHS = 8
-"""Deaths of chunks before one is computed: then not single points are at fault, and others would go the same way."""
+"""Deaths of worker processes at which a sweep gives up, if it could not compute a single point yet.
+
+So many deaths are not the fault of single points. The machine may lack memory, and every other point would die, too.
+"""
 MAX_VAIN = 1
-"""Passes in a row that bring nothing: what was lost once is computed again, what is lost twice would be again."""
+"""Most passes in a row that may bring nothing; after one more the sweep gives up.
+
+A shard that was lost is computed again once. If it is lost again, it would be lost every time: the disk is at fault.
+"""
 DIED = "their worker processes died", "free memory or try --jobs 1, and go on with --resume"
 LOST = "their shards were damaged or removed each time", "check the disk, and go on with --resume"
 
 
 class Completion(NamedTuple):
-    """What a sweep has come to."""
+    """State of a sweep when it ends: its shards, and what is missing."""
 
     parts: list[Archive]
     """All shards that can be read."""
     faults: list[tuple[str, str]]
-    """Which points are missing and why, and what to do."""
+    """Which points are missing and why, and what to do; empty if none is missing."""
 
 
-def complete(folder, points, plan_hash, *, run, to_archive, report):
-    """Compute the points that no shard holds.
+def complete(
+    folder: str | PathLike[str],
+    points: Sequence[Point],
+    plan_hash: str,
+    *,
+    run: Callable[[list[list[Point]]], Any],
+    to_archive: Callable[[list[Point], Any], Archive],
+    report: Callable[[int, int], Any],
+) -> Completion:
+    """Compute the points of a sweep that no shard holds, and write them as shards.
+
+    This is repeated until no point is missing, or until it would be in vain: see `MAX_DEATHS` and `MAX_VAIN`.
 
     Parameters
     ----------
     folder : path
-        Of the shards.
+        Folder of the shards.
     points : sequence of apesim.studies.sweep.plan.Point
+        All points that the archive is to hold.
     plan_hash : str
+        Hash of the sweep, see `apesim.archive.shards.plan_hash`.
     run : function
-        Computes lists of points; yields each with its results, None where it killed its worker.
+        Takes lists of points; returns a generator that yields each list with its results, or with None where it killed
+        its worker.
     to_archive : function
-        Of a list of points and its results.
+        Makes an archive from a list of points and its results.
     report : function
-        Called with the numbers of points done and in all.
+        Called with the number of points that are done and the number of all.
 
     Returns
     -------
     Completion
+        All shards that can be read, and what is missing.
+
+    Raises
+    ------
+    ArchiveError
+        A shard cannot be written, or the folder holds one of another sweep.
     """
     tally, best, vain = _Tally(), (-math.inf, 0), 0
     while True:
@@ -79,8 +108,26 @@ def complete(folder, points, plan_hash, *, run, to_archive, report):
                 report(finished, len(points))
 
 
-def keep(archive, save):
-    """Save an archive, and say where that fails that the others are kept."""
+def keep(archive: Archive, save: Callable[[Archive], Path]) -> Path:
+    """Save an archive; where that fails, the error says that all finished shards are kept.
+
+    Parameters
+    ----------
+    archive : Archive
+        What is saved.
+    save : function
+        Takes the archive, writes it and returns its path.
+
+    Returns
+    -------
+    Path
+        Path of the file that was written.
+
+    Raises
+    ------
+    ArchiveError
+        The archive cannot be written; its remedy names ``--resume``.
+    """
     try:
         return save(archive)
     except ArchiveError as error:
@@ -88,20 +135,36 @@ def keep(archive, save):
         raise type(error)(error.path, error.what, remedy) from error
 
 
-def seconds_of(points):
-    """Estimated computing time of some points [s]."""
+def seconds_of(points: Iterable[Point]) -> float:
+    """Estimate the computing time of some operating points in one process.
+
+    Parameters
+    ----------
+    points : iterable of apesim.studies.sweep.plan.Point
+
+    Returns
+    -------
+    float
+        Sum of `SECONDS_A_POINT` [s].
+    """
     return sum(SECONDS_A_POINT[point.timing] for point in points)
 
 
 class _Tally:
-    """What became of points, by their run numbers."""
+    """Run numbers of the points that were computed, that died with their worker, and that were given up."""
 
-    def __init__(self):
-        self.computed, self.died, self.given_up = set(), set(), set()
+    def __init__(self) -> None:
+        self.computed: set[int] = set()
+        self.died: set[int] = set()
+        self.given_up: set[int] = set()
         self.deaths = 0
 
-    def count_death(self, chunk, waiting):
-        """Count the death of a chunk's worker. What dies alone is given up; and all that waits, where nothing lives."""
+    def count_death(self, chunk: Iterable[Point], waiting: Iterable[Point]) -> None:
+        """Count the death of a chunk's worker.
+
+        A point that dies for the second time is given up. After `MAX_DEATHS` deaths with nothing computed, all waiting
+        points are.
+        """
         runs = {point.run for point in chunk}
         self.given_up |= runs & self.died
         self.died |= runs
@@ -110,9 +173,9 @@ class _Tally:
             self.given_up.update(point.run for point in waiting)
 
 
-def _chunks(points, died):
-    """Points in shares of about `SHARD_SECONDS`; those that died with their worker alone, to take none with them."""
-    chunks = []
+def _chunks(points: Sequence[Point], died: set[int]) -> list[list[Point]]:
+    """Split points into chunks of about `SHARD_SECONDS`; each point that died before is alone, to take none with it."""
+    chunks: list[list[Point]] = []
     for point in points:
         if point.run in died:
             continue
@@ -122,14 +185,14 @@ def _chunks(points, died):
     return chunks + [[point] for point in points if point.run in died]
 
 
-def _faults(missing, computed):
-    """What is missing and why, and what to do."""
+def _faults(missing: set[int], computed: set[int]) -> list[tuple[str, str]]:
+    """Say which runs are missing and why, and what to do."""
     reasons = (missing - computed, DIED), (missing & computed, LOST)
     return [(f"runs {_in_words(runs)} are missing, {why}", remedy) for runs, (why, remedy) in reasons if runs]
 
 
-def _in_words(runs):
-    """Run numbers: "3, 5-7"."""
+def _in_words(runs: set[int]) -> str:
+    """Write run numbers as ranges: "3, 5-7"."""
     ordered = sorted(runs)
     firsts = [run for run in ordered if run - 1 not in runs]
     lasts = [run for run in ordered if run + 1 not in runs]

@@ -1,6 +1,8 @@
 """Operating points, run one by one: each is what it is alone, whatever is run beside it."""
 
+from collections.abc import Sequence
 from math import nan
+from typing import Any
 
 import numpy as np
 
@@ -11,22 +13,23 @@ from apesim.engine.indicators import INDICATORS, indicators
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import EngineWarning, judge_point
 from apesim.march.adaptive import Status
-from apesim.studies.sweep.plan import CORRECTED, rpm
+from apesim.studies.sweep.plan import CORRECTED, Point, rpm
 from apesim.studies.timing import corrected
 
 ANGLE_STEP = 0.5 * DEGREE
+"""Crank angle between two rows of a trace [rad]."""
 ROWS = round(TURN / ANGLE_STEP)
-"""Rows of a trace, without the last, which is a turn after the first."""
+"""Number of rows of a trace without its last row, which is one turn after the first."""
 NOT_MARCHED, NOT_ASKED = -1, -1
-"""Status of a point that is out of reach; reason of one whose timing was not to be corrected."""
+"""Code of the status of a point whose timing is out of reach; code of the reason where no timing was corrected."""
 WARNING_FLAGS = {warning: f"warning_{warning.name.lower()}" for warning in EngineWarning}
 """Name of the flag of each warning, as in files."""
 NOT_JUDGED = -1
-"""Flag of a point that has no results."""
+"""Value of the flags of warnings, and of their number, for a point without results."""
 
 
-def compute(points):
-    """Run operating points.
+def compute(points: Sequence[Point]) -> list[tuple[dict[str, Any], np.ndarray]]:
+    """Run operating points, one after the other, each to its periodic state.
 
     Parameters
     ----------
@@ -34,13 +37,16 @@ def compute(points):
 
     Returns
     -------
-    list of tuple
-        For each point its scalars by name and its trace, (721, 11).
+    list of (dict, (721, 11) float array)
+        For each point its scalars by their names in archives, and its trace: a row every half degree of crank angle
+        over one turn, the columns as in `apesim.engine.cycle.rates.TRACE`. Indicators and trace are NaN where the point
+        failed or its timing is out of reach.
     """
     return [_result(point) for point in points]
 
 
-def _result(point):
+def _result(point: Point) -> tuple[dict[str, Any], np.ndarray]:
+    """Scalars and trace of one operating point."""
     machine, speed, reason = point.machine, point.speed, NOT_ASKED
     scalars = dict.fromkeys((*INDICATORS, "energise_deg", "release_deg"), nan)
     scalars |= dict.fromkeys(("warnings", *WARNING_FLAGS.values()), NOT_JUDGED)
@@ -64,22 +70,27 @@ def _result(point):
     return scalars | {"status": run.status, "timing_reason": reason}, trace
 
 
-def _rows_before(angle):
-    """For a cycle that starts an angle after the traces do: the row of its first sample, and where in it that is.
+def _rows_before(angle: float) -> tuple[int, float]:
+    """Find the row of the traces at which the samples of a cycle begin.
+
+    Parameters
+    ----------
+    angle : float
+        Crank angle from the first row of the traces to the start of the cycle [rad].
 
     Returns
     -------
-    int
-        Of a trace.
-    float
-        From the start of the cycle [rad].
+    row : int
+        Row of the first sample.
+    trace_start : float
+        Crank angle of that sample from the start of the cycle [rad], in 0...`ANGLE_STEP`.
     """
     place = int(np.ceil(angle / ANGLE_STEP - 1e-9))
     return place % ROWS, max(0.0, place * ANGLE_STEP - angle)
 
 
-def _from_first_angle(trace, place):
-    """A cycle's trace, its first row at `place`: what comes after the end of the traces is moved to their start."""
+def _from_first_angle(trace: np.ndarray, place: int) -> np.ndarray:
+    """Turn the trace of a cycle so that its first row becomes row `place`; rows beyond the end move to the start."""
     if place == 0:
         return trace
     turned = np.roll(trace[:ROWS], place, axis=0)

@@ -1,8 +1,9 @@
 """The operating points of a sweep, in the order of their numbers."""
 
 import re
+from collections.abc import Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from apesim.engine.angles import TURN
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
@@ -11,7 +12,9 @@ from apesim.quantities.units import NUMBER
 from apesim.studies.sweep.variation import Variation
 
 TIMINGS = (FIXED, CORRECTED) = (0, 1)
+"""Codes of the timing: command angles of the machine itself, or those by which the valve meets its targets."""
 TIMING_NAMES = ("fixed", "corrected")
+"""Names of the timings, in the order of their codes."""
 ACTUATIONS = {
     "epv": (EPV, FIXED),
     "epv corrected": (EPV, CORRECTED),
@@ -22,12 +25,13 @@ ACTUATIONS = {
 
 
 class Point(NamedTuple):
-    """One operating point of a plan."""
+    """One operating point of a sweep: a machine, its speed, and how its valve is timed."""
 
     run: int
+    """Number of the run, from 0."""
     machine: Machine
     speed: float
-    """[rad/s]"""
+    """Speed of the crankshaft [rad/s]."""
     timing: int
     """`FIXED`: the machine's own command angles; `CORRECTED`: those that meet its targets."""
     combination: int
@@ -39,51 +43,63 @@ class Point(NamedTuple):
 class Plan(NamedTuple):
     """All operating points of a sweep: a full grid."""
 
-    points: list
-    """Points, each a `Point`; the last axis runs fastest."""
-    axes: dict
+    points: list[Point]
+    """Points in the order of their run numbers; the last axis runs fastest."""
+    axes: dict[str, list[str]]
     """Texts of the values of each axis by its name, which is that of a variable in the archive."""
     variation: Variation
+    """Machines of the sweep, and the keys in which they differ."""
 
 
-def actuations_of(intakes, timings):
-    """Names in `ACTUATIONS`: only an electro-pneumatic valve has commands to correct.
+def actuations_of(intakes: Sequence[int], timings: Sequence[int]) -> list[str]:
+    """Name the actuations that intakes and timings make: only an electro-pneumatic valve has commands to correct.
 
     Parameters
     ----------
     intakes : sequence of int
         Codes of `apesim.engine.cylinder.INTAKES`.
     timings : sequence of int
+        Codes of `TIMINGS`; they count for the electro-pneumatic valve only.
 
     Returns
     -------
     list of str
+        Names in `ACTUATIONS`, in the order of the intakes.
+
+    Examples
+    --------
+    >>> actuations_of([EPV, CAM], TIMINGS)
+    ['epv', 'epv corrected', 'cam']
     """
     pairs = [(intake, timing) for intake in intakes for timing in (timings if intake == EPV else (FIXED,))]
     names = {pair: name for name, pair in ACTUATIONS.items()}
     return [names[pair] for pair in pairs]
 
 
-def plan(variation, speeds, intakes, timings=(FIXED,)):
-    """Operating points: every actuation, every machine, every speed.
+def plan(
+    variation: Variation, speeds: Sequence[float], intakes: Sequence[int], timings: Sequence[int] = (FIXED,)
+) -> Plan:
+    """Plan the operating points of a sweep: every actuation, every machine, every speed.
 
     Parameters
     ----------
     variation : apesim.studies.sweep.variation.Variation
+        Machines, and the keys in which they differ.
     speeds : sequence of float
-        [rad/s]
+        Speeds of the crankshaft [rad/s].
     intakes : sequence of int
         Codes of `apesim.engine.cylinder.INTAKES`.
     timings : sequence of int
-        Of the electro-pneumatic valve.
+        Codes of `TIMINGS` for the electro-pneumatic valve.
 
     Returns
     -------
     Plan
+        Points numbered from 0; speeds vary fastest, then machines, then actuations.
     """
     actuations = actuations_of(intakes, timings)
     trace_start = variation.machines[0].command.energise
-    points = []
+    points: list[Point] = []
     for name, (number, machine), speed in product(actuations, enumerate(variation.machines), speeds):
         intake, timing = ACTUATIONS[name]
         machine = machine._replace(engine=machine.engine._replace(intake=intake))
@@ -94,31 +110,65 @@ def plan(variation, speeds, intakes, timings=(FIXED,)):
     return Plan(points, axes, variation)
 
 
-def rpm(speed):
-    """A speed [rad/s] in revolutions per minute, without the noise of its conversion."""
-    return float(f"{speed / TURN * 60.0:.12g}")
-
-
-def actuation_of(point):
-    """Code of what moves a point's intake: its place in `ACTUATIONS`."""
-    return list(ACTUATIONS.values()).index((point.machine.engine.intake, point.timing))
-
-
-def in_one_unit(texts):
-    """Numbers of the texts of an axis, where they have one unit.
+def rpm(speed: float) -> float:
+    """Convert a speed to revolutions per minute, without the rounding noise of the conversion.
 
     Parameters
     ----------
-    texts : list of str
+    speed : float
+        Speed [rad/s].
 
     Returns
     -------
-    numbers : list of str
-        The texts themselves, if they are no numbers of one unit.
-    unit : str
-        "" without any.
+    float
+        Speed [r/min], rounded to 12 significant digits.
+
+    Examples
+    --------
+    >>> rpm(TURN * 15.0)
+    900.0
     """
-    found = [re.fullmatch(rf"({NUMBER}|inf)( .*)?", text) for text in texts]
+    return float(f"{speed / TURN * 60.0:.12g}")
+
+
+def actuation_of(point: Point) -> int:
+    """Code the actuation of an operating point, as archives hold it.
+
+    Parameters
+    ----------
+    point : Point
+
+    Returns
+    -------
+    int
+        Place of its intake and timing in `ACTUATIONS`, from 0.
+    """
+    return list(ACTUATIONS.values()).index((point.machine.engine.intake, point.timing))
+
+
+def in_one_unit(texts: Sequence[str]) -> tuple[Sequence[str], str]:
+    """Split the texts of an axis into numbers and the unit that all of them share.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        Values of the axis, e.g. "0.6 MPa gauge".
+
+    Returns
+    -------
+    numbers : sequence of str
+        Numbers as they are written; the texts unchanged, if they are no numbers or their units differ.
+    unit : str
+        The unit; "" if there is none.
+
+    Examples
+    --------
+    >>> in_one_unit(["600 r/min", "900 r/min"])
+    (['600', '900'], 'r/min')
+    >>> in_one_unit(["ideal", "cantera"])
+    (['ideal', 'cantera'], '')
+    """
+    found: list[Any] = [re.fullmatch(rf"({NUMBER}|inf)( .*)?", text) for text in texts]
     units = {match and (match[3] or "").strip() for match in found}
     if None in units or len(units) > 1:
         return texts, ""

@@ -1,6 +1,8 @@
 """Results of operating points as an archive, and what is told of those that failed."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,12 +13,13 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import INTAKES
 from apesim.engine.indicators import COUNTS, FLAGS, INDICATORS
+from apesim.engine.warnings import EngineWarning
 from apesim.march.adaptive import Status
 from apesim.quantities import Choice, Curve, split_header
 from apesim.studies.march_status import STATUS_MEANINGS
 from apesim.studies.sweep.compute import ANGLE_STEP, NOT_ASKED, NOT_JUDGED, NOT_MARCHED, WARNING_FLAGS
-from apesim.studies.sweep.plan import ACTUATIONS, TIMING_NAMES, actuation_of
-from apesim.studies.sweep.variation import stored
+from apesim.studies.sweep.plan import ACTUATIONS, TIMING_NAMES, Point, actuation_of
+from apesim.studies.sweep.variation import Variation, stored
 from apesim.studies.timing import Reason
 
 REASON_MEANINGS = ", ".join(f"{int(reason)} {reason.name.lower().replace('_', ' ')}" for reason in Reason)
@@ -44,23 +47,32 @@ TRACE_DESCRIPTIONS = {
 }
 
 
-def archive_of(points, results, variation, machine, provenance):
-    """Results of some operating points as an archive.
+def archive_of(
+    points: Sequence[Point],
+    results: Sequence[tuple[Mapping[str, Any], np.ndarray]],
+    variation: Variation,
+    machine: str,
+    provenance: dict[str, str],
+) -> Archive:
+    """Store the results of some operating points of a sweep as an archive.
 
     Parameters
     ----------
     points : sequence of apesim.studies.sweep.plan.Point
-    results : list of tuple
-        See `apesim.studies.sweep.compute.compute`.
+        At least one.
+    results : sequence of (mapping, float array)
+        Scalars and trace of each point, see `apesim.studies.sweep.compute.compute`.
     variation : apesim.studies.sweep.variation.Variation
-        Of the machines that the points are taken from.
+        Variation from which the machines of the points are taken.
     machine : str
         TOML text of the machine before anything is varied.
     provenance : dict of str
+        Where the results come from: command, hashes, number of planned runs.
 
     Returns
     -------
     Archive
+        A run for each point; scalars over runs, traces over runs and crank angle [deg].
     """
     scalars = [scalars for scalars, _ in results]
     traces = np.stack([trace for _, trace in results])
@@ -74,13 +86,14 @@ def archive_of(points, results, variation, machine, provenance):
     for number, header in enumerate(TRACE):
         name, unit = split_header(header)
         values = np.ascontiguousarray(traces[:, :, number])
-        variables[name] = Variable(("run", "crank_angle"), values, unit, TRACE_DESCRIPTIONS[name])
+        variables[name] = Variable(("run", "crank_angle"), values, unit, TRACE_DESCRIPTIONS[name])  # type: ignore[arg-type]
     axes = "actuation", *(axis.name for axis in variation.axes), "speed_rpm"
     variables |= {name: replace(variables[name], coordinate=True) for name in axes}
     return Archive(machine, provenance, variables)
 
 
-def _what_was_run(points):
+def _what_was_run(points: Sequence[Point]) -> dict[str, Variable]:
+    """Codes of the actuation, the intake and the timing of each point."""
     codes = {
         "actuation": [actuation_of(point) for point in points],
         "intake": [point.machine.engine.intake for point in points],
@@ -91,7 +104,8 @@ def _what_was_run(points):
     }
 
 
-def _what_was_varied(points, variation):
+def _what_was_varied(points: Sequence[Point], variation: Variation) -> dict[str, Variable]:
+    """Values that the varied keys have at each point."""
     shape = [len(axis.values) for axis in variation.axes]
     variables = {}
     for number, axis in enumerate(variation.axes):
@@ -103,7 +117,8 @@ def _what_was_varied(points, variation):
     return variables
 
 
-def _how_it_ended(scalars):
+def _how_it_ended(scalars: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
+    """Status, reason of the timing and command angles [deg] of each point."""
     told = {
         "status": ("how the march ended", f"{NOT_MARCHED} not marched, {STATUS_MEANINGS}"),
         "timing_reason": (
@@ -117,7 +132,8 @@ def _how_it_ended(scalars):
     return variables
 
 
-def _indicators(scalars):
+def _indicators(scalars: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
+    """Indicators of each point, see `apesim.engine.indicators.INDICATORS`."""
     variables = {}
     for name, (unit, description) in INDICATORS.items():
         values = np.array([values[name] for values in scalars], dtype=float)
@@ -127,7 +143,7 @@ def _indicators(scalars):
     return variables
 
 
-def _warnings(scalars):
+def _warnings(scalars: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
     """How many warnings a run has, and a flag for each kind: words that select in a table, where bits would not."""
     description = f"number of warnings, each with a flag below; {NOT_JUDGED}: no results to judge"
     variables = {"warnings": column(np.array([values["warnings"] for values in scalars], int), "1", description)}
@@ -137,36 +153,51 @@ def _warnings(scalars):
     return variables
 
 
-def flagged(archive, warning):
-    """Which runs of a sweep have a warning.
+def flagged(archive: Archive, warning: EngineWarning) -> np.ndarray:
+    """Find the runs of a sweep that have a given warning.
 
     Parameters
     ----------
     archive : Archive
+        Archive of a sweep of n runs.
     warning : apesim.engine.warnings.EngineWarning
 
     Returns
     -------
     (n,) bool array
+        True where the run has the warning; False where it has no results.
     """
     return archive.variables[WARNING_FLAGS[warning]].values == 1
 
 
-def has_incomplete_stroke(archive):
-    """Which runs of a sweep have a valve that does not open fully and close fully in every cycle; (n,) bool array."""
-    return np.any([flagged(archive, warning) for warning in WARNING_FLAGS if warning.is_incomplete_stroke], axis=0)
-
-
-def warnings_of(archive):
-    """One line for each kind of warning that runs of a sweep have.
+def has_incomplete_stroke(archive: Archive) -> np.ndarray:
+    """Find the runs of a sweep whose valve does not open fully and close fully in every cycle.
 
     Parameters
     ----------
     archive : Archive
+        Archive of a sweep of n runs.
+
+    Returns
+    -------
+    (n,) bool array
+        True where the run has any warning of an incomplete stroke.
+    """
+    return np.any([flagged(archive, warning) for warning in WARNING_FLAGS if warning.is_incomplete_stroke], axis=0)
+
+
+def warnings_of(archive: Archive) -> list[str]:
+    """Write one line for each kind of warning that runs of a sweep have.
+
+    Parameters
+    ----------
+    archive : Archive
+        Archive of a sweep.
 
     Returns
     -------
     list of str
+        Each line says what is wrong, in how many runs, in which first, and the flag to look for in the archive.
     """
     lines, names = [], names_of(archive)
     for warning, flag in WARNING_FLAGS.items():
@@ -178,16 +209,18 @@ def warnings_of(archive):
     return lines
 
 
-def names_of(archive):
-    """What each run is, in words: "epv corrected, supply_pressure 1 MPa gauge, 600 r/min".
+def names_of(archive: Archive) -> list[str]:
+    """Name each run of a sweep in words: "epv corrected, supply_pressure 1 MPa gauge, 600 r/min".
 
     Parameters
     ----------
     archive : Archive
+        Archive of a sweep.
 
     Returns
     -------
     list of str
+        A name for each run, in the order of the runs.
     """
     columns = []
     for (name, texts), places in zip(axes_of(archive).items(), places_of(archive), strict=True):
@@ -196,16 +229,18 @@ def names_of(archive):
     return [", ".join(words) for words in zip(*columns, strict=True)]
 
 
-def faults_of(archive):
-    """One line for each point that is out of reach, failed or did not reach a periodic state.
+def faults_of(archive: Archive) -> list[str]:
+    """Write one line for each point that is out of reach, failed or did not reach a periodic state.
 
     Parameters
     ----------
     archive : Archive
+        Archive of a sweep.
 
     Returns
     -------
     list of str
+        Each line names the run and says what is wrong, and a remedy where there is one.
     """
     v = {name: archive.variables[name].values for name in ("run", "timing_reason", "status", "converged", "cycles")}
     lines = []

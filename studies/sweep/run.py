@@ -6,9 +6,11 @@ import itertools
 import json
 import operator
 import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, read, write
 from apesim.archive.shards import (
@@ -22,6 +24,7 @@ from apesim.archive.shards import (
     shards_folder,
 )
 from apesim.engine.cycle.operating_point import cycle_of
+from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.cluster import run_on_cluster
@@ -29,81 +32,86 @@ from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.output import refuse_folder, refuse_to_replace
 from apesim.studies.sweep.completion import complete, keep, seconds_of
 from apesim.studies.sweep.compute import compute
-from apesim.studies.sweep.plan import FIXED, plan
+from apesim.studies.sweep.plan import FIXED, Point, plan
 from apesim.studies.sweep.results import archive_of, faults_of
 from apesim.studies.sweep.variation import Variation
 
 
 class SweepResult(NamedTuple):
-    """What a sweep leaves."""
+    """A sweep that has ended: its archive, and what is wrong with some of its points."""
 
     path: Path
+    """Path of the archive."""
     archive: Archive
-    faults: list
+    """Results of all points that could be computed."""
+    faults: list[str]
     """One line for each point that is out of reach, failed or did not converge, and for those that are missing."""
     seconds: float
-    """Computing time, warm; that of checking, where it was finished already."""
+    """Wall time without that of compiling [s]; where the sweep was finished already, the time of checking it."""
     was_finished: bool
     """The archive was there and whole already, and nothing was computed."""
 
 
 def run_sweep(
-    machine,
-    speeds,
-    intakes,
-    out,
+    machine: Machine,
+    speeds: Sequence[float],
+    intakes: Sequence[int],
+    out: str | PathLike[str],
     *,
-    timings=(FIXED,),
-    variation=None,
-    jobs=None,
-    cluster=None,
-    shard=None,
-    resume=False,
-    overwrite=False,
-    command="",
-    report=None,
-    warm_up=operator.call,
-):
+    timings: Sequence[int] = (FIXED,),
+    variation: Variation | None = None,
+    jobs: int | None = None,
+    cluster: Any = None,
+    shard: tuple[int, int] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    command: str = "",
+    report: Callable[[int, int], Any] | None = None,
+    warm_up: Callable[..., Any] = operator.call,
+) -> SweepResult:
     """Run a sweep and write its archive; what is finished survives a kill.
 
     Parameters
     ----------
     machine : Machine
-        Its text goes into the archive.
+        Machine to run; its text goes into the archive.
     speeds : sequence of float
-        [rad/s]
+        Speeds of the crankshaft [rad/s].
     intakes : sequence of int
+        Codes of `apesim.engine.cylinder.INTAKES`.
     out : path
-        The archive.
+        The archive to write.
     timings : sequence of int
         `FIXED` and `CORRECTED` commands of the electro-pneumatic valve.
     variation : Variation, optional
-        Machines to run instead, see `apesim.studies.sweep.variation.vary`.
+        Machines to run instead of `machine`, see `apesim.studies.sweep.variation.vary`.
     jobs : int, optional
-        Processes; as many as the work is worth if left out.
+        Number of processes; as many as the work is worth if left out.
     cluster : distributed.Client, optional
-        Where to compute instead, see `apesim.studies.execution.cluster.connected`.
-    shard : tuple of int, optional
-        (i, N): only every N-th point from the i-th, i = 1...N; `apesim archive merge` joins the archives.
+        Cluster that computes instead of this machine, see `apesim.studies.execution.cluster.connected`.
+    shard : (int, int), optional
+        (i, N): only every N-th point from the i-th, i = 1...N; ``apesim archive merge`` joins the archives.
     resume : bool
         Go on with the shards of a sweep that was interrupted; one that is finished stays as it is.
     overwrite : bool
         Replace an archive or shards that are there.
     command : str
-        The command line, for the archive.
+        The command line, which the archive keeps.
     report : function, optional
-        Called with the numbers of points done and in all, whenever some are done.
+        Called with the number of points that are done and the number of all, whenever some are done.
     warm_up : function
-        Calls a function with its arguments; it is given a few points, for which the model may have to be compiled.
+        Called with a function and its arguments, and calls it: a few points, for which the model may have to be
+        compiled. Its time does not count.
 
     Returns
     -------
     SweepResult
+        The archive, and a line for each point without a good result.
 
     Raises
     ------
     ArchiveError
-        The target exists, or another process writes it, or it cannot be written.
+        The target exists, or another process writes it, or it cannot be written, or a share has no points.
     IncompleteError
         Not one of the runs could be computed.
     """
@@ -144,7 +152,7 @@ def run_sweep(
             points,
             provenance["plan_hash"],
             run=functools.partial(run_on_cluster, cluster, compute) if cluster else functools.partial(_run_here, jobs),
-            to_archive=lambda *done: archive_of(*done, planned.variation, text, provenance),
+            to_archive=lambda chunk, results: archive_of(chunk, results, planned.variation, text, provenance),
             report=report or (lambda done, total: None),
         )
         if not found.parts:
@@ -158,23 +166,23 @@ def run_sweep(
     return SweepResult(out, archive, faults, time.perf_counter() - start, was_finished=False)
 
 
-def find_finished(out):
-    """A finished sweep, whatever was swept: for whom resumes it without saying what.
+def find_finished(out: str | PathLike[str]) -> SweepResult | None:
+    """Read a sweep that is finished already, whatever was swept; its remaining shards are removed.
 
     Parameters
     ----------
     out : path
-        The archive.
+        Archive of the sweep.
 
     Returns
     -------
     SweepResult or None
-        None where there is no sound archive of a sweep, or one that lacks runs.
+        None where the archive does not exist, cannot be read, is not of a sweep, or lacks runs.
 
     Raises
     ------
     ArchiveError
-        Another process writes it.
+        Another process writes the archive, or shards of another sweep lie beside it.
     """
     out = Path(out)
     if not out.is_file():
@@ -189,21 +197,22 @@ def find_finished(out):
         return _finished(out, there, start) if is_whole else None
 
 
-def _finished(out, archive, start):
-    """Result of a sweep whose archive is there and whole; shards that it left are removed."""
+def _finished(out: Path, archive: Archive, start: float) -> SweepResult:
+    """Make the result of a sweep whose archive is there and whole, and remove the shards that it left."""
     read_shards(shards_folder(out), archive.provenance["plan_hash"])  # those of another sweep are not ours to remove
     remove_shards(shards_folder(out))
     return SweepResult(out, archive, faults_of(archive), time.perf_counter() - start, was_finished=True)
 
 
-def _run_here(jobs, chunks):
+def _run_here(jobs: int | None, chunks: Sequence[Sequence[Point]]) -> Iterator[tuple[Any, Any]]:
     """Run tasks, see `apesim.studies.execution.pool.run_tasks`, in as many processes as the work is worth."""
     return run_tasks(compute, chunks, workers_for(seconds_of(itertools.chain(*chunks)), jobs))
 
 
-def _first_of_each_kind(points):
-    """Points for which all is compiled that any needs: corrected or not, with effects of each library or without."""
-    machines, kinds = {}, {}
+def _first_of_each_kind(points: Iterable[Point]) -> list[Point]:
+    """Choose points that compile all code that any point needs: corrected or not, with effects of any kind or none."""
+    machines: dict[tuple[int, int], Point] = {}
+    kinds: dict[tuple[int, type, type], Point] = {}
     for point in points:
         machines.setdefault((point.timing, point.combination), point)
     for point in machines.values():
@@ -212,16 +221,16 @@ def _first_of_each_kind(points):
     return list(kinds.values())
 
 
-def _hash_of(machines):
-    """Hash of all numbers of some machines."""
+def _hash_of(machines: Iterable[Machine]) -> str:
+    """Hash all numbers of some machines; 64 hexadecimal digits."""
     digest = hashlib.sha256()
     for machine in machines:
         digest.update(json.dumps(machine, default=lambda curve: curve.tolist()).encode())
     return digest.hexdigest()
 
 
-def _own_archive(out, provenance, overwrite):
-    """The archive that is there, if it is of this sweep and of this share of it."""
+def _own_archive(out: Path, provenance: dict[str, str], overwrite: bool) -> Archive | None:
+    """Read the archive that is there, if it is of this sweep and of this share of it."""
     if not out.exists():
         return None
     try:
@@ -236,8 +245,8 @@ def _own_archive(out, provenance, overwrite):
     return archive if own else None
 
 
-def _clear(out, resume, overwrite):
-    """Refuse to lose what is there, or make room for the new."""
+def _clear(out: Path, resume: bool, overwrite: Any) -> None:
+    """Make room for a new archive; raises `ArchiveError` where something would be lost that is not to be replaced."""
     folder = shards_folder(out)
     if not overwrite:
         refuse_to_replace(out)

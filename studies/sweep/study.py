@@ -1,4 +1,4 @@
-"""A sweep as a study: its arguments are checked, its archive becomes a result."""
+"""The function `sweep` for Python, which checks its arguments, and its result `Sweep`."""
 
 import contextlib
 import tempfile
@@ -41,14 +41,14 @@ Vary = Mapping[str, Any] | Sequence[str] | Variation
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sweep(ArchiveResult):
-    """Operating points over speeds, intakes, timings and keys of the machine.
+    """Result of a sweep: operating points over speeds, intakes, timings and keys of the machine.
 
     Attributes
     ----------
     was_finished : bool
-        Its archive was there and whole already, and nothing was computed.
+        The archive was there and whole already, and nothing was computed.
     made_by : str
-        The call that made the archive, where it was resumed by its name alone; else "".
+        Call that made the archive, where the sweep was resumed by the name of its archive alone; else "".
     """
 
     title: ClassVar[str] = "sweep of operating points"
@@ -58,22 +58,22 @@ class Sweep(ArchiveResult):
 
     @classmethod
     def holds(cls, archive: Archive) -> bool:
-        """Whether an archive is that of a sweep."""
+        """Tell whether an archive is that of a sweep, by its variables and its provenance."""
         return "actuation" in archive.variables and "axes" in archive.provenance
 
     @classmethod
     def faults_of(cls, archive: Archive) -> Iterable[str]:
-        """One line for each point that is out of reach, failed or did not reach a periodic state."""
+        """Write one line for each point that is out of reach, failed or did not reach a periodic state."""
         return faults_of(archive)
 
     @classmethod
     def warnings_of(cls, archive: Archive) -> Iterable[str]:
-        """One line for each kind of warning that runs have."""
+        """Write one line for each kind of warning that runs have."""
         return warnings_of(archive)
 
     @classmethod
     def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
-        """Highest torque and lowest consumption of air."""
+        """Find the highest brake torque [N m] and the lowest specific air [kg/kWh]; none where all runs are NaN."""
         v = values_of(archive)
         torque, air = v["brake_torque_Nm"], v["specific_air_kg_per_kWh"]
         found = {}
@@ -86,11 +86,13 @@ class Sweep(ArchiveResult):
 
     @classmethod
     def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
-        """Each axis with its ends."""
+        """Write the values of each axis in words, by its name: all of a few, else the ends and their number."""
         return {name.removesuffix("_rpm"): _ends(texts) for name, texts in axes_of(archive).items()}
 
     def to_xarray(self) -> "xarray.Dataset":
-        """All runs over the axes that were swept; each variable has the attributes ``units`` and ``long_name``.
+        """Lay all runs out over the axes that were swept, as an xarray dataset.
+
+        Each variable has the attributes ``units`` and ``long_name``.
 
         Returns
         -------
@@ -112,13 +114,14 @@ class Sweep(ArchiveResult):
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            A new figure's if left out.
+            Axes to draw on; those of a new figure if left out.
         name : str
-            E.g. "specific_air_kg_per_kWh".
+            Name of a variable, e.g. "specific_air_kg_per_kWh".
 
         Returns
         -------
         matplotlib.axes.Axes
+            Axes that were drawn on.
         """
         from apesim.studies.figures.axes import axes_for
         from apesim.studies.figures.sweep import COLOURS, MARKERS, NAMES, actuations_in, in_the_middle, runs_of
@@ -155,10 +158,11 @@ def sweep(
     Parameters
     ----------
     machine : Machine
+        Machine to run.
     speed : str, float or sequence of them
-        E.g. "300:2400:100 rpm", or [rad/s].
+        Speeds, e.g. "300:2400:100 rpm", or [rad/s].
     intake : str or sequence of str
-        Of "epv", "cam" and "ideal".
+        What opens the intake: one or more of "epv", "cam" and "ideal".
     timing : {"fixed", "corrected", "both"}
         Command angles of the electro-pneumatic valve: the machine's, or those by which it meets its targets.
     vary : mapping of str, or sequence of str, optional
@@ -246,7 +250,7 @@ def sweep(
 
 
 def _once(arguments: Arguments, name: str, values: list, text_of: Callable[[Any], str]) -> list:
-    """Values of an argument, each of which is to be given once."""
+    """Note a fault for each value of an argument that is given twice; returns the values."""
     for value in dict.fromkeys(values):
         if values.count(value) > 1:
             arguments.fault(name, f"{text_of(value)} is given twice", "give it once")
@@ -267,7 +271,7 @@ def _timings(arguments: Arguments, timing: Any, intakes: list[int]) -> tuple[int
 
 
 def _variation(arguments: Arguments, machine: Machine, vary: Vary | None) -> Variation | None:
-    """Machines that an argument makes of one."""
+    """Make the machines that the argument `vary` asks for; its faults are noted."""
     if vary is None or isinstance(vary, Variation):
         return vary
     try:
@@ -278,7 +282,7 @@ def _variation(arguments: Arguments, machine: Machine, vary: Vary | None) -> Var
 
 
 def _share(arguments: Arguments, text: str | None) -> tuple[int, int] | None:
-    """(i, N) of a text i/N."""
+    """Read the share (i, N) of a text "i/N"; a fault is noted where it is none."""
     if text is None:
         return None
     number, slash, total = str(text).partition("/")

@@ -1,4 +1,4 @@
-"""The table of a sweep on the terminal."""
+"""The table of a sweep that the console shows: torque and air of each operating point."""
 
 from collections.abc import Sequence
 
@@ -15,11 +15,16 @@ COLUMNS = {"brake_torque_Nm": ("N m", ".2f"), "specific_air_kg_per_kWh": ("kg/kW
 
 
 def sweep_table(archive: Archive) -> Table:
-    """Brake torque and gross specific air of every actuation over speed and what is varied; what is incomplete marked.
+    """Lay out the table that the console shows of a sweep.
+
+    Each row is a combination of the varied keys and the speed. Its columns are, for every actuation, the brake torque
+    [N m] and the consumption of all air over brake work [kg/kWh]. Runs whose valve does not open fully and close fully
+    are marked.
 
     Parameters
     ----------
     archive : Archive
+        Archive of a sweep, whole or partial. Points that are missing are shown as a dash.
 
     Returns
     -------
@@ -53,7 +58,26 @@ def sweep_table(archive: Archive) -> Table:
 
 
 def head_and_cells(name: str, texts: Sequence[str]) -> tuple[str, Sequence[str]]:
-    """Head and cells of a column of texts: a unit that all share stands in the head."""
+    """Write the head and the cells of a column of values; a unit that all share stands in the head only.
+
+    Parameters
+    ----------
+    name : str
+        Name of the axis in the archive, e.g. "speed_rpm".
+    texts : sequence of str
+        Values with their units.
+
+    Returns
+    -------
+    head : str
+        Name in words; the unit, if there is one, in a second line.
+    cells : sequence of str
+
+    Examples
+    --------
+    >>> head_and_cells("supply_pressure", ["0.6 MPa", "1 MPa"])
+    ('supply pressure\\n[MPa]', ['0.6', '1'])
+    """
     cells, unit = in_one_unit(texts)
     name = name.removesuffix("_rpm").replace("_", " ")  # breaks at spaces only
     return f"{name}\n[{unit}]" if unit else name, cells

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from math import prod
+from os import PathLike
 from typing import Any, NamedTuple
 
 from apesim.engine.machine import Machine
@@ -12,56 +13,70 @@ from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import misassigned, schema
 
 VARY = "--vary"
+"""Option that faults of varied keys name on the command line."""
 INTAKE_KEY, AMBIENT_KEY = "engine.intake", "ambient.pressure"
 MAX_COMBINATIONS = 100_000
 
 
 class Axis(NamedTuple):
-    """A key of the machine, and the values that it takes."""
+    """One axis of a variation: a key of the machine, and the values that it takes."""
 
     key: str
-    """With dots, e.g. "supply.pressure"."""
+    """Key with dots, e.g. "supply.pressure"."""
     declaration: Declaration
-    texts: tuple
-    """Texts that a machine file would have; of a curve, the path."""
-    values: tuple
-    """Values in the machine: in SI, a choice as its index; of a curve, the path."""
+    """What the machine declares of this key: kind, unit and range."""
+    texts: tuple[str, ...]
+    """Values as a machine file would write them; for a curve, the path of its file."""
+    values: tuple[Any, ...]
+    """Values in the machine: in SI, a choice as its index; for a curve, the path of its file."""
 
     @property
-    def name(self):
-        """Name in archives, where no dot may stand."""
+    def name(self) -> str:
+        """Name of the axis in archives, where no dot may stand: "supply_pressure"."""
         return self.key.replace(".", "_")
 
 
 class Variation(NamedTuple):
     """Machines for all combinations of the values of some keys."""
 
-    axes: tuple
-    """Axes, each an `Axis`."""
-    machines: tuple
-    """Machines, each a `Machine`; the last axis runs fastest."""
+    axes: tuple[Axis, ...]
+    """Axes, in the order in which they were given."""
+    machines: tuple[Machine, ...]
+    """A machine for each combination; the last axis runs fastest."""
 
 
-def vary(texts, path=None, settings=()):
-    """Read which keys of a machine take which values; each combination is as if it had been given by `--set`.
+def vary(texts: Sequence[str], path: str | PathLike[str] | None = None, settings: Sequence[str] = ()) -> Variation:
+    """Make the machines in which some keys take all combinations of given values, from the options of a command.
+
+    Each machine is as if its values had been given by ``--set``.
 
     Parameters
     ----------
     texts : sequence of str
-        ``KEY=RANGE``, e.g. "supply.pressure=0.6:1.4:0.2 MPa gauge", "air.model=ideal,cantera".
+        Keys and their values, ``KEY=RANGE``: "supply.pressure=0.6:1.4:0.2 MPa gauge", "air.model=ideal,cantera".
     path : path, optional
-        Machine file.
+        Machine file; the embedded machine if left out.
     settings : sequence of str
         ``KEY=VALUE``, for all the machines.
 
     Returns
     -------
     Variation
+        Axes and machines.
 
     Raises
     ------
     InputError
-        With a fault for each text, value, or kind of fault that combinations have.
+        A key or value is invalid, a key is given twice, or some combinations make an invalid machine; the error names
+        every fault.
+
+    Examples
+    --------
+    >>> variation = vary(["supply.pressure=0.6:1.4:0.4 MPa gauge", "air.model=ideal,cantera"])
+    >>> variation.axes[0].texts
+    ('0.6 MPa gauge', '1 MPa gauge', '1.4 MPa gauge')
+    >>> len(variation.machines)
+    6
     """
 
     def make(assigned: dict[str, str]) -> Machine:
@@ -76,20 +91,23 @@ def vary_machine(machine: Machine, ranges: Mapping[str, Any] | Sequence[str], wh
     Parameters
     ----------
     machine : Machine
+        Machine from which the others differ.
     ranges : mapping of str, or sequence of str
-        By key, with dots or underscores: a range or list in a text, or a sequence of texts and numbers in SI; or
-        ``KEY=RANGE``.
+        Values by key, with dots or underscores: a range or list in a text, or a sequence of texts and numbers in SI.
+        Else texts ``KEY=RANGE``.
     where : str
-        What they are given to, for messages.
+        Name of the function and argument that the ranges were given to, for messages.
 
     Returns
     -------
     Variation
+        Axes and machines.
 
     Raises
     ------
     InputError
-        See `vary`.
+        A key or value is invalid, a key is given twice, or some combinations make an invalid machine; the error names
+        every fault.
     """
     pairs = list(ranges.items()) if isinstance(ranges, Mapping) else _pairs(ranges)
     by_underscores = {leaf.key.replace(".", "_"): leaf.key for leaf in schema(type(machine))}
@@ -176,8 +194,8 @@ def _fault(key: str, right: str, found: list[tuple[str, str]], where: str) -> Fa
     return Fault(where, key, f"{wrong} (with {first}{more})", right)
 
 
-def stored(axis):
-    """Values of an axis as archives hold them, and their unit: SI, but angles in degrees.
+def stored(axis: Axis) -> tuple[list[Any], str]:
+    """Convert the values of an axis to those that archives hold: SI, but angles in degrees.
 
     Parameters
     ----------
@@ -186,13 +204,21 @@ def stored(axis):
     Returns
     -------
     values : list of float, int or str
+        Numbers in the unit; indices of a choice; paths of curves.
     unit : str
+        Unit of the values, "1" where they have none.
+
+    Examples
+    --------
+    >>> values, unit_text = stored(vary(["engine.bore=80 mm, 90 mm"]).axes[0])
+    >>> [round(value, 6) for value in values], unit_text
+    ([0.08, 0.09], 'm')
     """
     if isinstance(axis.declaration, Choice | Curve):
         return list(axis.values), "1"
     if isinstance(axis.declaration, Pressure):
         return list(axis.values), "Pa abs"
-    if unit(axis.declaration.unit) == unit("deg"):
+    if unit(axis.declaration.unit) == unit("deg"):  # type: ignore[attr-defined]
         return [float(text.split()[0]) for text in axis.texts], "deg"
-    name = unit(axis.declaration.unit).si_text
+    name = unit(axis.declaration.unit).si_text  # type: ignore[attr-defined]
     return list(axis.values), "1" if name == "-" else name
