@@ -6,11 +6,9 @@ from typing import Any
 import numpy as np
 
 from apesim.quantities.curves import Curve
-from apesim.quantities.declarations import Choice, Quantity
+from apesim.quantities.declarations import Choice
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault
-from apesim.quantities.ranges import parse, parse_range
-
-Declared = Quantity | Choice | Curve
+from apesim.quantities.ranges import Declared, parse, parse_range
 
 
 class Arguments:
@@ -39,7 +37,28 @@ class Arguments:
         self.faults: list[Fault] = []
 
     def quantity(self, name: str, given: Any, declaration: Declared) -> Any:
-        """An argument in SI, from a text with a unit or a float in SI; None where it is wrong or None itself."""
+        """Return an argument in SI, from a text with a unit or a number in SI; note its fault where it is wrong.
+
+        Parameters
+        ----------
+        name : str
+            Name of the argument.
+        given : str, float, int, array or None
+            What the caller gave: a text with its unit or a number in SI; a word or its index; a path or an array.
+        declaration : Quantity, Choice or Curve
+            What the value may be.
+
+        Returns
+        -------
+        float, int, (n, 2) float array or None
+            Value in SI, as `value_of` returns it; None where `given` is None or wrong.
+
+        Examples
+        --------
+        >>> from apesim.quantities import Quantity
+        >>> Arguments("run_pump").quantity("stroke", "9 mm", Quantity("mm", 1, 50, "chosen"))
+        0.009
+        """
         if given is None:
             return None
         try:
@@ -49,7 +68,28 @@ class Arguments:
             return None
 
     def range(self, name: str, given: Any, declaration: Declared) -> list[Any]:
-        """Values in SI, from a range or list in a text, or a sequence of texts and floats; [] where it is wrong."""
+        """Return several values in SI, from a range or list; note their faults where some are wrong.
+
+        Parameters
+        ----------
+        name : str
+            Name of the argument.
+        given : str, float, or iterable of them
+            Range or list in a text, one number in SI, or a sequence of texts and numbers.
+        declaration : Quantity, Choice or Curve
+            What each value may be.
+
+        Returns
+        -------
+        list of float, int or array
+            Values in SI; empty where one of them is wrong.
+
+        Examples
+        --------
+        >>> from apesim.quantities import Quantity
+        >>> Arguments("run_pump").range("stroke", "8 mm, 9 mm", Quantity("mm", 1, 50, "chosen"))
+        [0.008, 0.009]
+        """
         try:
             return values_of(given, declaration, self.ambient_pressure, name, self.where)
         except InputError as error:
@@ -57,11 +97,43 @@ class Arguments:
             return []
 
     def fault(self, name: str, wrong: str, right: str) -> None:
-        """Note a fault that only several arguments show."""
+        """Note a fault that only several arguments show together.
+
+        Parameters
+        ----------
+        name : str
+            Name of the argument that the message begins with.
+        wrong : str
+            What is wrong with it.
+        right : str
+            What would be right.
+
+        Examples
+        --------
+        >>> arguments = Arguments("run_pump")
+        >>> arguments.fault("stop", "lies before start", "give a later one")
+        >>> print(*arguments.faults)
+        run_pump(): stop: lies before start; give a later one
+        """
         self.faults.append(Fault(self.where, name, wrong, right))
 
     def refuse(self) -> None:
-        """Raise `InputError` with all that is wrong, if anything is."""
+        """Refuse the call if any of its arguments is wrong.
+
+        Raises
+        ------
+        InputError
+            A fault was noted; holds all of them.
+
+        Examples
+        --------
+        >>> arguments = Arguments("run_pump")
+        >>> arguments.fault("stop", "lies before start", "give a later one")
+        >>> arguments.refuse()
+        Traceback (most recent call last):
+        ...
+        apesim.quantities.input_errors.InputError: run_pump(): stop: lies before start; give a later one
+        """
         if self.faults:
             raise InputError(self.faults)
 
@@ -69,25 +141,35 @@ class Arguments:
 def value_of(
     given: Any, declaration: Declared, ambient_pressure: float | None = None, where: str = "", file: str = ""
 ) -> Any:
-    """The SI value of a text with its unit, or of a number in SI; a choice is its word, or the index of it.
+    """Return the value in SI of a text with its unit, or of a number in SI; a choice is its word, or the index of it.
 
     Parameters
     ----------
     given : str, float, int or array
+        What the caller gave.
     declaration : Quantity, Choice or Curve
+        What the value may be.
     ambient_pressure : float, optional
-        What gauge pressures stand above [Pa].
+        Pressure that gauge pressures stand above [Pa, absolute].
     where, file : str
-        The key and what it was given to, for the message.
+        Key and what it was given to, for the message.
 
     Returns
     -------
     float, int or (n, 2) float array
+        Value of a quantity in SI, index of a choice, or the two columns of a curve in SI.
 
     Raises
     ------
     InputError
-        With the one fault.
+        The value is refused; holds one fault.
+
+    Examples
+    --------
+    >>> from apesim.quantities import Pressure
+    >>> supply = Pressure(0.1, 2, "chosen")
+    >>> value_of("0.4 MPa gauge", supply, ambient_pressure=101325.0), value_of(5e5, supply)
+    (501325.0, 500000.0)
     """
     if isinstance(given, str):
         return parse(given, declaration, ambient_pressure, where, file)
@@ -98,7 +180,33 @@ def value_of(
 
 
 def checked_value(given: Any, declaration: Declared, ambient_pressure: float | None = None) -> Any:
-    """The SI value of a text or number as the kernels are compiled for it; raises `InvalidValue`."""
+    """Return the value in SI of a text or number, in the type that the kernels are compiled for.
+
+    Parameters
+    ----------
+    given : str, path, float, int or array
+        What the caller gave; a text or path is read, anything else is checked.
+    declaration : Quantity, Choice or Curve
+        What the value may be.
+    ambient_pressure : float, optional
+        Pressure that gauge pressures stand above [Pa, absolute].
+
+    Returns
+    -------
+    float, int or (n, 2) float array
+        Value of a quantity in SI, index of a choice, or the two columns of a curve in SI.
+
+    Raises
+    ------
+    InvalidValue
+        The value is refused.
+
+    Examples
+    --------
+    >>> from apesim.quantities import Quantity
+    >>> checked_value(1, Quantity("m", 0, 2, "chosen"))
+    1.0
+    """
     if isinstance(given, str) or hasattr(given, "__fspath__"):
         return declaration.read(given, ambient_pressure)
     declaration.check(given)
@@ -110,22 +218,34 @@ def checked_value(given: Any, declaration: Declared, ambient_pressure: float | N
 def values_of(
     given: Any, declaration: Declared, ambient_pressure: float | None = None, where: str = "", file: str = ""
 ) -> list[Any]:
-    """Values in SI of a range or list in a text, of one number, or of a sequence of texts and numbers.
+    """Return the values in SI of a range or list in a text, of one number, or of a sequence of texts and numbers.
 
     Parameters
     ----------
     given : str, float, or iterable of them
-    declaration, ambient_pressure, where, file
-        See `value_of`.
+        What the caller gave.
+    declaration : Quantity, Choice or Curve
+        What each value may be.
+    ambient_pressure : float, optional
+        Pressure that gauge pressures stand above [Pa, absolute].
+    where, file : str
+        Key and what it was given to, for the message.
 
     Returns
     -------
-    list of float, or of int for a choice
+    list of float, int or array
+        Values in SI, each as `value_of` returns it.
 
     Raises
     ------
     InputError
-        With a fault for each wrong item.
+        An item is refused; holds a fault for each that is.
+
+    Examples
+    --------
+    >>> from apesim.quantities import Quantity
+    >>> values_of(["8 mm", 0.009], Quantity("mm", 1, 50, "chosen"))
+    [0.008, 0.009]
     """
     if isinstance(given, str):
         return parse_range(given, declaration, ambient_pressure, where, file)

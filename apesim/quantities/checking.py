@@ -1,26 +1,42 @@
 """Checking: a tree of parameter classes that was made in Python, by what a file of it would be refused for."""
 
+from collections.abc import Iterator
+from typing import Any
+
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue
 from apesim.quantities.reading import unknown
 from apesim.quantities.trees import faults, fields, is_section, joined
 
 
-def check(tree, cls, where):
+def check(tree: Any, cls: Any, where: str) -> None:
     """Refuse a tree whose text `apesim.quantities.reading.read` would refuse.
 
     Parameters
     ----------
-    tree : object
+    tree : NamedTuple
+        Instance of a parameter class, its values in SI.
     cls : type
-        The parameter class that it has to be of.
+        Parameter class that it has to be of.
     where : str
         What it was given to, for messages.
 
     Raises
     ------
     InputError
-        With every fault: what is of another class, unknown, no number or out of range; and if there is none, what
-        the ``faults`` methods say.
+        Something is of another class, unknown, no number or out of range; or if nothing is, the ``faults`` methods
+        find a fault. Holds every fault.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> check(Valve(stroke=8e-3), Valve, "run()")
+    >>> check(Valve(stroke=8.0), Valve, "run()")
+    Traceback (most recent call last):
+    ...
+    apesim.quantities.input_errors.InputError: run(): stroke: 8000 mm is out of range; allowed: 1 to 50 mm
     """
     all_faults = list(_find_faults(tree, cls, where, cls))
     all_faults = all_faults or [Fault(where, *fault) for fault in faults(tree)]
@@ -28,8 +44,8 @@ def check(tree, cls, where):
         raise InputError(all_faults)
 
 
-def _find_faults(tree, cls, where, root, path=()):
-    """What is wrong with a section and those below it."""
+def _find_faults(tree: Any, cls: Any, where: str, root: Any, path: tuple[str, ...] = ()) -> Iterator[Fault]:
+    """Find what is wrong with a section and with those below it."""
     if not isinstance(tree, cls):
         given = getattr(tree, "_fields", ())
         strange = [key for key in given if key not in cls._fields] if set(cls._fields) <= set(given) else ()

@@ -2,9 +2,11 @@
 
 import math
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -39,26 +41,46 @@ class Curve(Declaration):
     source: str
 
     @property
-    def range_text(self):
+    def range_text(self) -> str:
         """The form of the file."""
         return f'a CSV with the header "{",".join(self.columns)}"'
 
     @property
-    def strong(self):
+    def strong(self) -> str:
         """A right form in TOML."""
         return '"curve.csv"'
 
-    def read(self, raw, ambient_pressure=None, folder=None):
-        """The curve that a user wrote or named; raises `InvalidValue`.
+    def read(
+        self, raw: Any, ambient_pressure: float | None = None, folder: str | PathLike[str] | None = None
+    ) -> np.ndarray:
+        """Return the curve that a user wrote or named.
 
         Parameters
         ----------
         raw : str, dict or pathlib.Path
-            A text is a path from `folder`, and stays in it; a Path, which no file holds, may lead anywhere.
+            A table of two lists, by their headers; or the path of a CSV. A text is a path from `folder`, and stays in
+            it; a Path, which no file holds, may lead anywhere. "" is no curve.
         ambient_pressure : float, optional
             Unused.
         folder : path, optional
-            Of the file that names the curve; left out, the user does, and a text may lead anywhere, too.
+            Folder of the file that names the curve; left out, the user does, and a text may lead anywhere, too.
+
+        Returns
+        -------
+        (n, 2) float array
+            Both columns in SI, the first one rising, n >= 2; `NO_CURVE` for "".
+
+        Raises
+        ------
+        InvalidValue
+            The file cannot be read, a column is missing or has a wrong unit, a value is no finite number, or the first
+            column does not rise.
+
+        Examples
+        --------
+        >>> lift = Curve(("time [ms]", "lift [mm]"), "measured")
+        >>> lift.read({"time [ms]": [0, 2], "lift [mm]": [0, 9]}).tolist()
+        [[0.0, 0.0], [0.002, 0.009]]
         """
         lists = ", ".join(f'"{header}" = [...]' for header in self.columns)
         right = f"give the path of {self.range_text}, or a table {{ {lists} }}"
@@ -66,8 +88,7 @@ class Curve(Declaration):
             return NO_CURVE
         try:
             if isinstance(raw, str | PathLike):
-                is_own = folder is None or isinstance(raw, Path)
-                path = Path(raw) if is_own else path_below(folder, raw)
+                path = Path(raw) if folder is None or isinstance(raw, Path) else path_below(folder, fspath(raw))
                 return self._array(csv_columns(path), f"{quoted(str(raw))}: ")
             if not isinstance(raw, dict) or not all(isinstance(column, list) for column in raw.values()):
                 raise InvalidValue(f"{quoted(raw)} is no curve")
@@ -78,7 +99,7 @@ class Curve(Declaration):
         except InvalidValue as wrong:
             raise InvalidValue(wrong.wrong, wrong.right or right) from None
 
-    def _array(self, columns, file):
+    def _array(self, columns: Mapping[tuple[str, str | None], Sequence[Any]], file: str) -> np.ndarray:
         given = [self._column(columns, file, *split_header(header)) for header in self.columns]
         x, y = given
         if len(x) != len(y) or not 2 <= len(x) <= MAX_POINTS:
@@ -88,7 +109,9 @@ class Curve(Declaration):
             raise InvalidValue(f"{file}{self.columns[0]} does not rise in row {row}", "sort the rows, one of equals")
         return np.ascontiguousarray(np.transpose(given))
 
-    def _column(self, columns, file, name, display_unit):
+    def _column(
+        self, columns: Mapping[tuple[str, str | None], Sequence[Any]], file: str, name: str, display_unit: str | None
+    ) -> list[float]:
         found = [header for header in columns if header[0] == name]
         if len(found) != 1:
             raise InvalidValue(f"{file}{len(found) or 'no'} columns {quoted(name)}")
@@ -106,8 +129,24 @@ class Curve(Declaration):
             values.append(value)
         return values
 
-    def check(self, value):
-        """Refuse an array, made in Python, that no file could have given; raises `InvalidValue`."""
+    def check(self, value: Any) -> None:
+        """Refuse an array, made in Python, that no file could have given.
+
+        Parameters
+        ----------
+        value : (n, 2) array
+            Both columns in SI; n = 0 is no curve.
+
+        Raises
+        ------
+        InvalidValue
+            The shape or type is wrong, a number is not finite, or the first column does not rise.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> Curve(("time [ms]", "lift [mm]"), "measured").check(np.array([[0.0, 0.0], [0.002, 0.009]]))
+        """
         array = np.asarray(value)
         if array.shape[1:] != (2,) or len(array) == 1 or len(array) > MAX_POINTS or array.dtype.kind not in "if":
             raise InvalidValue(
@@ -116,8 +155,27 @@ class Curve(Declaration):
         if not np.all(np.isfinite(array)) or np.any(np.diff(array[:, 0]) <= 0.0):
             raise InvalidValue("is not finite, or its first column does not rise", "give finite floats in SI, sorted")
 
-    def render(self, value, ambient_pressure=None):
-        """The table that reads back as `value`, in SI units; "" for no curve."""
+    def render(self, value: np.ndarray, ambient_pressure: float | None = None) -> dict[str, list[float]] | str:
+        """Return the table in SI units that reads back as a curve.
+
+        Parameters
+        ----------
+        value : (n, 2) float array
+            Both columns in SI.
+        ambient_pressure : float, optional
+            Unused.
+
+        Returns
+        -------
+        dict of str to list of float, or str
+            Numbers by header; "" for no curve.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> Curve(("time [ms]", "lift [mm]"), "measured").render(np.array([[0.0, 0.0], [0.002, 0.009]]))
+        {'time [s]': [0.0, 0.002], 'lift [m]': [0.0, 0.009]}
+        """
         if not len(value):
             return ""
         names = [split_header(header) for header in self.columns]

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral, Real
+from typing import Any
 
 from apesim.quantities.input_errors import InvalidValue, quoted
 from apesim.quantities.units import NUMBER, respelt, si_value, unit
@@ -24,12 +25,17 @@ ROUNDING = 1e-12
 
 
 class Declaration:
-    """What the declarations share: pydantic reads their fields with `read`."""
+    """What a parameter may be: base of quantities, choices and curves.
 
-    def __get_pydantic_core_schema__(self, source, handler):
+    A declaration stands in the annotation of a field of a parameter class. Its ``read`` takes what a user wrote to the
+    value inside, ``check`` refuses a wrong value that was made in Python, and ``render`` writes the text that reads
+    back as the value. pydantic reads a field with ``read``.
+    """
+
+    def __get_pydantic_core_schema__(self: Any, source: Any, handler: Any) -> Any:
         from pydantic_core import core_schema
 
-        def validate(raw, info):
+        def validate(raw: Any, info: Any) -> Any:
             return self.read(raw, **info.context)
 
         return core_schema.with_info_plain_validator_function(validate)
@@ -69,8 +75,8 @@ class Quantity(Declaration):
     suffix = ""
 
     @cached_property
-    def range_text(self):
-        """E.g. "1 to 50 mm"."""
+    def range_text(self) -> str:
+        """Text of the range, such as "1 to 50 mm"."""
         low, high = (repr(float(end)).removesuffix(".0") for end in (self.low, self.high))
         if math.isinf(self.high):
             ends = "any number" if math.isinf(self.low) else f"at least {low}"
@@ -79,19 +85,50 @@ class Quantity(Declaration):
         return f"{ends} {self.unit}{self.suffix}".strip() + ", whole" * self.whole
 
     @cached_property
-    def ends(self):
-        """The range in SI."""
+    def ends(self) -> list[float]:
+        """Lower and upper end of the range in SI."""
         scale = unit(self.unit)
         return [end if math.isinf(end) else scale.si(repr(float(end))) for end in (self.low, self.high)]
 
-    def read(self, raw, ambient_pressure=None, folder=None):
-        """The SI value of what a user wrote; raises `InvalidValue`."""
+    def read(self, raw: Any, ambient_pressure: float | None = None, folder: Any = None) -> float:
+        """Return the value in SI of what a user wrote.
+
+        Parameters
+        ----------
+        raw : str, float or int
+            Text with its unit; a number only where the quantity has no unit.
+        ambient_pressure : float, optional
+            Pressure that gauge pressures stand above [Pa, absolute].
+        folder : path, optional
+            Unused.
+
+        Returns
+        -------
+        float
+            Value in SI; NaN where an optional one is not given.
+
+        Raises
+        ------
+        InvalidValue
+            It is no number, has no unit or one of another dimension, or is out of range; names the right spelling
+            where that can be told.
+
+        Examples
+        --------
+        >>> stroke = Quantity("mm", 1, 50, "chosen")
+        >>> stroke.read("0.9 cm")
+        0.009
+        >>> stroke.read("0,9 cm")
+        Traceback (most recent call last):
+        ...
+        apesim.quantities.input_errors.InvalidValue: ("'0,9 cm': ',9 cm' is no known unit", 'write "0.9 cm"')
+        """
         try:
             return self._read(raw, ambient_pressure)
         except InvalidValue as wrong:
             raise self._meant(raw, ambient_pressure, wrong) or wrong from None
 
-    def _meant(self, raw, ambient_pressure, wrong):
+    def _meant(self, raw: Any, ambient_pressure: float | None, wrong: InvalidValue) -> InvalidValue | None:
         """The `InvalidValue` of a text with a slip, its remedy the right spelling; else None.
 
         Parameters
@@ -113,7 +150,7 @@ class Quantity(Declaration):
             return InvalidValue(still.wrong, still.right) if still.right else None
         return InvalidValue(wrong.wrong, f"write {self._toml(meant)}")
 
-    def _read(self, raw, ambient_pressure):
+    def _read(self, raw: Any, ambient_pressure: float | None) -> float:
         """The SI value of a text that is spelt as it is due here; raises `InvalidValue`."""
         if isinstance(raw, bool) or not isinstance(raw, str | int | float):
             raise InvalidValue(f"{quoted(raw)} is no {'quantity' if self.unit else 'number'}")
@@ -134,10 +171,10 @@ class Quantity(Declaration):
             raise InvalidValue(f"{quoted(raw)} is no whole number", f"write {math.floor(value)} or {math.ceil(value)}")
         return value
 
-    def _value(self, raw, text, ambient_pressure):
+    def _value(self, raw: Any, text: str, ambient_pressure: float | None) -> float:
         return si_value(raw, text, self.unit)
 
-    def _with_unit(self, number):
+    def _with_unit(self, number: str) -> str:
         """A bare number in a right form; "" if that is out of range."""
         form = f"{number.removesuffix('.0')} {self.unit}"
         try:
@@ -146,29 +183,84 @@ class Quantity(Declaration):
             return ""
         return f'write "{form} gauge" or "{form} abs"' if self.suffix else f'write e.g. "{form}"'
 
-    def check(self, value):
-        """Refuse a value in SI, made in Python, whose text `read` would refuse; raises `InvalidValue`."""
+    def check(self, value: Any) -> None:
+        """Refuse a value in SI, made in Python, whose text `read` would refuse.
+
+        Parameters
+        ----------
+        value : float or int
+            Value in SI; it may miss an end of the range by the relative error `ROUNDING`.
+
+        Raises
+        ------
+        InvalidValue
+            It is no number, is out of range, or is not whole where it has to be.
+
+        Examples
+        --------
+        >>> Quantity("mm", 1, 50, "chosen").check(9e-3)
+        >>> Quantity("mm", 1, 50, "chosen").check(9.0)
+        Traceback (most recent call last):
+        ...
+        apesim.quantities.input_errors.InvalidValue: ('9000 mm is out of range', 'allowed: 1 to 50 mm')
+        """
         if isinstance(value, bool) or not isinstance(value, Real):
             raise InvalidValue(f"{quoted(value)} is no number", f"give a float in SI, {self.range_text}")
         low, high = (end + sign * ROUNDING * abs(end) for end, sign in zip(self.ends, (-1.0, 1.0), strict=True))
-        if not low <= value <= high and not (self.optional and math.isnan(value)):
+        if not low <= value <= high and not (self.optional and math.isnan(value)):  # type: ignore[operator]
             raise InvalidValue(f"{self._shown(value)} is out of range", f"allowed: {self.range_text}")
         if self.whole and not float(value).is_integer():
             raise InvalidValue(
                 f"{self._shown(value)} is no whole number", f"give {math.floor(value)} or {math.ceil(value)}"
             )
 
-    def _shown(self, value):
+    def _shown(self, value: Any) -> str:
         return self.render(float(value)) if math.isfinite(value) else repr(float(value))
 
-    def render(self, value, ambient_pressure=None):
-        """The shortest text that reads back as `value`; "" if not given."""
+    def render(self, value: float, ambient_pressure: float | None = None) -> str:
+        """Return the shortest text that reads back as a value.
+
+        Parameters
+        ----------
+        value : float
+            Value in SI.
+        ambient_pressure : float, optional
+            Unused.
+
+        Returns
+        -------
+        str
+            Number with the unit of the declaration; "" for NaN, "inf" for infinity.
+
+        Examples
+        --------
+        >>> Quantity("mm", 1, 50, "chosen").render(9e-3)
+        '9 mm'
+        """
         if math.isnan(value):
             return ""
         return "inf" if value == math.inf else f"{unit(self.unit).shortest(value)} {self.unit}".strip()
 
-    def example(self, value, ambient_pressure=None):
-        """A right form: of `value`, if it is one to show, or of an end of the range."""
+    def example(self, value: float, ambient_pressure: float | None = None) -> str:
+        """Return a right form for a message: that of a value, if it is one to show, or of an end of the range.
+
+        Parameters
+        ----------
+        value : float
+            Value in SI.
+        ambient_pressure : float, optional
+            Pressure that gauge pressures stand above [Pa, absolute].
+
+        Returns
+        -------
+        str
+            Words and text in TOML.
+
+        Examples
+        --------
+        >>> print(Quantity("mm", 1, 50, "chosen").example(float("nan")))
+        write e.g. "50 mm"
+        """
         if not math.isfinite(value) and self.typical:
             return f"write e.g. {self._toml(self.typical)}"
         if not math.isfinite(value):
@@ -176,13 +268,13 @@ class Quantity(Declaration):
         return f"write e.g. {self._toml(self.render(value, ambient_pressure))}"
 
     @property
-    def strong(self):
+    def strong(self) -> str:
         """A right form in TOML that does not stand for nothing: the upper end of the range, if it has one."""
         ends = self.high, 1.0, self.low, -1.0
         right = [end for end in ends if end and math.isfinite(end) and self.low <= end <= self.high]
         return self._toml(self.render(unit(self.unit).si(repr(float((right or ends)[0])))))
 
-    def _toml(self, text):
+    def _toml(self, text: str) -> str:
         return f'"{text}"' if self.unit else text
 
 
@@ -204,11 +296,21 @@ class Pressure(Quantity):
 
     suffix = " abs"
 
-    def __init__(self, low, high, source, unit="MPa", show="abs", text=None, optional=False, typical=""):
+    def __init__(
+        self,
+        low: float,
+        high: float,
+        source: str,
+        unit: str = "MPa",
+        show: str = "abs",
+        text: str | None = None,
+        optional: bool = False,
+        typical: str = "",
+    ) -> None:
         super().__init__(unit, low, high, source, text, optional, typical=typical)
         object.__setattr__(self, "show", show)
 
-    def _value(self, raw, text, ambient_pressure):
+    def _value(self, raw: Any, text: str, ambient_pressure: float | None) -> float:
         body, _, kind = text.rpartition(" ")
         if kind not in ("gauge", "abs"):
             si_value(raw, text, self.unit)  # an unreadable number or unit comes first
@@ -219,46 +321,135 @@ class Pressure(Quantity):
             raise InvalidValue(f"{quoted(raw)}: no ambient pressure is known here to stand above")
         return si_value(raw, body.strip(), self.unit, ambient_pressure)
 
-    def render(self, value, ambient_pressure=None):
-        """The shortest text that reads back as `value`; "" if not given."""
+    def render(self, value: float, ambient_pressure: float | None = None) -> str:
+        """Return the shortest text that reads back as a pressure.
+
+        Parameters
+        ----------
+        value : float
+            Pressure [Pa, absolute].
+        ambient_pressure : float, optional
+            Pressure that a gauge pressure is printed above [Pa, absolute]; without one it is printed as absolute.
+
+        Returns
+        -------
+        str
+            Number with its unit and "gauge" or "abs"; "" for NaN, "inf" for infinity.
+
+        Examples
+        --------
+        >>> supply = Pressure(0.1, 2, "chosen", show="gauge")
+        >>> supply.render(501325.0, ambient_pressure=101325.0), supply.render(501325.0)
+        ('0.4 MPa gauge', '0.501325 MPa abs')
+        """
         if not math.isfinite(value):
             return super().render(value)
-        gauge = self.show == "gauge" and ambient_pressure is not None
-        number = unit(self.unit).shortest(value, ambient_pressure if gauge else 0.0)
-        return f"{number} {self.unit} {'gauge' if gauge else 'abs'}"
+        reference = ambient_pressure if self.show == "gauge" else None
+        number = unit(self.unit).shortest(value, reference or 0.0)
+        return f"{number} {self.unit} {'abs' if reference is None else 'gauge'}"
 
 
 @dataclass(frozen=True)
 class Choice(Declaration):
-    """One of several words; inside its index."""
+    """One of several words; inside its index.
+
+    Parameters
+    ----------
+    options : tuple of str
+        Words, in the order of their indices.
+    source : str
+        Where the default comes from.
+    """
 
     options: tuple[str, ...]
     source: str
 
     @property
-    def range_text(self):
+    def range_text(self) -> str:
         """The words, quoted."""
         *others, last = (f'"{option}"' for option in self.options)
         return f"{', '.join(others)} or {last}" if others else last
 
-    def read(self, raw, ambient_pressure=None, folder=None):
-        """The index of the word that a user wrote; raises `InvalidValue`."""
+    def read(self, raw: Any, ambient_pressure: float | None = None, folder: Any = None) -> int:
+        """Return the index of the word that a user wrote.
+
+        Parameters
+        ----------
+        raw : object
+            Word; spaces around it do not count.
+        ambient_pressure : float, optional
+            Unused.
+        folder : path, optional
+            Unused.
+
+        Returns
+        -------
+        int
+            Index of the word, from 0.
+
+        Raises
+        ------
+        InvalidValue
+            It is none of the words.
+
+        Examples
+        --------
+        >>> Choice(("epv", "cam"), "chosen").read("cam")
+        1
+        """
         text = raw.strip() if isinstance(raw, str) else raw
         if text not in self.options:
             raise InvalidValue(f"{quoted(raw)} is no option", f"write {self.range_text}")
         return self.options.index(text)
 
-    def check(self, value):
-        """Refuse what is no index of a word; raises `InvalidValue`."""
-        if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= value < len(self.options):
+    def check(self, value: Any) -> None:
+        """Refuse what is no index of a word.
+
+        Parameters
+        ----------
+        value : int
+            Index of a word, from 0.
+
+        Raises
+        ------
+        InvalidValue
+            It is no whole number, or no word has it.
+
+        Examples
+        --------
+        >>> Choice(("epv", "cam"), "chosen").check(1)
+        >>> Choice(("epv", "cam"), "chosen").check(2)
+        Traceback (most recent call last):
+        ...
+        apesim.quantities.input_errors.InvalidValue: ('2 is no option', 'give one of 0 ("epv"), 1 ("cam")')
+        """
+        if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= value < len(self.options):  # type: ignore[operator]
             indices = ", ".join(f'{index} ("{option}")' for index, option in enumerate(self.options))
             raise InvalidValue(f"{quoted(value)} is no option", f"give one of {indices}")
 
     @property
-    def strong(self):
+    def strong(self) -> str:
         """A right form in TOML: the last of the words, as the first often stands for nothing."""
         return f'"{self.options[-1]}"'
 
-    def render(self, value, ambient_pressure=None):
-        """The word of an index."""
+    def render(self, value: int, ambient_pressure: float | None = None) -> str:
+        """Return the word that an index stands for.
+
+        Parameters
+        ----------
+        value : int
+            Index, from 0.
+        ambient_pressure : float, optional
+            Unused.
+
+        Returns
+        -------
+        str
+            Word.
+
+        Examples
+        --------
+        >>> Choice(("epv", "cam"), "chosen").render(1)
+        'cam'
+        """
         return self.options[value]

@@ -1,15 +1,24 @@
 """Faults: what is reported of bad input, one line for each fault, with its remedy."""
 
 import math
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from apesim.terminal import visible
 
 
 class InvalidValue(ValueError):
-    """Text that cannot be read: what is wrong, and what would be right (empty: an example says it best)."""
+    """Value that cannot be taken.
 
-    def __init__(self, wrong, right=""):
+    Parameters
+    ----------
+    wrong : str
+        What is wrong with it.
+    right : str
+        What would be right; "" where an example says it best.
+    """
+
+    def __init__(self, wrong: str, right: str = "") -> None:
         super().__init__(wrong, right)
         self.wrong, self.right = wrong, right
 
@@ -18,23 +27,33 @@ class Fault(NamedTuple):
     """One fault of the input, printed on one line."""
 
     file: str
+    """File, command line or function that the input came from; "" leaves it out."""
     key: str
+    """Key, option or argument that is wrong; "" leaves it out."""
     wrong: str
+    """What is wrong."""
     right: str
+    """What would be right."""
 
-    def __str__(self):
+    def __str__(self) -> str:
         line = ": ".join(part for part in (self.file, _shortened(self.key), self.wrong) if part) + f"; {self.right}"
         return visible(line)
 
 
 class InputError(Exception):
-    """Error for bad input; `faults` lists every fault found, and its text has one line for each."""
+    """Error for bad input; its text has one line for each fault.
 
-    def __init__(self, faults):
+    Parameters
+    ----------
+    faults : iterable of Fault
+        Every fault found; kept as the list ``faults``.
+    """
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
         super().__init__(faults)
         self.faults = list(faults)
 
-    def __str__(self):
+    def __str__(self) -> str:
         return "\n".join(map(str, self.faults))
 
 
@@ -63,7 +82,7 @@ def quoted(raw: Any) -> str:
     return _shortened(text)
 
 
-def _shortened(text):
+def _shortened(text: str) -> str:
     return text if len(text) <= 60 else f"{text[:24]}…{text[-34:]}"
 
 

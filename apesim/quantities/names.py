@@ -11,6 +11,9 @@ from functools import lru_cache
 
 from apesim.quantities.input_errors import InvalidValue, quoted
 
+Bases = tuple[tuple[str, int], ...]
+"""Type of a dimension: pairs of base unit and exponent."""
+
 PREFIXES = {
     "n": ("nano", -9),
     "u": ("micro", -6),
@@ -28,7 +31,7 @@ PREFIXES = {
 BASES = {"m": "meter", "kg": "kilogram", "s": "second", "K": "kelvin", "rad": "radian", "A": "ampere"}
 FORCE, PRESSURE, ENERGY, POWER = "kg m s^-2", "kg m^-1 s^-2", "kg m^2 s^-2", "kg m^2 s^-3"
 
-WITH_PREFIXES = {
+WITH_PREFIXES: dict[str, tuple[str, int | str | Fraction, str]] = {
     "m": ("meter metre", 1, "m"),
     "g": ("gram", "1/1000", "kg"),
     "s": ("second", 1, "s"),
@@ -47,7 +50,7 @@ WITH_PREFIXES = {
 }
 """Units by their symbol: other names, factor in SI, SI units. These take prefixes; names in full take them in full."""
 
-WITHOUT_PREFIXES = {
+WITHOUT_PREFIXES: dict[str, tuple[str, int | str | Fraction, str]] = {
     "min": ("minute", 60, "s"),
     "h": ("hour hr", 3600, "s"),
     "d": ("day", 86400, "s"),
@@ -78,9 +81,20 @@ MIN_LIKENESS = 0.75
 
 
 @lru_cache(maxsize=1)
-def known_units():
-    """Factor and bases of all names, prefixes and plurals among them, by name."""
-    known = {}
+def known_units() -> dict[str, tuple[Fraction, Bases]]:
+    """Return factor and bases of every name of a unit, prefixes and plurals among them.
+
+    Returns
+    -------
+    dict of str to (Fraction, tuple)
+        Factor to SI, and pairs of base unit and exponent, by name.
+
+    Examples
+    --------
+    >>> known_units()["mm"]
+    (Fraction(1, 1000), (('meter', 1),))
+    """
+    known: dict[str, tuple[Fraction, Bases]] = {}
     for symbol, (others, factor, units) in WITH_PREFIXES.items():
         found = Fraction(factor), bases_of(units)
         for name in (symbol, *others.split()):
@@ -93,14 +107,35 @@ def known_units():
     return {f"{name}s": found for name, found in known.items() if len(name) >= SHORTEST_PLURAL} | known
 
 
-def bases_of(units):
-    """Pairs of base unit and exponent: (("meter", 1), ("second", -2)) for "m s^-2"."""
+def bases_of(units: str) -> Bases:
+    """Return the pairs of base unit and exponent that a text of SI units stands for.
+
+    Parameters
+    ----------
+    units : str
+        Symbols of `BASES` with spaces between them, each with its power: "m s^-2".
+
+    Returns
+    -------
+    tuple of (str, int)
+        Names of base units and their exponents, in the order of the text.
+
+    Raises
+    ------
+    KeyError
+        A symbol is not in `BASES`.
+
+    Examples
+    --------
+    >>> bases_of("m s^-2")
+    (('meter', 1), ('second', -2))
+    """
     factors = (unit.partition("^") for unit in units.split())
     return tuple((BASES[name], int(power or 1)) for name, _, power in factors)
 
 
-def named(name):
-    """What a single name stands for.
+def named(name: str) -> tuple[Fraction, Bases]:
+    """Return what a single name of a unit stands for.
 
     Parameters
     ----------
@@ -110,14 +145,14 @@ def named(name):
     Returns
     -------
     factor : Fraction
-        In SI.
-    bases : tuple
+        Factor to SI.
+    bases : tuple of (str, int)
         Pairs of base unit and exponent.
 
     Raises
     ------
     InvalidValue
-        It names no unit that numbers are multiplied with; says the nearest one that does.
+        It names no unit that numbers are multiplied with.
 
     Examples
     --------
@@ -130,16 +165,18 @@ def named(name):
         raise InvalidValue(f"{quoted(name)} is no known unit") from None
 
 
-def nearest(name):
-    """Right name that is nearest to an unknown one; the unknown one itself where none is near.
+def nearest(name: str) -> str:
+    """Return the right name that is nearest to an unknown one; the unknown one itself where none is near.
 
     Parameters
     ----------
     name : str
+        Name as the user wrote it.
 
     Returns
     -------
     str
+        Right name, or unit of several names such as "N m".
 
     Examples
     --------

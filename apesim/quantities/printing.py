@@ -49,14 +49,17 @@ def dumps(tree: Any, folder: Any = None) -> str:
     return "\n".join([*_comment(_title(type(tree))), *_comment(LEGEND), *gap, *body, ""])
 
 
-def _section(tree, ambient_pressure, folder, path="", wanted=()):
+def _section(
+    tree: Any, ambient_pressure: float | None, folder: Any, path: str = "", wanted: tuple[str, ...] = ()
+) -> list[str]:
     """What stands below a header: keys (the `wanted` ones are never a comment), curves, sections."""
+    cls: Any = type(tree)
     keys, curves, sections = [], [], []
-    for key, field in fields(type(tree)).items():
-        value, default, name = getattr(tree, key), type(tree)._field_defaults[key], joined(path, key)
+    for key, field in fields(cls).items():
+        value, default, name = getattr(tree, key), cls._field_defaults[key], joined(path, key)
         if is_section(field):
             sections += ["", *_comment(_title(field))]
-            any_of = due(type(tree)).get(key, ())
+            any_of = due(cls).get(key, ())
             stated = value.stated(folder) if hasattr(value, "stated") else ()
             lines = [f"[{name}]", *stated, *_section(value, ambient_pressure, folder, name, any_of)]
             if any_of and _texts(value, ambient_pressure) == _texts(default, ambient_pressure):

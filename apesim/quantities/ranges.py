@@ -1,36 +1,54 @@
 """Ranges: single texts, and ranges and lists of them, as on a command line."""
 
 import re
+from collections.abc import Sequence
 from decimal import Decimal, localcontext
+from typing import Any
 
-from apesim.quantities.curves import MAX_POINTS
-from apesim.quantities.declarations import DECIMAL_COMMA, Quantity
+from apesim.quantities.curves import MAX_POINTS, Curve
+from apesim.quantities.declarations import DECIMAL_COMMA, Choice, Quantity
 from apesim.quantities.input_errors import InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.units import NUMBER
 
+Declared = Quantity | Choice | Curve
+"""Type of a declaration: what a value may be."""
 
-def parse(text, declaration, ambient_pressure=None, where="", file=""):
-    """The inner value of a single text, say of a command-line option.
+
+def parse(
+    text: Any, declaration: Declared, ambient_pressure: float | None = None, where: str = "", file: str = ""
+) -> Any:
+    """Return the value in SI of a single text, such as an option of the command line.
 
     Parameters
     ----------
     text : str
-        E.g. "9 mm", "0.49 MPa gauge", "epv".
+        Number with its unit, word of a choice or path of a curve: "9 mm", "0.49 MPa gauge", "epv".
     declaration : Quantity, Choice or Curve
+        What the value may be: its unit and range, its words, or its columns.
     ambient_pressure : float, optional
-        What gauge pressures stand above [Pa].
+        Pressure that gauge pressures stand above [Pa, absolute].
     where, file : str
-        The option or key, and the file, for the message.
+        Option or key, and file, for the message.
 
     Returns
     -------
     float, int or (n, 2) float array
-        In SI; a choice as its index.
+        Value of a quantity in SI, index of a choice, or the two columns of a curve in SI.
 
     Raises
     ------
     InputError
-        With the one fault.
+        The text is refused; holds one fault.
+
+    Examples
+    --------
+    >>> from apesim.quantities import Choice, Quantity
+    >>> parse("9 mm", Quantity("mm", 1, 50, "chosen")), parse("cam", Choice(("epv", "cam"), "chosen"))
+    (0.009, 1)
+    >>> parse("99 mm", Quantity("mm", 1, 50, "chosen"), where="stroke")
+    Traceback (most recent call last):
+    ...
+    apesim.quantities.input_errors.InputError: stroke: '99 mm' is out of range; allowed: 1 to 50 mm
     """
     try:
         return declaration.read(text, ambient_pressure)
@@ -39,7 +57,7 @@ def parse(text, declaration, ambient_pressure=None, where="", file=""):
         raise InputError([make_fault(file, where, wrong, declaration)]) from None
 
 
-def _several(text, declaration, ambient_pressure):
+def _several(text: Any, declaration: Declared, ambient_pressure: float | None) -> InvalidValue | None:
     """The `InvalidValue` of a good range or list where a single text is due; else None."""
     if not isinstance(text, str) or not isinstance(declaration, Quantity):
         return None
@@ -51,26 +69,43 @@ def _several(text, declaration, ambient_pressure):
     return InvalidValue(f"{quoted(text)} is more than one value", f'write one, e.g. "{items[0].strip()}"')
 
 
-def parse_range(text, declaration, ambient_pressure=None, where="", file=""):
-    """The values of a range or list.
+def parse_range(
+    text: str | Sequence[Any],
+    declaration: Declared,
+    ambient_pressure: float | None = None,
+    where: str = "",
+    file: str = "",
+) -> list[Any]:
+    """Return the values in SI of a range or list.
 
     Parameters
     ----------
     text : str or list of str
         "300:3000:100 rpm" (start:stop:step; the stop is included if a step meets it),
         "0.4:1.0:0.2 MPa gauge", "500 rpm, 600 rpm", or a list of single texts.
-    declaration, ambient_pressure, where, file
-        As in `parse`.
+    declaration : Quantity, Choice or Curve
+        What each value may be.
+    ambient_pressure : float, optional
+        Pressure that gauge pressures stand above [Pa, absolute].
+    where, file : str
+        Option or key, and file, for the message.
 
     Returns
     -------
-    list of float
-        At most 100 000; of int for a choice.
+    list of float, int or array
+        At most `MAX_POINTS` values, each as `parse` returns it.
 
     Raises
     ------
     InputError
-        With a fault for each wrong item of a list, or the one of a start:stop:step.
+        There is no value or too many, or some are refused; holds a fault for each wrong item of a list, or the
+        one of a start:stop:step.
+
+    Examples
+    --------
+    >>> from apesim.quantities import Quantity
+    >>> parse_range("2:6:2 mm", Quantity("mm", 1, 50, "chosen"))
+    [0.002, 0.004, 0.006]
     """
     try:
         return _values(text, declaration, ambient_pressure, where, file)
@@ -78,7 +113,9 @@ def parse_range(text, declaration, ambient_pressure=None, where="", file=""):
         raise _with_points(text, declaration, ambient_pressure, where, file) or error from None
 
 
-def _with_points(text, declaration, ambient_pressure, where, file):
+def _with_points(
+    text: Any, declaration: Declared, ambient_pressure: float | None, where: str, file: str
+) -> InputError | None:
     """The `InputError` of a range or list that is right with decimal points for commas; else None."""
     meant = re.sub(DECIMAL_COMMA, ".", text) if isinstance(text, str) else text
     if meant == text:
@@ -91,7 +128,7 @@ def _with_points(text, declaration, ambient_pressure, where, file):
     return InputError([make_fault(file, where, wrong, declaration)])
 
 
-def _values(text, declaration, ambient_pressure, where, file):
+def _values(text: Any, declaration: Declared, ambient_pressure: float | None, where: str, file: str) -> list[Any]:
     """The values of a range or list, see `parse_range`."""
     values, faults, items = [], [], text.split(",") if isinstance(text, str) else text
     try:
@@ -113,7 +150,7 @@ def _values(text, declaration, ambient_pressure, where, file):
     return values
 
 
-def _steps(text, quantity):
+def _steps(text: str, quantity: Quantity) -> list[str]:
     """The texts of the points of start:stop:step, computed in decimals."""
     found = re.fullmatch(rf"{NUMBER}\s*:\s*{NUMBER}\s*:\s*{NUMBER}\s*(.*)", text.strip()[:400])
     if not found:

@@ -1,8 +1,10 @@
 """Reading: a tree of parameter classes from parsed TOML, all faults told at once."""
 
 import difflib
+from collections.abc import Container, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.trees import due, faults, fields, is_section, joined, schema
@@ -10,42 +12,59 @@ from apesim.quantities.trees import due, faults, fields, is_section, joined, sch
 COMMAND_LINE = "--set"
 
 
-def read(cls, data, file, assigned=frozenset()):
-    """An instance of a parameter class from parsed TOML.
+def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] = frozenset()) -> Any:
+    """Return an instance of a parameter class from parsed TOML.
 
     The ambient pressure (``ambient.pressure``, if the class has one) is read first, for the gauge pressures.
 
     Parameters
     ----------
     cls : type
-    data : dict
-        As `tomllib` returns it.
+        Parameter class at the root.
+    data : mapping of str to object
+        Nested tables, as `tomllib` returns them.
     file : str
-        The file, for messages; paths in it start in its folder.
+        File, for messages; paths in it start in its folder.
     assigned : set of str
         Keys that the command line has set, for messages.
 
     Returns
     -------
-    cls
+    NamedTuple
+        Instance of `cls`, its values in SI.
 
     Raises
     ------
     InputError
-        With every fault: unknown keys, wrong values, optional sections without a due key; and if there is
-        none, what the ``faults`` methods say.
+        A key is unknown, a value is wrong, or an optional section lacks its due keys; or if none is, the ``faults``
+        methods find a fault. Holds every fault.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> read(Machine, {"valve": {"stroke": "8 mm"}}, "mine.toml")
+    Machine(valve=Valve(stroke=0.008))
+    >>> read(Machine, {"valve": {"strok": "8 mm"}}, "mine.toml")
+    Traceback (most recent call last):
+    ...
+    apesim.quantities.input_errors.InputError: mine.toml: valve.strok: unknown key; did you mean valve.stroke?
     """
     from pydantic import ValidationError
 
     leaves = {leaf.key: leaf for leaf in schema(cls)}
-    all_faults = []
+    all_faults: list[Fault] = []
     data = _tables(cls, data, file, all_faults)
     all_faults += absent_due(cls, data, file, assigned)
 
-    def place(key):
+    def place(key: str) -> str:
         return COMMAND_LINE if key in assigned else file
 
-    def blame(key, wrong):
+    def blame(key: str, wrong: InvalidValue) -> None:
         leaf = leaves[key]
         all_faults.append(make_fault(place(key), key, wrong, leaf.declaration, leaf.default, reference))
 
@@ -64,25 +83,26 @@ def read(cls, data, file, assigned=frozenset()):
             all_faults += [Fault(place(key), key, *fault) for key, *fault in faults(tree)]
     except ValidationError as errors:
         for error in errors.errors(include_url=False):
+            path = tuple(map(str, error["loc"]))
             if error["type"] == "extra_forbidden":
-                all_faults.append(unknown(cls, error["loc"], file))
+                all_faults.append(unknown(cls, path, file))
             else:
-                blame(joined(*error["loc"]), error["ctx"]["error"])
+                blame(joined(*path), error["ctx"]["error"])
     if all_faults:
         raise InputError(all_faults)
     return tree
 
 
 @lru_cache(maxsize=64)
-def _adapter(cls):
+def _adapter(cls: Any) -> Any:
     from pydantic import TypeAdapter
 
     return TypeAdapter(cls)
 
 
-def _tables(cls, data, file, all_faults, section=""):
+def _tables(cls: Any, data: Mapping[str, Any], file: str, all_faults: list[Fault], section: str = "") -> dict[str, Any]:
     """A copy of `data` without what stands where a table is due: pydantic would take a list for one."""
-    kept = {}
+    kept: dict[str, Any] = {}
     for key, raw in data.items():
         field, path = fields(cls).get(key), joined(section, key)
         if not is_section(field):
@@ -95,8 +115,41 @@ def _tables(cls, data, file, all_faults, section=""):
     return kept
 
 
-def absent_due(cls, data, file, assigned, section=""):
-    """The all_faults of optional sections that are present without any of their due keys."""
+def absent_due(
+    cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str], section: str = ""
+) -> Iterator[Fault]:
+    """Find the optional sections that are present without any of their due keys.
+
+    Parameters
+    ----------
+    cls : type
+        Parameter class; its ``due`` names the keys, see `apesim.quantities.trees.due`.
+    data : mapping of str to object
+        Nested tables of that class.
+    file : str
+        File, for messages.
+    assigned : set of str
+        Full keys that the command line has set, for messages.
+    section : str
+        Set before the keys.
+
+    Yields
+    ------
+    Fault
+        Fault of one section.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> Machine.due = {"valve": ("stroke",)}
+    >>> print(*absent_due(Machine, {"valve": {}}, "mine.toml", set()))
+    mine.toml: valve: is present without stroke; give stroke = "50 mm"
+    """
     for key, raw in data.items():
         field, path = fields(cls).get(key), joined(section, key)
         if not is_section(field):
@@ -111,7 +164,7 @@ def absent_due(cls, data, file, assigned, section=""):
             yield Fault(place, path, f"is present without {' or '.join(keys)}", f"give {right}")
 
 
-def _is_assigned(data, assigned, section):
+def _is_assigned(data: Mapping[str, Any], assigned: Container[str], section: str) -> bool:
     """Whether a table holds nothing but what the command line has set."""
     for key, raw in data.items():
         path = joined(section, key)
@@ -120,14 +173,40 @@ def _is_assigned(data, assigned, section):
     return bool(data)
 
 
-def unknown(cls, path, file):
-    """The fault of an unknown key, with the nearest right one: in its section, or elsewhere by its name."""
+def unknown(cls: Any, path: Sequence[str], file: str) -> Fault:
+    """Return the fault of an unknown key, with the nearest right one: in its section, or elsewhere by its name.
+
+    Parameters
+    ----------
+    cls : type
+        Parameter class at the root.
+    path : sequence of str
+        Sections that the key stands in, which exist, and the key.
+    file : str
+        File, for the message.
+
+    Returns
+    -------
+    Fault
+        Fault with its remedy.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> print(unknown(Machine, ("stroke",), "mine.toml"))
+    mine.toml: stroke: unknown key; did you mean valve.stroke?
+    """
     *sections, key = path
     valid = cls
     for section in sections:
         valid = fields(valid)[section]
     near = difflib.get_close_matches(key, fields(valid), n=1)
     section = ".".join(sections)
-    right = [joined(section, near[0])] if near else [x.key for x in schema(cls) if x.key.endswith(f".{key}")]
-    right = f"did you mean {' or '.join(right)}?" if right else f"valid here: {', '.join(fields(valid))}"
+    keys = [joined(section, near[0])] if near else [x.key for x in schema(cls) if x.key.endswith(f".{key}")]
+    right = f"did you mean {' or '.join(keys)}?" if keys else f"valid here: {', '.join(fields(valid))}"
     return Fault(file, joined(section, key), "unknown key", right)

@@ -1,7 +1,7 @@
 """Settings: a whole tree of parameter classes, from a TOML file and the assignments of a command line."""
 
 import tomllib
-from collections.abc import Collection, Container, Iterable, Iterator, Mapping
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,31 +31,47 @@ Tree = TypeVar("Tree", bound=Any)
 
 
 def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dict | None = None) -> Any:
-    """An instance of a parameter class from a TOML file and the assignments of a command line.
+    """Return an instance of a parameter class from a TOML file and the assignments of a command line.
 
     Parameters
     ----------
     cls : type
+        Parameter class at the root.
     path : path, optional
-        Without one, the defaults hold.
+        TOML file; without one, the defaults hold.
     assignments : iterable of str
-        E.g. ``engine.bore=90 mm``; the later one wins. Paths of curves start in the working directory.
+        Keys with values, e.g. ``engine.bore=90 mm``; the later one wins. Paths of curves start in the working
+        directory.
     data : dict, optional
         What the file says, where it was read already; it is changed.
 
     Returns
     -------
-    cls
+    NamedTuple
+        Instance of `cls`, its values in SI.
 
     Raises
     ------
     InputError
-        As `read`; or the file cannot be read, or is no TOML; or a key is assigned that is not looked at.
+        The file cannot be read or is no TOML, a value or key is refused as in `read`, or a key is assigned that is not
+        looked at. Holds every fault.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> load(Machine, assignments=["valve.stroke=8 mm"])
+    Machine(valve=Valve(stroke=0.008))
     """
     if data is None:
         data = {} if path is None else toml_of(path)
     declarations = {leaf.key: leaf.declaration for leaf in schema(cls)}
-    assigned, all_faults = set(), []
+    assigned: set[str] = set()
+    all_faults: list[Fault] = []
     for assignment in assignments:
         key, equals, text = (part.strip() for part in assignment.partition("="))
         if not equals:
@@ -90,7 +106,7 @@ def _ignored(tree: Any, assigned: Container[str], where: str) -> Iterator[Fault]
 
 
 def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
-    """A tree with other values for some keys; it is refused for what a file or a command line would be refused for.
+    """Return a tree with other values for some keys; what a file or a command line may not give is refused.
 
     Parameters
     ----------
@@ -105,13 +121,29 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
     Returns
     -------
     NamedTuple
+        Another instance of the class of `tree`.
 
     Raises
     ------
     InputError
-        With every fault.
+        A key is unknown, given twice or not looked at, or a value is refused. Holds every fault.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> replaced(Machine(), {"valve.stroke": "8 mm"}, "run()")
+    Machine(valve=Valve(stroke=0.008))
+    >>> replaced(Machine(), {"valve_stroke": 8e-3}, "run()")
+    Machine(valve=Valve(stroke=0.008))
     """
-    cls, all_faults, given = type(tree), [], {}
+    cls: Any = type(tree)
+    all_faults: list[Fault] = []
+    given: dict[str, Any] = {}
     leaves = {leaf.key: leaf for leaf in schema(cls)}
     by_underscores: dict[str, list[str]] = {}
     for key in leaves:
@@ -174,18 +206,30 @@ def _present(tree: Any, assigned: Collection[str]) -> dict[str, Any]:
 
 
 def differences(tree: Any) -> Iterator[tuple[str, str]]:
-    """Keys of a tree that are not as by default.
+    """Find the keys of a tree that are not as by default.
 
     Parameters
     ----------
     tree : NamedTuple
-        An instance of a parameter class.
+        Instance of a parameter class.
 
     Yields
     ------
     key : str
+        Full key.
     text : str
-        The value with its unit; of a curve, what it is.
+        Value with its unit; for a curve, its number of points; "not given" for a value that is not.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> list(differences(Machine(Valve(stroke=8e-3))))
+    [('valve.stroke', '8 mm')]
     """
     ambient = getattr(getattr(tree, "ambient", None), "pressure", None)
     for standard, leaf in zip(schema(type(tree)), schema(type(tree), tree), strict=True):
@@ -197,7 +241,33 @@ def differences(tree: Any) -> Iterator[tuple[str, str]]:
 
 
 def toml_of(path: Any) -> dict:
-    """The data of a TOML file; raises `InputError` where it cannot be read."""
+    r"""Return the data of a TOML file.
+
+    Parameters
+    ----------
+    path : path
+        TOML file.
+
+    Returns
+    -------
+    dict
+        Nested tables, as `tomllib` returns them.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is no TOML; holds one fault.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "mine.toml")
+    ...     _ = path.write_text('[valve]\nstroke = "8 mm"\n')
+    ...     toml_of(path)
+    {'valve': {'stroke': '8 mm'}}
+    """
     try:
         text = text_of(path)
     except InvalidValue as wrong:
@@ -211,20 +281,33 @@ def toml_of(path: Any) -> dict:
         raise InputError([Fault(str(path), where.rstrip(")"), f"no TOML: {what}", right)]) from None
 
 
-def misassigned(cls, key, file):
-    """The fault of an assignment to what is no key.
+def misassigned(cls: Any, key: str, file: str) -> Fault:
+    """Return the fault of an assignment to what is no key.
 
     Parameters
     ----------
     cls : type
-        The parameter class at the root.
+        Parameter class at the root.
     key : str
+        What was assigned to; no key of the tree.
     file : str
         Where it was given, for the message.
 
     Returns
     -------
     Fault
+        Fault with its remedy.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> print(misassigned(Machine, "valve", "--set"))
+    --set: valve: is a section, no key; set one of valve.stroke
     """
     path, at = key.split("."), cls
     for depth, name in enumerate(path):
@@ -238,8 +321,8 @@ def misassigned(cls, key, file):
     return Fault(file, key, "is a section, no key", f"set one of {keys}")
 
 
-def _put(data, path, text):
-    """Sets a nested key; a fault of the file on the way is left for `read` to tell."""
+def _put(data: dict[str, Any], path: Sequence[str], text: Any) -> None:
+    """Set a nested key; a fault of the file on the way is left for `read` to tell."""
     *sections, key = path
     for section in sections:
         data = data.setdefault(section, {})

@@ -16,14 +16,6 @@ FOLDERS = "apesim", "valve", "engine"
 """Layers whose public functions are held to Parameters, Returns and Examples."""
 UNDOCUMENTED = (
     "apesim/archive/",
-    "apesim/quantities/arguments.py",
-    "apesim/quantities/checking.py",
-    "apesim/quantities/curves.py",
-    "apesim/quantities/declarations.py",
-    "apesim/quantities/names.py",
-    "apesim/quantities/ranges.py",
-    "apesim/quantities/reading.py",
-    "apesim/quantities/settings.py",
     "apesim/__init__.py",
     "apesim/effect.py",
     "apesim/kernel.py",
