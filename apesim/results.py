@@ -62,18 +62,19 @@ MAX_HEADLINES = 6
 
 
 def name_of(key: str, unit: str) -> str:
-    """Name of a quantity in Python: without its SI unit, or with another one.
+    """Return the name of a quantity in Python: without its SI unit, or with another one.
 
     Parameters
     ----------
     key : str
-        As in JSON and archives, e.g. "brake_torque_Nm".
+        Name in JSON and archives, e.g. "brake_torque_Nm".
     unit : str
-        E.g. "N m".
+        Unit of the quantity, e.g. "N m".
 
     Returns
     -------
     str
+        Name.
 
     Examples
     --------
@@ -88,7 +89,23 @@ def name_of(key: str, unit: str) -> str:
 
 
 def without_unit(key: str) -> str:
-    """A name without the SI unit behind it."""
+    """Return a name without the SI unit behind it.
+
+    Parameters
+    ----------
+    key : str
+        Name in JSON and archives.
+
+    Returns
+    -------
+    str
+        Name; as it was where no SI unit stands behind it.
+
+    Examples
+    --------
+    >>> without_unit("brake_torque_Nm"), without_unit("speed_rpm")
+    ('brake_torque', 'speed_rpm')
+    """
     for suffix in SI_SUFFIXES:
         if key.endswith(suffix):
             return key.removesuffix(suffix)
@@ -126,9 +143,11 @@ class Trace:
     dims : tuple of str
         Names of the axes. A trace of one axis with its own name holds the values along it.
     values : ndarray
-        Read only.
+        Numbers along the axes; read only.
     unit : str
+        "1" without any.
     long_name : str
+        What it is, in one line.
     """
 
     dims: tuple[str, ...]
@@ -161,7 +180,23 @@ class Trace:
 
 
 def shown(value: Any) -> str:
-    """A value as a reader wants it: five digits, "yes" and "no", "-" where there is none."""
+    """Return a value in words and digits as a reader wants it.
+
+    Parameters
+    ----------
+    value : float, int, bool or str
+        Value; NaN is none.
+
+    Returns
+    -------
+    str
+        Five digits of a float, "yes" or "no" for a flag, "-" where there is none.
+
+    Examples
+    --------
+    >>> shown(2.0 / 3.0), shown(True), shown(float("nan"))
+    ('0.66667', 'yes', '-')
+    """
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     if isinstance(value, str | int | np.integer):
@@ -170,22 +205,29 @@ def shown(value: Any) -> str:
 
 
 def scalars_of(values: Mapping[str, Any], declared: Mapping[str, tuple[str, str]]) -> dict[str, Scalar]:
-    """Scalars by name, from values and declarations by the keys of JSON and archives.
+    """Return scalars by name, from values and declarations by the keys of JSON and archives.
 
     Parameters
     ----------
-    values : mapping of str to float
+    values : mapping of str to float, int, bool or str
+        Values by key.
     declared : mapping of str to pair of str
-        Unit and long name.
+        Unit and long name by key; all keys of `values` among them.
 
     Returns
     -------
     dict of str to Scalar
+        Numbers with their units, by name, see `name_of`.
 
     Raises
     ------
     ValueError
         Two keys make one name.
+
+    Examples
+    --------
+    >>> scalars_of({"end_pressure_Pa": 4.1e5}, {"end_pressure_Pa": ("Pa abs", "pressure at the end")})
+    {'end_pressure': Scalar(value=410000.0, unit='Pa abs', long_name='pressure at the end')}
     """
     scalars: dict[str, Scalar] = {}
     for key, value in values.items():
@@ -210,6 +252,7 @@ class Result(Mapping[str, Any]):
     conditions : mapping of str to str
         What was computed, e.g. ``{"speed": "1000 r/min"}``.
     warnings : tuple of str
+        Warnings of the computation, a text each.
     ending : str
         How the computation ended, in words; "" where there is nothing to tell.
     converged : bool or None
@@ -298,7 +341,7 @@ class Result(Mapping[str, Any]):
         return f"<table><caption>{caption}</caption><tbody>{''.join(rows)}</tbody></table>{notes}"
 
     def to_xarray(self) -> "xarray.Dataset":
-        """All numbers and traces, each with the attributes ``units`` and ``long_name``.
+        """Return all numbers and traces, each with the attributes ``units`` and ``long_name``.
 
         Returns
         -------
@@ -309,6 +352,17 @@ class Result(Mapping[str, Any]):
         ------
         ImportError
             xarray is not installed.
+
+        Examples
+        --------
+        >>> class LeakTest(Result):
+        ...     title = "leak test"
+        >>> area = Scalar(0.3, "mm^2", "area of the leak")
+        >>> traces = {"time": Trace(("time",), [0.0, 1.0], "s"), "pressure": Trace(("time",), [5e5, 4e5], "Pa abs")}
+        >>> result = LeakTest({"leak_area_mm2": area}, traces)
+        >>> dataset = result.to_xarray()
+        >>> dataset["pressure"].attrs["units"], float(dataset["leak_area_mm2"])
+        ('Pa', 0.3)
         """
         xarray = needed("xarray")
         coordinates: dict[str, Any] = {}
@@ -321,7 +375,7 @@ class Result(Mapping[str, Any]):
         return xarray.Dataset(variables, coordinates, self._attributes())
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """The traces as a table over their coordinate; without traces, the numbers as a table of one row.
+        """Return the traces as a table over their coordinate; without traces, the numbers as a table of one row.
 
         Returns
         -------
@@ -333,6 +387,17 @@ class Result(Mapping[str, Any]):
         ------
         ImportError
             pandas is not installed.
+
+        Examples
+        --------
+        >>> class LeakTest(Result):
+        ...     title = "leak test"
+        >>> area = Scalar(0.3, "mm^2", "area of the leak")
+        >>> traces = {"time": Trace(("time",), [0.0, 1.0], "s"), "pressure": Trace(("time",), [5e5, 4e5], "Pa abs")}
+        >>> result = LeakTest({"leak_area_mm2": area}, traces)
+        >>> table = result.to_pandas()
+        >>> table["pressure"].tolist(), table.attrs["units"]["pressure"]
+        ([500000.0, 400000.0], 'Pa abs')
         """
         pandas = needed("pandas")
         axes = [name for name, trace in self.traces.items() if trace.dims == (name,)]
@@ -357,7 +422,23 @@ class Result(Mapping[str, Any]):
 
 
 def attributes_of(item: Scalar | Trace) -> dict[str, str]:
-    """Attributes of a variable of an xarray Dataset, by the CF conventions as in archives."""
+    """Return the attributes of a variable of an xarray Dataset, by the CF conventions as in archives.
+
+    Parameters
+    ----------
+    item : Scalar or Trace
+        Number or trace with its unit.
+
+    Returns
+    -------
+    dict of str to str
+        ``units``, ``long_name`` and, for a pressure, ``reference``.
+
+    Examples
+    --------
+    >>> attributes_of(Scalar(4.1e5, "Pa abs", "pressure at the end"))
+    {'units': 'Pa', 'long_name': 'pressure at the end', 'reference': 'absolute'}
+    """
     from apesim.archive.conventions import cf_unit
 
     unit, reference = cf_unit(item.unit)
@@ -365,7 +446,30 @@ def attributes_of(item: Scalar | Trace) -> dict[str, str]:
 
 
 def needed(package: str) -> Any:
-    """A package that only some users need; raises an `ImportError` that says how to install it."""
+    """Return a package that only some users need.
+
+    Parameters
+    ----------
+    package : str
+        Name of the package, and of the extra of apesim that installs it.
+
+    Returns
+    -------
+    module
+        Package, imported.
+
+    Raises
+    ------
+    ImportError
+        It is not installed; the message says how to install it.
+
+    Examples
+    --------
+    >>> needed("no_such_package")
+    Traceback (most recent call last):
+    ...
+    ImportError: this needs no_such_package: python -m pip install "apesim[no_such_package]"
+    """
     import importlib
 
     try:
@@ -391,7 +495,9 @@ class NotConverged(Exception):
     Attributes
     ----------
     result : Result
+        What was found nevertheless.
     remedy : str
+        What may help.
     """
 
     def __init__(self, what: str, wrong: str, right: str, result: Result) -> None:

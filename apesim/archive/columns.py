@@ -18,16 +18,24 @@ FORMATS = {"Pa abs": (1e6, "MPa abs"), "K": (1.0, "K"), "r/min": (1.0, "r/min"),
 
 
 def run_axis(count: int, description: str = "number of the run") -> Variable:
-    """Axis of runs that are numbered from 0.
+    """Return the axis of runs that are numbered from 0.
 
     Parameters
     ----------
     count : int
+        Number of runs.
     description : str
+        What the axis is, in one line.
 
     Returns
     -------
     Variable
+        Run numbers, int64, over the axis "run".
+
+    Examples
+    --------
+    >>> run_axis(3).values.tolist()
+    [0, 1, 2]
     """
     return Variable(("run",), np.arange(count), "1", description)
 
@@ -40,22 +48,25 @@ def column(
     *,
     coordinate: bool = False,
 ) -> Variable:
-    """Values of a quantity, one for each run.
+    """Return the values of a quantity, one for each run, as a variable of an archive.
 
     Parameters
     ----------
     values : sequence
-        Numbers stay what they are; codes and flags become int8, the flags "0 no, 1 yes".
+        One value for each run. Numbers keep their type; codes and flags become int8, the flags "0 no, 1 yes".
     unit : str
+        Unit, such as "Pa abs"; "1" without any.
     description : str
+        What the quantity is, in one line.
     meanings : str
-        Of codes, such as "0 epv, 1 cam".
+        What codes mean, such as "0 epv, 1 cam"; "" for other values.
     coordinate : bool
-        They say where in a grid the runs lie, and are no results.
+        Whether the values say where in a grid the runs lie, and are no results.
 
     Returns
     -------
     Variable
+        Variable over the axis "run".
 
     Examples
     --------
@@ -71,28 +82,76 @@ def column(
 
 
 def meanings_of(names: Iterable[str]) -> str:
-    """Meanings of the codes 0, 1...: "0 epv, 1 cam"."""
+    """Return the text that says what the codes 0, 1... mean.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Words in the order of their codes, none with a comma.
+
+    Returns
+    -------
+    str
+        Text as `Variable` takes it.
+
+    Examples
+    --------
+    >>> meanings_of(["epv", "cam"])
+    '0 epv, 1 cam'
+    """
     return ", ".join(f"{code} {name}" for code, name in enumerate(names))
 
 
 def values_of(archive: Archive) -> dict[str, np.ndarray]:
-    """Values of the variables of an archive by their names."""
-    return {name: variable.values for name, variable in archive.variables.items()}
-
-
-def run_text(archive: Archive, place: int) -> str:
-    """A run in words, by its number and its coordinates.
+    """Return the values of the variables of an archive, by their names.
 
     Parameters
     ----------
     archive : Archive
+        Results of runs.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Values of each variable, in its unit; not copied.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> values_of(archive)["torque"].tolist()
+    [3.0, 2.5]
+    """
+    return {name: variable.values for name, variable in archive.variables.items()}
+
+
+def run_text(archive: Archive, place: int) -> str:
+    """Return a run in words: its number and its coordinates.
+
+    Parameters
+    ----------
+    archive : Archive
+        Results of runs.
     place : int
-        Where it stands along the axis of runs.
+        Index of the run along the axis of runs.
 
     Returns
     -------
     str
         E.g. "run 3 (0.5 MPa abs, 287 K, duty 0.5)".
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> run_text(archive, 1)
+    'run 1 (900 r/min)'
     """
     told = []
     for name, variable in archive.variables.items():

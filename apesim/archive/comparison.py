@@ -70,7 +70,7 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> Co
     Parameters
     ----------
     path_a, path_b : path
-        The archives.
+        Files of the archives.
     rtol, atol : float
         float64 values are equal within atol + rtol times the larger magnitude; others must be the same.
 
@@ -84,6 +84,20 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> Co
     ------
     ArchiveError
         One of them cannot be read.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     diff(path, path)
+    Comparison(differences=[], runs=2, same=2, different=0)
     """
     a, b = read(path_a), read(path_b)
     rows = machine_differences(a.machine, b.machine)
@@ -170,11 +184,18 @@ def summarise(rows: Iterable[Difference]) -> list[Summary]:
     Parameters
     ----------
     rows : iterable of Difference
+        Differences of a comparison.
 
     Returns
     -------
     list of Summary
-        In the order in which the names come first.
+        One for each kind and name, in the order in which the names come first.
+
+    Examples
+    --------
+    >>> rows = [Difference("variable", "torque", run, "", 4.0, 3.0, 1) for run in (0, 1)]
+    >>> [(each.name, each.runs, each.largest, each.relative) for each in summarise(rows)]
+    [('torque', 2, 1.0, 0.25)]
     """
     groups: dict[tuple[str, str], list[Difference]] = {}
     for row in rows:
@@ -202,7 +223,23 @@ def _apart(a: Any, b: Any) -> float | None:
 
 
 def machine_differences(a: str, b: str) -> list[Difference]:
-    """Keys in which two machine texts differ, dotted as in "engine.bore"; comments and order do not count."""
+    r"""Find the keys in which two machine texts differ; comments and order do not count.
+
+    Parameters
+    ----------
+    a, b : str
+        TOML texts; where one is no TOML, both are compared as they stand.
+
+    Returns
+    -------
+    list of Difference
+        One for each key, dotted as in "engine.bore", with the values of both.
+
+    Examples
+    --------
+    >>> [(each.name, each.a, each.b) for each in machine_differences("[engine]\nbore = 1", "[engine]\nbore = 2")]
+    [('engine.bore', 1, 2)]
+    """
     try:
         left, right = dict(_leaves(tomllib.loads(a))), dict(_leaves(tomllib.loads(b)))
     except (tomllib.TOMLDecodeError, RecursionError):
@@ -211,7 +248,39 @@ def machine_differences(a: str, b: str) -> list[Difference]:
 
 
 def provenance_differences(path_a: Path, path_b: Path) -> list[Difference]:
-    """Entries of the provenance that differ: time, versions, command. They do not make archives different."""
+    """Find the entries of the provenance in which two archives differ: time, versions, command.
+
+    They do not make archives different.
+
+    Parameters
+    ----------
+    path_a, path_b : path
+        Files of the archives.
+
+    Returns
+    -------
+    list of Difference
+        One for each entry, with the texts of both.
+
+    Raises
+    ------
+    ArchiveError
+        One of them cannot be read.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     provenance_differences(path, path)
+    []
+    """
     return _changed("provenance", read_about(path_a)[1], read_about(path_b)[1])
 
 

@@ -28,7 +28,19 @@ DEFAULT_TITLE = "Simulated runs of an air-powered engine or its electro-pneumati
 
 
 def cf_unit(unit: str) -> tuple[str, str]:
-    """Unit of a variable as others parse it, and what it is measured from ("" for all but pressures).
+    """Return the unit of a variable as other programs parse it, and what it is measured from.
+
+    Parameters
+    ----------
+    unit : str
+        Unit by its name here, such as "Pa abs".
+
+    Returns
+    -------
+    unit : str
+        Unit as both UDUNITS and pint parse it.
+    reference : str
+        "absolute" or "gauge" for a pressure that says so; "" for all others.
 
     Examples
     --------
@@ -42,13 +54,41 @@ def cf_unit(unit: str) -> tuple[str, str]:
 
 
 def our_unit(unit: str, reference: str) -> str:
-    """Name of a unit here, from its form in a file; the inverse of `cf_unit`."""
+    """Return the name of a unit here, from its form in a file; the inverse of `cf_unit`.
+
+    Parameters
+    ----------
+    unit : str
+        Unit as others parse it.
+    reference : str
+        "absolute", "gauge" or "".
+
+    Returns
+    -------
+    str
+        Unit by its name here.
+
+    Examples
+    --------
+    >>> our_unit("Pa", "absolute"), our_unit("min^-1", "")
+    ('Pa abs', 'r/min')
+    """
     behind = [name for name, word in REFERENCES.items() if word == reference]
     return " ".join([OUR_UNITS.get(unit, unit), *behind])
 
 
 def flag_word(meaning: str) -> str:
-    """Meaning of a code as one word of the characters that ``flag_meanings`` may have.
+    """Return the meaning of a code as one word of the characters that ``flag_meanings`` may have.
+
+    Parameters
+    ----------
+    meaning : str
+        Meaning in words.
+
+    Returns
+    -------
+    str
+        Word with underscores for what may not stand in it.
 
     Examples
     --------
@@ -59,16 +99,27 @@ def flag_word(meaning: str) -> str:
 
 
 def own_attributes(variable: Variable) -> dict[str, Attribute]:
-    """Attributes of a variable by itself: unit, what it is, meanings of its codes.
+    """Return the attributes of a variable by itself: unit, what it is, meanings of its codes.
 
     Parameters
     ----------
     variable : Variable
+        Variable of an archive.
 
     Returns
     -------
-    dict of str
-        Texts, and the numbers of ``flag_values``.
+    dict of str to str or tuple of int
+        Attributes by name: texts, and the codes of ``flag_values``.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> own_attributes(speed)
+    {'units': 'min^-1', 'long_name': 'speed of the crank'}
     """
     unit, reference = cf_unit(variable.unit)
     attributes: dict[str, Attribute] = {"units": unit, "long_name": variable.description}
@@ -83,18 +134,29 @@ def own_attributes(variable: Variable) -> dict[str, Attribute]:
 
 
 def dataset_attributes(name: str, variables: Mapping[str, Variable]) -> dict[str, Attribute]:
-    """Attributes of the dataset of a variable.
+    """Return the attributes of the dataset of a variable.
 
     Parameters
     ----------
     name : str
+        Name of the variable.
     variables : mapping of str to Variable
-        All of the archive.
+        All variables of the archive, by name.
 
     Returns
     -------
-    dict of str
+    dict of str to str, int or tuple of int
         Those of `own_attributes`, its axes and coordinates, and 1 for each of `FLAG_ATTRIBUTES` that it has.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> dataset_attributes("torque", archive.variables)
+    {'units': 'N m', 'long_name': 'brake torque', 'axes': 'run', 'coordinates': 'speed'}
     """
     variable = variables[name]
     attributes = own_attributes(variable) | {"axes": " ".join(variable.dims)}
@@ -108,17 +170,58 @@ def dataset_attributes(name: str, variables: Mapping[str, Variable]) -> dict[str
 
 
 def coordinates_of(variable: Variable, variables: Mapping[str, Variable]) -> list[str]:
-    """Names of the coordinates over axes of a variable."""
+    """Return the names of the coordinates that lie over axes of a variable.
+
+    Parameters
+    ----------
+    variable : Variable
+        Variable of an archive.
+    variables : mapping of str to Variable
+        All variables of the archive, by name.
+
+    Returns
+    -------
+    list of str
+        Names of coordinates.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> coordinates_of(torque, archive.variables)
+    ['speed']
+    """
     return [name for name, other in variables.items() if other.coordinate and set(other.dims) <= set(variable.dims)]
 
 
 def variable_from(values: np.ndarray, attributes: Mapping[str, Attribute]) -> Variable:
-    """Variable of the values of a dataset, texts decoded, and of its attributes.
+    """Return the variable that the values and attributes of a dataset stand for.
+
+    Parameters
+    ----------
+    values : ndarray
+        Values of the dataset; texts are decoded.
+    attributes : mapping of str to str, int or tuple of int
+        Attributes of the dataset, by name.
+
+    Returns
+    -------
+    Variable
+        Variable with its unit by our name.
 
     Raises
     ------
     ValueError
         An attribute is missing.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> variable_from(np.array([600.0]), {"axes": "run", "units": "min^-1", "long_name": "speed"}).unit
+    'r/min'
     """
     axes = attributes.get("axes", attributes.get("dimensions"))
     if axes is None:
@@ -138,7 +241,23 @@ def variable_from(values: np.ndarray, attributes: Mapping[str, Attribute]) -> Va
 
 
 def global_attributes(provenance: Mapping[str, str]) -> dict[str, str]:
-    """Attributes of a whole file, from the provenance of its archive."""
+    """Return the attributes of a whole file, from the provenance of its archive.
+
+    Parameters
+    ----------
+    provenance : mapping of str to str
+        Where the results come from; ``created``, ``command``, ``apesim``, ``commit`` and ``title`` are used.
+
+    Returns
+    -------
+    dict of str to str
+        ``Conventions``, ``title``, ``source`` and ``history``; one that is longer than `ATTRIBUTE_BYTES` is left out.
+
+    Examples
+    --------
+    >>> global_attributes({"apesim": "0.2.0"})["source"]
+    'apesim 0.2.0'
+    """
     known = {key: provenance.get(key, "") for key in ("created", "command", "apesim", "commit")}
     commit = f", commit {known['commit']}" if known["commit"] else ""
     texts = {

@@ -27,21 +27,27 @@ Attribute = str | int | tuple[int, ...]
 
 
 def dataset_digest(path: str, values: np.ndarray, attributes: Mapping[str, Attribute]) -> str:
-    """SHA-256 of one dataset.
+    """Return the SHA-256 digest of one dataset.
 
     Parameters
     ----------
     path : str
-        Such as "/speed".
+        Path in the file, such as "/speed".
     values : ndarray
-        As stored: little-endian numbers, or texts as UTF-8 in bytes of fixed length.
-    attributes : mapping
-        Its own, those of dimension scales left out.
+        Values as stored: little-endian numbers, or texts as UTF-8 in bytes of fixed length.
+    attributes : mapping of str to str, int or tuple of int
+        Attributes of the dataset, those of dimension scales left out.
 
     Returns
     -------
     str
         64 hexadecimal digits.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> dataset_digest("/speed", np.array([600.0]), {"units": "min^-1"})[:8]
+    '7b37db1d'
     """
     lines = [path, values.dtype.str[1:], " ".join(map(str, values.shape)), *_lines(attributes)]
     digest = hashlib.sha256("".join(f"{line}\n" for line in lines).encode())
@@ -50,30 +56,45 @@ def dataset_digest(path: str, values: np.ndarray, attributes: Mapping[str, Attri
 
 
 def digest_list(digests: Mapping[str, str]) -> str:
-    """Text of the dataset `DIGESTS`.
+    r"""Return the text of the dataset `DIGESTS`.
 
     Parameters
     ----------
-    digests : mapping
-        Digest of each other dataset by its path.
+    digests : mapping of str to str
+        Digest of each other dataset, by its path.
+
+    Returns
+    -------
+    str
+        A line of digest, two spaces and path for each dataset, sorted by path.
+
+    Examples
+    --------
+    >>> digest_list({"/speed": "12ab", "/run": "34cd"})
+    '34cd  /run\n12ab  /speed\n'
     """
     return "".join(f"{digests[path]}  {path}\n" for path in sorted(digests))
 
 
 def root_digest(attributes: Mapping[str, Attribute], listed: str) -> str:
-    """SHA-256 of a whole archive.
+    """Return the SHA-256 digest of a whole archive.
 
     Parameters
     ----------
-    attributes : mapping
-        Those of the root, the digest left out.
+    attributes : mapping of str to str, int or tuple of int
+        Attributes of the root, the digest left out.
     listed : str
-        See `digest_list`.
+        Text that `digest_list` returns.
 
     Returns
     -------
     str
         64 hexadecimal digits.
+
+    Examples
+    --------
+    >>> len(root_digest({"format": "apesim archive", "format_version": 3}, digest_list({"/run": "34cd"})))
+    64
     """
     return hashlib.sha256(("".join(f"{line}\n" for line in _lines(attributes)) + listed).encode()).hexdigest()
 

@@ -72,12 +72,24 @@ CHUNK_BYTES = 2**20
 
 
 def command_line(arguments: Sequence[str]) -> str:
-    """The command line for the provenance: absolute paths shrink to their last part, they name users.
+    """Return the command line for the provenance.
+
+    Absolute paths shrink to their last part, because they name users.
 
     Parameters
     ----------
     arguments : sequence of str
         `sys.argv`, the program first.
+
+    Returns
+    -------
+    str
+        Arguments with spaces between them.
+
+    Examples
+    --------
+    >>> command_line(["/home/me/bin/apesim", "sweep", "--out=/home/me/sweep.h5"])
+    'apesim sweep --out=sweep.h5'
     """
 
     def short(text: str) -> str:
@@ -111,6 +123,19 @@ def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
         The archive breaks the data model.
     ArchiveError
         The disk is full, the folder is missing or not writable.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     path.name, len(read(path).runs)
+    ('sweep.h5', 2)
     """
     validate(archive)
     provenance = (
@@ -131,9 +156,27 @@ def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
 def replace_file(path: Path, content: bytes | memoryview) -> None:
     """Write a file under another name and rename it: it is complete or absent, whatever ends the process.
 
+    Parameters
+    ----------
+    path : Path
+        File that is written or replaced.
+    content : bytes
+        All that it is to hold.
+
     Raises
     ------
     OSError
+        The disk is full, or the folder is missing or not writable.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "note.txt")
+    ...     replace_file(path, b"written")
+    ...     path.read_bytes()
+    b'written'
     """
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     try:
@@ -154,7 +197,25 @@ def replace_file(path: Path, content: bytes | memoryview) -> None:
 
 
 def remove_temporaries(path: Path) -> None:
-    """Remove what killed writers of a file have left beside it; for the holder of its `shards.lock`."""
+    """Remove what killed writers of a file have left beside it; for the holder of its `shards.lock`.
+
+    Parameters
+    ----------
+    path : Path
+        File that was to be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "sweep.h5")
+    ...     left = Path(folder, ".sweep.h5.0123abcd.tmp")
+    ...     left.touch()
+    ...     remove_temporaries(path)
+    ...     left.exists()
+    False
+    """
     for left in path.parent.glob(f".{glob.escape(path.name)}.{'[0-9a-f]' * 8}.tmp"):
         with suppress(OSError):
             left.unlink()
@@ -236,14 +297,32 @@ def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
     Parameters
     ----------
     path : path
-        The file.
+        File of the archive.
     limit : int
-        Largest size of all datasets together, bytes.
+        Largest size of all datasets together [bytes].
+
+    Returns
+    -------
+    Archive
+        Machine, provenance and variables.
 
     Raises
     ------
     ArchiveError
         The file is missing, damaged, unsafe, too large, no archive or of a newer format.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     read(path).variables["torque"].values.tolist()
+    [3.0, 2.5]
     """
     path = Path(path)
     with opened(path, limit) as file:
@@ -262,19 +341,74 @@ def read(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Archive:
 
 
 def read_about(path: str | os.PathLike[str]) -> tuple[str, dict[str, str]]:
-    """Read only the machine text and the provenance; errors as in `read`."""
+    """Read only the machine text and the provenance of an archive.
+
+    Parameters
+    ----------
+    path : path
+        File of the archive.
+
+    Returns
+    -------
+    machine : str
+        TOML text of the machine.
+    provenance : dict of str to str
+        Where the results come from.
+
+    Raises
+    ------
+    ArchiveError
+        The file is missing, damaged, unsafe, too large, no archive or of a newer format.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     machine, provenance = read_about(path)
+    >>> machine, provenance["format"]
+    ('bore = 1', 'apesim archive')
+    """
     path = Path(path)
     with opened(path) as file:
         return load_about(file, path, load_digests(file, path))
 
 
 def read_digest(path: str | os.PathLike[str]) -> str | None:
-    """SHA-256 over all that an archive holds, see `apesim.archive.digests`; errors as in `read`.
+    """Read the SHA-256 digest over all that an archive holds, see `apesim.archive.digests`.
+
+    Parameters
+    ----------
+    path : path
+        File of the archive.
 
     Returns
     -------
     str or None
         64 hexadecimal digits; None for format version 1, which has none. Only `read` compares the values with it.
+
+    Raises
+    ------
+    ArchiveError
+        The file is missing, damaged, unsafe, too large, no archive or of a newer format.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     len(read_digest(path))
+    64
     """
     path = Path(path)
     with opened(path) as file:

@@ -26,11 +26,12 @@ __all__ = ["axes_of", "grid_dataset", "places_of", "read_grid", "words_of"]
 
 
 def axes_of(archive: Archive) -> dict[str, list[str]]:
-    """The axes of a grid.
+    """Return the axes of a grid.
 
     Parameters
     ----------
     archive : Archive
+        Archive whose runs are the points of a grid.
 
     Returns
     -------
@@ -41,6 +42,17 @@ def axes_of(archive: Archive) -> dict[str, list[str]]:
     ------
     ValueError
         The archive names none, or those that it names do not fit its runs.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> axes = {"axes": '{"speed": ["600 rpm", "900 rpm"]}'}
+    >>> archive = Archive("bore = 1", axes, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> axes_of(archive)
+    {'speed': ['600 rpm', '900 rpm']}
     """
     axes = json.loads(archive.provenance.get("axes", "{}"))
     if not isinstance(axes, dict) or not axes:
@@ -56,26 +68,44 @@ def axes_of(archive: Archive) -> dict[str, list[str]]:
 
 
 def places_of(archive: Archive) -> tuple[np.ndarray, ...]:
-    """The place of each run along each axis; raises `ValueError` like `axes_of`.
+    """Return the place of each run along each axis.
 
     Parameters
     ----------
     archive : Archive
+        Archive whose runs are the points of a grid.
 
     Returns
     -------
     tuple of (runs,) int array
+        Indices of the runs, an array for each axis.
+
+    Raises
+    ------
+    ValueError
+        The runs are no grid, see `axes_of`.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> axes = {"axes": '{"speed": ["600 rpm", "900 rpm"]}'}
+    >>> archive = Archive("bore = 1", axes, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> [indices.tolist() for indices in places_of(archive)]
+    [[0, 1]]
     """
     return np.unravel_index(archive.runs, [len(texts) for texts in axes_of(archive).values()])
 
 
 def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """An archive with named axes, as xarray knows them.
+    """Return an archive with named axes, as xarray knows them.
 
     Parameters
     ----------
     path : path
-        The archive.
+        File of the archive.
 
     Returns
     -------
@@ -89,6 +119,21 @@ def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
         The archive cannot be read, or its runs are no grid.
     ImportError
         xarray is not installed.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> axes = {"axes": '{"speed": ["600 rpm", "900 rpm"]}'}
+    >>> archive = Archive("bore = 1", axes, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     float(read_grid(path)["torque"].sel(speed=900.0))
+    2.5
     """
     needed("xarray")
     try:
@@ -98,7 +143,36 @@ def read_grid(path: str | os.PathLike[str]) -> xarray.Dataset:
 
 
 def grid_dataset(archive: Archive) -> xarray.Dataset:
-    """The runs of an archive over its named axes, see `read_grid`; raises `ValueError` like `axes_of`."""
+    """Return the runs of an archive over its named axes, see `read_grid`.
+
+    Parameters
+    ----------
+    archive : Archive
+        Archive whose runs are the points of a grid.
+
+    Returns
+    -------
+    xarray.Dataset
+        Results and coordinates over the axes of the grid.
+
+    Raises
+    ------
+    ValueError
+        The runs are no grid, see `axes_of`.
+    ImportError
+        xarray is not installed.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> axes = {"axes": '{"speed": ["600 rpm", "900 rpm"]}'}
+    >>> archive = Archive("bore = 1", axes, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> grid_dataset(archive)["torque"].dims
+    ('speed',)
+    """
     xarray = needed("xarray")
     names, places = list(axes_of(archive)), places_of(archive)
     coordinates: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]] = {}
@@ -128,7 +202,24 @@ def grid_dataset(archive: Archive) -> xarray.Dataset:
 
 
 def words_of(variable: Variable) -> np.ndarray:
-    """Values of a variable; codes as the words that they stand for."""
+    """Return the values of a variable; codes as the words that they stand for.
+
+    Parameters
+    ----------
+    variable : Variable
+        Variable of an archive.
+
+    Returns
+    -------
+    ndarray
+        Values in the shape of the variable's.
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column
+    >>> words_of(column([1, 0], "1", "kind of the valve", "0 epv, 1 cam")).tolist()
+    ['cam', 'epv']
+    """
     if not variable.meanings:
         return variable.values
     words = codes_of(variable.meanings)

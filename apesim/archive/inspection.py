@@ -23,12 +23,12 @@ __all__ = ["export", "info", "verify"]
 
 
 def info(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """What an archive holds, in a form that JSON can take.
+    """Return what an archive holds, in a form that JSON can take.
 
     Parameters
     ----------
     path : path
-        The archive.
+        File of the archive.
 
     Returns
     -------
@@ -42,6 +42,22 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises
     ------
     ArchiveError
+        The archive cannot be read.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     held = info(path)
+    >>> held["runs"], held["missing_runs"], [axis["name"] for axis in held["axes"]]
+    (2, [], ['run'])
     """
     archive = read(path)
     axes, variables = [], []
@@ -92,7 +108,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def outside_effects(machine: str) -> list[dict[str, str]]:
-    """Effects from outside that a machine had, as its text records them; no file is looked for.
+    r"""Return the effects from outside that a machine had, as its text records them; no file is looked for.
 
     Parameters
     ----------
@@ -101,8 +117,14 @@ def outside_effects(machine: str) -> list[dict[str, str]]:
 
     Returns
     -------
-    list of dict
-        ``effect``: its name, ``file``: the name of its file, ``sha256`` of the file's content.
+    list of dict of str to str
+        ``effect``: its name, ``file``: the name of its file, ``sha256`` of the file's content. Empty for a text that
+        records none or is no TOML.
+
+    Examples
+    --------
+    >>> outside_effects('[[effects.files]]\neffect = "drag"\nfile = "drag.py"\nsha256 = "12ab"\n')
+    [{'effect': 'drag', 'file': 'drag.py', 'sha256': '12ab'}]
     """
     try:
         section = tomllib.loads(machine).get("effects")
@@ -120,12 +142,26 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
     Parameters
     ----------
     path : path
-        The archive.
+        File of the archive.
 
     Returns
     -------
     list of str
         One line for each fault, empty when the archive is sound.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     verify(path)
+    []
     """
     path = Path(path)
     faults: list[str] = []
@@ -200,9 +236,9 @@ def export(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> list
     Parameters
     ----------
     path : path
-        The archive.
+        File of the archive.
     folder : path
-        Made if it does not exist.
+        Made if it does not exist; has to be empty.
 
     Returns
     -------
@@ -215,6 +251,20 @@ def export(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> list
     ------
     ArchiveError
         The archive cannot be read, or the folder is not empty or not writable.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     [file.name for file in export(path, Path(folder, "csv"))]
+    ['machine.toml', 'provenance.json', 'variables.csv', 'runs.csv']
     """
     archive, folder = read(path), Path(folder)
     try:

@@ -11,12 +11,17 @@ GROUP = Path("/sys/fs/cgroup")
 
 
 def available_memory() -> float:
-    """Memory that can be taken before the system, a container or a limit of the process refuses it.
+    """Return the memory that can be taken before the system, a container or a limit of the process refuses it.
 
     Returns
     -------
     float
-        Bytes; infinity where the system does not tell.
+        Free memory [bytes]; infinity where the system does not tell.
+
+    Examples
+    --------
+    >>> available_memory() > 0.0
+    True
     """
     return min(_of_system(), _of_container(), _of_process())
 

@@ -36,7 +36,17 @@ def migrate(archive: Archive) -> Archive:
     Returns
     -------
     Archive
-        With an entry `MIGRATED` in its provenance, if values were changed.
+        Archive of today's meaning, with an entry `MIGRATED` in its provenance if values were changed.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {"format_version": "3"}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> migrate(archive) is archive
+    True
     """
     if int(archive.provenance["format_version"]) < FIRST_WITH_COORDINATES:
         archive = replace(archive, variables=archive.variables | _coordinates(archive))

@@ -57,7 +57,7 @@ class Shards(NamedTuple):
 
 
 def plan_hash(machine: str, settings: Mapping[str, Any]) -> str:
-    """Hash that identifies a sweep: shards and parts with the same one belong together.
+    """Return the hash that identifies a sweep: shards and parts with equal hashes belong together.
 
     Parameters
     ----------
@@ -70,23 +70,28 @@ def plan_hash(machine: str, settings: Mapping[str, Any]) -> str:
     -------
     str
         64 hexadecimal digits.
+
+    Examples
+    --------
+    >>> plan_hash("bore = 1", {"speed": [600, 900]})[:8]
+    '79183516'
     """
     content = json.dumps([machine, settings], sort_keys=True, ensure_ascii=True, allow_nan=True)
     return hashlib.sha256(content.encode()).hexdigest()
 
 
 def shards_folder(path: str | os.PathLike[str]) -> Path:
-    """Name the folder of the shards of an archive: F.h5.shards.
+    """Return the folder of the shards of an archive: F.h5.shards for F.h5.
 
     Parameters
     ----------
     path : path
-        The archive, F.h5.
+        File of the archive.
 
     Returns
     -------
     Path
-        The folder, which need not exist.
+        Folder; it need not exist.
 
     Examples
     --------
@@ -103,10 +108,28 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     The lock ends with the process, however it ends. Its file is removed while it is still held; filelock takes no lock
     on a file that was removed in the meantime. What killed writers have left of the archive is removed first.
 
+    Parameters
+    ----------
+    path : path
+        File of the archive; its folder has to exist.
+
+    Yields
+    ------
+    None
+        While the block runs, the lock is held.
+
     Raises
     ------
     ArchiveError
         Another process holds it, named in the message, or the folder is not writable.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder, lock(Path(folder, "sweep.h5")):
+    ...     Path(folder, "sweep.h5.lock").exists()
+    True
     """
     lock_file = Path(f"{os.fspath(path)}.lock")
     if not lock_file.parent.is_dir():
@@ -143,9 +166,9 @@ def write_shard(folder: str | os.PathLike[str], part: Archive) -> Path:
     Parameters
     ----------
     folder : path
-        `shards_folder(target)`, made if it does not exist.
+        Folder of the shards, see `shards_folder`; made if it does not exist.
     part : Archive
-        Its "run" holds the global run numbers, its provenance the plan_hash.
+        Finished runs. Its "run" holds the run numbers of the whole sweep, its provenance the plan_hash.
 
     Returns
     -------
@@ -158,6 +181,19 @@ def write_shard(folder: str | os.PathLike[str], part: Archive) -> Path:
         The part breaks the data model, holds no runs or has no plan_hash.
     ArchiveError
         It could not be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {"plan_hash": "12ab"}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     write_shard(folder, archive).name
+    'runs_000000-000001.h5'
     """
     folder = Path(folder)
     validate(part)
@@ -180,9 +216,9 @@ def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
     Parameters
     ----------
     folder : path
-        `shards_folder(target)`; need not exist.
+        Folder of the shards, see `shards_folder`; need not exist.
     plan_hash : str
-        Hash of the sweep that wants to go on, see `plan_hash`.
+        Hash of the sweep that wants to go on.
 
     Returns
     -------
@@ -193,6 +229,20 @@ def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
     ------
     ArchiveError
         A shard belongs to another sweep, or takes more memory than is available.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {"plan_hash": "12ab"}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = write_shard(folder, archive)
+    ...     read_shards(folder, "12ab").done
+    [0, 1]
     """
     shards = Shards([], [], [])
     for path in sorted(Path(folder).glob("runs_*.h5")):
@@ -220,7 +270,23 @@ def remove_shards(folder: str | os.PathLike[str]) -> None:
     Parameters
     ----------
     folder : path
-        `shards_folder(target)`; removed if nothing is left in it. Nothing is done if it is a link or does not exist.
+        Folder of the shards; nothing happens where it is a link or does not exist.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {"plan_hash": "12ab"}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as parent:
+    ...     folder = shards_folder(Path(parent, "sweep.h5"))
+    ...     _ = write_shard(folder, archive)
+    ...     remove_shards(folder)
+    ...     folder.exists()
+    False
     """
     folder = Path(folder)
     if folder.is_symlink() or not folder.is_dir():
@@ -248,12 +314,22 @@ def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | No
     Returns
     -------
     Archive
-        Ask `missing_runs` whether it is complete.
+        All runs of the parts; `missing_runs` says whether it is complete.
 
     Raises
     ------
     ArchiveError
         The parts do not belong together, or contradict each other on a run.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> merge([archive, archive]).runs.tolist()
+    [0, 1]
     """
     labels = [os.fspath(name) for name in names] if names else [f"part {i + 1}" for i in range(len(parts))]
     if not parts:
@@ -283,17 +359,22 @@ def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | No
 
 
 def runs_planned(archive: Archive) -> int | None:
-    """Read how many runs the whole sweep of an archive was planned to have.
+    """Return the number of runs of the whole sweep that an archive holds or is a share of.
 
     Parameters
     ----------
     archive : Archive
-        Whole or partial archive of a sweep.
+        Archive of a sweep, whole or partial.
 
     Returns
     -------
     int or None
-        "runs_planned" of the provenance; None where it is missing or no number.
+        Number of runs; None where the provenance does not say.
+
+    Examples
+    --------
+    >>> runs_planned(Archive("", {"runs_planned": "24"}, {}))
+    24
     """
     planned = archive.provenance.get("runs_planned", "")
     return int(planned) if planned.isdecimal() and len(planned) < 19 else None
@@ -316,6 +397,16 @@ def missing_runs(archive: Archive, total: int | None = None) -> list[tuple[int, 
     list of (int, int)
         First and last run number of each gap, in increasing order. Between these two a gap may also span runs that
         are in another share.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> missing_runs(archive), missing_runs(archive, total=5)
+    ([], [(2, 4)])
     """
     shares = [(1, 1)] if total is not None else _shares(archive)
     total = runs_planned(archive) if total is None else total
@@ -327,17 +418,17 @@ def missing_runs(archive: Archive, total: int | None = None) -> list[tuple[int, 
 
 
 def gaps_in_words(gaps: Sequence[Sequence[int]]) -> str:
-    """Name gaps in a list of runs in words, at most the first `MAX_GAPS_NAMED`.
+    """Return gaps between runs in words; of many only the first `MAX_GAPS_NAMED`.
 
     Parameters
     ----------
     gaps : sequence of (int, int)
-        First and last run number of each gap.
+        First and last missing number of each gap.
 
     Returns
     -------
     str
-        Run numbers and ranges, then the number of gaps that are not named.
+        Numbers and spans of numbers.
 
     Examples
     --------

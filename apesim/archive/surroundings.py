@@ -32,6 +32,11 @@ def surroundings() -> dict[str, str]:
     dict of str to str
         ``created``, ``python``, ``platform``, ``processor``, ``hdf5``, a version for each of `PACKAGES` that is
         installed, and ``commit`` where apesim runs from a checkout.
+
+    Examples
+    --------
+    >>> sorted({"created", "numpy", "python"} & surroundings().keys())
+    ['created', 'numpy', 'python']
     """
     known = {
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -47,7 +52,23 @@ def surroundings() -> dict[str, str]:
 
 @functools.cache
 def version_of(package: str) -> str:
-    """Version of an installed package; "" of others."""
+    """Return the version of an installed package; "" for others.
+
+    Parameters
+    ----------
+    package : str
+        Name of the distribution.
+
+    Returns
+    -------
+    str
+        Version.
+
+    Examples
+    --------
+    >>> version_of("no-such-package")
+    ''
+    """
     with suppress(importlib.metadata.PackageNotFoundError):
         return importlib.metadata.version(package)
     return ""
@@ -55,7 +76,18 @@ def version_of(package: str) -> str:
 
 @functools.cache
 def processor() -> str:
-    """Name of the processor as its maker gives it, else that of its kind, such as "arm64"."""
+    """Return the name of the processor as its maker gives it, else that of its kind, such as "arm64".
+
+    Returns
+    -------
+    str
+        Name.
+
+    Examples
+    --------
+    >>> isinstance(processor(), str)
+    True
+    """
     with suppress(OSError):
         if found := re.search(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(errors="replace"), re.M):
             return " ".join(found[1].split())
@@ -64,7 +96,18 @@ def processor() -> str:
 
 @functools.cache
 def commit() -> str:
-    """Commit of the checkout that apesim runs from, with "-dirty" where files differ from it; "" without a checkout."""
+    """Return the commit of the checkout that apesim runs from.
+
+    Returns
+    -------
+    str
+        Hash, with "-dirty" where files differ from the commit; "" without a checkout or without git.
+
+    Examples
+    --------
+    >>> commit() == "" or len(commit().removesuffix("-dirty")) == 40
+    True
+    """
     folder = Path(apesim.__file__).parents[1]
     if not (folder / ".git").exists():
         return ""

@@ -104,22 +104,32 @@ class IncompleteError(ArchiveError):
 
 
 def refuse_unsafe(file: h5py.File, path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> None:
-    """Walk through all objects of an open file without reading data.
+    """Refuse an open file that holds an unsafe object; all are looked at without reading data.
 
     Parameters
     ----------
     file : h5py.File
         Open for reading.
     path : path
-        For messages.
+        Path of the file, for messages.
     limit : int
-        Largest size of all datasets together, in bytes of memory when read.
+        Largest size of all datasets together, in memory when read [bytes].
 
     Raises
     ------
     ArchiveError
         At the first object that is no plain group and no dataset of numbers or fixed-length text; the datasets are
         larger than the limit, than the file can hold, or than the memory that is available.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "plain.h5")
+    ...     with h5py.File(path, "w") as file:
+    ...         file["speed"] = [600.0, 900.0]
+    ...         refuse_unsafe(file, path)
     """
     remedy = "ask for a file written by apesim"
     by_file = max(ALWAYS_READ, MAX_EXPANSION * os.path.getsize(path))
@@ -198,12 +208,40 @@ def _inspect(dataset: h5d.DatasetID) -> tuple[str, int]:
 
 @contextmanager
 def opened(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Iterator[h5py.File]:
-    """An archive opened for reading after everything dangerous in it has been refused.
+    """Open an archive for reading after everything dangerous in it has been refused.
+
+    Parameters
+    ----------
+    path : path
+        File of the archive.
+    limit : int
+        Largest size of all datasets together, in memory when read [bytes].
+
+    Yields
+    ------
+    h5py.File
+        File, open for reading.
 
     Raises
     ------
     ArchiveError
-        Also for whatever HDF5 reports inside the `with` block: a damaged file.
+        The file is missing, unsafe, too large, no archive or of a newer format; or HDF5 reports inside the `with` block
+        that it is damaged.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     with opened(path) as file:
+    ...         sorted(file)
+    ['about', 'run', 'speed', 'torque']
     """
     path = Path(path)
     if not path.is_file():
@@ -237,7 +275,37 @@ def _file(path: Path) -> Iterator[h5py.File]:
 
 @contextmanager
 def damage_named(path: Path, item: str) -> Iterator[None]:
-    """Turn what HDF5 reports about a broken file into an `ArchiveError` that names file and dataset."""
+    """Turn what HDF5 reports about a broken file into an `ArchiveError` that names file and dataset.
+
+    Parameters
+    ----------
+    path : Path
+        Path of the file, for messages.
+    item : str
+        Dataset that is read, for messages; "" for the file.
+
+    Yields
+    ------
+    None
+        Errors of the block are turned.
+
+    Raises
+    ------
+    DamagedError
+        HDF5 or a check of what was read has failed in the block.
+    TooLargeError
+        There was not enough memory.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with damage_named(Path("sweep.h5"), "speed"):  # doctest: +ELLIPSIS
+    ...     raise ValueError("carries no checksums")
+    Traceback (most recent call last):
+    ...
+    apesim.archive.untrusted.DamagedError: sweep.h5: speed: carries no checksums; the file is damaged or foreign: ...
+    """
     try:
         yield
     except ArchiveError:
@@ -261,12 +329,39 @@ class Stored(NamedTuple):
 
 
 def load_digests(file: h5py.File, path: Path) -> dict[str, str] | None:
-    """Digests of the datasets of an opened archive by their paths, checked against the root digest.
+    """Read the digests of the datasets of an opened archive, checked against the root digest.
+
+    Parameters
+    ----------
+    file : h5py.File
+        Archive, see `opened`.
+    path : Path
+        Path of the file, for messages.
 
     Returns
     -------
     dict of str to str, or None
-        None where the format is too old to have any.
+        Digests by path of the dataset; None where the format is too old to have any.
+
+    Raises
+    ------
+    DamagedError
+        The digests do not fit the root digest, or not the datasets that are there.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     with opened(path) as file:
+    ...         sorted(load_digests(file, path))
+    ['/about/machine', '/about/provenance', '/run', '/speed', '/torque']
     """
     if file.attrs["format_version"] < FIRST_WITH_DIGESTS:
         return None
@@ -287,13 +382,83 @@ def load_digests(file: h5py.File, path: Path) -> dict[str, str] | None:
 
 
 def check_digest(stored: Stored, digests: dict[str, str] | None) -> None:
-    """Raise `ValueError` where a dataset is not what its digest says; see `load_digests`."""
+    """Refuse a dataset that is not what its digest says.
+
+    Parameters
+    ----------
+    stored : Stored
+        Dataset as it is stored, see `load_stored`.
+    digests : dict of str to str, or None
+        Digests by path of the dataset, see `load_digests`; with None nothing is checked.
+
+    Raises
+    ------
+    ValueError
+        Its content is another than that of the digest.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     with opened(path) as file:
+    ...         stored = load_stored(file, "torque")
+    ...         digests = load_digests(file, path)
+    >>> check_digest(stored, digests)
+    >>> check_digest(stored._replace(values=-stored.values), digests)
+    Traceback (most recent call last):
+    ...
+    ValueError: its content is not what its SHA-256 digest says
+    """
     if digests is not None and digests[stored.path] != dataset_digest(*stored):
         raise ValueError("its content is not what its SHA-256 digest says")
 
 
 def load_about(file: h5py.File, path: Path, digests: dict[str, str] | None) -> tuple[str, dict[str, str]]:
-    """Machine text and provenance of an opened archive, checked against the stored hashes."""
+    """Read the machine text and the provenance of an opened archive, checked against the stored hashes.
+
+    Parameters
+    ----------
+    file : h5py.File
+        Archive, see `opened`.
+    path : Path
+        Path of the file, for messages.
+    digests : dict of str to str, or None
+        Digests by path of the dataset, see `load_digests`.
+
+    Returns
+    -------
+    machine : str
+        TOML text of the machine.
+    provenance : dict of str to str
+        Where the results come from.
+
+    Raises
+    ------
+    DamagedError
+        A text is missing or not the one that was hashed.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     with opened(path) as file:
+    ...         load_about(file, path, load_digests(file, path))[0]
+    'bore = 1'
+    """
     with damage_named(path, "about/machine"):
         text = load_stored(file, "about/machine")
         machine = str(_decoded(text.values).item())
@@ -313,12 +478,84 @@ def load_about(file: h5py.File, path: Path, digests: dict[str, str] | None) -> t
 
 
 def variable_of(stored: Stored) -> Variable:
-    """A dataset as a variable; `ValueError` if `write` did not make it so."""
+    """Return a stored dataset as a variable.
+
+    Parameters
+    ----------
+    stored : Stored
+        Dataset as it is stored, see `load_stored`.
+
+    Returns
+    -------
+    Variable
+        Variable with its texts decoded.
+
+    Raises
+    ------
+    ValueError
+        An attribute that says what it is, is missing.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     with opened(path) as file:
+    ...         stored = load_stored(file, "torque")
+    ...         digests = load_digests(file, path)
+    >>> variable_of(stored).unit
+    'N m'
+    """
     return variable_from(_decoded(stored.values), stored.attributes)
 
 
 def load_stored(file: h5py.File, name: str) -> Stored:
-    """A dataset of an opened archive; chunks that were never written are an error, not zeros."""
+    """Read a dataset of an opened archive; chunks that were never written are an error, not zeros.
+
+    Parameters
+    ----------
+    file : h5py.File
+        Archive, see `opened`.
+    name : str
+        Path of the dataset, such as "speed".
+
+    Returns
+    -------
+    Stored
+        Path, values and attributes.
+
+    Raises
+    ------
+    ValueError
+        A chunk is missing, or an attribute is of a wrong type.
+    OSError
+        A checksum is wrong.
+    KeyError
+        There is no such dataset.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> speed = column([600.0, 900.0], "r/min", "speed of the crank", coordinate=True)
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> archive = Archive("bore = 1", {}, {"run": run_axis(2), "speed": speed, "torque": torque})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write(archive, Path(folder, "sweep.h5"))
+    ...     with opened(path) as file:
+    ...         stored = load_stored(file, "torque")
+    ...         digests = load_digests(file, path)
+    >>> stored.path, stored.values.tolist(), stored.attributes["units"]
+    ('/torque', [3.0, 2.5], 'N m')
+    """
     dataset = file[name]
     attributes = {key: _attribute(dataset, key) for key in ATTRIBUTES if key in dataset.attrs}
     if dataset.chunks is not None:

@@ -15,11 +15,9 @@ from tests.folders import ROOT
 FOLDERS = "apesim", "valve", "engine"
 """Layers whose public functions are held to Parameters, Returns and Examples."""
 UNDOCUMENTED = (
-    "apesim/archive/",
     "apesim/__init__.py",
     "apesim/effect.py",
     "apesim/kernel.py",
-    "apesim/results.py",
     "apesim/stack_array.py",
     "engine/effects/__init__.py",
 )
