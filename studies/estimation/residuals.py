@@ -9,6 +9,7 @@ from apesim.engine.effects import library_of
 from apesim.march.adaptive import TOLERANCE
 from apesim.studies.estimation.noise.process import noise_for, whitened
 from apesim.studies.estimation.parameters import put
+from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of, start_of
 
 STEP = 0.01
@@ -25,19 +26,19 @@ KEPT = 2
 
 
 class Block(NamedTuple):
-    """One channel of one run."""
+    """One channel of one measured run; a mean over the cycle is a block of one sample."""
 
     number: int
-    """Number of the run."""
-    run: object
-    """`apesim.studies.measured.MeasuredRun`"""
+    """Number of the run, from 0."""
+    run: MeasuredRun
     sensor: str
+    """Name of the channel or of the mean."""
     times: np.ndarray
-    """[s], shape (n,)"""
+    """Times since the solenoids were energised, (n,) [s]; 0 for a mean."""
     values: np.ndarray
-    """[SI], shape (n,)"""
+    """Measured values, (n,) [SI]."""
     interval: float
-    """Between two samples [s]."""
+    """Median interval between two samples [s]; 0 for a mean."""
 
 
 class EndedEarly(ArithmeticError):

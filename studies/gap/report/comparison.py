@@ -6,16 +6,16 @@ import numpy as np
 
 from apesim.quantities import unit
 from apesim.studies.estimation.noise.process import noise_for
-from apesim.studies.estimation.residuals import Problem
+from apesim.studies.estimation.residuals import Block, Problem
 from apesim.studies.measured import CHECK, FIT, GATE
 from apesim.studies.measured.sensors import SENSORS
 
 
 class Compared(NamedTuple):
-    """One signal of one run."""
+    """One signal of one run, measured and simulated."""
 
-    block: object
-    """`apesim.studies.estimation.residuals.Block`, as it was measured."""
+    block: Block
+    """The signal as it was measured."""
     noise: float
     """Standard deviation [SI]."""
     before: np.ndarray

@@ -66,6 +66,11 @@ def find_gap(
     solver_error : float
         The simulator's own error over the noise of a sample.
     warnings : list of str
+
+    Raises
+    ------
+    apesim.studies.estimation.residuals.EndedEarly
+        The machine itself cannot be simulated.
     """
     work.tell("calibrating", 0, 1)
     calibrated, warnings = calibrate(machine, measured)
@@ -99,6 +104,7 @@ def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: W
     Returns
     -------
     calibrated : Model
+        The machine given, or the one calibrated again.
     sensitivities : list of Sensitivity
     """
     problem, x = calibrated.problem, calibrated.fitted.x

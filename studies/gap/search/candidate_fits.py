@@ -50,7 +50,21 @@ def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Ch
 
 
 def is_doubtful(found: list[Choice], gap: CalibratedGap) -> bool:
-    """Whether the best model is implausible, or the best one with an effect leaves more than noise may well leave."""
+    """Whether the best model is implausible, or the best one with an effect leaves more than noise may well leave.
+
+    The second holds where noise alone leaves as much with a chance below `DOUBTFUL`.
+
+    Parameters
+    ----------
+    found : list of Choice
+        Models that were fitted so far.
+    gap : apesim.studies.gap.search.calibrated_gap.CalibratedGap
+
+    Returns
+    -------
+    bool
+        False where no model adds an effect.
+    """
     alone = with_effects(found)
     if not alone:
         return False
@@ -59,12 +73,34 @@ def is_doubtful(found: list[Choice], gap: CalibratedGap) -> bool:
 
 
 def with_effects(found: Iterable[Choice]) -> list[Choice]:
-    """Choices that add effects, the best first."""
+    """The choices that add effects, without those that only take the prior of a nuisance away.
+
+    Parameters
+    ----------
+    found : iterable of Choice
+
+    Returns
+    -------
+    list of Choice
+        The least penalised cost first.
+    """
     return sorted((choice for choice in found if choice.model.candidates), key=lambda choice: choice.cost)
 
 
 def compare_left_over(model: Model, gap: CalibratedGap) -> GapTest:
-    """Compare what a model leaves with what noise alone would leave."""
+    """Compare what a model with effects leaves with what noise alone would leave.
+
+    The scores are those of the candidates that the model does not have, and of local shapes, see `compare_with_noise`.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+    gap : apesim.studies.gap.search.calibrated_gap.CalibratedGap
+
+    Returns
+    -------
+    apesim.studies.gap.search.gap_test.GapTest
+    """
     again, local = beside(gap.sensitivities, model), gap.local_shapes
     wider = find_nuisance_space(model.fitted.jacobian).project_out(
         np.vstack([local, np.zeros((model.added, local.shape[1]))])

@@ -1,9 +1,12 @@
 """What the library offers to close a gap: every effect that the machine does not have yet, as parameters to fit."""
 
+from collections.abc import Iterable, Iterator
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from apesim.effect import Effect
 from apesim.engine.effects import intake_pipe_loss
+from apesim.engine.machine import Machine
 from apesim.quantities.trees import fields
 from apesim.studies.estimation.parameters import Parameter
 from apesim.valve.effects import supply_droop
@@ -37,70 +40,101 @@ REACH = 1.3
 
 
 class Candidate(NamedTuple):
-    """An effect of the library, switched off."""
+    """An effect of the library that the machine does not have yet, with the parameters that a fit may free."""
 
     name: str
-    strengths: tuple
-    """Parameters, x = 0: off; one or several."""
-    shapes: tuple
-    """Further parameters that a fit may free."""
+    """Name of the effect."""
+    strengths: tuple[Parameter, ...]
+    """Parameters that are off at x = 0; one or several."""
+    shapes: tuple[Parameter, ...]
+    """Further parameters that a fit may free, without effect while the strengths are off."""
 
     @property
-    def parameters(self):
-        """All that a fit frees."""
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters that a fit frees: the strengths, then the shapes."""
         return self.strengths + self.shapes
 
-    def switched_on(self, number, size, shapes):
-        """Its x with one of the strengths at a size, and with given shapes."""
+    def switched_on(self, number: int, size: float, shapes: Iterable[float]) -> tuple[float, ...]:
+        """Values x of the parameters with one strength at a size, the other strengths off, and given shapes.
+
+        Parameters
+        ----------
+        number : int
+            Place of the strength among `strengths`.
+        size : float
+            Value x of that strength.
+        shapes : iterable of float
+            Values x of the shapes.
+
+        Returns
+        -------
+        tuple of float
+            In the order of `parameters`.
+        """
         return (*(size if k == number else 0.0 for k in range(len(self.strengths))), *shapes)
 
 
 class Probe(NamedTuple):
-    """One way to switch a candidate on a little."""
+    """A candidate switched on by a given size, to see what it does to the data."""
 
     candidate: Candidate
-    x: tuple
+    x: tuple[float, ...]
     """Values x of the candidate's parameters."""
     strength: int
-    """Which of the strengths."""
+    """Place of the strength that is on among the candidate's strengths."""
 
     @property
-    def parameter(self):
-        """The strength that it switches on."""
+    def parameter(self) -> Parameter:
+        """The strength that the probe switches on."""
         return self.candidate.strengths[self.strength]
 
     @property
-    def one_sided(self):
-        """Whether its strength has one sign only."""
+    def one_sided(self) -> bool:
+        """Whether the strength that the probe switches on cannot be negative."""
         return self.parameter.low >= 0.0
 
-    def scaled(self, factor):
-        """Its x with so many times the strength, within the range that a fit may take."""
+    def scaled(self, factor: float) -> tuple[float, ...]:
+        """Values x of the candidate's parameters with the probe's strength times a factor, the shapes as they are.
+
+        Parameters
+        ----------
+        factor : float
+
+        Returns
+        -------
+        tuple of float
+            The strength is clipped to the range that a fit may take.
+        """
         x = list(self.x)
         size = x[self.strength] * factor
         x[self.strength] = float(min(max(size, self.parameter.low), self.parameter.high))
         return tuple(x)
 
 
-def candidates_of(machine, bench, effects):
-    """The effects that may be missing.
+def candidates_of(machine: Machine, bench: str, effects: Iterable[Effect]) -> list[Candidate]:
+    """The effects that may be missing: those of the library that are off in the machine.
+
+    Tables are left out, and so are the sensors' gain, offset and time zero (`NUISANCES`), which are known within a
+    prior.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
     bench : {"valve", "engine"}
-    effects : sequence of apesim.effect.Effect
-        The library.
+        Bench of the data, by which `effects` has been chosen already.
+    effects : iterable of apesim.effect.Effect
+        The library, see `apesim.studies.gap.search.library.effects_on`.
 
     Returns
     -------
     list of Candidate
+        In the order of the library.
     """
     found = []
     for effect in effects:
         if effect.name in NUISANCES or effect.tabulated or effect.is_on(getattr(machine.effects, effect.name)):
             continue
-        names = effect.strengths or effect.parameters._fields[:1]
+        names = effect.strengths or effect.parameters._fields[:1]  # type: ignore[attr-defined]
         strengths = [n for n in names if n in APART.get(effect.name, names)]
         found.append(
             Candidate(
@@ -112,8 +146,30 @@ def candidates_of(machine, bench, effects):
     return found
 
 
-def strength(effect, name):
-    """A strength of an effect as a parameter, x = 0: off."""
+def strength(effect: Effect, name: str) -> Parameter:
+    """A strength of an effect as a scaled parameter that is off at x = 0.
+
+    Its value is ``off + scale x``, where the scale reaches to the end of the declared range that is farther from off. A
+    fit may go `REACH` times as far. A strength of an effect in `INVERSE` has the value ``scale / x`` with the scale at
+    the least area, as it does the less the larger it is.
+
+    Parameters
+    ----------
+    effect : apesim.effect.Effect
+    name : str
+        Name of one of its strengths.
+
+    Returns
+    -------
+    apesim.studies.estimation.parameters.Parameter
+
+    Examples
+    --------
+    >>> from apesim.valve.effects import coulomb_friction
+    >>> force = strength(coulomb_friction.EFFECT, "force")
+    >>> force.key, force.value(0.0), force.value(0.5)
+    ('effects.coulomb_friction.force', 0.0, 6.0)
+    """
     key = f"effects.{effect.name}.{name}"
     declared = fields(effect.parameters)[name]
     low, high = declared.ends
@@ -121,21 +177,32 @@ def strength(effect, name):
         least = INVERSE[effect.name]
         return Parameter(key, least, least / high, 1.0, effect.off, inverse=True)
     away = max(high - effect.off, effect.off - low, key=abs)
-    ends = sorted((REACH * (low - effect.off) / away, REACH * (high - effect.off) / away))
-    outside = {"outside": declared, "is_sensed": effect.slots == ("sensor",)} if effect.is_from_outside else {}
-    return Parameter(key, away, *ends, effect.off, reach=REACH, **outside)
+    first, last = sorted((REACH * (low - effect.off) / away, REACH * (high - effect.off) / away))
+    outside: dict[str, Any] = (
+        {"outside": declared, "is_sensed": effect.slots == ("sensor",)} if effect.is_from_outside else {}
+    )
+    return Parameter(key, away, first, last, effect.off, reach=REACH, **outside)
 
 
-def _shape(effect, name):
+def _shape(effect: Effect, name: str) -> Parameter:
+    """A shape of an effect as a parameter: x = 0 and 1 are the ends of its declared range."""
     key = f"effects.{effect.name}.{name}"
     low, high = fields(effect.parameters)[name].ends
     return Parameter(key, high - low, 0.0, 1.0, low)
 
 
-def probes_of(candidate):
-    """How a candidate is probed: each strength by a little and by a quarter of its range, with shapes spread.
+def probes_of(candidate: Candidate) -> Iterator[Probe]:
+    """The probes of a candidate: each strength by a little and by a quarter of its range, with shapes spread.
 
-    Those whose slope at zero vanishes are seen by the finite steps alone.
+    An effect whose slope at zero vanishes is seen by the large probes alone.
+
+    Parameters
+    ----------
+    candidate : Candidate
+
+    Yields
+    ------
+    Probe
     """
     for number, strength in enumerate(candidate.strengths):
         sizes = INVERSE_SIZES if strength.inverse else LARGE_SIZES.get(candidate.name, SIZES)

@@ -1,13 +1,16 @@
 """The size from which data show an effect."""
 
+from collections.abc import Iterable
 from itertools import combinations
 from math import copysign, inf, log
+from typing import Any
 
 import numpy as np
 
 from apesim.engine.effects import ALL_EFFECTS
+from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
-from apesim.studies.estimation.residuals import EndedEarly
+from apesim.studies.estimation.residuals import EndedEarly, Problem
 from apesim.studies.gap.search.score_test import Sensitivity, cosine
 from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
 
@@ -21,20 +24,21 @@ POWERS = 0.5, 3.0
 STRENGTHS = {effect.name: effect.strengths for effect in ALL_EFFECTS}
 
 
-def clearest(columns):
-    """For each candidate the column by which it is seen first.
+def clearest(columns: Iterable[Sensitivity]) -> dict[str, Sensitivity]:
+    """The probe of each candidate by which it is seen from the smallest size on.
 
-    Of the probes of one strength and shape, which differ in size, that one which is nearest to what it says: an effect
-    need not grow straight. Of shapes the one that is seen best; but what acts by itself, as breakaway does,
-    is kept small.
+    Among probes of one strength and shape, which differ in size, the one counts whose length is nearest to
+    `N_SIGMA_VISIBLE`, as an effect need not grow in proportion. Among shapes the one counts that is seen best; a shape
+    that acts by itself, as breakaway does, is kept small.
 
     Parameters
     ----------
-    columns : list of apesim.studies.gap.search.score_test.Sensitivity
+    columns : iterable of apesim.studies.gap.search.score_test.Sensitivity
 
     Returns
     -------
     dict of apesim.studies.gap.search.score_test.Sensitivity
+        By name of the candidate.
     """
     alike: dict = {}
     for column in columns:
@@ -53,25 +57,42 @@ def clearest(columns):
     return found
 
 
-def least(column):
-    """Size over the range from which a column says that its effect is seen."""
-    return abs(column.probe.x[column.probe.strength]) * N_SIGMA_VISIBLE / column.length if column.length else inf
+def least(column: Sensitivity) -> float:
+    """The smallest size at which an effect is seen, by one probe and in proportion to it.
 
-
-def sharpened(problem, fitted, column):
-    """A column for the very size from which its effect is seen, as an effect need not grow straight.
+    It is ``|x| N_SIGMA_VISIBLE / length`` for a probe of size x and the length of what it does to the data.
 
     Parameters
     ----------
-    problem : apesim.studies.estimation.residuals.Problem
-        Of the nuisances.
-    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
     column : apesim.studies.gap.search.score_test.Sensitivity
 
     Returns
     -------
+    float
+        Over the range of the strength; inf where the probe does nothing that nuisances cannot imitate.
+    """
+    return abs(column.probe.x[column.probe.strength]) * N_SIGMA_VISIBLE / column.length if column.length else inf
+
+
+def sharpened(problem: Problem, fitted: Fitted, column: Sensitivity) -> Sensitivity:
+    """A probe at the very size from which its effect is seen, as an effect need not grow in proportion to its size.
+
+    Up to `STEPS` probes are simulated, each where a power law through the last two reaches `N_SIGMA_VISIBLE`.
+
+    Parameters
+    ----------
+    problem : apesim.studies.estimation.residuals.Problem
+        Its parameters are the nuisances.
+    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
+        Fit of the problem.
+    column : apesim.studies.gap.search.score_test.Sensitivity
+        The probe to begin with.
+
+    Returns
+    -------
     apesim.studies.gap.search.score_test.Sensitivity
-        For the end of the range, where it is not seen even there.
+        At the end of the range where the effect is not seen even there; the last that could be simulated where a
+        simulation ends early.
     """
     probe, space = column.probe, find_nuisance_space(fitted.jacobian)
     wider = problem.with_parameters([*problem.parameters, *probe.candidate.parameters])
@@ -97,18 +118,22 @@ def sharpened(problem, fitted, column):
     return column
 
 
-def detection_limits(columns):
-    """For each candidate the size that these data show with `N_SIGMA_VISIBLE` deviations; None beyond its range.
+def detection_limits(columns: Iterable[Sensitivity]) -> dict[str, dict[str, Any]]:
+    """The detection limit of each candidate: the size that these data would show with `N_SIGMA_VISIBLE` sigmas.
+
+    Two effects are of one class where the cosine between what they do to the data, nuisances projected out, is above
+    `ALIKE`.
 
     Parameters
     ----------
-    columns : list of apesim.studies.gap.search.score_test.Sensitivity
+    columns : iterable of apesim.studies.gap.search.score_test.Sensitivity
 
     Returns
     -------
     dict of dict
-        ``parameter``, ``unit``, ``limit``; ``kept``: the share that is left once nuisances are projected out;
-        ``class``: the others that are seen, and that sensors and runs hardly tell from it, whatever the data say.
+        By name of the candidate: ``parameter``, ``unit``; ``limit`` in that unit, None where it is beyond the range;
+        ``kept``, the share of the effect that is left once nuisances are projected out; ``class``, the other effects
+        within their limits that sensors and runs hardly distinguish from it.
     """
     found, best = {}, clearest(columns)
     for name, column in best.items():
@@ -117,7 +142,7 @@ def detection_limits(columns):
             x = max(x, parameter.low)
         found[name] = {
             "parameter": parameter.key.split(".")[-1],
-            "unit": parameter.declaration.unit,
+            "unit": parameter.declaration.unit,  # type: ignore[attr-defined]
             "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if x <= 1.0 else None,
             "kept": column.retained,
             "class": [],

@@ -24,7 +24,7 @@ class GapTest(NamedTuple):
     p_value: float
     """Chance of noise alone to give as large a score."""
     largest: float
-    """Score, or deviations of a local shape [standard deviations]."""
+    """Largest score of all candidates and local shapes [standard deviations]."""
     limit: float
     """Score that noise alone exceeds with the chance `ALARM`."""
 
@@ -37,17 +37,22 @@ class GapTest(NamedTuple):
 def compare_with_noise(
     columns: Sequence[Sensitivity], local: np.ndarray, errors: np.ndarray, parts: list[tuple[Noise, slice]]
 ) -> GapTest:
-    """Compare the largest of all scores with those of noise alone, which is known no better than its source tells it.
+    """Compare the largest of all scores with the largest that noise alone gives, by Monte Carlo.
+
+    The scores are ``-S'e`` over shapes S of length 1, those of the candidates and local ones. Noise alone gives them
+    the covariance ``S'S``; each draw is scaled by what the noise may be, as it is known from so many samples only. With
+    k of D draws at or above the largest score, the chance is ``(1 + k) / (1 + D)``.
 
     Parameters
     ----------
-    columns : list of apesim.studies.gap.search.score_test.Sensitivity
+    columns : sequence of apesim.studies.gap.search.score_test.Sensitivity
+        What each candidate would do to the data; those that do not show are left out.
     local : (n + p, m) float array
-        Shapes of no known cause, one for each signal and phase, free of what nuisances can imitate.
+        Shapes of no known cause, see `apesim.studies.gap.search.phases.local_shapes`.
     errors : (n + p,) float array
-        What is left at the calibrated machine.
+        Residuals of the model at its optimum [standard deviations].
     parts : list of (Noise, slice)
-        See `apesim.studies.estimation.noise.sampling.parts_of`.
+        Noise of each block's rows, see `apesim.studies.estimation.noise.sampling.parts_of`.
 
     Returns
     -------

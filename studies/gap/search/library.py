@@ -1,6 +1,6 @@
 """The library of effects, as data."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from apesim.effect import Effect, library_for
@@ -13,15 +13,19 @@ from apesim.valve.effects import VALVE_EFFECTS, VALVE_LIBRARY
 
 
 class Parameter(NamedTuple):
-    """A parameter of an effect."""
+    """A parameter of an effect, as the library lists it."""
 
     name: str
     unit: str
+    """Unit in the machine file; "" for a number without one."""
     range: str
+    """Declared range in words."""
     strength: bool
     """Whether the effect is on where this differs from ``off``."""
     default: str
+    """Default with its unit."""
     source: str
+    """Source of the range."""
 
 
 class Entry(NamedTuple):
@@ -31,19 +35,23 @@ class Entry(NamedTuple):
     layer: str
     """valve or engine"""
     slots: tuple[str, ...]
+    """Places in the model where it acts, see `apesim.effect`."""
     off: float
     """Strength at which it does nothing."""
     parameters: tuple[Parameter, ...]
     equation: str
     source: str
+    """Source of the equation."""
     seen_in: str
+    """What shows it, and what it is confused with."""
     isolated_by: str
+    """The experiment that shows it by itself."""
     file: str = ""
     """Name of the file of an effect from outside."""
 
 
 def library(machine: Machine | None = None) -> list[Entry]:
-    """Every effect, in the order of the library.
+    """The library of effects as data: every effect with its parameters, equation and source.
 
     Parameters
     ----------
@@ -53,6 +61,13 @@ def library(machine: Machine | None = None) -> list[Entry]:
     Returns
     -------
     list of Entry
+        In the order of the library.
+
+    Examples
+    --------
+    >>> entry = next(entry for entry in library() if entry.name == "ring_leakage")
+    >>> entry.layer, [parameter.name for parameter in entry.parameters]
+    ('valve', ['area'])
     """
     files = {one.name: one.path.name for one in outside_effects_of(machine)} if machine else {}
     return [
@@ -72,15 +87,24 @@ def library(machine: Machine | None = None) -> list[Entry]:
     ]
 
 
-def parameters_of(effect):
-    """Parameters of an effect, the strength first."""
+def parameters_of(effect: Effect) -> Iterator[Parameter]:
+    """The parameters of an effect as the library lists them, in the order in which they are declared.
+
+    Parameters
+    ----------
+    effect : apesim.effect.Effect
+
+    Yields
+    ------
+    Parameter
+    """
     for leaf in schema(effect.parameters):
         declared = leaf.declaration
         yield Parameter(
             leaf.key,
             getattr(declared, "unit", ""),
             declared.range_text,
-            leaf.key in (effect.strengths or effect.parameters._fields[:1]),
+            leaf.key in (effect.strengths or effect.parameters._fields[:1]),  # type: ignore[attr-defined]
             declared.render(leaf.default),
             declared.source,
         )
@@ -100,6 +124,11 @@ def effects_on(bench: str, without: Sequence[str] = (), machine: Machine | None 
     Returns
     -------
     list of apesim.effect.Effect
+
+    Examples
+    --------
+    >>> "blow_by" in [effect.name for effect in effects_on("valve")]
+    False
     """
     own = (machine or Machine()).effects
     effects = library_for(own, VALVE_LIBRARY, "valve").effects if bench == VALVE else library_of(own)
@@ -118,6 +147,11 @@ def faults_of(without: Iterable[str], machine: Machine) -> list[tuple[str, str, 
     Returns
     -------
     list of tuple of str
+
+    Examples
+    --------
+    >>> faults_of(["blow_by", "magic"], Machine())
+    [('without', "'magic' is no effect", 'see apesim gap effects')]
     """
     known = {effect.name for effect in library_of(getattr(machine, "effects", None))}
     return [("without", f"{name!r} is no effect", "see apesim gap effects") for name in without if name not in known]

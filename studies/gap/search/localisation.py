@@ -16,7 +16,7 @@ class Cell(NamedTuple):
 
     signal: str
     phase: str | None
-    """None: of a mean over the cycle."""
+    """Phase of the stroke or cycle, see `apesim.studies.gap.search.phases.PHASES`; None: a mean over the cycle."""
     share: float
     """Share of the gap's energy."""
     size: float
@@ -24,21 +24,26 @@ class Cell(NamedTuple):
 
 
 def localise(problem: Problem, marks: list[dict[str, Any]], gap: np.ndarray, *, holds_noise: bool) -> list[Cell]:
-    """The cells of a gap, the largest first.
+    """Localise a gap: its energy in each cell, which is a signal in a phase of the stroke or cycle.
+
+    The energy of a cell is the sum of squares over its samples, and its size the root of that over their number. Where
+    the gap holds noise, the energy is ``sum(sum(part)^2 / len(part) - 1)`` over parts of `WINDOW` samples, which noise
+    alone makes 0 on average.
 
     Parameters
     ----------
     problem : apesim.studies.estimation.residuals.Problem
     marks : list of dict
-        Of each run.
+        Instants that divide each run.
     gap : (n,) float array
-        What is to be placed [standard deviations], as `Problem.errors` has it.
+        The gap as whitened residuals, in the order of `Problem.errors` [standard deviations].
     holds_noise : bool
         Whether the gap holds the noise, too, whose energy is then taken off.
 
     Returns
     -------
     list of Cell
+        The largest share first.
     """
     energy: dict[tuple[str, str | None], float] = {}
     count: dict[tuple[str, str | None], int] = {}
@@ -55,6 +60,7 @@ def localise(problem: Problem, marks: list[dict[str, Any]], gap: np.ndarray, *, 
 
 
 def _energy(errors: np.ndarray, holds_noise: bool) -> float:
+    """Energy of the gap in the samples of one block and phase."""
     if not holds_noise:
         return float(errors @ errors)
     parts = np.array_split(errors, max(1, len(errors) // WINDOW))

@@ -1,10 +1,13 @@
 """Which phase of a stroke or of a cycle each sample belongs to."""
 
 from math import isnan
+from typing import Any
 
 import numpy as np
 
 from apesim.engine.angles import TURN
+from apesim.studies.estimation.nuisance_space import NuisanceSpace
+from apesim.studies.estimation.residuals import Block, Problem
 from apesim.studies.measured import ENGINE
 from apesim.studies.measured.prediction import MEANS
 
@@ -23,14 +26,22 @@ IMPACT = 3e-3
 CYLINDER = ("cylinder_pressure", "cylinder_temperature", "receiver_pressure")
 
 
-def phases(block, marks):
-    """Number of the phase in `PHASES` of each sample, (n,) int array; -1 of a mean over the cycle.
+def phases(block: Block, marks: dict[str, Any]) -> np.ndarray:
+    """The phase of the stroke or cycle that each sample belongs to.
+
+    Samples of the valve, and of the valve's sensors on an engine, are in dead time, flight, impact or dwell. Pressures
+    and temperature of an engine's cylinder and receiver are in charging, expansion or exhaust.
 
     Parameters
     ----------
     block : apesim.studies.estimation.residuals.Block
-    marks : dict
-        See `apesim.studies.measured.prediction.Prediction`.
+    marks : dict of float
+        Instants that divide the stroke and the cycle [s], see `apesim.studies.measured.prediction.Prediction`.
+
+    Returns
+    -------
+    (n,) int array
+        Place in `PHASES`; -1 for a mean over the cycle.
     """
     times = block.times
     if block.sensor in MEANS:
@@ -55,8 +66,10 @@ def phases(block, marks):
     return found
 
 
-def _of_cycle(times, marks, period):
-    def within(name):
+def _of_cycle(times: np.ndarray, marks: dict[str, Any], period: float) -> np.ndarray:
+    """The phase of the cycle at times within it: charging, expansion or exhaust."""
+
+    def within(name: str) -> np.ndarray:
         opens, closes = marks[f"{name}_opens"], marks[f"{name}_closes"]
         return (times - opens) % period < (closes - opens) % period
 
@@ -68,21 +81,22 @@ def _of_cycle(times, marks, period):
     return found
 
 
-def local_shapes(problem, marks, space):
-    """A shape for each channel and phase, free of what nuisances can imitate, as columns of `Problem.errors`.
+def local_shapes(problem: Problem, marks: list[dict[str, Any]], space: NuisanceSpace) -> np.ndarray:
+    """Shapes of a gap of unknown cause: a constant and a slope of each channel over each phase, alike in all runs.
 
-    A constant and a slope over the stretch, the same in all runs: whatever the cause, a gap has some of them.
+    Whatever its cause, a gap has some of them. What nuisances can imitate is taken off.
 
     Parameters
     ----------
     problem : apesim.studies.estimation.residuals.Problem
     marks : list of dict
-        Of each run.
+        Instants that divide each run.
     space : apesim.studies.estimation.nuisance_space.NuisanceSpace
 
     Returns
     -------
     (n + p, m) float array
+        Columns of `Problem.errors` [standard deviations].
     """
     cells = [phases(block, marks[block.number]) for block in problem.blocks]
     columns = []
@@ -99,7 +113,8 @@ def local_shapes(problem, marks, space):
     return space.project_out(np.column_stack(columns))
 
 
-def _ramp(inside, power):
+def _ramp(inside: np.ndarray, power: int) -> np.ndarray:
+    """A constant (power 0) or a slope (1) over the samples inside a phase, 0 outside of it."""
     found = np.zeros(len(inside))
     if inside.any():
         found[inside] = np.linspace(-1.0, 1.0, int(inside.sum())) ** power

@@ -1,4 +1,4 @@
-"""The score of each candidate: how many deviations of the gap it would explain, the nuisances projected out."""
+"""The score of each candidate: how many standard deviations of the gap it would explain, nuisances projected out."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,43 +18,44 @@ SAME = 0.98
 
 
 class Sensitivity(NamedTuple):
-    """What a probe does to the data."""
+    """The change of the data by a probe, as it is and with what nuisances can imitate taken off."""
 
     probe: Probe
     effect: np.ndarray
-    """(n + p,), for the probe's size [standard deviations]."""
+    """Change of the whitened residuals by the probe, (n + p,) [standard deviations]."""
     projected: np.ndarray
-    """Sensitivities with what nuisances can imitate taken off."""
+    """Change with what nuisances can imitate taken off, (n + p,) [standard deviations]."""
     retained: float
-    """Share of its length that is left."""
+    """Length of `projected` over that of `effect`."""
 
     @property
     def length(self) -> float:
-        """Length of what is left [standard deviations]."""
+        """Length of `projected` [standard deviations]: how clearly the probe shows."""
         return float(np.linalg.norm(self.projected))
 
     @property
     def is_visible(self) -> bool:
-        """Whether it is more than the march's own error."""
+        """Whether the probe shows more than the march's own error, `MIN_VISIBLE`."""
         return self.length >= MIN_VISIBLE
 
 
 class Score(NamedTuple):
-    """A candidate's best probe."""
+    """The score of a candidate: that of its best probe."""
 
     column: Sensitivity
+    """What the best probe does to the data."""
     deviations: float
-    """Length of the gap in its direction [standard deviations]."""
+    """Length of the gap in the direction of the probe [standard deviations]."""
     size: float
-    """Times the probe's size that the gap suggests."""
+    """Size that the gap suggests, over that of the probe."""
 
     @property
-    def guess(self):
-        """The x that it suggests for its candidate."""
+    def guess(self) -> tuple[float, ...]:
+        """Values x that the score suggests for the parameters of its candidate."""
         return self.column.probe.scaled(self.size)
 
     @property
-    def name(self):
+    def name(self) -> str:
         """Name of the candidate."""
         return self.column.probe.candidate.name
 
@@ -67,16 +68,19 @@ def find_sensitivities(
     Parameters
     ----------
     problem : apesim.studies.estimation.residuals.Problem
-        Of the nuisances, and of the effects that are in the model already.
+        Its parameters are the nuisances, and the effects that are in the model already.
     fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
+        Fit of the problem.
     candidates : sequence of Candidate
     work : apesim.studies.gap.work.Work
     stage : str
-        As whose part it is told.
+        Name of the stage whose progress is reported.
 
     Returns
     -------
     list of Sensitivity
+        For each candidate one or several, in their order; none where no simulation comes to its end, or where nuisances
+        imitate all of it.
     """
     found = work.each(stage, probe_candidate, [(problem, fitted, candidate) for candidate in candidates])
     problem.simulations += sum(simulations for _, simulations in found)
@@ -86,16 +90,20 @@ def find_sensitivities(
 def probe_candidate(problem: Problem, fitted: Fitted, candidate: Candidate) -> tuple[list[Sensitivity], int]:
     """Find what one candidate would do to the data, by probes of which no two are alike.
 
+    A probe is left out where its simulation ends early, or where the cosine with one before it is above `SAME`.
+
     Parameters
     ----------
-    problem, fitted
-        See `find_sensitivities`.
+    problem : apesim.studies.estimation.residuals.Problem
+    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
+        Fit of the problem.
     candidate : Candidate
 
     Returns
     -------
-    list of Sensitivity
+    sensitivities : list of Sensitivity
     simulations : int
+        Number of simulations that it took.
     """
     space = find_nuisance_space(fitted.jacobian)
     found: list[Sensitivity] = []
@@ -115,19 +123,21 @@ def probe_candidate(problem: Problem, fitted: Fitted, candidate: Candidate) -> t
 
 
 def freed(columns: Sequence[Sensitivity], fitted: Fitted, added: int) -> list[Sensitivity]:
-    """Take off sensitivities what a larger model can imitate, too.
+    """Project sensitivities anew for a larger model: what its effects can imitate is taken off, too.
 
     Parameters
     ----------
-    columns : list of Sensitivity
+    columns : sequence of Sensitivity
+        Sensitivities at the calibrated machine.
     fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Of the larger model.
+        Fit of the larger model.
     added : int
-        Parameters that it has more.
+        Number of parameters that it has more than the calibrated machine.
 
     Returns
     -------
     list of Sensitivity
+        ``projected`` has a row more for each parameter added.
     """
     space = find_nuisance_space(fitted.jacobian)
     return [
@@ -136,7 +146,15 @@ def freed(columns: Sequence[Sensitivity], fitted: Fitted, added: int) -> list[Se
 
 
 def cosine(one: np.ndarray, other: np.ndarray) -> float:
-    """Cosine between two arrays; 0 where one is nothing.
+    """Cosine between two arrays, ``a'b / (|a| |b|)``; 0 where one of them is zero.
+
+    Parameters
+    ----------
+    one, other : (n,) float array
+
+    Returns
+    -------
+    float
 
     Examples
     --------
@@ -148,17 +166,26 @@ def cosine(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def scores(columns: Sequence[Sensitivity], errors: np.ndarray) -> list[Score]:
-    """Score each candidate by its best probe, the largest score first.
+    """Score each candidate by its best probe.
+
+    With the projected change s of the data by a probe, and the whitened residuals e, the score and the size that the
+    gap suggests are::
+
+        score = -s'e / |s|,    size = -s'e / |s|^2
+
+    A negative score counts as 0 where the strength cannot be negative, else by its magnitude. Probes that show no more
+    than the march's own error are left out.
 
     Parameters
     ----------
-    columns : list of Sensitivity
+    columns : sequence of Sensitivity
     errors : (n + p,) float array
-        What is left at the calibrated machine, free of what nuisances can imitate.
+        Residuals of the calibrated machine, at its optimum [standard deviations].
 
     Returns
     -------
     list of Score
+        One for each candidate that shows, the largest score first.
     """
     best: dict[str, Score] = {}
     for column in columns:
