@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from apesim.archive import Archive
+from apesim.archive.grid import words_of
 from apesim.results import Result, Scalar, Trace, name_of
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 
@@ -94,6 +96,27 @@ class ArchiveResult(Result):
     def dataset(self) -> "xarray.Dataset":
         """All variables as xarray knows them; see `to_xarray`."""
         return self.to_xarray()
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Make a table with a row for each run; codes are the words that they stand for.
+
+        Variables with further axes, such as traces over the crank angle, are left out: `to_xarray` holds them.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``attrs["units"]`` and ``attrs["long_names"]`` are mappings by column.
+
+        Raises
+        ------
+        ImportError
+            pandas is not installed.
+        """
+        frame = super().to_pandas()
+        for name, variable in self.archive.variables.items():
+            if variable.meanings and name_of(name, variable.unit) in frame:
+                frame[name_of(name, variable.unit)] = words_of(variable)
+        return frame
 
     def write(self, path: str | PathLike[str], *, overwrite: bool = False) -> Path:
         """Write the archive.

@@ -49,9 +49,9 @@ class ControlLedger(NamedTuple):
     vented_enthalpy: float
     """Enthalpy of the vented control air [J]."""
     other_mass: float
-    """Air that effects let in [kg]."""
+    """Air that effects let in, into chambers, cylinder or elsewhere [kg]."""
     other_energy: float
-    """Energy that effects let in [J]."""
+    """Energy that effects let in, into chambers, cylinder or elsewhere [J]."""
     valve_work: float
     """Work of both chambers on the valve's piston [J]."""
 

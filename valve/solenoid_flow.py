@@ -1,6 +1,7 @@
-"""The four flows through the solenoids, and where each goes from one regime into another.
+"""Sides and regimes of the four flows through the solenoids, and where each goes from one regime into another.
 
-The law of each flow is the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 7-8; see `apesim.restriction`.
+The flows themselves are computed by `apesim.valve.actuator.solenoid_flows`, by the law of the EPV paper
+(doi 10.1631/jzus.A0820373), Eqs. 7-8; see `apesim.restriction`.
 """
 
 from typing import TYPE_CHECKING

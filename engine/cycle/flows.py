@@ -205,7 +205,7 @@ def exchange_flows(
         Flow into the cylinder through the groove [kg/s], and its enthalpy [W].
     exhaust, exhaust_enthalpy : float
         Flow out of the cylinder through the exhaust valve [kg/s], and its enthalpy [W].
-    feed, feed_enthalpy : float
+    fed, fed_enthalpy : float
         Flow from the supply into the receiver [kg/s], and its enthalpy [W].
 
     Examples

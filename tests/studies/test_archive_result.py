@@ -78,6 +78,7 @@ def test_pandas_has_a_row_for_each_run(swept):
     table = swept.to_pandas()
     assert len(table) == 8 and table.index.name == "run" and table.attrs["units"]["brake_torque"] == "N m"
     assert table["brake_torque"].max() == swept["max_brake_torque"]
+    assert set(table["actuation"]) == {"cam", "ideal"} and "lift" not in table
 
 
 def test_each_is_short_and_drawn_on_the_axes_given(swept, mapped, limited):
