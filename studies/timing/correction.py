@@ -1,4 +1,4 @@
-"""Commands that make the valve open and close at its targets, over speed, pressure and temperature, as a result."""
+"""The function `correct_timing` for Python, which checks its arguments, and its result `CorrectedTiming`."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -27,12 +27,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CorrectedTiming(GridResult):
-    """Commands that make the valve open and close at its targets, what they win back, and the laws of their delays.
+    """Result of `correct_timing`: commands that make the valve open and close at its targets.
+
+    It also holds what they win back in torque and air, and how their delays depend on the temperature.
 
     Attributes
     ----------
     map : TimingMap
-        Tables, laws and error of interpolation, for those who look deeper.
+        Tables over the axes, laws of the delays, and error of interpolation.
     """
 
     title: ClassVar[str] = "commands that open and close the valve at its targets"
@@ -42,11 +44,11 @@ class CorrectedTiming(GridResult):
 
     @classmethod
     def faults_of(cls, archive: Archive) -> Iterable[str]:
-        """One line for each point whose targets are out of reach."""
+        """Write one line for each point whose targets are out of reach."""
         return faults_of_timing(archive)
 
     def to_dict(self) -> dict[str, Any]:
-        """The result under the keys of ``apesim engine timing --json``; NaN where JSON says null."""
+        """Convert to a dictionary with the keys of ``apesim engine timing --json``; NaN where JSON says null."""
         return as_json(self.map)
 
     def write(self, path: str | PathLike[str], *, overwrite: bool = False) -> Path:
@@ -55,13 +57,14 @@ class CorrectedTiming(GridResult):
         Parameters
         ----------
         path : path
+            The archive; the other files have its name with the endings ``.csv``, ``.json`` and ``.h``.
         overwrite : bool
-            Replace what is there.
+            Replace files that are there.
 
         Returns
         -------
         Path
-            The archive.
+            Path of the archive.
 
         Raises
         ------
@@ -109,15 +112,15 @@ def correct_timing(
     Parameters
     ----------
     machine : Machine
-        With an electro-pneumatic valve as its intake.
+        Machine with an electro-pneumatic valve as its intake.
     target : str or pair of float, optional
-        Opening and closing, e.g. "-5 deg, 70 deg", or [rad]; the machine's own if left out.
+        Crank angles of opening and closing, e.g. "-5 deg, 70 deg", or [rad]; the machine's own if left out.
     speed : str, float or sequence
-        Range such as "300:2400:150 rpm", list, or [rad/s].
+        Speeds: a range such as "300:2400:150 rpm", a list, or [rad/s].
     pressure : str, float or sequence
-        Of the supply, e.g. "0.6:1.4:0.4 MPa gauge", or [Pa abs].
+        Pressures of the supply, e.g. "0.6:1.4:0.4 MPa gauge", or [Pa abs].
     temperature : str, float or sequence
-        Of the supply, e.g. "250 K, 287 K", or [K].
+        Temperatures of the supply, e.g. "250 K, 287 K", or [K].
     out : path, optional
         The archive to write.
     jobs : int or None
@@ -182,14 +185,21 @@ def correct_timing(
 
 
 def with_targets(arguments: Arguments, machine: Machine, target: str | Sequence[float] | None) -> Machine:
-    """A machine with other targets of its valve; what is wrong with them is noted.
+    """Give a machine other targets of its valve.
 
     Parameters
     ----------
     arguments : Arguments
+        Arguments of the call; what is wrong with the targets is noted in it.
     machine : Machine
+        Machine whose targets are replaced.
     target : str, pair of float or None
-        Opening and closing, e.g. "-5 deg, 70 deg", or [rad]; None: the machine's own.
+        Crank angles of opening and closing, e.g. "-5 deg, 70 deg", or [rad]; None: the machine's own.
+
+    Returns
+    -------
+    Machine
+        Machine with the new targets; the given machine if there are none or they are no two angles.
     """
     if target is None:
         return machine

@@ -2,21 +2,24 @@
 
 import csv
 import json
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from apesim.archive import ArchiveError
+from apesim.archive import Archive, ArchiveError
 from apesim.engine.angles import DEGREE, TURN
 from apesim.studies.console import plain
 from apesim.studies.output import refuse_to_replace
-from apesim.studies.timing.grid import CRITERION
+from apesim.studies.timing.grid import CRITERION, TimingMap
 from apesim.studies.timing.header import c_header, error_text
+from apesim.studies.timing.law import Law
 from apesim.studies.timing.solve import Reason
 
 
-def as_json(timing_map):
-    """The map as one object: axes, tables, laws, error of interpolation, and all results point by point.
+def as_json(timing_map: TimingMap) -> dict[str, Any]:
+    """Convert a map of corrected commands to one object for JSON.
 
     Parameters
     ----------
@@ -25,6 +28,7 @@ def as_json(timing_map):
     Returns
     -------
     dict
+        Targets, axes, tables, laws, error of interpolation, and all results point by point; the keys end in the units.
     """
     axes, error, command = timing_map.axes, timing_map.error, timing_map.command
     v = {name: variable.values for name, variable in timing_map.archive.variables.items()}
@@ -65,8 +69,8 @@ def as_json(timing_map):
     )
 
 
-def _law(law):
-    """A law in milliseconds and degrees; a speed that is null is all speeds."""
+def _law(law: Law) -> dict[str, Any]:
+    """Convert a law to milliseconds and degrees; its speed is NaN where it is that of all speeds."""
     return {
         "supply_pressure_Pa": law.pressure,
         "speed_rpm": law.speed / TURN * 60.0,
@@ -81,8 +85,21 @@ def _law(law):
     }
 
 
-def write_csv(path, archive):
-    """Write the results of all points as CSV, floats without loss; headers carry units."""
+def write_csv(path: str | PathLike[str], archive: Archive) -> None:
+    """Write the results of all points of a map as CSV, floats without loss; headers carry units.
+
+    Parameters
+    ----------
+    path : path
+        File to write; one that is there is replaced.
+    archive : Archive
+        Archive of a `apesim.studies.timing.grid.TimingMap`.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
     variables = {name: variable for name, variable in archive.variables.items() if name != "run"}
     columns = [variable.values.tolist() for variable in variables.values()]
     names = list(variables)
@@ -94,18 +111,19 @@ def write_csv(path, archive):
         writer.writerows(zip(*columns, strict=True))
 
 
-def export(timing_map, out):
-    """Write the map beside its archive.
+def export(timing_map: TimingMap, out: Path) -> list[Path]:
+    """Write a map of corrected commands beside its archive, as CSV, JSON and C header.
 
     Parameters
     ----------
     timing_map : apesim.studies.timing.grid.TimingMap
-    out : path
-        The archive; the endings become ``.csv``, ``.json`` and ``.h``.
+    out : Path
+        Path of the archive; its ending becomes ``.csv``, ``.json`` and ``.h``.
 
     Returns
     -------
     list of Path
+        The three files.
 
     Raises
     ------
@@ -124,7 +142,20 @@ def export(timing_map, out):
 
 
 def refuse_exports(out: Path, *, overwrite: bool) -> None:
-    """Raise `ArchiveError` where the files beside an archive cannot be written."""
+    """Refuse an archive beside which the CSV, JSON and C header of a map are not to be written.
+
+    Parameters
+    ----------
+    out : Path
+        Path of the archive.
+    overwrite : bool
+        Files that are there may be replaced.
+
+    Raises
+    ------
+    ArchiveError
+        The archive has the name of one of these files, or one is there and must not be replaced.
+    """
     if out in exports_of(out):
         raise ArchiveError(out, "is the name of an export beside the archive", "choose e.g. --out timing.h5")
     if not overwrite:
@@ -132,6 +163,22 @@ def refuse_exports(out: Path, *, overwrite: bool) -> None:
             refuse_to_replace(path)
 
 
-def exports_of(out):
-    """The files beside an archive."""
+def exports_of(out: str | PathLike[str]) -> list[Path]:
+    """Name the files of a map that stand beside its archive.
+
+    Parameters
+    ----------
+    out : path
+        Path of the archive.
+
+    Returns
+    -------
+    list of Path
+        CSV, JSON and C header.
+
+    Examples
+    --------
+    >>> [path.name for path in exports_of("timing.h5")]
+    ['timing.csv', 'timing.json', 'timing.h']
+    """
     return [Path(out).with_suffix(ending) for ending in (".csv", ".json", ".h")]

@@ -1,12 +1,13 @@
 """Corrected commands over speed, pressure and temperature, what they win back, and what the shortcut costs."""
 
 import json
+from collections.abc import Callable, Sequence
 from math import nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.archive import Archive
+from apesim.archive import Archive, Variable
 from apesim.archive.columns import NO_YES, column, run_axis, run_text, values_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import indicators
@@ -17,12 +18,13 @@ from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.operating_conditions import with_supply
-from apesim.studies.timing.law import laws_of
-from apesim.studies.timing.open_loop import open_loop_delays
-from apesim.studies.timing.solve import Reason, corrected, look, start_after, wrapped
+from apesim.studies.timing.law import Law, laws_of
+from apesim.studies.timing.open_loop import Delays, open_loop_delays
+from apesim.studies.timing.solve import Reason, Timing, corrected, look, start_after, wrapped
 from apesim.studies.timing.table import Axes, InterpolationError, centres, interpolation_error
 
 SECONDS_A_POINT = 0.12
+"""Estimated computing time of a point [s]."""
 MAX_CHECKS, SEED = 60, 20090
 """Centres of cells that are solved to measure the error of interpolation; seed of their choice."""
 CRITERION = (
@@ -65,31 +67,36 @@ class Series(NamedTuple):
     """Points at one pressure and temperature, by rising speed; each starts from what the ones before it needed."""
 
     machine: Machine
-    speeds: tuple
-    """[rad/s]"""
-    places: tuple
-    """Places of its results, one for each speed."""
+    """Machine with the supply of the points."""
+    speeds: tuple[float, ...]
+    """Speeds of the points, increasing [rad/s]."""
+    places: tuple[int, ...]
+    """Place of the result of each speed: in the grid, or among the centres of cells."""
     alone: bool
-    """Nothing but the commands is wanted."""
+    """Whether the commands are all that is wanted, as at the centres of cells."""
 
 
 class TimingMap(NamedTuple):
-    """Corrected commands over speed, pressure and temperature."""
+    """Corrected commands over speed, pressure and temperature: tables, laws and all results."""
 
     archive: Archive
+    """All results, a run for each point; see `COLUMNS`."""
     command: Command
-    """The machine's, with the targets."""
+    """Command of the machine, with the targets."""
     axes: Axes
+    """Speeds, pressures and temperatures of the points."""
     advance: np.ndarray
-    """(speeds, pressures, temperatures) [rad]; NaN out of reach."""
+    """Target of the opening less command angle of the energising, (i, j, k) [rad]; NaN out of reach."""
     release_advance: np.ndarray
-    laws: dict
-    """``advance`` and ``release_advance``: lists of `apesim.studies.timing.law.Law`."""
+    """Target of the closing less command angle of the release, (i, j, k) [rad]; NaN out of reach."""
+    laws: dict[str, list[Law]]
+    """Laws of the temperature, under ``advance`` and ``release_advance``."""
     error: InterpolationError
+    """Measured error of both tables between their points."""
 
 
-def compute(series):
-    """Solve a series of points.
+def compute(series: Series) -> list[dict[str, float]]:
+    """Solve the commands of a series of points, and find what they win back.
 
     Parameters
     ----------
@@ -98,10 +105,12 @@ def compute(series):
     Returns
     -------
     list of dict
-        Keys of `COLUMNS`, for each speed; without its place in the grid.
+        Results of each speed by their names in `COLUMNS`, without speed, pressure and temperature; the commands only,
+        where the series wants these alone.
     """
     delays = open_loop_delays(series.machine)
-    before, rows = [], []
+    before: list[tuple[float, Timing]] = []
+    rows: list[dict[str, float]] = []
     for speed in series.speeds:
         timing = corrected(series.machine, speed, start_after(series.machine, speed, before))
         if timing.reachable:
@@ -113,7 +122,8 @@ def compute(series):
     return rows
 
 
-def _commands(timing, speed):
+def _commands(timing: Timing, speed: float) -> dict[str, float]:
+    """Commands of a point, and whether its targets are in reach."""
     command, reachable = timing.machine.command, timing.reachable
     return {
         "reachable": int(reachable),
@@ -127,11 +137,11 @@ def _commands(timing, speed):
     }
 
 
-def _won_back(machine, timing, speed):
+def _won_back(machine: Machine, timing: Timing, speed: float) -> dict[str, float]:
     """Results with the corrected and with the machine's own commands."""
     plain = run_steady(machine, speed)
     own = indicators(machine, plain) if plain.status == Status.DONE and plain.orbit.converged else {}
-    new = indicators(timing.machine, timing.run) if timing.reachable else {}
+    new = indicators(timing.machine, timing.run) if timing.run else {}
     row = {f"uncorrected_{name}": own.get(name, nan) for name in ("valve_open_deg", "valve_close_deg")}
     row |= {name: new.get(name, nan) for name in ("valve_open_deg", "valve_close_deg", "peak_lift_m")}
     row["full_lift"] = int(not np.isnan(new.get("full_open_deg", nan)))
@@ -140,8 +150,8 @@ def _won_back(machine, timing, speed):
     return row
 
 
-def _shortcut(machine, delays, speed):
-    """What comes of commands that stand the bench's delays before their targets."""
+def _shortcut(machine: Machine, delays: Delays, speed: float) -> dict[str, float]:
+    """Commands that stand the bench's delays before their targets, and by how much the valve then misses these."""
     command = machine.command
     energise, release = command.open_target - speed * delays.opening, command.close_target - speed * delays.closing
     row = {"shortcut_energise_deg": energise / DEGREE, "shortcut_release_deg": release / DEGREE}
@@ -153,39 +163,47 @@ def _shortcut(machine, delays, speed):
     return row | {"shortcut_open_error_deg": errors[0], "shortcut_close_error_deg": errors[1]}
 
 
-def _series(machine, axes, chosen):
-    """The grid's points, by pressure and temperature; and the centres of cells that are chosen, likewise."""
+def _series(machine: Machine, axes: Axes, chosen: Sequence[Sequence[float]]) -> list[Series]:
+    """Group the points of the grid, and the chosen centres of cells, into series of one pressure and temperature."""
     i, j, k = axes.shape
     supplies = [(pressure, temperature) for pressure in axes.pressures for temperature in axes.temperatures]
     series = [
         Series(with_supply(machine, *supply), tuple(axes.speeds), tuple(number + j * k * s for s in range(i)), False)
         for number, supply in enumerate(supplies)
     ]
-    groups = {}
+    groups: dict[tuple[float, ...], list[tuple[float, int]]] = {}
     for place, (speed, *supply) in enumerate(chosen):
         groups.setdefault(tuple(supply), []).append((speed, place))
-    for supply, members in groups.items():
+    for air, members in groups.items():
         speeds, places = zip(*sorted(members), strict=True)
-        series.append(Series(with_supply(machine, *supply), speeds, places, True))
+        series.append(Series(with_supply(machine, *air), speeds, places, True))
     return series
 
 
-def map_timing(machine, axes, jobs=None, max_checks=MAX_CHECKS, command="", report=None):
-    """Corrected commands over a grid, what they win back, and how well a table of them interpolates.
+def map_timing(
+    machine: Machine,
+    axes: Axes,
+    jobs: int | None = None,
+    max_checks: int = MAX_CHECKS,
+    command: str = "",
+    report: Callable[[int, int], Any] | None = None,
+) -> TimingMap:
+    """Map corrected commands over a grid, what they win back, and how well a table of them interpolates.
 
     Parameters
     ----------
     machine : Machine
-        With an electro-pneumatic intake.
+        Machine with an electro-pneumatic intake.
     axes : Axes
+        Speeds, pressures and temperatures of the grid, in any order; values that occur twice count once.
     jobs : int, optional
-        Processes; as many as the work is worth if left out.
+        Number of processes; as many as the work is worth if left out.
     max_checks : int
-        Centres of cells at most that are solved to measure the error of interpolation.
+        Most centres of cells that are solved to measure the error of interpolation.
     command : str
-        The command line, for the archive.
+        The command line, which the archive keeps.
     report : function, optional
-        Called with the numbers of points done and in all.
+        Called with the number of points that are done and the number of all.
 
     Returns
     -------
@@ -195,7 +213,8 @@ def map_timing(machine, axes, jobs=None, max_checks=MAX_CHECKS, command="", repo
     axes = Axes(*(np.unique(np.asarray(axis, dtype=float)) for axis in axes))
     chosen, number = centres(axes, max_checks, SEED)
     size = int(np.prod(axes.shape))
-    rows, checks = [{}] * size, [(nan, nan)] * len(chosen)
+    rows: list[dict[str, float]] = [{}] * size
+    checks = [(nan, nan)] * len(chosen)
     done, total = 0, size + len(chosen)
     jobs = workers_for(SECONDS_A_POINT * total, jobs)
     for series, results in run_tasks(compute, _series(machine, axes, chosen), jobs):
@@ -224,8 +243,8 @@ def map_timing(machine, axes, jobs=None, max_checks=MAX_CHECKS, command="", repo
     return TimingMap(archive, machine.command, axes, advance, release_advance, laws, error)
 
 
-def _variables(axes, rows):
-    """Variables of the archive from the rows of the grid; a row whose worker died is one that failed."""
+def _variables(axes: Axes, rows: Sequence[dict[str, float]]) -> dict[str, Variable]:
+    """Make the variables of the archive from the rows of the grid; a row whose worker died is one that failed."""
     speeds, pressures, temperatures = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
     places = {
         "speed_rpm": np.array([float(f"{speed / TURN * 60.0:.12g}") for speed in speeds]),
@@ -241,18 +260,21 @@ def _variables(axes, rows):
     return variables
 
 
-def faults_of_timing(archive):
-    """One line for each point whose targets are out of reach.
+def faults_of_timing(archive: Archive) -> list[str]:
+    """Write one line for each point whose targets are out of reach.
 
     Parameters
     ----------
     archive : Archive
+        Archive of a `TimingMap`.
 
     Returns
     -------
     list of str
+        Each line names the point and says why, and what to change.
     """
     v = values_of(archive)
     return [
-        f"{run_text(archive, run)}: {Reason(v['reason'][run]).remedy}" for run in np.flatnonzero(v["reachable"] == 0)
+        f"{run_text(archive, int(run))}: {Reason(v['reason'][run]).remedy}"
+        for run in np.flatnonzero(v["reachable"] == 0)
     ]

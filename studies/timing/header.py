@@ -1,9 +1,18 @@
 """The map of corrected commands as a C header that a controller can use."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from apesim.archive import sha256
 from apesim.engine.angles import DEGREE, TURN
+from apesim.studies.timing.table import InterpolationError
+
+if TYPE_CHECKING:
+    from apesim.studies.timing.grid import TimingMap
 
 HEADER = """\
 /* Command angles of an electro-pneumatic intake valve, so that it really opens and closes at its targets.
@@ -94,8 +103,18 @@ static int apesim_timing(double speed, double pressure, double temperature, doub
 """
 
 
-def error_text(error):
-    """What is known of the error of interpolation, in a sentence."""
+def error_text(error: InterpolationError) -> str:
+    """Write what is known of the error of interpolation, in a sentence.
+
+    Parameters
+    ----------
+    error : apesim.studies.timing.table.InterpolationError
+
+    Returns
+    -------
+    str
+        Largest and rms error at the centres of cells [deg], or why there is none.
+    """
     if not error.centres:
         return "none, as it has one point only"
     if not error.points:
@@ -106,8 +125,8 @@ def error_text(error):
     return f"at the centres of cells ({where}elsewhere it is not measured) up to {most}, {rms}"
 
 
-def c_header(timing_map):
-    """The table as C.
+def c_header(timing_map: TimingMap) -> str:
+    """Write a map of corrected commands as a C header, with a function that interpolates in it.
 
     Parameters
     ----------
@@ -116,6 +135,7 @@ def c_header(timing_map):
     Returns
     -------
     str
+        ISO C99 that needs no library.
     """
     axes, command = timing_map.axes, timing_map.command
     i, j, k = axes.shape
@@ -137,11 +157,12 @@ def c_header(timing_map):
     )
 
 
-def _row(values):
+def _row(values: Iterable[float]) -> str:
+    """Numbers of a row, with commas."""
     return "    " + ", ".join(f"{value:.12g}" for value in values)
 
 
-def _block(values):
-    """Braces of an array with three axes."""
+def _block(values: np.ndarray) -> str:
+    """Initialiser of an array with three axes, in braces."""
     planes = [",\n".join(f"     {{{_row(row).strip()}}}" for row in plane).strip() for plane in values]
     return ",\n".join(f"    {{{plane}}}" for plane in planes)

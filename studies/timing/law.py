@@ -1,52 +1,75 @@
-"""The paper's correction for the temperature of the control air: a time that is linear in it."""
+"""Correction for the temperature of the control air: a time that is linear in it.
+
+The form is that of the EPV paper (doi 10.1631/jzus.A0820373), which corrects its delay so.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
+from apesim.studies.timing.table import Axes
+
 REFERENCE = 287.0
-"""The paper's T_0 (Table 1) [K]."""
+"""Temperature T_0 of the EPV paper (its Table 1), at which a law is not corrected [K]."""
 
 
 class Law(NamedTuple):
-    """time = at_reference + slope (T_0 - 287 K), by least squares."""
+    """Time as a law of the temperature T_0: time = at_reference + slope (T_0 - 287 K), by least squares."""
 
     pressure: float
-    """[Pa abs]"""
+    """Pressure of the supply [Pa abs]."""
     speed: float
-    """[rad/s]; NaN: one law for all speeds."""
+    """Speed of the crankshaft [rad/s]; NaN: one law for all speeds."""
     at_reference: float
-    """[s]"""
+    """Time at 287 K [s]."""
     slope: float
-    """[s/K]"""
+    """Change of the time with the temperature [s/K]."""
     max_error: float
-    """[s]"""
+    """Largest error of the law at its points [s]."""
     error_rms: float
-    """[s]"""
+    """Root mean square error of the law at its points [s]."""
     max_angle_error: float
-    """Largest error at the speeds of the points [rad]."""
+    """Largest error of the law at its points, at their speeds [rad]."""
     angle_error_rms: float
+    """Root mean square error of the law at its points, at their speeds [rad]."""
     points: int
+    """Number of points that the law was fitted to."""
 
     @property
-    def opposite_to_the_paper(self):
-        """Whether the time falls with the temperature; the paper's delay rises."""
+    def opposite_to_the_paper(self) -> bool:
+        """Whether the time falls with the temperature; the delay of the EPV paper rises."""
         return self.slope < 0.0
 
 
-def fitted(pressure, speed, temperatures, times, speeds):
-    """A law from points; None from fewer than two temperatures.
+def fitted(
+    pressure: float, speed: float, temperatures: np.ndarray, times: np.ndarray, speeds: np.ndarray
+) -> Law | None:
+    """Fit a law of the temperature to points, by least squares.
 
     Parameters
     ----------
-    pressure, speed : float
-        As in `Law`.
-    temperatures, times, speeds : (n,) float array
-        [K], [s], [rad/s]; a time that is NaN is left out.
+    pressure : float
+        Pressure of the supply [Pa abs], noted in the law.
+    speed : float
+        Speed [rad/s], noted in the law; NaN where the points have several.
+    temperatures : (n,) float array
+        Temperatures of the supply [K].
+    times : (n,) float array
+        Times [s]; points where they are NaN are left out.
+    speeds : (n,) float array
+        Speeds of the points [rad/s], for the errors as angles.
 
     Returns
     -------
     Law or None
+        None where fewer than two temperatures are left.
+
+    Examples
+    --------
+    >>> temperatures, times = np.array([250.0, 287.0, 324.0]), np.array([3.00e-3, 3.37e-3, 3.74e-3])
+    >>> law = fitted(1.1e6, 100.0, temperatures, times, np.full(3, 100.0))
+    >>> round(law.at_reference, 9), round(law.slope, 9), law.points
+    (0.00337, 1e-05, 3)
     """
     known = ~np.isnan(times)
     temperatures, times, speeds = temperatures[known], times[known], speeds[known]
@@ -56,21 +79,24 @@ def fitted(pressure, speed, temperatures, times, speeds):
     errors = at_reference + slope * (temperatures - REFERENCE) - times
     angles = errors * speeds
     sizes = [size for e in (errors, angles) for size in (np.abs(e).max(), np.sqrt((e**2).mean()))]
-    return Law(pressure, speed, float(at_reference), float(slope), *(float(size) for size in sizes), len(times))
+    largest, rms, largest_angle, rms_angle = (float(size) for size in sizes)
+    return Law(pressure, speed, float(at_reference), float(slope), largest, rms, largest_angle, rms_angle, len(times))
 
 
-def laws_of(axes, angles):
-    """A law for every pressure and speed, and one for every pressure over all speeds.
+def laws_of(axes: Axes, angles: np.ndarray) -> list[Law]:
+    """Fit a law of the temperature for every pressure and speed, and one for every pressure over all speeds.
 
     Parameters
     ----------
     axes : apesim.studies.timing.table.Axes
+        Speeds (i), pressures (j) and temperatures (k).
     angles : (i, j, k) float array
-        Advance [rad]; NaN out of reach.
+        Advance of a command [rad], which the speed turns into a time; NaN out of reach.
 
     Returns
     -------
     list of Law
+        Pressure by pressure, the one over all speeds last; without those that have fewer than two temperatures.
     """
     laws = []
     speeds, temperatures = np.meshgrid(axes.speeds, axes.temperatures, indexing="ij")

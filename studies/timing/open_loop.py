@@ -1,33 +1,44 @@
-"""The shortcut: delays of the valve on its bench, from rest, as if the engine could not change them."""
+"""Delays of the valve on its bench, from rest: the shortcut that takes them for those in the engine."""
 
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from apesim.engine.machine import Machine
 from apesim.valve.bench import run_bench
 from apesim.valve.groove import area_table, lap_of
 
 PULSE = 0.2
-"""Long enough for the chambers to come to rest before the release [s]."""
+"""Time for which the solenoids are energised: long enough for the chambers to come to rest before the release [s]."""
 
 
 class Delays(NamedTuple):
-    """From a command to the lift's passage through the lap; NaN where it never comes to it."""
+    """Delays of the valve: from a command to the lift's passage through the lap."""
 
     opening: float
-    """[s]"""
+    """Time from the energising until the lift rises through the lap [s]; NaN where it never does."""
     closing: float
-    """[s]"""
+    """Time from the release until the lift falls through the lap [s]; NaN where it never does."""
 
 
-def lap_of_machine(machine):
-    """Lift at which the groove begins to open [m]."""
+def lap_of_machine(machine: Machine) -> float:
+    """Find the lap of a machine's valve: the lift at which its groove begins to open.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    float
+        Lift [m].
+    """
     return lap_of(area_table(machine.groove, machine.valve.stroke))
 
 
-def open_loop_delays(machine):
-    """Delays of a single stroke from rest, on the bench.
+def open_loop_delays(machine: Machine) -> Delays:
+    """Find the delays of a single stroke of the valve from rest, on its bench.
 
     Parameters
     ----------
@@ -36,6 +47,7 @@ def open_loop_delays(machine):
     Returns
     -------
     Delays
+        Delays of opening and closing [s]; the solenoids are energised for `PULSE`.
     """
     run = run_bench(machine, PULSE)
     above = run.trace[:, 0] - lap_of_machine(machine)
@@ -43,7 +55,7 @@ def open_loop_delays(machine):
     rises = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0) & (run.times[1:] <= PULSE))
     falls = np.flatnonzero((above[:-1] >= 0.0) & (above[1:] < 0.0) & (run.times[:-1] >= PULSE))
 
-    def passage(found):
+    def passage(found: np.ndarray) -> float:
         if not len(found):
             return float("nan")
         here = slice(found[0], found[0] + 2)

@@ -1,8 +1,9 @@
 """Command angles of one operating point, solved on the coupled model in its periodic state."""
 
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from math import inf, nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,18 +20,22 @@ from apesim.valve.motion import CORNER
 from apesim.valve.solenoid import opening_curve
 
 TOLERANCE = 5e-4 * DEGREE
-"""To which the targets are met, where they can be [rad]."""
+"""Largest miss of the targets at which the search ends [rad]."""
 REACHED_WITHIN = 0.05 * DEGREE
-"""Angles nearer to their targets than this are reached [rad]."""
+"""Largest miss of a target that counts as reached [rad]."""
 SKETCH = 1e-3
 """Change of a state over a cycle that counts as periodic far from the solution."""
 NEAR = 0.03 * DEGREE
 """Nearer than this to the targets, states are brought to their full periodic state [rad]."""
 LIFT = TRACE.index("lift [m]")
 ANGLE_STEP, SKETCH_ANGLE_STEP = 0.5 * DEGREE, 5.0 * DEGREE
+"""Crank angle between two rows of a trace, in a full periodic state and in a sketch of one [rad]."""
 MAX_STEP = 40.0 * DEGREE
+"""Largest change of a command in one step of the search [rad]."""
 TRIES = 12
+"""Most steps of the search from one start."""
 MIN_PULSE = 0.1 * DEGREE
+"""Shortest pulse that is tried; the longest is shorter than a turn by this [rad]."""
 WIDTHS = (3.0 * DEGREE, 0.3 * DEGREE, 0.01 * DEGREE)
 """Widths of the bracket of the pulse, each tried where a wider one has not led to the solution [rad]."""
 USUAL_SLOPE = 1.5
@@ -39,7 +44,7 @@ between, near 2 where it turns back before."""
 
 
 class Reason(IntEnum):
-    """Why the targets are not reached."""
+    """Reason why the targets of an operating point are not reached, or `REACHED`."""
 
     REACHED = 0
     NEVER_OPENS = 1
@@ -53,13 +58,13 @@ class Reason(IntEnum):
     FAILED = 9
 
     @property
-    def words(self):
-        """In short, e.g. "never opens"."""
+    def words(self) -> str:
+        """Name of the reason in words, e.g. "never opens"."""
         return self.name.lower().replace("_", " ")
 
     @property
-    def remedy(self):
-        """What is the matter, and what to change."""
+    def remedy(self) -> str:
+        """What is the matter, and what to change, in words."""
         return REMEDIES[self]
 
 
@@ -84,72 +89,114 @@ REMEDIES = {
 
 
 class Timing(NamedTuple):
-    """Commands of an operating point, and what the valve does with them."""
+    """Commands of an operating point that meet its targets, and what the valve does with them."""
 
     machine: Machine
-    """With the commands found; where the targets are out of reach, as it was given."""
+    """Machine with the commands found; where the targets are out of reach, the machine that was given."""
     run: SteadyRun | None
     """The periodic state with these commands; None out of reach."""
-    angles: dict
-    """See `apesim.engine.indicators.valve_angles`; empty out of reach."""
+    angles: dict[str, float]
+    """Angles of the valve, see `apesim.engine.indicators.valve_angles`; empty out of reach."""
     advance: float
-    """Target less command of the opening [rad]; NaN out of reach. Of the turns that it could be, the first that leaves
-    the solenoids their dead time."""
+    """Target of the opening less its command angle [rad]; NaN out of reach. It is no shorter than the dead time of the
+    solenoids, and less than a turn longer."""
     release_advance: float
-    """Target less command of the closing [rad]; NaN out of reach."""
+    """Target of the closing less its command angle [rad]; NaN out of reach."""
     open_error: float
-    """True less target angle [rad]; NaN out of reach."""
+    """True less target angle of the opening [rad]; NaN out of reach."""
     close_error: float
+    """True less target angle of the closing [rad]; NaN out of reach."""
     reason: Reason
+    """Why the targets are not reached, or `Reason.REACHED`."""
     marches: int
-    """Periodic states computed."""
+    """Number of periodic states that were computed."""
 
     @property
-    def reachable(self):
+    def reachable(self) -> bool:
         """Whether the targets are reached."""
         return self.reason == Reason.REACHED
 
 
 class Look(NamedTuple):
-    """The valve's answer to a command."""
+    """What the valve does with a command in the periodic state, and by how much it misses its targets."""
 
     machine: Machine
+    """Machine with the command."""
     run: SteadyRun
-    angles: dict
+    """The periodic state with the command."""
+    angles: dict[str, float]
+    """Angles of the valve, see `apesim.engine.indicators.valve_angles`; empty where the march failed."""
     misses: np.ndarray
-    """True less target of the opening, and of the duration from opening to closing [rad]. The duration is infinitely
-    short where the valve never opens, infinitely long where it never closes; NaN where the march failed."""
+    """True less target of the opening, and of the duration from opening to closing, (2,) [rad]. The duration is
+    infinitely short where the valve never opens, infinitely long where it never closes; NaN where the march failed."""
 
 
-def wrapped(angle):
-    """An angle within half a turn of zero [rad]."""
+def wrapped(angle: float) -> float:
+    """Wrap an angle to within half a turn of zero.
+
+    Parameters
+    ----------
+    angle : float
+        Angle [rad].
+
+    Returns
+    -------
+    float
+        The angle, less whole turns [rad].
+
+    Examples
+    --------
+    >>> wrapped(1.25 * TURN) / TURN
+    0.25
+    """
     return (angle + 0.5 * TURN) % TURN - 0.5 * TURN
 
 
-def commanded(machine, energise, release):
-    """A machine with other command angles [rad], a turn later where they would come too early for a machine file."""
+def commanded(machine: Machine, energise: float, release: float) -> Machine:
+    """Give a machine other command angles, both a turn later where a machine file could not hold them.
+
+    Parameters
+    ----------
+    machine : Machine
+    energise, release : float
+        Command angles [rad].
+
+    Returns
+    -------
+    Machine
+        Machine with these angles; a turn is added to both where the first is below minus a turn.
+    """
     later = TURN if energise < -TURN else 0.0
     command = machine.command._replace(energise=float(energise + later), release=float(release + later))
     return machine._replace(command=command)
 
 
-def look(machine, speed, energise, pulse, periodic_tolerance=PERIODIC_TOLERANCE):
+def look(
+    machine: Machine,
+    speed: float,
+    energise: float,
+    pulse: float,
+    periodic_tolerance: float = PERIODIC_TOLERANCE,
+) -> Look:
     """March to the periodic state and see where the valve opens and closes.
 
     Parameters
     ----------
     machine : Machine
-        Its targets are what counts as a miss.
+        Machine with the targets that are to be met.
     speed : float
-        [rad/s]
-    energise, pulse : float
-        Command angle, and how long it holds [rad].
+        Speed of the crankshaft [rad/s].
+    energise : float
+        Command angle at which the solenoids are energised [rad].
+    pulse : float
+        Crank angle for which they stay energised [rad].
     periodic_tolerance : float
-        See `apesim.engine.steady.run_steady`.
+        Change over a cycle that counts as periodic, see `apesim.engine.steady.run_steady`.
 
     Returns
     -------
     Look
+        Periodic state, angles of the valve, and misses of the targets.
     """
     machine = commanded(machine, energise, energise + pulse)
     angle_step = SKETCH_ANGLE_STEP if periodic_tolerance == SKETCH else ANGLE_STEP
@@ -166,39 +213,59 @@ def look(machine, speed, energise, pulse, periodic_tolerance=PERIODIC_TOLERANCE)
     return Look(machine, run, angles, np.array([wrapped(opens - wanted.open_target), duration_miss]))
 
 
-def openings(machine, run):
-    """How often the lift rises through the lap in a cycle."""
+def openings(machine: Machine, run: SteadyRun) -> int:
+    """Count how often the lift rises through the lap in a cycle.
+
+    Parameters
+    ----------
+    machine : Machine
+    run : SteadyRun
+        Periodic state of the machine.
+
+    Returns
+    -------
+    int
+        Number of rises in the logged cycle.
+    """
     position, velocity = run.log[:, LOG_HEAD], run.log[:, LOG_HEAD + 1]
     above_lap = machine.valve.stroke - position - lap_of_machine(machine)
     at_lap = (run.log[:, 1] == CORNER) & (np.abs(above_lap) < 1e-6 * machine.valve.stroke)
     return int(np.sum(at_lap & (velocity < 0.0)))
 
 
-def corrected(machine, speed, start=None, periodic_tolerance=PERIODIC_TOLERANCE):
-    """Commands with which the valve opens and closes at its targets, in the periodic state.
+def corrected(
+    machine: Machine,
+    speed: float,
+    start: tuple[float, float] | None = None,
+    periodic_tolerance: float = PERIODIC_TOLERANCE,
+) -> Timing:
+    """Find the commands with which the valve opens and closes at its targets, in the periodic state.
 
-    Broyden's method in energise and pulse, from a start or the delays of the bench; where that fails, the pulse is
-    bracketed (the valve is open longer after a longer pulse) and the method starts anew from the bracket.
+    The unknowns are the command angle of the energising and the pulse. Broyden's method finds them from a start, or
+    from the delays of the bench. Where that fails, the pulse is bracketed (the valve is open longer after a longer
+    pulse), and the method starts anew from the bracket.
 
     Parameters
     ----------
     machine : Machine
-        With an electro-pneumatic intake; its targets are ``command.open_target`` and ``command.close_target``.
+        Machine with an electro-pneumatic intake; its targets are ``command.open_target`` and ``command.close_target``.
     speed : float
-        [rad/s]
-    start : tuple of float, optional
-        Energise and pulse to start from [rad].
+        Speed of the crankshaft [rad/s].
+    start : (float, float), optional
+        Command angle of the energising, and pulse, to start from [rad].
     periodic_tolerance : float
-        See `apesim.engine.steady.run_steady`; with `SKETCH` the targets are met within `NEAR`, at a third of the time.
+        Change over a cycle that counts as periodic, see `apesim.engine.steady.run_steady`. With `SKETCH` the targets
+        are met within `NEAR`, at a third of the time.
 
     Returns
     -------
     Timing
+        Commands and what the valve does with them; or, out of reach, the reason.
 
     Raises
     ------
     ValueError
-        The intake is another, which has no commands.
+        The intake is no electro-pneumatic valve, so that it has no commands.
     """
     if machine.engine.intake != EPV:
         raise ValueError("only an electro-pneumatic intake has commands to correct")
@@ -233,22 +300,22 @@ def corrected(machine, speed, start=None, periodic_tolerance=PERIODIC_TOLERANCE)
     )
 
 
-def start_after(machine, speed, before):
-    """Find a start from what other speeds needed: times on a line through the last two.
+def start_after(machine: Machine, speed: float, before: Sequence[tuple[float, Timing]]) -> tuple[float, float] | None:
+    """Find a start for the search from what other speeds needed: their times, on a line through the last two.
 
     Parameters
     ----------
     machine : Machine
-        With the targets.
+        Machine with the targets.
     speed : float
-        [rad/s]
-    before : sequence of tuple
-        Other speeds [rad/s], each with its `Timing`, reached.
+        Speed of the crankshaft [rad/s].
+    before : sequence of (float, Timing)
+        Other speeds [rad/s], each with its timing, all reached.
 
     Returns
     -------
-    tuple of float or None
-        Energise and pulse [rad]; None without any.
+    (float, float) or None
+        Command angle of the energising, and pulse [rad]; None where there are no other speeds.
     """
     if not before:
         return None
@@ -262,8 +329,19 @@ def start_after(machine, speed, before):
     return command.open_target - advance, command.close_target - command.open_target + advance - release_advance
 
 
-def reason_of(found):
-    """Whether a look reaches the targets in a state that repeats every cycle, and if not, why."""
+def reason_of(found: Look) -> Reason:
+    """Judge whether a command reaches the targets, in a state that repeats every cycle, and if not, why.
+
+    Parameters
+    ----------
+    found : Look
+        What the valve does with the command.
+
+    Returns
+    -------
+    Reason
+        REACHED, FAILED, MISSED, NOT_PERIODIC or CROSSES_AGAIN.
+    """
     opening, duration = found.misses
     if np.isnan(duration):
         return Reason.FAILED
@@ -276,16 +354,16 @@ def reason_of(found):
     return Reason.REACHED
 
 
-def _open_loop(machine, speed):
-    """Energise and pulse by the delays of the bench [rad]."""
+def _open_loop(machine: Machine, speed: float) -> tuple[float, float]:
+    """Find the command angle and the pulse by the delays of the bench [rad]."""
     delays = open_loop_delays(machine)
     opening, closing = speed * np.nan_to_num(delays.opening), speed * np.nan_to_num(delays.closing)
     command = machine.command
     return command.open_target - opening, command.close_target - closing - (command.open_target - opening)
 
 
-def _approach(look_at, start, slope, last):
-    """Broyden's method from a start to the targets, first by sketches; the last look."""
+def _approach(look_at: Callable[..., Look], start: Sequence[float], slope: float, last: float) -> Look:
+    """Approach the targets from a start by Broyden's method, first by sketches; returns the last look."""
     x = np.array(start)
     x[1] = np.clip(x[1], MIN_PULSE, TURN - MIN_PULSE)
     slopes = np.diag((1.0, slope))
@@ -311,14 +389,15 @@ def _approach(look_at, start, slope, last):
     return here
 
 
-def _bracketed(look_at, machine, last):
+def _bracketed(look_at: Callable[..., Look], machine: Machine, last: float) -> tuple[Reason, Any]:
     """Search with the pulse bracketed between one that opens too short and one that opens too long.
 
     Returns
     -------
-    Reason
-    Look or None
-        The one that reaches the targets.
+    reason : Reason
+        Why the targets are not reached, or `REACHED`.
+    found : Look or None
+        Look that reaches the targets, perhaps crossing the lap again; None if there is none.
     """
     energise = machine.command.open_target
     low, high = MIN_PULSE, TURN - MIN_PULSE
@@ -346,7 +425,7 @@ def _bracketed(look_at, machine, last):
     return _out_of_reach(short, long, reason), None
 
 
-def _out_of_reach(short, long, otherwise):
+def _out_of_reach(short: float, long: float, otherwise: Reason) -> Reason:
     """Why no pulse opens the valve for the right time, from the misses at both ends of the bracket."""
     if np.isnan(short) or np.isnan(long):
         return Reason.FAILED

@@ -1,4 +1,4 @@
-"""The terminal's account of corrected commands: a table, and the laws of their delays in words."""
+"""Summary of corrected commands on the console: a table, and the laws of their delays in words."""
 
 from collections.abc import Sequence
 from math import isnan
@@ -14,7 +14,7 @@ from apesim.studies.timing.law import Law
 from apesim.studies.timing.solve import Reason
 
 FAR_OFF = 1.0 * DEGREE
-"""A law over all speeds that is off by more is not worth telling [rad]."""
+"""Largest error of a law over all speeds that is shown; with a larger one, the law of each speed is shown [rad]."""
 SHOWN = (
     ("speed_rpm", 1.0, 0, "speed\n[r/min]"),
     ("supply_pressure", 1e-6, 2, "supply\n[MPa gauge]"),
@@ -36,7 +36,20 @@ LEGEND = (
 
 
 def timing_table(found: TimingMap, ambient_pressure: float) -> Table:
-    """Commands, and what they win back, of each point."""
+    """Lay out the table that the console shows of corrected commands, a row for each point.
+
+    Parameters
+    ----------
+    found : TimingMap
+        Corrected commands over speed, pressure and temperature.
+    ambient_pressure : float
+        Pressure of the ambience, above which the supply is shown [Pa abs].
+
+    Returns
+    -------
+    rich.table.Table
+        Advances, lift, torque and specific air, before and after the correction.
+    """
     opening, closing = found.command.open_target / DEGREE, found.command.close_target / DEGREE
     title = f"Commands that open the valve at {opening:g} deg and close it at {closing:g} deg"
     header = [*(name for *_, name in SHOWN), "out of reach"]
@@ -60,7 +73,21 @@ def _why_not(code: int) -> str:
 
 
 def law_lines(laws: dict[str, list[Law]], ambient_pressure: float) -> list[str]:
-    """The laws of each pressure in words: that over all speeds, or where it is far off, the span of those of each."""
+    """Write the laws of the temperature in words, a line for each command and pressure.
+
+    Parameters
+    ----------
+    laws : dict of str to list of Law
+        Laws of ``advance`` and ``release_advance``.
+    ambient_pressure : float
+        Pressure of the ambience, above which the supply is shown [Pa abs].
+
+    Returns
+    -------
+    list of str
+        Each line has the law over all speeds; where that is off by more than `FAR_OFF`, the span of the laws of each
+        speed.
+    """
     lines = []
     for name, found in laws.items():
         for pressure in sorted({law.pressure for law in found}):
@@ -101,5 +128,16 @@ def _span(values: Sequence[float], form: str) -> str:
 
 
 def error_line(found: TimingMap) -> str:
-    """The error of the table between its points, in words."""
+    """Write the error of the interpolated table between its points, in words.
+
+    Parameters
+    ----------
+    found : TimingMap
+        Corrected commands over speed, pressure and temperature.
+
+    Returns
+    -------
+    str
+        A line with largest and root mean square error [deg].
+    """
     return f"error of the interpolated table: {error_text(found.error)}"

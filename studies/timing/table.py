@@ -1,5 +1,6 @@
 """Tables over speed, pressure and temperature: linear interpolation between their points, and its measured error."""
 
+from collections.abc import Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -10,49 +11,60 @@ class Axes(NamedTuple):
     """Axes of a table's points, each ascending."""
 
     speeds: np.ndarray
-    """[rad/s], (i,)"""
+    """Speeds of the crankshaft [rad/s], (i,)"""
     pressures: np.ndarray
     """Pressures of the supply [Pa abs], (j,)"""
     temperatures: np.ndarray
     """Temperatures of the supply [K], (k,)"""
 
     @property
-    def shape(self):
-        """(i, j, k)"""
+    def shape(self) -> tuple[int, ...]:
+        """Number of speeds, pressures and temperatures, (i, j, k)."""
         return tuple(len(axis) for axis in self)
 
 
 class InterpolationError(NamedTuple):
-    """Interpolated less solved angles, at centres of cells."""
+    """Error of interpolation: interpolated less solved angles, at centres of cells of a table."""
 
     points: int
-    """Centres compared."""
+    """Number of centres that were compared."""
     centres: int
-    """Centres there are."""
+    """Number of centres that the table has."""
     seed: int
-    """Seed of the choice among them, where not all were compared."""
+    """Seed of the choice among the centres, where not all were compared."""
     advance_most: float
-    """[rad]; NaN: no centre could be compared."""
+    """Largest error of the advance [rad]; NaN: no centre could be compared."""
     advance_rms: float
+    """Root mean square error of the advance [rad]."""
     release_advance_most: float
+    """Largest error of the release's advance [rad]."""
     release_advance_rms: float
+    """Root mean square error of the release's advance [rad]."""
 
 
-def interpolated(axes, values, point):
-    """A table's value between its points, linear along each axis.
+def interpolated(axes: Axes, values: np.ndarray, point: Sequence[float]) -> float:
+    """Interpolate a table between its points, linearly along each axis.
 
     Parameters
     ----------
     axes : Axes
+        Speeds (i), pressures (j) and temperatures (k) of the table.
     values : (i, j, k) float array
-        NaN: no value. A point next to one has none either.
+        Values of the table, in any unit; NaN where there is none.
     point : sequence of float
-        Speed, pressure, temperature; nothing is extrapolated.
+        Speed [rad/s], pressure [Pa abs], temperature [K].
 
     Returns
     -------
     float
-        NaN outside the axes.
+        Value, in the unit of the table. NaN outside of the axes, as nothing is extrapolated, and where one of the
+        neighbours that count is NaN.
+
+    Examples
+    --------
+    >>> axes = Axes(np.array([50.0, 100.0]), np.array([1e6]), np.array([287.0]))
+    >>> interpolated(axes, np.array([[[0.2]], [[0.4]]]), (75.0, 1e6, 287.0))
+    0.30000000000000004
     """
     lows, shares = [], []
     for axis, x in zip(axes, point, strict=True):
@@ -69,21 +81,30 @@ def interpolated(axes, values, point):
     return float(value)
 
 
-def centres(axes, max_centres, seed):
-    """Centres of the cells of a table, or a random choice of them; along an axis with one point they stand on it.
+def centres(axes: Axes, max_centres: int, seed: int) -> tuple[list[tuple[float, ...]], int]:
+    """Find the centres of the cells of a table, or a random choice of them.
 
     Parameters
     ----------
     axes : Axes
+        Axes of the table; along an axis with one point the centres stand on that point.
     max_centres : int
+        Most centres that are chosen.
     seed : int
+        Seed of the random choice.
 
     Returns
     -------
     chosen : list of tuple of float
-        Speed, pressure, temperature.
+        Speed [rad/s], pressure [Pa abs] and temperature [K] of each centre.
     number : int
-        Centres there are.
+        Number of centres that the table has; 0 for a table of a single point.
+
+    Examples
+    --------
+    >>> axes = Axes(np.array([50.0, 100.0]), np.array([1e6]), np.array([250.0, 300.0]))
+    >>> centres(axes, 10, 0)
+    ([(75.0, 1000000.0, 275.0)], 1)
     """
     middles = [0.5 * (axis[1:] + axis[:-1]) if len(axis) > 1 else axis for axis in axes]
     points = [tuple(float(x) for x in point) for point in product(*middles)]
@@ -95,23 +116,34 @@ def centres(axes, max_centres, seed):
     return [points[number] for number in chosen], len(points)
 
 
-def interpolation_error(axes, advance, release_advance, solved, number, seed):
+def interpolation_error(
+    axes: Axes,
+    advance: np.ndarray,
+    release_advance: np.ndarray,
+    solved: Sequence[tuple[Sequence[float], float, float]],
+    number: int,
+    seed: int,
+) -> InterpolationError:
     """Compare a table with what is solved between its points.
 
     Parameters
     ----------
     axes : Axes
+        Speeds (i), pressures (j) and temperatures (k) of the table.
     advance, release_advance : (i, j, k) float array
-        [rad]; NaN out of reach.
-    solved : list of tuple
-        Point, advance, release advance; NaN out of reach, which is left out.
+        Both tables [rad]; NaN out of reach.
+    solved : sequence of tuple
+        Solved centres of cells: point, advance [rad], release advance [rad]. Centres where an angle is NaN, here or
+        interpolated, are left out.
     number : int
-        Centres there are.
+        Number of centres that the table has, noted in the result.
     seed : int
+        Seed by which the centres were chosen, noted in the result.
 
     Returns
     -------
     InterpolationError
+        Largest and root mean square errors [rad]; NaN where no centre is left.
     """
     errors = np.array(
         [
