@@ -4,11 +4,15 @@ The data may depend on a shape on one side only, or not at all: a breakaway belo
 curvature at the optimum knows nothing of that, and misleads about the strength beside it, too.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from apesim.studies.estimation.levenberg_marquardt import descend
-from apesim.studies.estimation.profile_likelihood import Likelihood, find_end, first_better
-from apesim.studies.estimation.residuals import EndedEarly
+from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.profile_likelihood import End, Likelihood, find_end, first_better
+from apesim.studies.estimation.residuals import EndedEarly, Problem
+from apesim.studies.gap.work import Work
 
 CLOSE = 0.05
 """Deviations from those of an interval's end, within which a point is the end: a fortieth of half an interval."""
@@ -21,37 +25,67 @@ SIDES = -1, 1
 
 
 class Held:
-    """A problem with one parameter held.
+    """A least-squares problem with one parameter held, as a function of the others.
 
     Parameters
     ----------
     problem : apesim.studies.estimation.residuals.Problem
     number : int
-        Of the parameter.
+        Place of the parameter that is held.
     value : float
-        x where it is held.
+        Value x at which it is held.
     """
 
-    def __init__(self, problem, number, value):
+    def __init__(self, problem: Problem, number: int, value: float) -> None:
         self.problem, self.number, self.value = problem, number, value
         self.others = [j for j in range(len(problem.low)) if j != number]
         self.low, self.high = problem.low[self.others], problem.high[self.others]
 
-    def whole(self, x):
-        """All parameters, with the one held."""
+    def whole(self, x: np.ndarray) -> np.ndarray:
+        """All parameters: the free ones with the one held among them.
+
+        Parameters
+        ----------
+        x : (p - 1,) float array
+
+        Returns
+        -------
+        (p,) float array
+        """
         return np.insert(x, self.number, self.value)
 
-    def errors(self, x):
-        """See `apesim.studies.estimation.residuals.Problem.errors`."""
+    def errors(self, x: np.ndarray) -> np.ndarray:
+        """Whitened residuals and pulls, see `apesim.studies.estimation.residuals.Problem.errors`.
+
+        Parameters
+        ----------
+        x : (p - 1,) float array
+
+        Returns
+        -------
+        (n + p,) float array
+            [standard deviations]
+        """
         return self.problem.errors(self.whole(x))
 
-    def jacobian(self, x, errors):
-        """Sensitivities to those that are free."""
+    def jacobian(self, x: np.ndarray, errors: np.ndarray) -> np.ndarray:
+        """Sensitivities to the free parameters.
+
+        Parameters
+        ----------
+        x : (p - 1,) float array
+        errors : (n + p,) float array
+            Residuals at x.
+
+        Returns
+        -------
+        (n + p, p - 1) float array
+        """
         return self.problem.jacobian(self.whole(x), errors, self.others)
 
 
-def with_profiles(model, work):
-    """A model with the intervals of its effects that have a shape, by profile likelihood.
+def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
+    """Find the 95 % intervals of a model's effects that have a shape, by profile likelihood.
 
     Parameters
     ----------
@@ -61,8 +95,10 @@ def with_profiles(model, work):
     Returns
     -------
     model : apesim.studies.estimation.model.Model
-        Fitted anew where a profile meets a point that leaves less; without intervals where that does not end.
+        The model with its ``profiles``, fitted anew where a profile meets a point of a smaller sum of squares; without
+        them where such points are still met after `MAX_RESTARTS` fits.
     simulations : int
+        Number of simulations that it took.
     """
     simulations = 0
     for _ in range(1 + MAX_RESTARTS):
@@ -76,13 +112,15 @@ def with_profiles(model, work):
     return model, simulations
 
 
-def _profiles(model, work):
+def _profiles(model: Model, work: Work) -> tuple[dict[str, tuple[End, ...]], np.ndarray | None, int]:
     """Both ends of each interval by key; a better point, if one is met; and the number of simulations.
 
     A shape may stay where it does nothing while a strength moves: each strength is tried where the shapes do something,
     too.
     """
-    profiles, aside, simulations = {}, [], 0
+    profiles: dict[str, tuple[End, ...]] = {}
+    aside: list[np.ndarray] = []
+    simulations = 0
     for numbers in shaped(model):
         tasks = [(model, j, side, aside) for j in numbers for side in SIDES]
         found = work.each("finding intervals", _end, tasks)
@@ -98,14 +136,14 @@ def _profiles(model, work):
     return profiles, None, simulations
 
 
-def _end(model, j, side, aside):
+def _end(model: Model, j: int, side: int, aside: Sequence[np.ndarray]) -> tuple[End, int]:
     """One end of an interval, and the number of simulations."""
     problem, fitted = _copy(model.problem), model.fitted
     covariance = fitted.covariance
     for untold in np.flatnonzero(~model.identifiable):
         covariance[untold, untold] = UNIDENTIFIABLE**2
 
-    def hold(guess, j):
+    def hold(guess: np.ndarray, j: int) -> tuple[np.ndarray, float, bool]:
         starts = [guess, *(np.where(np.arange(len(guess)) == j, guess, point) for point in aside)]
         return min((_held(problem, fitted.jacobian, start, j) for start in starts), key=lambda found: found[1])
 
@@ -114,12 +152,12 @@ def _end(model, j, side, aside):
     return find_end(likelihood, j, side), problem.simulations
 
 
-def _copy(problem):
+def _copy(problem: Problem) -> Problem:
     """A problem whose state is its own, so that what is found depends on no order."""
     return problem.with_parameters(problem.parameters)
 
 
-def _held(problem, jacobian, start, j):
+def _held(problem: Problem, jacobian: np.ndarray, start: np.ndarray, j: int) -> tuple[np.ndarray, float, bool]:
     """Least squares from a start with parameter j held.
 
     See `apesim.studies.estimation.profile_likelihood.Likelihood.hold`.
@@ -132,13 +170,34 @@ def _held(problem, jacobian, start, j):
     return held.whole(found.x), found.cost, found.converged
 
 
-def is_shaped(model):
-    """Whether an effect of a model has a shape."""
+def is_shaped(model: Model) -> bool:
+    """Whether an effect of a model has a shape: a parameter beside its strength, such as breakaway.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+
+    Returns
+    -------
+    bool
+    """
     return any(candidate.shapes for candidate in model.candidates)
 
 
-def shaped(model):
-    """Numbers of the parameters of a model's effects that have a shape: the shapes, and the strengths."""
+def shaped(model: Model) -> tuple[list[int], list[int]]:
+    """Places of the parameters of a model's effects that have a shape.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+
+    Returns
+    -------
+    shapes : list of int
+        Places of the shapes among all parameters of the model.
+    strengths : list of int
+        Places of the strengths of the effects with those shapes.
+    """
     own = [candidate for candidate in model.candidates if candidate.shapes]
     keys = [p.key for p in model.problem.parameters]
     return (

@@ -1,5 +1,6 @@
 """Candidates fitted through the simulator, together with the nuisances."""
 
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 
 import numpy as np
@@ -7,8 +8,8 @@ import numpy as np
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
-from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.gap.search.candidates import probes_of
+from apesim.studies.estimation.residuals import EndedEarly, Problem
+from apesim.studies.gap.search.candidates import Candidate, probes_of
 
 STARTS = (0.25, 0.5, 1.0)
 """Starts of a strength, over its range, beside the size that the score suggests and the probes."""
@@ -18,24 +19,33 @@ DESCENTS = 2
 """Starts that are followed to their end: those that leave least once the nuisances have moved."""
 
 
-def refit(base, candidates, guesses, within=()):
+def refit(
+    base: Model,
+    candidates: Sequence[Candidate],
+    guesses: Iterable[Sequence[float]],
+    within: Sequence[Model] = (),
+) -> Model:
     """Add candidates to a calibrated model and fit everything anew, from several starts.
+
+    The starts are ranked by what they leave once the nuisances have moved in a linear model; the best `DESCENTS` of
+    them are followed to their minimum.
 
     Parameters
     ----------
-    base : Model
-        Its nuisances, and effects that it has already, start where they are.
-    candidates : tuple of Candidate
-        To be added.
-    guesses : tuple of tuple of float
-        For each candidate the x that the score suggests.
-    within : sequence of Model
-        Fits of the base with some of the candidates; from where they stand the others start, too.
+    base : apesim.studies.estimation.model.Model
+        Model whose nuisances, and effects that it has already, start where they are.
+    candidates : sequence of apesim.studies.gap.search.candidates.Candidate
+        Effects to be added.
+    guesses : iterable of sequence of float
+        For each candidate the values x that its score suggests.
+    within : sequence of apesim.studies.estimation.model.Model
+        Fits of the base with some of the candidates: further starts, with the other candidates as guessed.
 
     Returns
     -------
-    Model
-        The best of all starts; never worse than the base or a model within, which it contains.
+    apesim.studies.estimation.model.Model
+        The best of all fits. Its cost is never above that of the base or of a model within, which it contains: where no
+        start leads below them, it is the best of these with the other candidates off, marked as not converged.
     """
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     problem = base.problem.with_parameters([*base.problem.parameters, *freed])
@@ -56,23 +66,25 @@ def refit(base, candidates, guesses, within=()):
     return Model((*base.candidates, *candidates), problem, best)
 
 
-def at_large(base, candidate):
-    """A candidate switched on by a quarter, half and all of its range, and nothing fitted.
+def at_large(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...], int]:
+    """Switch a candidate on by a quarter, half and all of its range, and find which size leaves least of the gap.
 
-    Where it bends the data, its sensitivity at the base foretells little of that.
+    Nothing is fitted but the nuisances, in a linear model. An effect to which the data do not respond in proportion is
+    seen so, where its sensitivity at the base says little.
 
     Parameters
     ----------
-    base : Model
-    candidate : Candidate
+    base : apesim.studies.estimation.model.Model
+    candidate : apesim.studies.gap.search.candidates.Candidate
 
     Returns
     -------
     cost : float
-        Of what is left at best if the nuisances move straight; inf: no simulation comes to its end.
+        Least sum of squares that is left [standard deviations squared]; inf: no simulation comes to its end.
     x : tuple of float
-        Of the candidate's parameters there.
+        Values of the candidate's parameters there; () where no simulation comes to its end.
     simulations : int
+        Number of simulations that it took.
     """
     problem = base.problem.with_parameters([*base.problem.parameters, *candidate.parameters])
     jacobian = _padded(base.fitted.jacobian, len(candidate.parameters))
@@ -90,21 +102,26 @@ def at_large(base, candidate):
     return left**2, tuple(x[len(base.fitted.x) :]), problem.simulations
 
 
-def reduced(base, model, number):
-    """One effect of a larger model alone, fitted anew from where it stands there.
+def reduced(base: Model, model: Model, number: int) -> Model:
+    """Keep one effect of a larger model, and fit it anew from where it stands there.
 
     Parameters
     ----------
-    base : Model
+    base : apesim.studies.estimation.model.Model
         The calibrated machine.
-    model : Model
-        That with effects added.
+    model : apesim.studies.estimation.model.Model
+        The calibrated machine with effects added.
     number : int
-        Of the candidate that stays.
+        Place of the candidate that stays among those of the model.
 
     Returns
     -------
-    Model
+    apesim.studies.estimation.model.Model
+
+    Raises
+    ------
+    apesim.studies.estimation.residuals.EndedEarly
+        The simulation does not come to its end at the start.
     """
     kept = model.candidates[number]
     problem = base.problem.with_parameters([*base.problem.parameters, *kept.parameters])
@@ -112,18 +129,25 @@ def reduced(base, model, number):
     return Model((kept,), problem, found)
 
 
-def release(base, number):
-    """The calibrated model fitted anew without the prior of one nuisance.
+def release(base: Model, number: int) -> Model:
+    """Fit the calibrated machine anew without the prior of one nuisance.
 
     Parameters
     ----------
-    base : Model
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
     number : int
-        Of the parameter.
+        Place of the nuisance among the parameters.
 
     Returns
     -------
-    Model
+    apesim.studies.estimation.model.Model
+        A model without candidates, ``released`` being the key of the nuisance.
+
+    Raises
+    ------
+    apesim.studies.estimation.residuals.EndedEarly
+        The simulation does not come to its end at the start.
     """
     parameters = list(base.problem.parameters)
     parameters[number] = parameters[number]._replace(prior=False)
@@ -132,14 +156,18 @@ def release(base, number):
     return Model((), problem, found, parameters[number].key)
 
 
-def _from(base, smaller, candidates, others):
+def _from(
+    base: Model, smaller: Model, candidates: Sequence[Candidate], others: Iterable[Sequence[float] | np.ndarray]
+) -> np.ndarray:
     """State of a model with some of the candidates, with values for the others."""
     known = {candidate.name: smaller.own(number) for number, candidate in enumerate(smaller.candidates)}
     own = [known.get(candidate.name, other) for candidate, other in zip(candidates, others, strict=True)]
     return np.concatenate([smaller.fitted.x[: len(base.fitted.x)], *own])
 
 
-def _starts(base, candidates, guesses, within):
+def _starts(
+    base: Model, candidates: Sequence[Candidate], guesses: Iterable[Sequence[float]], within: Sequence[Model]
+) -> Iterator[np.ndarray]:
     """Points to start from: those that the scores suggest; of one candidate alone all its probes, too."""
     each = []
     for candidate, guess in zip(candidates, guesses, strict=True):
@@ -157,7 +185,9 @@ def _starts(base, candidates, guesses, within):
         yield _from(base, smaller, candidates, guesses)
 
 
-def _ranked(problem, jacobian, starts):
+def _ranked(
+    problem: Problem, jacobian: np.ndarray, starts: Iterable[np.ndarray]
+) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """What starts leave once the nuisances have moved, with the starts and their errors; the least first."""
     space, found = find_nuisance_space(jacobian), []
     for x in starts:
@@ -169,6 +199,6 @@ def _ranked(problem, jacobian, starts):
     return sorted(found, key=lambda one: one[0])
 
 
-def _padded(jacobian, more):
-    """Rows for parameters that have no prior."""
+def _padded(jacobian: np.ndarray, more: int) -> np.ndarray:
+    """Sensitivities with rows of zeros below, for so many further parameters that have no prior."""
     return np.vstack([jacobian, np.zeros((more, jacobian.shape[1]))])
