@@ -4,35 +4,88 @@ An effect is one file with its parameters and one or more of the slots below. It
 first field is the strength; at strength 0 (or another that the effect names) it changes no bit of any result.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from typing import Any, NamedTuple
 
+import numpy as np
 from numba.extending import overload
 
 from apesim.kernel import by_type, kernel
 
 
 @by_type
-def law(effect, state, balance):
-    """Slot: add to the balances of force, mass and heat, given the state of the machine."""
+def law(effect: Any, state: Any, balance: np.ndarray) -> None:
+    """Add to the balances of force, mass and heat, given the state of the machine: a slot, empty here.
+
+    Parameters
+    ----------
+    effect : NamedTuple
+        Parameters of an effect; their type chooses the body, see ``law.for_type``.
+    state : NamedTuple
+        State of the machine, in SI.
+    balance : (n,) array
+        Balances and branches of the layer, in SI; added to.
+
+    Examples
+    --------
+    >>> class Drag(NamedTuple):
+    ...     factor: float = 0.0
+    >>> @law.for_type(Drag)
+    ... def add_drag(effect, state, balance):
+    ...     balance[0] -= effect.factor * state.speed
+    >>> class State(NamedTuple):
+    ...     speed: float
+    >>> balance = np.zeros(1)
+    >>> law(Drag(factor=2.0), State(speed=3.0), balance)
+    >>> balance.tolist()
+    [-6.0]
+    """
 
 
 @by_type
-def contact(effect, speed):
-    """Slot: restitution of a stop that is met at a speed [m/s]."""
+def contact(effect: Any, speed: float) -> float:
+    """Return the restitution of a stop that is met at a speed: a slot, 0 where nothing is registered.
+
+    Parameters
+    ----------
+    effect : NamedTuple
+        Parameters of an effect; their type chooses the body, see ``contact.for_type``.
+    speed : float
+        Speed of the contact without sign [m/s].
+
+    Returns
+    -------
+    float
+        Speed after over speed before the contact.
+
+    Examples
+    --------
+    >>> class Soft(NamedTuple):
+    ...     share: float = 0.0
+    >>> @contact.for_type(Soft)
+    ... def restitution_of_soft(effect, speed):
+    ...     return effect.share
+    >>> contact(Soft(share=0.3), 2.0)
+    0.3
+    """
     return 0.0
 
 
 class Effect(NamedTuple):
-    """An effect as the library lists it."""
+    """An effect as the library lists it: its name, parameters, description and slots."""
 
     name: str
+    """Name of the effect, and of its section in a machine file."""
     parameters: type
     """NamedTuple of the parameters, the first of them the strength."""
     equation: str
+    """What it computes, as a formula."""
     source: str
+    """Source of the equation."""
     seen_in: str
+    """Parts of a record in which it shows."""
     isolated_by: str
+    """Measurement that tells it from other effects."""
     strengths: tuple = ()
     """Names of the strengths where there is more than the first parameter."""
     adjust: Callable | None = None
@@ -55,13 +108,32 @@ class Effect(NamedTuple):
         """Whether it stands in a file that a user has named or installed, see `apesim.engine.effects.outside`."""
         return bool(self.layer)
 
-    def is_on(self, parameters):
-        """Whether a strength among the parameters is another than that of doing nothing."""
+    def is_on(self, parameters: Any) -> bool:
+        """Return whether a strength among the parameters is another than that of doing nothing.
+
+        Parameters
+        ----------
+        parameters : NamedTuple
+            Parameters of the effect.
+
+        Returns
+        -------
+        bool
+            Whether the effect changes a result.
+
+        Examples
+        --------
+        >>> class Drag(NamedTuple):
+        ...     factor: float = 0.0
+        >>> drag = Effect("drag", Drag, "F = -k v", "chosen", "a slower stroke", "strokes at two speeds")
+        >>> drag.is_on(Drag()), drag.is_on(Drag(factor=2.0))
+        (False, True)
+        """
         return any(getattr(parameters, name) != self.off for name in self.strengths or parameters._fields[:1])
 
     @property
-    def slots(self):
-        """Names of its slots."""
+    def slots(self) -> tuple[str, ...]:
+        """Names of the slots that it fills: adjust, law, contact, volume, sensor."""
         filled = {
             "adjust": self.adjust is not None,
             "law": self.parameters in law.bodies,
@@ -72,8 +144,8 @@ class Effect(NamedTuple):
         return tuple(slot for slot, is_filled in filled.items() if is_filled)
 
     @property
-    def is_marched(self):
-        """Whether it acts within the march, not only before or after it."""
+    def is_marched(self) -> bool:
+        """Whether it fills a slot of the march, not only adjust or sensor."""
         return bool(set(self.slots) - {"adjust", "sensor"})
 
 
@@ -85,27 +157,44 @@ class Library(NamedTuple):
     """The effects of a layer, and what its marches are compiled for."""
 
     effects: tuple[Effect, ...]
+    """Effects in the order of their list."""
     marches: tuple[type, ...]
     """NamedTuple type of the laws by kind of march, see `kind_of_march`."""
 
 
 def acting(name: str, module: str, library: Iterable[Effect], tables: bool = False, outside: bool = False) -> type:
-    """NamedTuple type of the parameters of those effects that act within the march.
+    """Return the NamedTuple type of the parameters of those effects that act within the march.
 
     The compile cache finds a type again by the module that it says it is from, and by its name there.
 
     Parameters
     ----------
     name, module : str
+        Name of the type, and of the module that it is to be found in.
     library : sequence of Effect
+        Effects of a layer.
     tables : bool
-        With those that are tabulated, too.
+        Whether those that are tabulated are among them.
     outside : bool
-        With those from outside, too.
+        Whether those from outside are among them.
 
     Returns
     -------
     type
+        NamedTuple with a field for each effect, in their order.
+
+    Examples
+    --------
+    >>> class Drag(NamedTuple):
+    ...     factor: float = 0.0
+    >>> @law.for_type(Drag)
+    ... def add_drag(effect, state, balance):
+    ...     balance[0] -= effect.factor * state.speed
+    >>> drag = Effect("drag", Drag, "F = -k v", "chosen", "a slower stroke", "strokes at two speeds")
+    >>> class Effects(NamedTuple):
+    ...     drag: Drag = Drag()
+    >>> acting("Laws", "__main__", [drag])._fields
+    ('drag',)
     """
     own = [
         effect
@@ -118,7 +207,7 @@ def acting(name: str, module: str, library: Iterable[Effect], tables: bool = Fal
 
 
 def library_for(effects: Any, own: Library, layer: str) -> Library:
-    """The library of a layer that a machine's effects are of.
+    """Return the library of a layer that a machine's effects belong to.
 
     Parameters
     ----------
@@ -133,17 +222,52 @@ def library_for(effects: Any, own: Library, layer: str) -> Library:
     Returns
     -------
     Library
+        Effects and marches of the layer.
+
+    Examples
+    --------
+    >>> class Drag(NamedTuple):
+    ...     factor: float = 0.0
+    >>> @law.for_type(Drag)
+    ... def add_drag(effect, state, balance):
+    ...     balance[0] -= effect.factor * state.speed
+    >>> drag = Effect("drag", Drag, "F = -k v", "chosen", "a slower stroke", "strokes at two speeds")
+    >>> class Effects(NamedTuple):
+    ...     drag: Drag = Drag()
+    >>> own = Library((drag,), (NoEffects, acting("Laws", "__main__", [drag])))
+    >>> library_for(Effects(), own, "valve") is own
+    True
     """
     return getattr(effects, "libraries", {}).get(layer, own)
 
 
 def kind_of_march(library: Iterable[Effect], effects: Any) -> int:
-    """Which laws of a library a march needs; parameters by name of effect.
+    """Return which laws of a library a march needs.
+
+    Parameters
+    ----------
+    library : iterable of Effect
+        Effects of a layer.
+    effects : NamedTuple
+        Parameters by name of effect.
 
     Returns
     -------
     int
         0: none, 1: all of ours but tables, 2: all of ours; 3: all but tables, those from outside among them, 4: all.
+
+    Examples
+    --------
+    >>> class Drag(NamedTuple):
+    ...     factor: float = 0.0
+    >>> @law.for_type(Drag)
+    ... def add_drag(effect, state, balance):
+    ...     balance[0] -= effect.factor * state.speed
+    >>> drag = Effect("drag", Drag, "F = -k v", "chosen", "a slower stroke", "strokes at two speeds")
+    >>> class Effects(NamedTuple):
+    ...     drag: Drag = Drag()
+    >>> kind_of_march([drag], Effects()), kind_of_march([drag], Effects(Drag(factor=2.0)))
+    (0, 1)
     """
     on = [effect for effect in library if effect.is_on(getattr(effects, effect.name)) and effect.is_marched]
     is_tabulated = any(effect.tabulated for effect in on)
@@ -153,11 +277,12 @@ def kind_of_march(library: Iterable[Effect], effects: Any) -> int:
 
 
 def chosen(library: Library, effects: Any, kind: int = 0) -> Any:
-    """The effects of one library that act within the march.
+    """Return the effects of one library that act within the march.
 
     Parameters
     ----------
     library : Library
+        Effects and marches of a layer.
     effects : NamedTuple
         Parameters by name of effect; may hold those of other libraries too.
     kind : int
@@ -167,26 +292,52 @@ def chosen(library: Library, effects: Any, kind: int = 0) -> Any:
     Returns
     -------
     NamedTuple
-        Of one of the types of the library's marches; `NoEffects` where none is on.
+        Parameters by name of effect, of one of the types of the library's marches; `NoEffects` where none is on.
+
+    Examples
+    --------
+    >>> class Drag(NamedTuple):
+    ...     factor: float = 0.0
+    >>> @law.for_type(Drag)
+    ... def add_drag(effect, state, balance):
+    ...     balance[0] -= effect.factor * state.speed
+    >>> drag = Effect("drag", Drag, "F = -k v", "chosen", "a slower stroke", "strokes at two speeds")
+    >>> class Effects(NamedTuple):
+    ...     drag: Drag = Drag()
+    >>> own = Library((drag,), (NoEffects, acting("Laws", "__main__", [drag])))
+    >>> chosen(own, Effects()), chosen(own, Effects(Drag(factor=2.0)))
+    (NoEffects(), Laws(drag=Drag(factor=2.0)))
     """
     container = library.marches[max(kind, kind_of_march(library.effects, effects))]
     return container(*(getattr(effects, name) for name in container._fields))  # type: ignore[attr-defined]
 
 
-def volume_of(library, effects):
-    """The gas volume that an effect of a library adds.
+def volume_of(library: Iterable[Effect], effects: Any) -> tuple[float, float]:
+    """Return the gas volume that an effect of a library adds.
 
     Parameters
     ----------
-    library : tuple of Effect
-        One at most with that slot.
+    library : iterable of Effect
+        Effects of a layer, one at most with that slot.
     effects : NamedTuple
         Parameters by name of effect.
 
     Returns
     -------
-    volume, area : float
-        [m3] and the effective area of its feed [m2]; both 0 where there is none.
+    volume : float
+        Gas volume [m3]; 0 where there is none.
+    area : float
+        Effective area of its feed [m2]; 0 where there is none.
+
+    Examples
+    --------
+    >>> class Line(NamedTuple):
+    ...     volume: float = 0.0
+    >>> line = Effect("line", Line, "V", "chosen", "", "", volume=lambda parameters: (parameters.volume, 1e-5))
+    >>> class Effects(NamedTuple):
+    ...     line: Line = Line()
+    >>> volume_of([line], Effects()), volume_of([line], Effects(Line(volume=1e-6)))
+    ((0.0, 0.0), (1e-06, 1e-05))
     """
     for effect in library:
         values = getattr(effects, effect.name)
@@ -195,15 +346,16 @@ def volume_of(library, effects):
     return 0.0, 0.0
 
 
-def unserved(library, effects, marched, served):
-    """Effects of a library that would be ignored: nothing that is computed knows them.
+def unserved(library: Iterable[Effect], effects: Any, marched: Mapping[str, type], served: Set[str]) -> Iterator[str]:
+    """Find the effects of a library that would be ignored: nothing that is computed knows them.
 
     Parameters
     ----------
-    library : sequence of Effect
+    library : iterable of Effect
+        Effects of a layer.
     effects : NamedTuple
         Parameters by name of effect.
-    marched : dict
+    marched : mapping of str to type
         Parameter class by name of effect, of those that the marches are compiled for, see `acting`.
     served : set of str
         Slots that are looked at for this library.
@@ -211,8 +363,22 @@ def unserved(library, effects, marched, served):
     Yields
     ------
     str
-        The name of an effect that the machine has no place for; or that is on, without a slot, in one that is not
+        Name of an effect that the machine has no place for; or that is on, without a slot, in one that is not
         served, or not among those marched; or that adds a second gas volume.
+
+    Examples
+    --------
+    >>> class Drag(NamedTuple):
+    ...     factor: float = 0.0
+    >>> @law.for_type(Drag)
+    ... def add_drag(effect, state, balance):
+    ...     balance[0] -= effect.factor * state.speed
+    >>> drag = Effect("drag", Drag, "F = -k v", "chosen", "a slower stroke", "strokes at two speeds")
+    >>> class Effects(NamedTuple):
+    ...     drag: Drag = Drag()
+    >>> on = Effects(Drag(factor=2.0))
+    >>> list(unserved([drag], on, {}, {"law"})), list(unserved([drag], on, {"drag": Drag}, {"law"}))
+    (['drag'], [])
     """
     volumes = 0
     for effect in library:
@@ -226,12 +392,13 @@ def unserved(library, effects, marched, served):
             yield effect.name
 
 
-def adjusted(library, effects, machine, tables):
-    """A machine after every `adjust` of a library that is on.
+def adjusted(library: Iterable[Effect], effects: Any, machine: Any, tables: Any) -> tuple[Any, Any]:
+    """Return a machine after every `adjust` of a library that is on.
 
     Parameters
     ----------
-    library : tuple of Effect
+    library : iterable of Effect
+        Effects of a layer.
     effects : NamedTuple
         Parameters by name of effect.
     machine, tables : NamedTuple
@@ -240,6 +407,21 @@ def adjusted(library, effects, machine, tables):
     Returns
     -------
     machine, tables : NamedTuple
+        Those with other parameters; the very ones given where no effect is on.
+
+    Examples
+    --------
+    >>> class Bore(NamedTuple):
+    ...     error: float = 0.0
+    >>> class Cylinder(NamedTuple):
+    ...     bore: float = 0.085
+    >>> def adjust(parameters, machine, tables):
+    ...     return machine._replace(bore=machine.bore + parameters.error), tables
+    >>> bore = Effect("bore", Bore, "D + e", "chosen", "", "", adjust=adjust)
+    >>> class Effects(NamedTuple):
+    ...     bore: Bore = Bore()
+    >>> adjusted([bore], Effects(Bore(error=0.04)), Cylinder(), None)
+    (Cylinder(bore=0.125), None)
     """
     for effect in library:
         values = getattr(effects, effect.name)
@@ -248,19 +430,35 @@ def adjusted(library, effects, machine, tables):
     return machine, tables
 
 
-def sensed(library, effects, reading):
-    """A reading after every `sensor` of a library that is on.
+def sensed(library: Iterable[Effect], effects: Any, reading: Any) -> Any:
+    """Return a reading after every `sensor` of a library that is on.
 
     Parameters
     ----------
-    library : tuple of Effect
+    library : iterable of Effect
+        Effects of a layer.
     effects : NamedTuple
         Parameters by name of effect.
     reading : apesim.reading.Reading
+        What exact sensors show.
 
     Returns
     -------
     apesim.reading.Reading
+        What the sensors show; the very one given where no effect is on.
+
+    Examples
+    --------
+    >>> from apesim.reading import Reading
+    >>> class Late(NamedTuple):
+    ...     time: float = 0.0
+    >>> def sensor(parameters, reading):
+    ...     return reading._replace(start=reading.start - parameters.time)
+    >>> late = Effect("late", Late, "t - e", "chosen", "", "", sensor=sensor)
+    >>> class Effects(NamedTuple):
+    ...     late: Late = Late()
+    >>> sensed([late], Effects(Late(time=0.5)), Reading(at=dict, start=1.0)).start
+    0.5
     """
     for effect in library:
         values = getattr(effects, effect.name)
@@ -269,12 +467,37 @@ def sensed(library, effects, reading):
     return reading
 
 
-def add_laws(effects, state, balance):
-    """Let every effect of a tuple add to the balances."""
+def add_laws(effects: tuple[Any, ...], state: Any, balance: np.ndarray) -> None:
+    """Let every effect of a tuple add to the balances.
+
+    Parameters
+    ----------
+    effects : tuple of NamedTuple
+        Parameters of the effects.
+    state : NamedTuple
+        State of the machine, in SI.
+    balance : (n,) array
+        Balances and branches of the layer, in SI; added to.
+
+    Examples
+    --------
+    >>> class Drag(NamedTuple):
+    ...     factor: float = 0.0
+    >>> @law.for_type(Drag)
+    ... def add_drag(effect, state, balance):
+    ...     balance[0] -= effect.factor * state.speed
+    >>> class State(NamedTuple):
+    ...     speed: float
+    >>> balance = np.zeros(1)
+    >>> add_laws((Drag(factor=2.0), Drag(factor=1.0)), State(speed=3.0), balance)
+    >>> balance.tolist()
+    [-9.0]
+    """
     for effect in effects:
         law(effect, state, balance)
 
 
+# Numba compares the parameters of an overload with those of its body, annotations and all: both have none.
 @overload(add_laws)
 def _add_laws(effects, state, balance):
     if len(effects) == 0:
@@ -288,16 +511,56 @@ def _add_laws(effects, state, balance):
 
 
 @kernel
-def note_branch(balance, index, branch):
-    """Say on which branch of its law an effect is, where it has several: an integer of -3 to 3, a digit each.
+def note_branch(balance: np.ndarray, index: int, branch: int) -> None:
+    """Note on which branch of its law an effect is, where it has several.
 
-    Where the number in the balance changes, the march ends a step.
+    The number in the balance has a digit to the base 7 for each effect. Where it changes, the march ends a step.
+
+    Parameters
+    ----------
+    balance : (n,) array
+        Balances and branches of the layer; changed.
+    index : int
+        Element that notes branches.
+    branch : int
+        Branch, -3 to 3.
+
+    Examples
+    --------
+    >>> balance = np.zeros(1)
+    >>> note_branch(balance, 0, 1)
+    >>> note_branch(balance, 0, -1)
+    >>> balance.tolist()
+    [6.0]
     """
     balance[index] = 7.0 * balance[index] + branch
 
 
-def restitution(effects, speed):
-    """Largest restitution that any effect of a tuple gives a stop."""
+def restitution(effects: tuple[Any, ...], speed: float) -> float:
+    """Return the largest restitution that any effect of a tuple gives a stop.
+
+    Parameters
+    ----------
+    effects : tuple of NamedTuple
+        Parameters of the effects.
+    speed : float
+        Speed of the contact without sign [m/s].
+
+    Returns
+    -------
+    float
+        Speed after over speed before the contact; 0 without effects.
+
+    Examples
+    --------
+    >>> class Soft(NamedTuple):
+    ...     share: float = 0.0
+    >>> @contact.for_type(Soft)
+    ... def restitution_of_soft(effect, speed):
+    ...     return effect.share
+    >>> restitution((Soft(share=0.3), Soft(share=0.1)), 2.0), restitution((), 2.0)
+    (0.3, 0.0)
+    """
     return max([contact(effect, speed) for effect in effects], default=0.0)
 
 

@@ -13,14 +13,14 @@ DOUBLE = ir.DoubleType()
 
 
 @intrinsic(prefer_literal=True)
-def _zeros(typing_context, count):
-    """An array of zeros, its length a constant; it ends with the kernel that asks for it.
+def _zeros(typing_context: Any, count: Any) -> Any:
+    """Return an array of zeros on the stack, its length a constant; it ends with the kernel that asks for it.
 
     Laid down where it is asked for: from a function between, it would not outlive that function.
     """
     kind = types.Array(types.float64, 1, "C")
 
-    def generate(context, builder, signature, arguments):
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         room = ir.ArrayType(DOUBLE, count.literal_value)
         data = cgutils.alloca_once(builder, room)
         builder.store(ir.Constant(room, None), data)
@@ -34,13 +34,14 @@ def _zeros(typing_context, count):
 
 
 class _AlsoPlain(type(_zeros)):  # type: ignore[misc]
-    """Such an array for kernels that are called as plain Python."""
+    """Intrinsic that kernels can call as plain Python, too: they then get an array from the heap."""
 
-    def __call__(self, count):
+    def __call__(self, count: int) -> np.ndarray:
         return np.zeros(count)
 
 
 zeros: Any = _zeros
+"""Function from a constant length to an array of zeros, float64; in a kernel it ends with the kernel."""
 if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba sets its options from the environment
     zeros = np.zeros
 else:

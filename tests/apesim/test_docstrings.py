@@ -16,9 +16,7 @@ FOLDERS = "apesim", "valve", "engine"
 """Layers whose public functions are held to Parameters, Returns and Examples."""
 UNDOCUMENTED = (
     "apesim/__init__.py",
-    "apesim/effect.py",
     "apesim/kernel.py",
-    "apesim/stack_array.py",
     "engine/effects/__init__.py",
 )
 """Files whose functions are not all described so yet; one that is leaves this list."""
