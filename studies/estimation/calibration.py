@@ -1,28 +1,43 @@
 """The noise of measured data, and the machine with its uncertain numbers fitted to them."""
 
+from typing import Any
+
 import numpy as np
 
-from apesim.studies.estimation.levenberg_marquardt import descend
+from apesim.engine.machine import Machine
+from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
 from apesim.studies.estimation.residuals import Problem, unless_ended
-from apesim.studies.measured import FIT, GATE
+from apesim.studies.measured import FIT, GATE, Measured
 
 STARTS = 8
-"""Further starts of a calibration."""
+"""Number of further starts of a calibration."""
 SEED = 8302
 DEEPER = 1.0
 """Fall of the sum of squares from which another minimum is a better one."""
 
 
-def uncalibrated(machine, measured):
-    """The runs to be fitted with the noise of the data, and the nuisances of the machine.
+def uncalibrated(machine: Machine, measured: Measured) -> tuple[Problem, list[str]]:
+    """The residuals of the runs to be fitted as a function of the machine's nuisances, with the noise of the data.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
+        The noise is estimated from the runs to be fitted and from the gate runs.
 
     Returns
     -------
-    apesim.studies.estimation.residuals.Problem
+    problem : apesim.studies.estimation.residuals.Problem
     warnings : list of str
+        See `apesim.studies.estimation.noise.estimation.noise_of`.
+
+    Raises
+    ------
+    apesim.studies.estimation.residuals.EndedEarly
+        The machine cannot be simulated.
     """
     nuisances = nuisances_of(machine, measured)
     known = Problem(machine, measured.of(FIT) + measured.of(GATE), nuisances)
@@ -30,8 +45,11 @@ def uncalibrated(machine, measured):
     return Problem(machine, measured.of(FIT), nuisances, noise), warnings
 
 
-def calibrate(machine, measured):
-    """The noise of the data, and the machine with its nuisances fitted under their priors.
+def calibrate(machine: Machine, measured: Measured) -> tuple[Model, list[str]]:
+    """Calibrate a machine: fit its nuisances to measured data under their priors.
+
+    It minimises ``|e(x)|^2 + |x|^2`` from x = 0, with the whitened residuals e and the nuisances x in prior standard
+    deviations.
 
     Parameters
     ----------
@@ -40,8 +58,15 @@ def calibrate(machine, measured):
 
     Returns
     -------
-    Model
+    model : apesim.studies.estimation.model.Model
+        The calibrated machine, without candidates.
     warnings : list of str
+        See `apesim.studies.estimation.noise.estimation.noise_of`.
+
+    Raises
+    ------
+    apesim.studies.estimation.residuals.EndedEarly
+        The machine cannot be simulated.
     """
     problem, warnings = uncalibrated(machine, measured)
     fitted = descend(problem, np.zeros(len(problem.parameters)))
@@ -49,20 +74,21 @@ def calibrate(machine, measured):
     return Model((), problem, fitted), warnings
 
 
-def elsewhere(base, work):
-    """The calibrated machine at the deepest of several minima, from further starts drawn from the priors.
+def elsewhere(base: Model, work: Any) -> Model:
+    """Look for a deeper minimum of a calibration, from `STARTS` further starts drawn from the priors.
 
-    An engine whose valve is near the end of its breath has ranges without any steady state, which no descent crosses.
+    An engine near the limit of its valve has ranges without any steady state, which no descent crosses.
 
     Parameters
     ----------
-    base : Model
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
     work : apesim.studies.gap.work.Work
 
     Returns
     -------
-    Model
-        The same where none is deeper.
+    apesim.studies.estimation.model.Model
+        The calibrated machine at the deepest minimum; `base` itself where none is deeper by `DEEPER`.
     """
     problem, rng = base.problem, np.random.default_rng(SEED)
     draws = rng.standard_normal((STARTS, len(base.fitted.x)))
@@ -77,7 +103,7 @@ def elsewhere(base, work):
     return Model((), problem, fitted)
 
 
-def _descended(problem, x):
+def _descended(problem: Problem, x: np.ndarray) -> tuple[Fitted, int]:
     """End of a descent from x, and how many simulations it takes."""
     own = problem.with_parameters(problem.parameters)
     return descend(own, x), own.simulations

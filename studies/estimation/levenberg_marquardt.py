@@ -5,7 +5,7 @@ benches, calibrations and fits of one or two effects: 208 evaluations of all run
 differences ("trf", tolerances of 1e-5), to sums of squares within 0.005 of each other.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -28,57 +28,93 @@ BENT = 0.3
 
 
 class Fitted(NamedTuple):
-    """Result of a fit."""
+    """A minimum of a sum of squares, with the residuals and their sensitivities there."""
 
     x: np.ndarray
-    """(p,)"""
+    """Scaled parameters, (p,)."""
     errors: np.ndarray
-    """(n + p,), see `apesim.studies.estimation.residuals.Problem.errors`."""
+    """Whitened residuals, and behind them the pulls of the priors, (n + p,) [standard deviations]."""
     jacobian: np.ndarray
-    """(n + p, p), at x or close to it."""
+    """Sensitivities of `errors` at x or close to it, (n + p, p)."""
     converged: bool
-    """Whether no sensitivity taken at x promises more."""
+    """Whether no step by sensitivities taken at x promises more."""
 
     @property
-    def cost(self):
+    def cost(self) -> float:
         """Sum of squares, priors included."""
         return float(self.errors @ self.errors)
 
     @property
-    def left(self):
-        """Errors without the pulls of the priors, (n,)."""
+    def left(self) -> np.ndarray:
+        """Whitened residuals without the pulls of the priors, (n,) [standard deviations]."""
         return self.errors[: len(self.errors) - len(self.x)]
 
     @property
-    def covariance(self):
-        """Covariance of the parameters, (p, p)."""
+    def covariance(self) -> np.ndarray:
+        """Covariance of the scaled parameters by the curvature, ``pinv(J'J)``, (p, p)."""
         return np.linalg.pinv(self.jacobian.T @ self.jacobian)
 
 
-def descend(problem, x, jacobian=None):
-    """The nearest minimum of the sum of squares within the bounds.
+class LeastSquares(Protocol):
+    """Residuals as a function of bounded parameters: what `descend` needs of a problem."""
+
+    low: np.ndarray
+    """Least parameters, (p,)."""
+    high: np.ndarray
+    """Largest parameters, (p,)."""
+
+    def errors(self, x: np.ndarray) -> np.ndarray:
+        """Residuals at x."""
+
+    def jacobian(self, x: np.ndarray, errors: np.ndarray) -> np.ndarray:
+        """Sensitivities of the residuals at x, where they are `errors`."""
+
+
+def descend(problem: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = None) -> Fitted:
+    """Descend to the nearest minimum of the sum of squares within the bounds.
+
+    Each step solves ``(J'J + damping diag(J'J)) step = -J'e`` (Levenberg and Marquardt) for the parameters that no
+    bound holds. After a step that lowers the sum of squares, J is kept up by Broyden's rule,
+    ``J + (e_new - e - J step) step' / (step' step)``; it is taken anew where a step does not keep its promise.
 
     Parameters
     ----------
-    problem : apesim.studies.estimation.residuals.Problem
+    problem : LeastSquares
+        Such as an `apesim.studies.estimation.residuals.Problem`.
     x : (p,) float array
-        Where to start.
+        Start; it is clipped to the bounds.
     jacobian : (n + p, p) float array, optional
-        From nearby.
+        Sensitivities from nearby; without them they are taken at the start.
 
     Returns
     -------
     Fitted
+        ``converged`` is False where `MAX_STEPS` did not suffice.
 
     Raises
     ------
-    EndedEarly
-        The simulation fails at the start.
+    apesim.studies.estimation.residuals.EndedEarly
+        The simulation does not come to its end at the start.
+
+    Examples
+    --------
+    A line through four points, known to 0.01 each:
+
+    >>> class Line:
+    ...     low, high = np.array([-10.0, -10.0]), np.array([10.0, 10.0])
+    ...     at, seen = np.arange(4.0), np.array([1.0, 3.0, 5.0, 7.0])
+    ...     def errors(self, x):
+    ...         return (x[0] + x[1] * self.at - self.seen) / 0.01
+    ...     def jacobian(self, x, errors):
+    ...         return np.column_stack([np.ones(4), self.at]) / 0.01
+    >>> fitted = descend(Line(), np.zeros(2))
+    >>> fitted.x.round(3).tolist(), fitted.converged
+    ([1.0, 2.0], True)
     """
     x = np.clip(np.asarray(x, dtype=float), problem.low, problem.high)
     errors = problem.errors(x)
     fresh = jacobian is None
-    jacobian = problem.jacobian(x, errors) if fresh else jacobian.copy()
+    jacobian = problem.jacobian(x, errors) if jacobian is None else jacobian.copy()
     damping, before = 1e-3, np.inf
     for _ in range(MAX_STEPS):
         step, promise = _step(problem, x, errors, jacobian, damping)
@@ -110,7 +146,9 @@ def descend(problem, x, jacobian=None):
     return Fitted(x, errors, jacobian, False)
 
 
-def _step(problem, x, errors, jacobian, damping):
+def _step(
+    problem: LeastSquares, x: np.ndarray, errors: np.ndarray, jacobian: np.ndarray, damping: float
+) -> tuple[np.ndarray, float]:
     """The damped step from x that stays in the bounds, and the fall that the straight model promises."""
     gradient = jacobian.T @ errors
     free = ~(((x <= problem.low) & (gradient > 0.0)) | ((x >= problem.high) & (gradient < 0.0)))

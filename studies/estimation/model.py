@@ -1,9 +1,10 @@
 """A machine as it was fitted: calibrated, and with what was added to it."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from apesim.engine.machine import Machine
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.parameters import corrections
 from apesim.studies.estimation.residuals import Problem
@@ -16,48 +17,69 @@ MIN_SENSITIVITY = 1e-6
 class Model(NamedTuple):
     """The calibrated machine with candidates added."""
 
-    candidates: tuple
-    """None, one or two."""
+    candidates: tuple[Any, ...]
+    """Effects that were added, `apesim.studies.gap.search.candidates.Candidate`: none, one or two."""
     problem: Problem
+    """Residuals as a function of the nuisances and of the parameters of the candidates, in this order."""
     fitted: Fitted
+    """Fit of the problem."""
     released: str = ""
     """Key of a nuisance whose prior was taken away."""
-    profiles: dict | None = None
+    profiles: dict[str, Any] | None = None
     """Both ends of the intervals of effects that have a shape, `apesim.studies.estimation.profile_likelihood.End` in x,
     by key; None: not sought, see `apesim.studies.gap.search.intervals`."""
 
     @property
-    def names(self):
+    def names(self) -> tuple[str, ...]:
         """Names of the candidates, or of the nuisance released."""
         return (self.released,) if self.released else tuple(candidate.name for candidate in self.candidates)
 
     @property
-    def cost(self):
+    def cost(self) -> float:
         """Sum of squares, priors included."""
         return self.fitted.cost
 
     @property
-    def added(self):
-        """How many parameters were freed."""
+    def added(self) -> int:
+        """Number of parameters of the candidates."""
         return sum(len(candidate.parameters) for candidate in self.candidates)
 
     @property
-    def beyond(self):
-        """Keys of what is fitted beyond what a machine file takes."""
+    def beyond(self) -> list[str]:
+        """Keys of the parameters that are fitted beyond the range that a machine file takes."""
         return [
             p.key
             for p, x in zip(self.problem.parameters, self.fitted.x, strict=True)
             if not p.prior and not p.ends[0] <= x <= p.ends[1]
         ]
 
-    def own(self, number):
-        """Values x of the parameters of one of its candidates."""
+    def own(self, number: int) -> np.ndarray:
+        """Fitted values x of the parameters of one candidate.
+
+        Parameters
+        ----------
+        number : int
+            Place of the candidate.
+
+        Returns
+        -------
+        (q,) float array
+            In the order of the candidate's parameters.
+        """
         first = len(self.fitted.x) - self.added
         first += sum(len(candidate.parameters) for candidate in self.candidates[:number])
         return self.fitted.x[first : first + len(self.candidates[number].parameters)]
 
-    def machine(self):
-        """The machine with the effects, within what a machine file allows; its nuisances as they were."""
+    def machine(self) -> Machine:
+        """The machine with the effects that were added, its nuisances as they were.
+
+        Parameters that the data do not depend on are left as they were, and values beyond the range of a machine file
+        become the end of it.
+
+        Returns
+        -------
+        apesim.engine.machine.Machine
+        """
         machine, runs = self.problem.machine, self.problem.runs
         for p, x, told in zip(self.problem.parameters, self.fitted.x, self.identifiable, strict=True):
             if told and not p.prior:
@@ -66,6 +88,6 @@ class Model(NamedTuple):
         return machine
 
     @property
-    def identifiable(self):
-        """Whether the data depend on each parameter at all, (p,) bool array."""
+    def identifiable(self) -> np.ndarray:
+        """Whether the data depend on each parameter at all: a sensitivity above `MIN_SENSITIVITY`, (p,) bool array."""
         return np.linalg.norm(self.fitted.jacobian, axis=0) > MIN_SENSITIVITY

@@ -5,7 +5,8 @@ recursion, its order by Schwarz's criterion). Hum is a sine of unknown amplitude
 covariance of the noise, so that nothing has to be fitted.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,39 +24,82 @@ CORRELATIONS = np.linspace(-0.9, 0.97, 188)
 
 
 class Noise(NamedTuple):
-    """Noise of a channel at a sampling interval."""
+    """Noise of a channel at a sampling interval, as an autoregressive process."""
 
     deviation: float
-    """[SI]"""
-    predictors: tuple
-    """For each order 0, 1, ... the weights of the samples before."""
+    """Standard deviation [SI]."""
+    predictors: tuple[np.ndarray, ...]
+    """Weights of the samples before, the last one first, in the best prediction of a sample: one array for each order
+    0, 1, ..."""
     spread: np.ndarray
     """Standard deviation of each order's error of prediction, over the deviation."""
     source: str
     """Source of deviation and colour."""
-    hums: tuple = ()
+    hums: tuple[tuple[float, float], ...] = ()
     """Frequency [Hz] of each hum, and the standard deviation of the amplitudes of its sine and cosine [SI]."""
     samples: float = np.inf
-    """Independent ones from which deviation and colour are; infinite: taken for known."""
+    """Number of independent samples from which deviation and colour are; inf: they are taken for known."""
     is_stated: bool = False
-    """Whether the deviation is not from them, but known."""
+    """Whether the deviation is known, and not from the samples."""
 
     @property
-    def order(self):
-        """Terms of the autoregressive process."""
+    def order(self) -> int:
+        """Number of terms of the autoregressive process."""
         return len(self.predictors) - 1
 
 
-def white(deviation, source, samples=np.inf):
-    """Noise without colour."""
+def white(deviation: float, source: str, samples: float = np.inf) -> Noise:
+    """White noise: without colour and without hum.
+
+    Parameters
+    ----------
+    deviation : float
+        Standard deviation [SI].
+    source : str
+        Source of the deviation, for reports.
+    samples : float
+        Number of independent samples from which the deviation is; inf: it is taken for known.
+
+    Returns
+    -------
+    Noise
+
+    Examples
+    --------
+    >>> white(2e3, "stated").order
+    0
+    """
     return Noise(deviation, (np.zeros(0),), np.ones(1), source, samples=samples)
 
 
-def levinson(correlation):
-    """Predictors of orders 0 to n of a process with the correlations 1, c_1, ..., c_n, and their errors' deviations.
+def levinson(correlation: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+    """Find the best linear predictors of all orders of a stationary process, by Levinson's recursion.
+
+    They solve Yule and Walker's equations. The reflection k_m leads from order m - 1 to m, with the variance v of the
+    error of prediction over that of the process::
+
+        k_m = (c_m - sum(w_i c_(m-i))) / v_(m-1),    v_m = v_(m-1) (1 - k_m^2)
 
     The recursion gives all orders at once, of which Schwarz's criterion chooses, and ends where the correlations belong
     to no process; `scipy.linalg.solve_toeplitz` solves for one order, and does not tell.
+
+    Parameters
+    ----------
+    correlation : (n + 1,) float array
+        Correlations 1, c_1, ..., c_n of samples 0 to n apart.
+
+    Returns
+    -------
+    predictors : tuple of (m,) float array
+        For each order m the weights of the m samples before, the last one first.
+    spread : (orders,) float array
+        Standard deviation of the error of prediction, over that of the process, for each order.
+
+    Examples
+    --------
+    >>> predictors, spread = levinson(np.array([1.0, 0.5, 0.5]))
+    >>> [weights.round(3).tolist() for weights in predictors], spread.round(3).tolist()
+    ([[], [0.5], [0.333, 0.333]], [1.0, 0.866, 0.816])
     """
     predictors, variance = [np.zeros(0)], [1.0]
     for order in range(1, len(correlation)):
@@ -68,20 +112,27 @@ def levinson(correlation):
     return tuple(predictors), np.sqrt(variance)
 
 
-def autoregressive(segments, source, fitted=(), doubt=0.0):
-    """Noise from stretches of nothing but noise.
+def autoregressive(
+    segments: Sequence[np.ndarray], source: str, fitted: Sequence[np.ndarray] = (), doubt: float = 0.0
+) -> Noise:
+    """Estimate noise as an autoregressive process from stretches of nothing but noise.
+
+    The order is that of the least ``n ln(v_m) + m ln(n)`` (Schwarz's criterion), with n samples and the variance v_m of
+    the error of prediction; see `levinson`. Fewer than `ENOUGH` samples tell no colour.
 
     What was fitted to white noise and taken off leaves correlations that are not the noise's, minus those of its
     orthonormal columns: they are added again.
 
     Parameters
     ----------
-    segments : list of (n,) float array
+    segments : sequence of (n,) float array
+        Stretches of noise [SI].
     source : str
+        Source of the noise, for reports.
     fitted : sequence of (n, k) float array
-        For each of them its rows of the orthonormal columns that were fitted, and taken off; none: nothing was.
+        For each stretch its rows of the orthonormal columns that were fitted, and taken off; none: nothing was.
     doubt : float
-        What an order beyond the first has to earn besides Schwarz's price.
+        Further price of an order beyond the first, besides Schwarz's.
 
     Returns
     -------
@@ -104,13 +155,15 @@ def autoregressive(segments, source, fitted=(), doubt=0.0):
     return Noise(deviation, predictors[: order + 1], spread[: order + 1], source, samples=free)
 
 
-def _lagged(parts, lag):
+def _lagged(parts: Iterable[np.ndarray], lag: int) -> float:
     """Sum of the products of all samples with those so much later, within each of the parts."""
     return sum(float(np.sum(part[lag:] * part[: len(part) - lag])) for part in parts)
 
 
-def drifting(stretches, source, fitted=(), stated=np.nan):
-    """Noise from stretches of noise on a straight drift each, which takes nothing off its colour.
+def drifting(
+    stretches: Sequence[np.ndarray], source: str, fitted: Sequence[np.ndarray] = (), stated: float = np.nan
+) -> Noise:
+    """Estimate noise from stretches of noise, each of which may drift straight; the drifts take no colour off it.
 
     Levinson's recursion on what is left of the drifts takes slow noise for drift; for noise of the first order the
     correlation of neighbours is the most probable one whatever the drifts are (restricted likelihood, Patterson and
@@ -118,12 +171,14 @@ def drifting(stretches, source, fitted=(), stated=np.nan):
 
     Parameters
     ----------
-    stretches : list of (n,) float array
+    stretches : sequence of (n,) float array
+        Stretches of noise on their drifts [SI].
     source : str
+        Source of the noise, for reports.
     fitted : sequence of (n, k) float array
-        See `autoregressive`; none: the drifts alone.
+        Orthonormal columns that were fitted to each stretch, see `autoregressive`; none: the drifts alone.
     stated : float
-        Standard deviation [SI]; NaN: to be found.
+        Standard deviation that is known [SI]; NaN: it is estimated.
 
     Returns
     -------
@@ -135,19 +190,23 @@ def drifting(stretches, source, fitted=(), stated=np.nan):
     return _coloured(bare, groups, source, fitted or straight, stated)
 
 
-def beside(records, columns, source, fitted=()):
-    """Noise from records of which columns that all of them share were taken off, by the same weights in each.
+def beside(
+    records: Sequence[np.ndarray], columns: Sequence[np.ndarray], source: str, fitted: Sequence[np.ndarray] = ()
+) -> Noise:
+    """Estimate noise from records of which columns that all share were taken off, by one set of weights.
 
     Columns that vary slowly take more from slow noise than from white; see `drifting`.
 
     Parameters
     ----------
-    records : list of (n,) float array
-    columns : list of (n, k) float array
-        For each of them its rows.
+    records : sequence of (n,) float array
+        What is left of each record [SI].
+    columns : sequence of (n, k) float array
+        For each record its rows of the columns that were taken off.
     source : str
+        Source of the noise, for reports.
     fitted : sequence of (n, m) float array
-        For each of them the orthonormal columns that were fitted to it alone, besides.
+        For each record the orthonormal columns that were fitted to it alone, besides.
 
     Returns
     -------
@@ -196,13 +255,21 @@ def _most_probable(groups, source, free, stated):
     return Noise(float(np.sqrt(variance) / spread[1]), weights, spread, source, samples=free)
 
 
-def _straight(n):
+def _straight(n: int) -> np.ndarray:
     """Orthonormal columns of a constant and a slope, (n, 2)."""
     return np.linalg.qr(np.column_stack([np.ones(n), np.linspace(-1.0, 1.0, n)]))[0]
 
 
-def whitened(noise, columns, times):
-    """Columns in standard deviations, the colour of the noise taken off.
+def whitened(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Whiten columns: divide them by the standard deviation of the noise, and take its colour and hum off.
+
+    Sample i becomes the error of its best prediction from the m samples before it, over the standard deviation of that
+    error; m is the order of the noise, or i where fewer samples come before::
+
+        (y_i - sum(w_j y_(i-j), j = 1..m)) / (deviation spread_m)
+
+    Noise so treated is white, of standard deviation 1. Hum adds sines W of random size to the covariance, which becomes
+    ``1 + W W'`` of what is whitened so; the result is multiplied by ``(1 + W W')^(-1/2)``.
 
     Parameters
     ----------
@@ -210,11 +277,18 @@ def whitened(noise, columns, times):
     columns : (n, k) float array
         [SI]
     times : (n,) float array
-        Of the samples [s]; without effect but for hum.
+        Times of the samples [s]; they matter for hum alone.
 
     Returns
     -------
     (n, k) float array
+        [standard deviations]
+
+    Examples
+    --------
+    >>> red = Noise(2.0, (np.zeros(0), np.array([0.8])), np.array([1.0, 0.6]), "stated")
+    >>> whitened(red, np.array([[2.0], [2.8], [1.04]]), np.arange(3.0)).ravel().round(6).tolist()
+    [1.0, 1.0, -1.0]
     """
     filtered = columns.astype(float)
     for lag, weight in enumerate(noise.predictors[-1], 1):
@@ -231,13 +305,41 @@ def whitened(noise, columns, times):
     return filtered + left @ ((1.0 / np.sqrt(1.0 + sizes**2) - 1.0)[:, None] * (left.T @ filtered))
 
 
-def sines(frequency, times):
-    """Sine and cosine, shape (n, 2)."""
+def sines(frequency: float, times: np.ndarray) -> np.ndarray:
+    """Sine and cosine of a frequency at given times.
+
+    Parameters
+    ----------
+    frequency : float
+        [Hz]
+    times : (n,) float array
+        [s]
+
+    Returns
+    -------
+    (n, 2) float array
+
+    Examples
+    --------
+    >>> sines(50.0, np.array([0.0, 0.005])).round(6).tolist()
+    [[0.0, 1.0], [1.0, 0.0]]
+    """
     angle = 2.0 * np.pi * frequency * times
     return np.column_stack([np.sin(angle), np.cos(angle)])
 
 
-def noise_for(noise, block):
-    """The noise of a block: that of its sensor, at the nearest sampling interval."""
+def noise_for(noise: Mapping[str, Mapping[float, Noise]], block: Any) -> Noise:
+    """The noise of a block: that of its sensor, at the nearest sampling interval.
+
+    Parameters
+    ----------
+    noise : dict of dict of Noise
+        Noise by sensor and sampling interval [s].
+    block : apesim.studies.estimation.residuals.Block
+
+    Returns
+    -------
+    Noise
+    """
     known = noise[block.sensor]
     return known[min(known, key=lambda interval: abs(interval - block.interval))]
