@@ -123,7 +123,7 @@ def text_of(path: str | PathLike[str], smaller: str = "") -> str:
         raise InvalidValue(f"{name} is no text in line {line}", "save it as UTF-8") from None
 
 
-def _open_regular(path, flags):
+def _open_regular(path: str, flags: int) -> int:
     """A descriptor of a regular file; a pipe is not waited for, nor a device read that never ends."""
     descriptor = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
     mode = os.fstat(descriptor).st_mode

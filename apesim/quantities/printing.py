@@ -79,20 +79,20 @@ def _section(
     return keys + curves + sections
 
 
-def _texts(tree, ambient_pressure):
+def _texts(tree: Any, ambient_pressure: float | None) -> list[Any]:
     """All values of a tree as they are printed, to compare trees: NaN equals itself."""
     return [leaf.declaration.render(leaf.default, ambient_pressure) for leaf in schema(type(tree), tree)]
 
 
-def _title(cls):
+def _title(cls: Any) -> str:
     return cls.__doc__.strip().splitlines()[0]
 
 
-def _string(text):
+def _string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)  # TOML escapes as JSON does
 
 
-def _comment(*parts):
+def _comment(*parts: str) -> list[str]:
     """Lines of comment: all parts in one, or each in lines of its own."""
     text = f"# {'; '.join(parts)}"
     if len(text) <= WIDTH:
@@ -100,13 +100,13 @@ def _comment(*parts):
     return [f"# {line}" for part in parts for line in textwrap.wrap(part, WIDTH - 2, break_on_hyphens=False)]
 
 
-def _remarked(line, separator, *remark):
+def _remarked(line: str, separator: str, *remark: str) -> list[str]:
     """A line with its remark behind it, or above it if that would be too long."""
     whole = f"{line}{separator}{'; '.join(remark)}"
     return [whole] if len(whole) <= WIDTH else [*_comment(*remark), line]
 
 
-def _columns(columns):
+def _columns(columns: dict[str, list[float]]) -> list[str]:
     """The lists of a curve."""
     lines = []
     for header, numbers in columns.items():
