@@ -1,21 +1,29 @@
 """Parameters that measured data may move: nuisances, which have priors, and strengths of effects, which have none."""
 
+from collections.abc import Iterable, Sequence
 from math import isnan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.machine import Machine
 from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import schema
 from apesim.quantities.units import unit as unit_of
+from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import with_value
 
 
 class Parameter(NamedTuple):
-    """A parameter, scaled.
+    """A parameter that measured data may move, as a scaled number x.
 
-    That of an effect has the value ``origin + scale x``; a nuisance shifts what the machine has by ``scale x``, or by
-    that share of it.
+    A parameter of an effect has the value ``origin + scale x``, or ``scale / x`` where it is inverse. A nuisance shifts
+    what the machine has by ``scale x``, or by that share of it where it is relative.
+
+    Examples
+    --------
+    >>> force = Parameter("effects.coulomb_friction.force", 12.0, 0.0, 1.3)
+    >>> force.value(0.25), force.shown(3.0)
+    (3.0, 3.0)
     """
 
     key: str
@@ -25,6 +33,7 @@ class Parameter(NamedTuple):
     low: float
     """Least x."""
     high: float
+    """Largest x."""
     origin: float = 0.0
     """Value at x = 0 [SI]; of a nuisance the machine's own."""
     shifts: bool = False
@@ -48,7 +57,7 @@ class Parameter(NamedTuple):
         return self.outside or DECLARED[self.key]
 
     @property
-    def ends(self):
+    def ends(self) -> tuple[float, float]:
         """Least and largest x that a machine file takes."""
         return self.low / self.reach, self.high / self.reach
 
@@ -59,14 +68,34 @@ class Parameter(NamedTuple):
             return not self.is_sensed
         return self.key.split(".")[1] not in SENSED if self.key.startswith("effects.") else True
 
-    def value(self, x):
-        """SI value at x."""
+    def value(self, x: float) -> float:
+        """The value at x.
+
+        Parameters
+        ----------
+        x : float
+
+        Returns
+        -------
+        float
+            [SI]
+        """
         if self.inverse:
             return self.scale / float(x) if x > 0.0 else self.origin
         return self.origin + self.scale * float(x) * (self.origin if self.relative else 1.0)
 
-    def shown(self, value):
-        """An SI value in the unit of the machine file."""
+    def shown(self, value: float) -> float:
+        """A value in the unit of the machine file.
+
+        Parameters
+        ----------
+        value : float
+            [SI]
+
+        Returns
+        -------
+        float
+        """
         return shown(self.declaration, value)
 
 
@@ -80,26 +109,66 @@ DECLARED = {leaf.key: leaf.declaration for leaf in schema(Machine)}
 
 
 def shown(declaration: Declaration, value: float) -> float:
-    """An SI value in the unit of the machine file."""
+    """A value in the unit in which the machine file declares it.
+
+    Parameters
+    ----------
+    declaration : apesim.quantities.declarations.Declaration
+    value : float
+        [SI]
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> round(shown(DECLARED["valve.stroke"], 0.009), 6)
+    9.0
+    """
     return value / unit_of(declaration.unit).si("1")  # type: ignore[attr-defined]
 
 
-def value_of(tree, key):
-    """What stands in a machine at a key with dots."""
+def value_of(tree: Any, key: str) -> Any:
+    """The value that stands in a machine at a key with dots.
+
+    Parameters
+    ----------
+    tree : apesim.engine.machine.Machine
+    key : str
+        E.g. "valve.stroke".
+
+    Returns
+    -------
+    object
+        SI where it is a quantity.
+
+    Raises
+    ------
+    AttributeError
+        There is no such key.
+
+    Examples
+    --------
+    >>> value_of(Machine(), "valve.stroke")
+    0.009
+    """
     for name in key.split("."):
         tree = getattr(tree, name)
     return tree
 
 
-def put(machine, parameters, x):
-    """The machine with the parameters at x.
+def put(machine: Machine, parameters: Iterable[Parameter], x: Iterable[float]) -> Machine:
+    """The machine with parameters set to given x.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
-        With the supply of a run: a share of its pressure is one of that run's, above ambient, as a gauge errs.
-    parameters : sequence of Parameter
-    x : sequence of float
+        The machine with the supply of a run: a share of the supply's pressure is one of that above ambient, as a gauge
+        errs.
+    parameters : iterable of Parameter
+    x : iterable of float
+        One for each parameter.
 
     Returns
     -------
@@ -115,11 +184,11 @@ def put(machine, parameters, x):
     return machine
 
 
-def corrections(machine, parameter, x, runs):
-    """What a machine file says where measured runs put a parameter at x.
+def corrections(machine: Machine, parameter: Parameter, x: float, runs: Sequence[MeasuredRun]) -> dict[str, float]:
+    """The entries of a machine file that a parameter at x stands for.
 
-    A number that the runs state themselves is none of the machine: where it is far off, the instrument is that it was
-    read from.
+    Supply pressure and temperature are stated by the runs themselves. Where the fit moves them, the instrument is wrong
+    that they were read from, and the entry is its gain or offset.
 
     Parameters
     ----------
@@ -131,10 +200,12 @@ def corrections(machine, parameter, x, runs):
     Returns
     -------
     dict of float
-        SI values by key, that of the instrument first.
+        SI values by key. There are two where only some of the runs state their temperature: the instrument's offset,
+        then the machine's own number.
     """
     states = {"supply.pressure": True, "supply.temperature": any(not isnan(run.temperature) for run in runs)}
-    found, shift = {}, parameter.scale * float(x)
+    found: dict[str, float] = {}
+    shift = parameter.scale * float(x)
     if states.get(parameter.key):
         key = INSTRUMENTS[parameter.key]
         own = value_of(machine, key)
@@ -144,6 +215,20 @@ def corrections(machine, parameter, x, runs):
     return found
 
 
-def value_at(machine, parameter, x):
-    """What a machine has at x [SI]; a gauge's error is that at the supply which the machine itself states."""
+def value_at(machine: Machine, parameter: Parameter, x: float) -> float:
+    """The value that the machine has with a parameter at x.
+
+    A relative error of the supply's pressure is taken at the supply that the machine itself states.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    parameter : Parameter
+    x : float
+
+    Returns
+    -------
+    float
+        [SI]
+    """
     return value_of(put(machine, (parameter,), (x,)), parameter.key)

@@ -5,22 +5,26 @@ The priors are standard deviations: what a catalogue, a drawing or a calibration
 
 from typing import NamedTuple
 
+from apesim.engine.machine import Machine
 from apesim.studies.estimation.parameters import DECLARED, Parameter, value_of
+from apesim.studies.measured import Measured
 
 
 class Prior(NamedTuple):
-    """How well a number of the machine is known."""
+    """The standard deviation within which a number of the machine is known."""
 
     key: str
+    """Key of the machine file."""
     deviation: float
-    """A share of the value where it is relative, else SI."""
+    """Standard deviation: a share of the value where it is relative, else SI."""
     relative: bool = False
+    """Whether the standard deviation is a share of the value."""
     sensor: str = ""
-    """What has to be measured for it to matter; "" : always."""
+    """Sensor without which the number does not matter; "": it always does."""
 
 
 FARTHEST = 100.0
-"""Prior deviations."""
+"""Prior standard deviations beyond which no nuisance is fitted."""
 VALVE = (
     Prior("valve.viscous_friction", 0.10, True),
     Prior("valve.solenoid.effective_area", 0.05, True),
@@ -48,8 +52,8 @@ ENGINE = (
 )
 
 
-def nuisances_of(machine, measured):
-    """The nuisances of a set of measured data.
+def nuisances_of(machine: Machine, measured: Measured) -> list[Parameter]:
+    """The nuisances of a set of measured data: those of its bench, without those of sensors that it does not have.
 
     Parameters
     ----------
@@ -58,15 +62,33 @@ def nuisances_of(machine, measured):
 
     Returns
     -------
-    list of Parameter
+    list of apesim.studies.estimation.parameters.Parameter
     """
     sensors = {sensor for run in measured.runs for sensor in (*run.channels, *run.means)}
     priors = VALVE if measured.bench == "valve" else VALVE + ENGINE
     return [nuisance(machine, prior) for prior in priors if not prior.sensor or prior.sensor in sensors]
 
 
-def nuisance(machine, prior):
-    """A parameter whose x is standard normal, within the range that the machine file allows."""
+def nuisance(machine: Machine, prior: Prior) -> Parameter:
+    """A nuisance as a parameter: x is the shift in prior standard deviations, beforehand a standard normal number.
+
+    Its bounds are what the machine file allows, and `FARTHEST` prior standard deviations at most.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    prior : Prior
+
+    Returns
+    -------
+    apesim.studies.estimation.parameters.Parameter
+
+    Examples
+    --------
+    >>> dead_time = nuisance(Machine(), Prior("valve.solenoid.dead_time", 0.1e-3))
+    >>> dead_time.scale, dead_time.prior
+    (0.0001, True)
+    """
     own = value_of(machine, prior.key)
     low, high = DECLARED[prior.key].ends
     unit = prior.deviation * (own if prior.relative else 1.0)

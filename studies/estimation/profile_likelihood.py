@@ -1,5 +1,6 @@
 """The ends of an interval by profile likelihood: how far a parameter may go, all others fitted anew, until it shows."""
 
+from collections.abc import Iterable, Sequence
 from enum import Enum
 from math import inf
 from typing import Any, NamedTuple
@@ -25,7 +26,7 @@ INSIDE = 0.1
 
 
 class Likelihood(NamedTuple):
-    """A sum of squares around its least, as far as a profile needs it."""
+    """A sum of squares around its minimum, as far as a profile needs it."""
 
     best: np.ndarray
     """Parameters at which the cost is lowest, (p,)."""
@@ -63,22 +64,32 @@ class End(NamedTuple):
     """All parameters there or next to it, (p,); of no end the point of a smaller sum of squares."""
 
     @property
-    def is_open(self):
+    def is_open(self) -> bool:
         """Whether the interval goes to the parameter's bound."""
         return self.kind in (EndKind.OPEN, EndKind.FROM_CURVATURE_OPEN)
 
     @property
-    def is_cut(self):
-        """Whether it is from the curvature alone."""
+    def is_cut(self) -> bool:
+        """Whether the end is from the curvature at the optimum alone."""
         return self.kind in (EndKind.FROM_CURVATURE, EndKind.FROM_CURVATURE_OPEN)
 
 
-def first_better(ends):
-    """The point of a smaller sum of squares that was met on the way to one of several ends; None: none was met."""
+def first_better(ends: Iterable[End]) -> np.ndarray | None:
+    """The first point of a smaller sum of squares that was met on the way to one of several ends.
+
+    Parameters
+    ----------
+    ends : iterable of End
+
+    Returns
+    -------
+    (p,) float array or None
+        None: none was met.
+    """
     return next((end.point for end in ends if end.kind is EndKind.NONE), None)
 
 
-def find_end(likelihood, j, side):
+def find_end(likelihood: Likelihood, j: int, side: int) -> End:
     """Find one end of a parameter's 95 % interval by profile likelihood.
 
     It is where the least sum of squares with the parameter held is 1.96^2 above that of the optimum (Venzon and
@@ -88,12 +99,26 @@ def find_end(likelihood, j, side):
     ----------
     likelihood : Likelihood
     j : int
-        Of the parameter.
+        Place of the parameter.
     side : {-1, 1}
+        Lower or upper end.
 
     Returns
     -------
     End
+        ``kind`` says whether the data hold the parameter there, or whether a point of a smaller sum of squares was met.
+
+    Examples
+    --------
+    One parameter, known as 1.0 with a standard deviation of 0.5, and nothing beside it to fit anew:
+
+    >>> def hold(guess, j):
+    ...     return guess, float(((guess[j] - 1.0) / 0.5) ** 2), True
+    >>> bounds = np.array([[0.5], [10.0]])
+    >>> likelihood = Likelihood(np.array([1.0]), 0.0, np.array([[0.25]]), bounds, hold)
+    >>> upper, lower = find_end(likelihood, 0, 1), find_end(likelihood, 0, -1)
+    >>> round(float(upper.at), 3), upper.is_open, round(float(lower.at), 3), lower.is_open
+    (1.98, False, 0.5, True)
     """
     best, cost, covariance = likelihood.best, likelihood.cost, likelihood.covariance
     limit = likelihood.bounds[(side + 1) // 2, j] - best[j]
@@ -133,7 +158,7 @@ def find_end(likelihood, j, side):
     return End(best[j] + away, EndKind.CLOSED, point)
 
 
-def _held(likelihood, known, slopes, j, target):
+def _held(likelihood: Likelihood, known: Sequence[np.ndarray], slopes: np.ndarray, j: int, target: float) -> Any:
     """Least squares with parameter j held at a target, from the nearest known points of the profile, carried on.
 
     Parameters
@@ -163,7 +188,7 @@ def _held(likelihood, known, slopes, j, target):
     return found
 
 
-def _along(point, slopes, j, target):
+def _along(point: np.ndarray, slopes: np.ndarray, j: int, target: float) -> np.ndarray:
     """A point with parameter j moved to a target, the others as the slopes say: as powers of it where that holds."""
     guess = point + slopes * (target - point[j])
     if point[j] > NEAR_NOTHING and target > NEAR_NOTHING:
