@@ -1,7 +1,8 @@
 """Measured runs against their simulation, in standard deviations of the noise, as a function of parameters."""
 
+from collections.abc import Callable, Iterable
 from itertools import accumulate, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,8 +46,20 @@ class EndedEarly(ArithmeticError):
     """A simulation that did not come to its end."""
 
 
-def unless_ended(function, *arguments):
-    """What a function finds; None where a simulation of it does not come to its end."""
+def unless_ended(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function, and return None where a simulation in it does not come to its end.
+
+    Parameters
+    ----------
+    function : callable
+    *arguments : object
+        What it is called with.
+
+    Returns
+    -------
+    object or None
+        What the function returns; None where it raises `EndedEarly`.
+    """
     try:
         return function(*arguments)
     except EndedEarly:
@@ -60,9 +73,19 @@ def volumes_of(machine):
     return tuple(effect.name for effect in volumes if effect.is_on(getattr(effects, effect.name)))
 
 
-def blocks_of(runs):
-    """The channels of runs, one block each; a mean is a block of one sample."""
-    found = []
+def blocks_of(runs: Iterable[MeasuredRun]) -> list[Block]:
+    """The blocks of measured runs: one for each channel, and one of a single sample for each mean.
+
+    Parameters
+    ----------
+    runs : iterable of apesim.studies.measured.MeasuredRun
+
+    Returns
+    -------
+    list of Block
+        Run after run, the channels of a run before its means.
+    """
+    found: list[Block] = []
     for number, run in enumerate(runs):
         for sensor, values in run.channels.items():
             interval = float(np.round(np.median(np.diff(run.times)), 9))
@@ -73,7 +96,7 @@ def blocks_of(runs):
 
 
 class Problem:
-    """What stands between measured runs and a machine with some parameters.
+    """Residuals of measured runs as a function of parameters of a machine, whitened, with the pulls of the priors.
 
     Parameters
     ----------
@@ -170,21 +193,23 @@ class Problem:
         return memory
 
     def predicted(self, x, tolerance=TOLERANCE):
-        """What the sensors would see of each block, noise apart.
+        """What the sensors would show of each block without noise.
 
         Parameters
         ----------
         x : (p,) float array
         tolerance : float
-            Of the march.
+            Tolerance of the march.
 
         Returns
         -------
         list of (n,) float array
+            One for each block [SI].
 
         Raises
         ------
         EndedEarly
+            A simulation does not come to its end.
         """
         found = []
         for run, prediction in self._predictions(x, tolerance):
@@ -205,13 +230,38 @@ class Problem:
             ]
         )
 
-    def errors(self, x):
-        """What is left [standard deviations], and behind it the pull of each prior; shape (n + p,)."""
+    def errors(self, x: np.ndarray) -> np.ndarray:
+        """Residuals: prediction less measurement, whitened, and behind them the pull of each prior.
+
+        Parameters
+        ----------
+        x : (p,) float array
+
+        Returns
+        -------
+        (n + p,) float array
+            [standard deviations]
+
+        Raises
+        ------
+        EndedEarly
+            A simulation does not come to its end.
+        """
         left = [v - b.values for b, v in zip(self.blocks, self.predicted(x), strict=True)]
         return np.append(self.whiten(left)[:, 0], self.pulls(x))
 
-    def pulls(self, x):
-        """Pull of each parameter's prior [standard deviations], shape (p,)."""
+    def pulls(self, x: np.ndarray) -> np.ndarray:
+        """Pull of each parameter's prior: x where it has one, else 0.
+
+        Parameters
+        ----------
+        x : (p,) float array
+
+        Returns
+        -------
+        (p,) float array
+            [standard deviations]
+        """
         return np.where(self.known, x, 0.0)
 
     def column(self, x, j, step, errors=None):
@@ -221,14 +271,26 @@ class Problem:
         return (self.errors(moved) - (self.errors(x) if errors is None else errors)) / step
 
     def jacobian(self, x, errors, only=None):
-        """Sensitivities of `errors`, shape (n + p, p) or (n + p, len(only)).
+        """Sensitivities of the residuals to the parameters, by one-sided differences.
+
+        The step of each parameter is then adapted, so that the next difference changes the data by `CHANGE`.
 
         Parameters
         ----------
         x : (p,) float array
         errors : (n + p,) float array
-            At x.
+            Residuals at x, see `errors`.
         only : sequence of int, optional
+            Places of the parameters; without it, all.
+
+        Returns
+        -------
+        (n + p, p) or (n + p, len(only)) float array
+
+        Raises
+        ------
+        EndedEarly
+            A simulation does not come to its end on either side of x.
         """
         columns = []
         for j in range(len(x)) if only is None else only:

@@ -8,7 +8,24 @@ POPULATION, GENERATIONS = 20, 80
 
 
 def genetic(problem, generations=GENERATIONS, seed=0):
-    """The parameters of least Eq. 11, by a genetic algorithm of floating-point strings; shape (p,), scaled."""
+    """Minimise Eq. 11 of the EPV paper (doi 10.1631/jzus.A0820373) by a genetic algorithm of floating-point strings.
+
+    Parameters
+    ----------
+    problem : apesim.studies.identify.simulation.Problem
+    generations : int
+    seed : int
+
+    Returns
+    -------
+    (p,) float array
+        Scaled parameters of the least value met.
+
+    Raises
+    ------
+    apesim.quantities.InputError
+        pymoo is not installed.
+    """
     try:
         from pymoo.algorithms.soo.nonconvex.ga import GA
         from pymoo.core.problem import ElementwiseProblem

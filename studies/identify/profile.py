@@ -9,7 +9,27 @@ FINE = 1e-5
 
 
 def minimise(problem, x, noise, tolerance, held=None):
-    """Bounded least squares from a start; the parameter `held` stays where it is. Returns x, cost and success."""
+    """Minimise the sum of squares of the whitened residuals within the bounds, from a start.
+
+    Parameters
+    ----------
+    problem : apesim.studies.identify.simulation.Problem
+    x : (p,) float array
+        Start, scaled.
+    noise : dict of (float, float)
+        Standard deviation [SI] and colour by sensor.
+    tolerance : float
+        Relative tolerance of the parameters and of the sum of squares.
+    held : int, optional
+        Place of a parameter that stays where it is.
+
+    Returns
+    -------
+    x : (p,) float array
+    cost : float
+        Sum of squares.
+    success : bool
+    """
     from scipy.optimize import least_squares
 
     x = np.array(x)

@@ -29,7 +29,7 @@ SWEEPS = 3
 
 
 class Balance(NamedTuple):
-    """What a table takes of a gap."""
+    """What a table of one unknown quantity takes of a gap, and what it costs."""
 
     name: str
     """Name of the effect."""
@@ -40,7 +40,7 @@ class Balance(NamedTuple):
     price: float
     """Twice the logarithm of Occam's factor: what the nodes pay that the data move."""
     nodes: float
-    """How many the data move."""
+    """Number of nodes that the data move: the trace of ``(1 + K)^-1 K``, with K as in `most_probable`."""
     problem: object
     """`Smoothed`"""
     fitted: Fitted
@@ -49,8 +49,8 @@ class Balance(NamedTuple):
     """`apesim.studies.estimation.model.Model`, fitted through the simulator; None: it is not yet."""
 
     @property
-    def gain(self):
-        """Twice the logarithm of how much more probable the data are with the table."""
+    def gain(self) -> float:
+        """Twice the logarithm of how much more probable the data are with the table: ``fall - price``."""
         return self.fall - self.price
 
 
@@ -182,15 +182,21 @@ def weighed(balance):
 
 
 def most_probable(columns, errors, branches):
-    """The sizes of the nodes, one for each branch, under which errors are most probable, and what they take then.
+    """The sizes of the nodes, one for each branch, under which residuals are most probable, and what they take then.
+
+    With the columns A of the nodes, the residuals e and the sizes s, ``K = s A'A s`` and ``b = -s A'e``. The nodes then
+    are ``x = (1 + K)^-1 b``, and the sizes are chosen for the largest ``fall - price``::
+
+        fall = x'b,    price = ln det(1 + K),    moved = trace((1 + K)^-1 K)
 
     Parameters
     ----------
     columns : (n, q) float array
-        Of nodes of the size 1, independent of each other.
+        Sensitivities to nodes of the size 1, independent of each other.
     errors : (n,) float array
+        Residuals [standard deviations].
     branches : sequence of str
-        Of each node.
+        Name of the branch of each node.
 
     Returns
     -------
