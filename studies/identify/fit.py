@@ -24,7 +24,7 @@ BASIN = 1e-2
 
 
 class Identified(NamedTuple):
-    """What the data say of the free parameters, SI, by key."""
+    """The parameters that were identified from measured data, SI, by key of the machine file."""
 
     parameters: dict
     interval_95: dict
@@ -62,11 +62,15 @@ def _starts(free):
 
 
 def identify(machine, measured, free, method="least-squares", report=None):
-    """Parameters of a machine from measured data; only runs with the role "fit" are looked at.
+    """Identify parameters of a machine from measured data; only runs with the role "fit" are used.
+
+    Least squares start from several points; the noise is then estimated from the residuals, and the fit and its 95 %
+    intervals by profile likelihood are repeated while a profile meets a better point, `MAX_RESTARTS` times at most.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine from which the search starts.
     measured : apesim.studies.measured.Measured
     free : sequence of Free
         See `apesim.studies.identify.free.free_parameters`.
@@ -77,6 +81,11 @@ def identify(machine, measured, free, method="least-squares", report=None):
     Returns
     -------
     Identified
+
+    Raises
+    ------
+    apesim.quantities.InputError
+        There is nothing to fit, a free supply differs between the runs, or a parameter changes nothing in them.
     """
     problem = Problem(machine, measured.of(FIT), free, report)
     _refuse(problem, measured, method)

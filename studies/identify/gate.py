@@ -21,30 +21,34 @@ CHANCE = 1e-3
 
 
 class Judgement(NamedTuple):
-    """A run against the model found."""
+    """The judgement of the fitted model by a run that was not fitted."""
 
     run: str
+    """Name of the data file."""
     time_shift_s: float
-    """Largest at equal lift in flight; NaN where nothing flies or lift is not measured."""
+    """Largest time shift at equal lift in flight, positive where the measured piston is later [s]; NaN where nothing
+    flies or lift is not measured."""
     noise_limit_s: float
-    """What noise alone exceeds in one of twenty such runs."""
+    """Time shift that noise alone exceeds in one of twenty such runs [s]."""
     residual_over_noise: float
     """Root mean square of what is left over the noise; NaN without a sensor that is fitted."""
     limit: float
-    """Above which the model is contradicted."""
+    """Value of `residual_over_noise` above which the model is contradicted."""
     contradicted: bool
+    """Whether the run contradicts the model beyond noise."""
 
 
 def judge(found, measured, free, runs):
-    """How well the model found holds in runs that were not fitted; the parameters stay as they are.
+    """Judge the fitted model by runs that were not fitted; the parameters stay as they are.
 
     Parameters
     ----------
-    found : Identified
+    found : apesim.studies.identify.fit.Identified
     measured : apesim.studies.measured.Measured
-    free : sequence of Free
-    runs : sequence of MeasuredRun
-        Of `measured`.
+        Data with the runs that were fitted.
+    free : sequence of apesim.studies.identify.simulation.Free
+    runs : sequence of apesim.studies.measured.MeasuredRun
+        Runs by which the model is judged.
 
     Returns
     -------

@@ -36,13 +36,37 @@ SUPPLY = {"supply.pressure": "supply", "supply.temperature": "temperature"}
 
 
 def carries(found, key, run):
-    """Whether what was found for a key holds in a run: not where it was that of another supply."""
+    """Whether the value that was found for a key holds in a run.
+
+    A supply that was fitted holds only in runs that state the nominal supply of the fitted runs, or none.
+
+    Parameters
+    ----------
+    found : apesim.studies.identify.fit.Identified
+    key : str
+        Key of the machine.
+    run : apesim.studies.measured.MeasuredRun
+
+    Returns
+    -------
+    bool
+    """
     nominal = found.nominal.get(key)
     return nominal is None or isnan(own := getattr(run, SUPPLY[key])) or own == nominal
 
 
 def fitted_for(found, run):
-    """The machine found, with the supply of a run; a fitted supply stays where the run has the same nominal one."""
+    """The fitted machine with the supply of a run; a fitted supply stays where it holds in the run, see `carries`.
+
+    Parameters
+    ----------
+    found : apesim.studies.identify.fit.Identified
+    run : apesim.studies.measured.MeasuredRun
+
+    Returns
+    -------
+    apesim.engine.machine.Machine
+    """
     machine = run_of(found.machine, run)
     for key in found.nominal:
         if carries(found, key, run):

@@ -115,10 +115,11 @@ def _shown(experiment, model, noise, starts):
 
 
 def missed(experiment, truth, rival, noise, starts):
-    """Deviations by which a rival misses the truth in an experiment, with all that is uncertain about it fitted anew.
+    """The deviations by which a rival misses the truth in an experiment, all its parameters fitted anew.
 
-    To first order: the least of ``|d + J s|^2 + s I s`` over shifts s of its parameters, of which the data that there
-    are know the information I.
+    It is, to first order, the root of the least ``|d + J s|^2 + s' I s`` over shifts s of the rival's parameters. d is
+    the difference of both models in the experiment, J its sensitivities, and I the information of the data so far on
+    the parameters.
 
     Parameters
     ----------
@@ -127,6 +128,11 @@ def missed(experiment, truth, rival, noise, starts):
     noise : dict
     starts : dict
         See `apesim.studies.estimation.residuals.Problem.starts`.
+
+    Returns
+    -------
+    float
+        [standard deviations]
     """
     problem, x, new = _problem(experiment, rival, noise, starts)
     errors = problem.errors(x)

@@ -72,7 +72,21 @@ def _simulated(model, runs, noise):
 
 
 def size_of(arrays):
-    """Root mean square of arrays together."""
+    """Root mean square of all numbers of several arrays.
+
+    Parameters
+    ----------
+    arrays : iterable of (n,) float array
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> size_of([np.array([3.0]), np.array([4.0, 0.0, 0.0])])
+    2.5
+    """
     joined = np.concatenate(list(arrays))
     return float(np.sqrt(np.mean(joined**2)))
 

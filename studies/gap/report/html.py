@@ -59,12 +59,42 @@ def added_to(explanation):
 
 
 def number(value, unit=""):
-    """Three significant digits, with the unit if there is one; "-" where there is no number."""
+    """A number as text with three significant digits, and the unit if there is one.
+
+    Parameters
+    ----------
+    value : float or None
+    unit : str
+
+    Returns
+    -------
+    str
+        "-" where there is no number.
+
+    Examples
+    --------
+    >>> number(0.12345, "mm^2"), number(None)
+    ('0.123 mm²', '-')
+    """
     return "-" if value is None else f"{value:.3g} {raised(unit)}".rstrip()
 
 
 def chance(p_value):
-    """A chance as text; what lies below 1 in 10 000 is not told apart."""
+    """A chance as text, with two digits; below 1 in 10 000 only that is said.
+
+    Parameters
+    ----------
+    p_value : float
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> chance(0.0312), chance(3e-6)
+    ('0.031', 'below 0.0001')
+    """
     return "below 0.0001" if p_value < 1e-4 else f"{p_value:.2g}"
 
 

@@ -37,20 +37,30 @@ AXES = {
 
 
 def sparse(target, terms):
-    """Few terms whose sum is near a quantity: the one that is missed least is dropped, until that loses too much.
+    """Fit few terms to a quantity by least squares: the term that is missed least is dropped, again and again.
+
+    It ends before the share `LOST` of the quantity's energy would be lost against the fit of all terms.
 
     Parameters
     ----------
     target : (n,) float array
-    terms : dict
-        (n,) float arrays by name.
+        The quantity.
+    terms : dict of (n,) float array
+        Values of each term, by name.
 
     Returns
     -------
     weights : dict
         By name, of the terms that stay.
     explained : float
-        Share of the quantity's energy.
+        Share of the quantity's energy that they explain.
+
+    Examples
+    --------
+    >>> x = np.array([-2.0, -1.0, 1.0, 2.0])
+    >>> weights, explained = sparse(3.0 * x, {"x": x, "x^2": x**2})
+    >>> {name: round(float(weight), 6) for name, weight in weights.items()}, round(explained, 6)
+    ({'x': 3.0}, 1.0)
     """
 
     def fitted(names):
