@@ -1,14 +1,16 @@
 """The highest speed at which the valve opens and closes the engine's intake at its targets, with complete strokes."""
 
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from math import isnan, nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from apesim.archive import Archive
 from apesim.archive.columns import column, run_axis
 from apesim.engine.angles import DEGREE, TURN
+from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.march.periodic import PERIODIC_TOLERANCE
 from apesim.quantities.settings import dumps
@@ -25,13 +27,15 @@ CRITERION = (
 LOWEST, HIGHEST, RESOLUTION, SKETCH_RESOLUTION = 300.0 * RPM, 12000.0 * RPM, 1.0 * RPM, 8.0 * RPM
 """Speeds between which the limit is looked for, and how closely [rad/s]."""
 STEP_UP = 1.25
+"""Ratio of a speed of the scan to the one before."""
 BEYOND = 2.0
 """How many times as fast as the first speed that fails the scan looks for speeds that do not."""
 SECONDS_A_LIMIT = 1.0
+"""Estimated computing time of a limit [s]."""
 
 
 class Failure(IntEnum):
-    """Which part of the criterion is not met."""
+    """Part of the criterion that is not met, or `NONE`."""
 
     NONE = 0
     TIMING = 1
@@ -40,8 +44,8 @@ class Failure(IntEnum):
     REPETITION = 4
 
     @property
-    def remedy(self):
-        """What fails, and what to change."""
+    def remedy(self) -> str:
+        """What fails, and what to change, in words."""
         return REMEDIES[self]
 
 
@@ -56,22 +60,34 @@ FAILURES = ", ".join(f"{int(failure)} {failure.name.lower().replace('_', ' ')}" 
 
 
 class EngineLimit(NamedTuple):
-    """The limit of an engine's intake."""
+    """Limit of an engine's intake: the highest speed at which the intended timing is met."""
 
     limit: float
     """Highest speed that meets the criterion, from the lowest upwards [rad/s]; NaN: the lowest does not."""
     fails: Failure
-    """What fails first above it; NONE: nothing up to the highest."""
+    """What fails first above the limit; NONE: nothing up to the highest speed."""
     works_again: float
     """A speed above the limit that meets the criterion again [rad/s]; NaN: none was met in the scan."""
     timing: Timing | None
-    """The commands at the limit."""
+    """Commands at the limit; None where there is no limit."""
     marches: int
-    """Periodic states computed."""
+    """Number of periodic states that were computed."""
 
 
-def failure_of(timing):
-    """Which part of the criterion commands do not meet; the first in the order of `Failure`."""
+def failure_of(timing: Timing) -> Failure:
+    """Judge which part of the criterion a timing does not meet.
+
+    Parameters
+    ----------
+    timing : apesim.studies.timing.solve.Timing
+        Corrected commands, or the reason why there are none.
+
+    Returns
+    -------
+    Failure
+        REPETITION where the cycles do not repeat; else the first of TIMING, FULL_LIFT and FULL_CLOSURE that is not
+        met; NONE where all are.
+    """
     if timing.reason == Reason.NOT_PERIODIC:
         return Failure.REPETITION
     if not timing.reachable:
@@ -81,36 +97,56 @@ def failure_of(timing):
     return Failure.FULL_CLOSURE if isnan(timing.angles["closed_deg"]) else Failure.NONE
 
 
-def parted(machine, angle):
-    """A machine whose targets are moved apart by an angle each [rad]."""
+def parted(machine: Machine, angle: float) -> Machine:
+    """Move the targets of a machine apart.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    angle : float
+        Angle by which the opening comes earlier and the closing later [rad]; negative: nearer together.
+
+    Returns
+    -------
+    Machine
+        Machine with these targets.
+    """
     command = machine.command
     moved = command._replace(open_target=command.open_target - angle, close_target=command.close_target + angle)
     return machine._replace(command=moved)
 
 
-def judged(machine, speed, before=(), periodic_tolerance=PERIODIC_TOLERANCE):
-    """Whether any commands meet the criterion at a speed.
+def judged(
+    machine: Machine,
+    speed: float,
+    before: Sequence[tuple[float, Timing]] = (),
+    periodic_tolerance: float = PERIODIC_TOLERANCE,
+) -> tuple[Failure, Timing, int]:
+    """Judge whether any commands meet the criterion at a speed.
 
-    What the targets themselves do not allow, those at the ends of the tolerance may: the valve is open for the longest
-    time, which full lift needs, if it opens 0.5 deg early and closes 0.5 deg late; full closure needs the reverse.
+    Where the targets themselves cannot be met, angles at the ends of the tolerance may be: the valve is open for the
+    longest time, which full lift needs, if it opens 0.5 deg early and closes 0.5 deg late; full closure needs the
+    reverse.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine with an electro-pneumatic intake and its targets.
     speed : float
-        [rad/s]
-    before : sequence of tuple
-        See `apesim.studies.timing.solve.start_after`.
+        Speed of the crankshaft [rad/s].
+    before : sequence of (float, Timing)
+        Other speeds [rad/s] with their timings, see `apesim.studies.timing.solve.start_after`.
     periodic_tolerance : float
-        See `apesim.studies.timing.solve.corrected`.
+        Change over a cycle that counts as periodic, see `apesim.studies.timing.solve.corrected`.
 
     Returns
     -------
-    Failure
-        At the targets themselves, where no commands meet the criterion.
-    Timing
-        That meets it; or the one for the targets themselves.
+    failure : Failure
+        NONE where commands meet the criterion; else what fails at the targets themselves.
+    timing : Timing
+        Timing that meets the criterion; else the one for the targets themselves.
     marches : int
+        Number of periodic states that were computed.
     """
     timing = corrected(machine, speed, start_after(machine, speed, before), periodic_tolerance)
     failure, marches = failure_of(timing), timing.marches
@@ -130,24 +166,38 @@ def judged(machine, speed, before=(), periodic_tolerance=PERIODIC_TOLERANCE):
 
 
 class Judge:
-    """What was found at some speeds, by periodic states of one kind.
+    """Judge of speeds: it keeps what was found at each, by sketches of periodic states or by full ones.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
+        Machine with an electro-pneumatic intake and its targets.
     periodic_tolerance : float
-        See `apesim.studies.timing.solve.corrected`.
-    before : sequence of tuple
-        To start from, see `apesim.studies.timing.solve.start_after`.
+        Change over a cycle that counts as periodic, see `apesim.studies.timing.solve.corrected`.
+    before : sequence of (float, Timing)
+        Speeds [rad/s] with their timings to start from, see `apesim.studies.timing.solve.start_after`.
     """
 
-    def __init__(self, machine, periodic_tolerance, before=()):
+    def __init__(
+        self, machine: Machine, periodic_tolerance: float, before: Sequence[tuple[float, Timing]] = ()
+    ) -> None:
         self.machine, self.periodic_tolerance, self.before = machine, periodic_tolerance, list(before)
-        self.found = {}
+        self.found: dict[float, tuple[Failure, Timing]] = {}
         self.marches = 0
 
-    def failure(self, speed):
-        """See `judged`; computed once."""
+    def failure(self, speed: float) -> Failure:
+        """Judge which part of the criterion is not met at a speed, see `judged`; each speed is computed once.
+
+        Parameters
+        ----------
+        speed : float
+            Speed of the crankshaft [rad/s].
+
+        Returns
+        -------
+        Failure
+            NONE where some commands meet the criterion.
+        """
         if speed not in self.found:
             failure, timing, marches = judged(self.machine, speed, self.before, self.periodic_tolerance)
             self.found[speed] = failure, timing._replace(run=None)
@@ -157,22 +207,23 @@ class Judge:
         return self.found[speed][0]
 
 
-def engine_limit(machine, resolution=RESOLUTION):
-    """Highest speed that meets the criterion: scanned upwards in steps of a quarter, then bisected.
+def engine_limit(machine: Machine, resolution: float = RESOLUTION) -> EngineLimit:
+    """Find the highest speed that meets the criterion: scan upwards in steps of a quarter, then bisect.
 
-    Sketches of the periodic state lead near it, full ones decide; where those say otherwise than the sketches, they
-    scan anew.
+    Sketches of the periodic state lead near the limit, full periodic states decide. Where these contradict the
+    sketches, the scan is repeated with full ones.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
-        With an electro-pneumatic intake and its targets.
+        Machine with an electro-pneumatic intake and its targets.
     resolution : float
-        [rad/s]
+        Largest distance of the limit from a speed that fails [rad/s].
 
     Returns
     -------
     EngineLimit
+        Limit, what fails above it, and the commands at it.
     """
     sketch = Judge(machine, SKETCH)
     good, bad, again = _scanned(sketch)
@@ -187,7 +238,7 @@ def engine_limit(machine, resolution=RESOLUTION):
     return EngineLimit(good, fails, again, timing, sketch.marches + full.marches)
 
 
-def _scanned(judge):
+def _scanned(judge: Judge) -> tuple[float, float, float]:
     """The last speed before the first that fails, that one, and one above it that does not; NaN where there is none."""
     good = bad = nan
     for speed in LOWEST * STEP_UP ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(STEP_UP)) + 1):
@@ -203,7 +254,7 @@ def _scanned(judge):
     return good, bad, nan
 
 
-def _bisected(judge, good, bad, resolution):
+def _bisected(judge: Judge, good: float, bad: float, resolution: float) -> tuple[float, float]:
     """A speed that meets the criterion and one that fails, no further apart than the resolution."""
     while bad - good > resolution:
         middle = 0.5 * (good + bad)
@@ -214,35 +265,56 @@ def _bisected(judge, good, bad, resolution):
     return good, bad
 
 
-def lasting(machine, duration):
-    """A machine whose closing target stands a duration after its opening target [rad]."""
+def lasting(machine: Machine, duration: float) -> Machine:
+    """Set the closing target of a machine a duration after its opening target.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    duration : float
+        Crank angle from opening to closing [rad].
+
+    Returns
+    -------
+    Machine
+        Machine with this closing target.
+    """
     command = machine.command
     return machine._replace(command=command._replace(close_target=command.open_target + duration))
 
 
-def map_engine_limit(machine, pressures, temperatures, durations, jobs=None, command="", report=None):
-    """Limits over pressure, temperature and duration of the target window, and at the machine's own.
+def map_engine_limit(
+    machine: Machine,
+    pressures: Sequence[float],
+    temperatures: Sequence[float],
+    durations: Sequence[float],
+    jobs: int | None = None,
+    command: str = "",
+    report: Callable[[int, int], Any] | None = None,
+) -> Archive:
+    """Map limits of the engine over pressure, temperature and duration of the window, and at the machine's own.
 
     Parameters
     ----------
     machine : Machine
+        Machine with an electro-pneumatic intake.
     pressures : sequence of float
-        Of the supply [Pa abs].
+        Pressures of the supply [Pa abs].
     temperatures : sequence of float
-        Of the supply [K].
+        Temperatures of the supply [K].
     durations : sequence of float
-        From opening to closing [rad].
+        Crank angles from the target opening to the target closing [rad].
     jobs : int, optional
-        Processes; as many as the work is worth if left out.
+        Number of processes; as many as the work is worth if left out.
     command : str
-        The command line, for the archive.
+        The command line, which the archive keeps.
     report : function, optional
-        Called with the numbers of limits done and in all.
+        Called with the number of limits that are done and the number of all.
 
     Returns
     -------
     Archive
-        The machine's own point comes last where the grid does not hold it.
+        A run for each point. The machine's own point comes last where the grid does not hold it.
     """
     supply, command_angles = machine.supply, machine.command
     grid = [(p, t, d, p) for p in pressures for t in temperatures for d in durations]

@@ -1,4 +1,4 @@
-"""What commands tell of a map of limits beside its points: the machine's own limit, the grid's lowest, the rule."""
+"""Summary of a map of limits for console and JSON: the machine's own limit, the lowest, and the design rule."""
 
 from math import isnan
 
@@ -11,7 +11,7 @@ OVER_ALL = "over all pressures and temperatures"
 
 
 def summary_json(v, window):
-    """What is told of a map of limits as JSON.
+    """Summarise a map of limits for JSON.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
 """The highest rate at which the valve still completes every stroke."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import nan
 from os import PathLike
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -39,7 +39,9 @@ CRITERION = (
 LOWEST, HIGHEST, RESOLUTION = 1.0, 1000.0, 0.01
 """Rates between which the limit is looked for, and how closely [Hz]."""
 STEP_UP = 1.25
+"""Ratio of a rate of the scan to the one before."""
 SECONDS_A_POINT = 0.4
+"""Estimated computing time of a limit [s]."""
 LIMIT_TEMPERATURES = "250 K, 287 K, 322 K"
 DUTIES = "0.3, 0.5"
 JOBS = Quantity("", 1, 100_000, "a call", whole=True)
@@ -48,7 +50,7 @@ OUTCOMES = f"{FOUND} found, {NONE} not even the lowest rate is complete, {DIED} 
 
 
 class Limit(NamedTuple):
-    """A working limit."""
+    """Working limit of the valve: the highest rate at which every stroke is complete."""
 
     limit: float
     """Highest rate found to be complete [Hz]; NaN: none is."""
@@ -66,20 +68,21 @@ def repeated_run(machine, rate, duty):
     return run_bench(machine, duty * period, period=period)
 
 
-def is_complete(machine, rate, duty):
-    """Whether every stroke is complete at a rate, in the periodic state.
+def is_complete(machine: Machine, rate: float, duty: float) -> bool:
+    """Judge whether every stroke of the valve is complete at a rate, in its periodic state on the bench.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
     rate : float
-        [Hz]
+        Strokes to open a second [Hz].
     duty : float
         Share of the period for which the solenoids are energised.
 
     Returns
     -------
     bool
+        False, too, where the march failed or the cycles do not repeat one by one.
     """
     period = 1.0 / rate
     run = repeated_run(machine, rate, duty)
@@ -89,8 +92,8 @@ def is_complete(machine, rate, duty):
     return run.opening.contact <= period and run.closing.contact <= (1.0 + duty) * period
 
 
-def working_limit(machine, duty=0.5, resolution=RESOLUTION):
-    """Highest working rate of the valve: scanned upwards in steps of a quarter, then bisected.
+def working_limit(machine: Machine, duty: float = 0.5, resolution: float = RESOLUTION) -> Limit:
+    """Find the highest working rate of the valve: scan upwards in steps of a quarter, then bisect.
 
     Parameters
     ----------
@@ -98,11 +101,12 @@ def working_limit(machine, duty=0.5, resolution=RESOLUTION):
     duty : float
         Share of the period for which the solenoids are energised.
     resolution : float
-        [Hz]
+        Largest distance of the limit from a rate that is not complete [Hz].
 
     Returns
     -------
     Limit
+        Highest rate [Hz], and the time for which the lift is above the lap at it [s].
     """
     rates = LOWEST * STEP_UP ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(STEP_UP)) + 1)
     marches, good, bad, again = 0, nan, nan, nan
@@ -137,8 +141,16 @@ def _limit_at(point):
     return working_limit(*point[1:])
 
 
-def limit_map(machine, pressures, temperatures, duties, command="", report=None, jobs=None):
-    """Working limits over pressure, temperature and duty, and at the machine's own.
+def limit_map(
+    machine: Machine,
+    pressures: Sequence[float],
+    temperatures: Sequence[float],
+    duties: Sequence[float],
+    command: str = "",
+    report: Callable[[int, int], Any] | None = None,
+    jobs: int | None = None,
+) -> Archive:
+    """Map working limits of the valve over pressure, temperature and duty, and at the machine's own.
 
     The machine's own duty is the share of a turn that lies between its command angles.
 
@@ -146,21 +158,22 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None,
     ----------
     machine : apesim.engine.machine.Machine
     pressures : sequence of float
-        [Pa abs]
+        Pressures of the control air [Pa abs].
     temperatures : sequence of float
-        [K]
+        Temperatures of the control air [K].
     duties : sequence of float
+        Shares of the period for which the solenoids are energised.
     command : str
-        The command line, for the archive.
+        The command line, which the archive keeps.
     report : function, optional
-        Called with the numbers of points done and in all.
+        Called with the number of points that are done and the number of all.
     jobs : int, optional
-        Processes; as many as the work is worth if left out.
+        Number of processes; as many as the work is worth if left out. It does not change the results.
 
     Returns
     -------
     Archive
-        The same for any number of processes. The machine's own point comes last where the grid does not hold it.
+        A run for each point. The machine's own point comes last where the grid does not hold it.
     """
     own = *machine.supply.control(), (machine.command.release - machine.command.energise) / TURN
     grid, kinds = with_own(list(product(pressures, temperatures, duties)), own)
@@ -204,16 +217,18 @@ def limit_map(machine, pressures, temperatures, duties, command="", report=None,
     return Archive(dumps(machine), provenance, variables)
 
 
-def faults_of_limits(archive):
-    """One line for each point without a limit.
+def faults_of_limits(archive: Archive) -> list[str]:
+    """Write one line for each point without a working limit.
 
     Parameters
     ----------
     archive : Archive
+        Archive of `limit_map`.
 
     Returns
     -------
     list of str
+        Each line names the point and says why, or what to do.
     """
     told = {
         NONE: f"not even {LOWEST:g} Hz is complete: the supply cannot move the piston",
