@@ -8,6 +8,7 @@ import os
 import platform
 import re
 import subprocess
+import sys
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -31,7 +32,7 @@ def surroundings() -> dict[str, str]:
     -------
     dict of str to str
         ``created``, ``python``, ``platform``, ``processor``, ``hdf5``, a version for each of `PACKAGES` that is
-        installed, and ``commit`` where apesim runs from a checkout.
+        at work, and ``commit`` where apesim runs from a checkout.
 
     Examples
     --------
@@ -44,7 +45,7 @@ def surroundings() -> dict[str, str]:
         "platform": platform.platform(),
         "processor": processor(),
         "hdf5": h5py.version.hdf5_version,
-        **{package: version_of(package) for package in PACKAGES},
+        **{package: version_of(package) for package in PACKAGES if package in sys.modules},
         "commit": commit(),
     }
     return {name: text for name, text in known.items() if text}

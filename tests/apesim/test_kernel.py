@@ -255,10 +255,11 @@ from apesim.valve.bench import run_bench
 
 with when_compiling(lambda: print("told", end=" ")), event.install_recorder("numba:compile") as compiling:
     run_bench(Machine(), 20e-3) if KIND == "bench" else run_steady(Machine(), 100.0, max_cycles=1)
-functions = [at.data["dispatcher"].py_func for _, at in compiling.buffer if at.is_start]
-times = Counter(f"{function.__module__}.{function.__qualname__}" for function in functions)
-assert all(count <= 2 or name.startswith("numba.") for name, count in times.items()), times
-print(*times)
+started = [at.data for _, at in compiling.buffer if at.is_start]
+functions = [(data["dispatcher"].py_func, str(data["args"])) for data in started]
+times = Counter((f"{function.__module__}.{function.__qualname__}", types) for function, types in functions)
+assert all(count == 1 or name.startswith("numba.") for (name, _), count in times.items()), times
+print(*{name for name, _ in times})
 """
 
 

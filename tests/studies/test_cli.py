@@ -241,7 +241,7 @@ def test_an_interrupt_ends_with_130(apesim, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("apesim.engine.steady.run_steady", interrupted)
+    monkeypatch.setattr("apesim.studies.engine_run.run_steady", interrupted)
     assert apesim("engine", "run", "--speed", "1000 rpm") == (130, "", "interrupted\n")
 
 
@@ -295,10 +295,10 @@ def test_on_a_terminal_a_long_march_shows_the_time_it_has_taken(monkeypatch, cap
 
 
 def test_a_point_that_does_not_converge_ends_with_3(apesim, monkeypatch):
-    from apesim.engine import steady
+    from apesim.studies import engine_run
 
-    run_steady = steady.run_steady
-    monkeypatch.setattr(steady, "run_steady", lambda machine, speed, **_: run_steady(machine, speed, max_cycles=2))
+    run_steady = engine_run.run_steady
+    monkeypatch.setattr(engine_run, "run_steady", lambda machine, speed, **_: run_steady(machine, speed, max_cycles=2))
     code, out, err = apesim("engine", "run", "--speed", "1000 rpm", "--json")
     data = json.loads(out)
     assert code == 3

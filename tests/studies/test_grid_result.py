@@ -58,7 +58,7 @@ def test_a_result_is_short_named_and_drawn_where_it_is_told(study, tmp_path):
     assert html.escape(found.title) in found._repr_html_()
     data = found.to_xarray()
     assert dict(data.sizes) == sizes
-    assert data["speed_rpm"].attrs["units"] == found.traces["speed_rpm"].unit
+    assert data["speed_rpm"].attrs["units"] == "min^-1" and found.traces["speed_rpm"].unit == "r/min"
     assert data["brake_torque"].attrs["units"] == "N m"
     _, ax = plt.subplots()
     assert found.plot(ax) is ax and ax.lines

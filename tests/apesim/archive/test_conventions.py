@@ -12,6 +12,8 @@ import xarray
 from pint import UnitRegistry
 
 import apesim
+import apesim.engine
+import apesim.studies
 from apesim.archive import Variable, read, read_about, read_digest, surroundings, write
 from apesim.archive.conventions import UNITS, cf_unit, our_unit
 from apesim.archive.grid import read_grid
