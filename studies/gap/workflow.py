@@ -34,9 +34,9 @@ from apesim.studies.gap.tables.tabulate import Tables, likelier, tabulate
 from apesim.studies.gap.thresholds import TOLERANCE
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import CHECK, Measured
+from apesim.studies.operating_conditions import JOBS
 
 SIZE = Quantity("", 0, 1000, "a call")
-JOBS = Quantity("", 1, 1000, "a call", whole=True)
 
 
 def explain(
@@ -94,7 +94,7 @@ def explain(
         tolerance=(tolerance, SIZE),
         jobs=(jobs, JOBS),
     )
-    with Team(given["jobs"]) as team:
+    with Team(int(given["jobs"])) as team:
         explanation = run_workflow(machine, measured, without, given["tolerance"], Work(team, progress))
     return replace(explanation, wall_time_s=time.perf_counter() - start)
 

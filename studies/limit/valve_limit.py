@@ -15,7 +15,6 @@ from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
-from apesim.quantities import Quantity
 from apesim.quantities.settings import dumps
 from apesim.results import Scalar
 from apesim.studies.archive_result import ArchiveResult
@@ -23,7 +22,7 @@ from apesim.studies.calls import Progress, arguments_of, call_text, computed, sh
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import WITHIN, rule_columns
 from apesim.studies.limit.points import lowest_run, own_run, point_column, with_own
-from apesim.studies.operating_conditions import DUTY, PRESSURE, TEMPERATURE, with_supply
+from apesim.studies.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_supply
 from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
 from apesim.valve.bench import run_bench
 from apesim.valve.groove import area_table, lap_of
@@ -44,7 +43,6 @@ SECONDS_A_POINT = 0.4
 """Estimated computing time of a limit [s]."""
 LIMIT_TEMPERATURES = "250 K, 287 K, 322 K"
 DUTIES = "0.3, 0.5"
-JOBS = Quantity("", 1, 100_000, "a call", whole=True)
 FOUND, NONE, DIED = range(3)
 OUTCOMES = f"{FOUND} found, {NONE} not even the lowest rate is complete, {DIED} its worker process died"
 

@@ -15,14 +15,14 @@ from apesim.archive.columns import values_of
 from apesim.archive.grid import axes_of, grid_dataset
 from apesim.engine.cylinder import EPV, INTAKES
 from apesim.engine.machine import Machine
-from apesim.quantities import Arguments, Choice, InputError, Quantity, parse_range
+from apesim.quantities import Arguments, Choice, InputError, parse_range
 from apesim.quantities.settings import differences
 from apesim.results import Scalar, name_of
 from apesim.studies.archive_result import ArchiveResult
 from apesim.studies.calls import Progress, arguments_of, call_text, shown
 from apesim.studies.execution.cluster import connected
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.operating_conditions import SPEED
+from apesim.studies.operating_conditions import JOBS, SPEED
 from apesim.studies.sweep.plan import FIXED, TIMING_NAMES, TIMINGS, in_one_unit, rpm
 from apesim.studies.sweep.results import faults_of, warnings_of
 from apesim.studies.sweep.run import find_finished, run_sweep
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 SPEEDS = "300:2400:100 rpm"
 INTAKE = Choice(INTAKES, "a call")
 TIMING = Choice((*TIMING_NAMES, "both"), "a call")
-JOBS = Quantity("", 1, 100_000, "a call", whole=True)
 Vary = Mapping[str, Any] | Sequence[str] | Variation
 
 
