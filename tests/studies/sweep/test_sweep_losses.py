@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import shutil
 import signal
+from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
 
@@ -133,6 +134,13 @@ def without_warming_up(*_):
     """The tasks of these tests would end this process."""
 
 
+def without_a_thread(*_):
+    """A call for the warming up that is done, as nothing was called."""
+    done = Future()
+    done.set_result(None)
+    return done
+
+
 def test_a_point_that_kills_its_worker_takes_no_other_with_it(tmp_path, monkeypatch, whole):
     path = tmp_path / "sweep.h5"
     monkeypatch.setattr(completion, "SHARD_SECONDS", 1.0)
@@ -150,7 +158,7 @@ def test_a_point_that_kills_its_worker_takes_no_other_with_it(tmp_path, monkeypa
 
 def test_where_every_worker_dies_the_runs_are_named_and_shards_are_kept(apesim, monkeypatch, whole):
     monkeypatch.setattr(run_module, "compute", die)
-    monkeypatch.setattr("apesim.studies.console.Console.warm_up", without_warming_up)
+    monkeypatch.setattr("apesim.studies.sweep.study.call_in_thread", without_a_thread)
     monkeypatch.setattr(completion, "MAX_DEATHS", 2)
     code, _, err = apesim("engine", "sweep", *FAST, "--jobs", "2")
     assert code == 3 and "Traceback" not in err
