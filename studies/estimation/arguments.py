@@ -6,8 +6,8 @@ from os import PathLike
 from typing import Any
 
 from apesim.engine.machine import Machine
-from apesim.quantities import Arguments, Fault, InputError, Quantity
-from apesim.quantities.checking import check
+from apesim.quantities import Fault, InputError, Quantity
+from apesim.studies.calls import arguments_of
 from apesim.studies.measured import Measured, read_measured
 
 Tell = Callable[[str, int, int], object]
@@ -49,8 +49,7 @@ def open_measured(
     InputError
         With every fault.
     """
-    check(machine, Machine, f"{function}()")
-    arguments = Arguments(function, machine.ambient.pressure)
+    arguments = arguments_of(function, machine)
     given = {name: arguments.quantity(name, value, declared) for name, (value, declared) in numbers.items()}
     for fault in faults:
         arguments.fault(*fault)

@@ -7,9 +7,10 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
+from apesim.studies.estimation.arguments import open_measured
 from apesim.studies.gap.search.candidates import candidates_of
 from apesim.studies.gap.search.library import effects_on, faults_of, library
-from apesim.studies.measured import read_measured
+from apesim.studies.measured import Measured, read_measured
 from tests.folders import ROOT
 from tests.truth.terms import FORCE
 from tests.truth.valve import Bench, noise, simulate
@@ -79,6 +80,14 @@ def test_its_name_may_be_left_out_where_the_machine_has_it(machine):
     assert faults_of(["tapered_bore"], machine) == []
     ((_, wrong, _),) = faults_of(["tapered_bore"], Machine())
     assert wrong == "'tapered_bore' is no effect"
+
+
+def test_a_machine_with_one_is_taken_beside_measured_data(machine):
+    measured = Measured("", {}, ())
+    assert open_measured("explain", machine, measured)[0] is measured
+    wrong = machine._replace(valve=machine.valve._replace(stroke=-1.0))
+    with pytest.raises(InputError, match=r"explain\(\): valve\.stroke"):
+        open_measured("explain", wrong, measured)
 
 
 def test_a_measured_folder_cannot_name_one(tmp_path):
