@@ -50,7 +50,7 @@ def explain_command(common, *, folder, out, without, tolerance, jobs, overwrite)
         Exit code.
     """
     console = common.console
-    machine, measured, _ = given(common, folder, without)
+    machine, measured = read_inputs(common, folder, without)
     make_folder(out, overwrite)
     jobs = workers_for(MARCHES * first_march(console, machine, measured), jobs)
     options = {"without": without, "tolerance": TOLERANCE if tolerance is None else tolerance, "jobs": jobs}
@@ -77,26 +77,34 @@ def parent_of(machine, machine_file, settings):
     return Path(machine_file).read_text(encoding="utf-8") if machine_file and not settings else dumps(machine)
 
 
-def given(common, folder, without):
-    """What a command of the missing effect is given, checked.
+def read_inputs(common, folder, without):
+    """Read machine and measured data of a command; what cannot be used is refused before anything is compiled.
+
+    Parameters
+    ----------
+    common : apesim.studies.options.Common
+    folder : path
+        Folder of the measured data.
+    without : list of str
+        Effects that are not to be considered.
 
     Returns
     -------
     machine : apesim.engine.machine.Machine
     measured : apesim.studies.measured.Measured
-    warnings : list of str
-        See `apesim.studies.gap.input_checks.check_input`.
 
     Raises
     ------
     InputError
+        With every fault.
     """
     machine = common.load_machine()
     faults = faults_of(without, machine)
     if faults:
         raise InputError([Fault(COMMAND_LINE, f"--{name}", wrong, right) for name, wrong, right in faults])
     measured = read_measured(folder, machine.ambient.pressure)
-    return machine, measured, check_input(measured)
+    check_input(measured)
+    return machine, measured
 
 
 def first_march(console, machine, measured):

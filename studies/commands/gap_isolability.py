@@ -1,6 +1,6 @@
 """The command that tells what sensors and operating points could show at all."""
 
-from apesim.studies.commands.gap_explain import first_march, given
+from apesim.studies.commands.gap_explain import first_march, read_inputs
 from apesim.studies.console import DONE, INCOMPLETE
 from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.execution.own_thread import call_in_thread
@@ -27,7 +27,7 @@ def isolability_command(common, *, folder, without):
         Exit code.
     """
     console = common.console
-    machine, measured, _ = given(common, folder, without)
+    machine, measured = read_inputs(common, folder, without)
     first_march(console, machine, measured)
     try:
         with console.stages("isolability") as progress:
