@@ -40,6 +40,18 @@ def connected(address: str) -> "Iterator[Client]":
     ------
     InputError
         distributed is not installed, or nobody answers.
+
+    Examples
+    --------
+    An address without a port is refused before anything is asked of the network:
+
+    >>> from apesim.quantities import InputError
+    >>> try:
+    ...     with connected("tcp://127.0.0.1") as client:
+    ...         pass
+    ... except InputError as error:
+    ...     print(error.faults[0].wrong)
+    'tcp://127.0.0.1' is no address of a scheduler
     """
     try:
         from distributed import Client
@@ -76,6 +88,15 @@ def run_on_cluster(client: "Client", task: Callable[[Any], Any], items: Iterable
     ------
     InputError
         The scheduler is lost. Or workers have no apesim, another one, or another processor: the bits would differ.
+
+    Examples
+    --------
+    Two workers, each a thread of this process:
+
+    >>> from distributed import Client, LocalCluster
+    >>> with LocalCluster(n_workers=2, processes=False, dashboard_address=None) as cluster, Client(cluster) as client:
+    ...     sorted(run_on_cluster(client, abs, [-1, 2]))
+    [(-1, 1), (2, 2)]
     """
     from distributed import KilledWorker, as_completed
 

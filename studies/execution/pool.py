@@ -113,6 +113,12 @@ class Team:
         ------
         item, result
             The result is None where the item was set aside because it killed its worker `MAX_DEATHS` times.
+
+        Examples
+        --------
+        >>> with Team() as team:
+        ...     list(team.run(abs, [-1, 2])), list(team.run(len, ["ab"]))
+        ([(-1, 1), (2, 2)], [('ab', 2)])
         """
         if self.jobs == 1:
             for item in items:
@@ -154,6 +160,12 @@ class Team:
         ------
         Died
             A call killed its worker `MAX_DEATHS` times.
+
+        Examples
+        --------
+        >>> with Team() as team:
+        ...     team.map(divmod, [(7, 2), (9, 4)])
+        [(3, 1), (2, 1)]
         """
         calls, results = list(items), {}
         for (number, *_), result in self.run(_called, [(n, function, item) for n, item in enumerate(calls)]):

@@ -1,4 +1,4 @@
-"""Runs that are not fitted, judged: is what is left between them and the model found no more than noise?
+"""Runs that are not fitted, judged by whether more than noise is left between them and the model.
 
 What is left is whitened by the noise of the sensors alone, and freed of what the parameters' uncertainty allows, to
 first order: the least of ``|e - J d|^2 + d C^-1 d`` over shifts d of the parameters, with the sensitivities J of the

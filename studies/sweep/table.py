@@ -58,7 +58,7 @@ def sweep_table(archive: Archive) -> Table:
 
 
 def head_and_cells(name: str, texts: Sequence[str]) -> tuple[str, Sequence[str]]:
-    """Write the head and the cells of a column of values; a unit that all share stands in the head only.
+    r"""Write the head and the cells of a column of values; a unit that all share stands in the head only.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def head_and_cells(name: str, texts: Sequence[str]) -> tuple[str, Sequence[str]]
     Examples
     --------
     >>> head_and_cells("supply_pressure", ["0.6 MPa", "1 MPa"])
-    ('supply pressure\\n[MPa]', ['0.6', '1'])
+    ('supply pressure\n[MPa]', ['0.6', '1'])
     """
     cells, unit = in_one_unit(texts)
     name = name.removesuffix("_rpm").replace("_", " ")  # breaks at spaces only

@@ -228,8 +228,11 @@ def _coloured(stretches, groups, source, fitted, stated=np.nan):
 
 
 def _most_probable(groups, source, free, stated):
-    """Noise of the first order with the correlation that makes stretches most probable, whatever the weights are of
-    some columns in them: groups of stretches (n,) that share weights, each with its columns (n, k)."""
+    """Noise of the first order with the correlation that makes stretches most probable.
+
+    It holds whatever the weights of some columns in them are: groups of stretches (n,) that share weights, each with
+    its columns (n, k).
+    """
     sums = []
     for group in groups:
         wholes = [np.column_stack([columns, values]) for values, columns in group]

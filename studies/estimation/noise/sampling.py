@@ -1,5 +1,4 @@
-"""How far the noise may be from what it is taken for, as it is known from so many samples only, and what that does to
-scores."""
+"""Uncertainty of a noise that is known from a limited number of samples only, and what it does to scores."""
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft

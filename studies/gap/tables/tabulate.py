@@ -31,7 +31,7 @@ class Tabulated(NamedTuple):
 
     @property
     def model(self):
-        """`apesim.studies.estimation.model.Model`"""
+        """Fitted machine that the tables are added to."""
         return self.balance.model
 
 
