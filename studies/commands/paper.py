@@ -20,7 +20,7 @@ def repeat_paper(
     from apesim.studies.console import DONE, INCOMPLETE
     from apesim.studies.output import digest_line, make_folder
     from apesim.studies.paper import repetition
-    from apesim.studies.paper.claim import range_in_words
+    from apesim.studies.paper.claims.claim import range_in_words
     from apesim.studies.tables import table_of
 
     console, machine = common.console, common.load_machine()

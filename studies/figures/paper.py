@@ -20,8 +20,8 @@ from apesim.studies.figures.drawing.style import BLUE, RED, colours_of
 from apesim.studies.figures.valve import plot_map, plot_velocities
 from apesim.studies.operating_conditions import with_supply
 from apesim.studies.paper.discharge import NOISE, RATE, area_at
-from apesim.studies.paper.friction import PAPERS, SEARCHED, FrictionMap, conditions_in_words
-from apesim.studies.paper.statements import STATEMENTS
+from apesim.studies.paper.friction.friction_map import PAPERS, SEARCHED, FrictionMap, conditions_in_words
+from apesim.studies.paper.friction.statements import STATEMENTS
 from apesim.valve.bench import run_bench
 
 PULSE = 50e-3
@@ -56,7 +56,7 @@ def captions_of(vessel: Vessel, frictions: FrictionMap) -> dict[str, str]:
     Parameters
     ----------
     vessel : apesim.studies.discharge.Vessel
-    frictions : apesim.studies.paper.friction.FrictionMap
+    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
 
     Returns
     -------
@@ -80,7 +80,7 @@ def paper_figures(
         The map over the paper's grid.
     discharge : apesim.studies.discharge.Discharge
         Result of the model's own discharge tests.
-    frictions : apesim.studies.paper.friction.FrictionMap
+    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
     folder : path
         Made if it does not exist.
 
@@ -167,7 +167,7 @@ def plot_frictions(frictions: FrictionMap) -> Figure:
 
     Parameters
     ----------
-    frictions : apesim.studies.paper.friction.FrictionMap
+    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
 
     Returns
     -------

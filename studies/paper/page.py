@@ -9,9 +9,9 @@ from typing import Any
 import jinja2
 
 from apesim.archive import ArchiveError
-from apesim.studies.paper.claim import Claim, range_in_words
-from apesim.studies.paper.friction import PAPERS, FrictionMap, conditions_in_words
-from apesim.studies.paper.statements import STATEMENTS, Statement
+from apesim.studies.paper.claims.claim import Claim, range_in_words
+from apesim.studies.paper.friction.friction_map import PAPERS, FrictionMap, conditions_in_words
+from apesim.studies.paper.friction.statements import STATEMENTS, Statement
 
 TEMPLATE = """<!doctype html>
 <html lang="en">
@@ -86,12 +86,12 @@ def write_page(
 
     Parameters
     ----------
-    claims : sequence of apesim.studies.paper.claim.Claim
+    claims : sequence of apesim.studies.paper.claims.claim.Claim
     captions : mapping of str to str
         Captions by name of the figure.
     different : sequence of str
         Texts of what makes the valve is another one than the paper's, see `apesim.studies.paper.subject.differences`.
-    frictions : apesim.studies.paper.friction.FrictionMap
+    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
     folder : path
         A folder that exists.
 

@@ -22,11 +22,11 @@ from apesim.studies.discharge import Discharge, Vessel, discharge
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE
 from apesim.studies.output import make_folder, publish, write_traces
-from apesim.studies.paper.area import claims_by_area
-from apesim.studies.paper.claim import Claim
-from apesim.studies.paper.claims import all_claims
+from apesim.studies.paper.claims.area import claims_by_area
+from apesim.studies.paper.claims.claim import Claim
 from apesim.studies.paper.discharge import discharge_tests
-from apesim.studies.paper.friction import friction_table, map_friction
+from apesim.studies.paper.friction.friction_map import friction_table, map_friction
+from apesim.studies.paper.judgement import all_claims
 from apesim.studies.paper.page import write_page
 from apesim.studies.paper.subject import differences
 from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, compute_map, faults_of_map

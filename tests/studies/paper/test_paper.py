@@ -10,15 +10,15 @@ from apesim.engine.machine import Machine
 from apesim.studies.discharge import discharge
 from apesim.studies.figures.paper import captions_of, paper_figures
 from apesim.studies.limit.valve_limit import Limit, is_complete
-from apesim.studies.paper import delay, design, engine, equations, numerics, stroke
-from apesim.studies.paper.area import claims_by_area, with_area
-from apesim.studies.paper.claim import AREA, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED, grid_of, range_in_words
-from apesim.studies.paper.claims import all_claims
+from apesim.studies.paper.claims import delay, design, engine, equations, numerics, stroke
+from apesim.studies.paper.claims.area import claims_by_area, with_area
+from apesim.studies.paper.claims.claim import AREA, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED, grid_of, range_in_words
+from apesim.studies.paper.claims.motion import computed, valve_claims
 from apesim.studies.paper.discharge import area_at, discharge_tests, emptied, vessel_of
-from apesim.studies.paper.friction import FrictionMap, friction_table, map_friction, viscous_friction
-from apesim.studies.paper.motion import computed, valve_claims
+from apesim.studies.paper.friction.friction_map import FrictionMap, friction_table, map_friction, viscous_friction
+from apesim.studies.paper.friction.statements import STATEMENTS
+from apesim.studies.paper.judgement import all_claims
 from apesim.studies.paper.page import write_page
-from apesim.studies.paper.statements import STATEMENTS
 from apesim.studies.paper.subject import differences
 from apesim.studies.valve_map import compute_map
 from tests.machines import changed

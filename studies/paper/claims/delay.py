@@ -4,7 +4,7 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.studies.operating_conditions import with_supply
-from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, Grid, verdict_of
+from apesim.studies.paper.claims.claim import NOT_COMPUTABLE, Claim, Grid, verdict_of
 from apesim.valve.bench import run_bench
 
 SIZE = 0.41
@@ -18,7 +18,7 @@ def delay_rises_with_pressure(grid: Grid) -> Claim:
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns
@@ -43,7 +43,7 @@ def delay_levels_off(grid: Grid) -> Claim:
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns
@@ -73,7 +73,7 @@ def delay_and_temperature(machine: Machine, grid: Grid) -> Claim:
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns
@@ -138,7 +138,7 @@ def size_of_temperature(grid: Grid, chosen: bool) -> Claim:
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
     chosen : bool
         Whether the valve's area was chosen by this number, which then proves nothing.
@@ -168,7 +168,7 @@ def delay_is_linear(grid: Grid) -> Claim:
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns

@@ -3,8 +3,8 @@
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.studies.paper import delay, design, stroke
-from apesim.studies.paper.claim import NOT_COMPUTABLE, Claim, Grid
+from apesim.studies.paper.claims import delay, design, stroke
+from apesim.studies.paper.claims.claim import NOT_COMPUTABLE, Claim, Grid
 
 
 def valve_claims(machine: Machine, grid: Grid, chosen: bool = False) -> list[Claim]:
@@ -13,7 +13,7 @@ def valve_claims(machine: Machine, grid: Grid, chosen: bool = False) -> list[Cla
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
     chosen : bool
         Whether its area was chosen by the paper's size of the temperature's effect.
 
@@ -53,11 +53,11 @@ def computed(claim: Claim) -> Claim:
 
     Parameters
     ----------
-    claim : apesim.studies.paper.claim.Claim
+    claim : apesim.studies.paper.claims.claim.Claim
 
     Returns
     -------
-    apesim.studies.paper.claim.Claim
+    apesim.studies.paper.claims.claim.Claim
     """
     if np.all(np.isfinite([value for value in claim.values.values() if value is not None])):
         return claim

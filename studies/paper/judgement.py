@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.studies.discharge import Discharge
-from apesim.studies.paper import design, engine, equations, friction, numerics
-from apesim.studies.paper.claim import AREA, Claim, grid_of, range_of, with_range
-from apesim.studies.paper.motion import computed, valve_claims
+from apesim.studies.paper.claims import design, engine, equations, numerics
+from apesim.studies.paper.claims.claim import AREA, Claim, grid_of, range_of, with_range
+from apesim.studies.paper.claims.motion import computed, valve_claims
+from apesim.studies.paper.friction import friction_map
 from apesim.studies.paper.subject import PAPERS, engine_subject_of, subject_of
 
 
@@ -16,7 +17,7 @@ def all_claims(
     archive: Archive,
     found: Discharge,
     by_area: Mapping[float, Mapping[str, Claim]],
-    frictions: friction.FrictionMap,
+    frictions: friction_map.FrictionMap,
 ) -> list[Claim]:
     """Judge every claim.
 
@@ -28,8 +29,8 @@ def all_claims(
     found : apesim.studies.discharge.Discharge
         Result of the model's own discharge tests.
     by_area : mapping
-        Claims by area and key, see `apesim.studies.paper.area.claims_by_area`.
-    frictions : apesim.studies.paper.friction.FrictionMap
+        Claims by area and key, see `apesim.studies.paper.claims.area.claims_by_area`.
+    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
 
     Returns
     -------
@@ -48,7 +49,7 @@ def all_claims(
         numerics.fixed_step(machine),
         numerics.evaluation_function(machine),
         *own[-3:],
-        friction.viscous_friction(frictions),
+        friction_map.viscous_friction(frictions),
         design.time_error(),
     ]
     in_engine = engine_subject_of(engine.supplied(machine))

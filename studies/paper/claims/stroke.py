@@ -6,8 +6,8 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.studies.operating_conditions import with_supply
-from apesim.studies.paper.claim import Claim, Grid, verdict_of
-from apesim.studies.paper.delay import KNEE
+from apesim.studies.paper.claims.claim import Claim, Grid, verdict_of
+from apesim.studies.paper.claims.delay import KNEE
 from apesim.studies.valve_map import PULSE
 from apesim.valve.bench import BenchRun, run_bench
 
@@ -100,7 +100,7 @@ def fluctuation_rises(grid: Grid) -> Claim:
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns
@@ -129,7 +129,7 @@ def piston_rebounds(grid: Grid) -> Claim:
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns
@@ -154,7 +154,7 @@ def not_monotonic(grid: Grid, where: str, key: str, measure: str, name: str, uni
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
     where : str
         Where the paper says it.
@@ -203,7 +203,7 @@ def stroke_time_falls_with_temperature(grid: Grid) -> Claim:
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns
@@ -229,7 +229,7 @@ def strokes_alike(machine: Machine, grid: Grid) -> Claim:
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns
@@ -265,7 +265,7 @@ def response_over_pressure(grid: Grid) -> Claim:
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns
@@ -295,7 +295,7 @@ def pressure_to_be_optimised(grid: Grid) -> Claim:
 
     Parameters
     ----------
-    grid : apesim.studies.paper.claim.Grid
+    grid : apesim.studies.paper.claims.claim.Grid
         Measures of the strokes over the paper's pressures and temperatures.
 
     Returns

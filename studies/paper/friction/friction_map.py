@@ -8,10 +8,10 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.studies.operating_conditions import with_supply
-from apesim.studies.paper.area import with_area
-from apesim.studies.paper.claim import AREA, Claim, range_of, verdict_of, with_range
-from apesim.studies.paper.statements import STATEMENTS
-from apesim.studies.paper.stroke import min_difference
+from apesim.studies.paper.claims.area import with_area
+from apesim.studies.paper.claims.claim import AREA, Claim, range_of, verdict_of, with_range
+from apesim.studies.paper.claims.stroke import min_difference
+from apesim.studies.paper.friction.statements import STATEMENTS
 from apesim.studies.valve_map import PULSE
 from apesim.valve.bench import run_bench
 
@@ -21,7 +21,7 @@ SEARCHED = (100.0, 120.0)
 """Range in which its genetic algorithm looked for it (Table 2) [N s/m]."""
 FRICTIONS: tuple[float, ...] = (*np.arange(0.0, 101.0, 10.0), PAPERS, 120.0)
 AREAS = (*np.arange(3.0, 11.1, 1.0) * 1e-6, 12.5e-6)
-"""Effective areas of the solenoids, as far as `apesim.studies.paper.area.AREAS` [m2]."""
+"""Effective areas of the solenoids, as far as `apesim.studies.paper.claims.area.AREAS` [m2]."""
 RAMPS = (0.1e-3, 1.5e-3, 8e-3)
 """Ramp times of the solenoids: next to none, the default, a period of their 120 Hz [s]."""
 PRESSURES = np.arange(0.1, 2.0, 0.2) * 1e6

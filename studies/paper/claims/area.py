@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.studies.paper.claim import Claim, grid_of
-from apesim.studies.paper.design import works_at_30_hz
-from apesim.studies.paper.motion import computed, valve_claims
+from apesim.studies.paper.claims.claim import Claim, grid_of
+from apesim.studies.paper.claims.design import works_at_30_hz
+from apesim.studies.paper.claims.motion import computed, valve_claims
 from apesim.studies.valve_map import compute_map
 
 AREAS = tuple(np.arange(3.0, 12.51, 0.5) * 1e-6)
@@ -55,7 +55,7 @@ def claims_by_area(
 
     Returns
     -------
-    dict of dict of apesim.studies.paper.claim.Claim
+    dict of dict of apesim.studies.paper.claims.claim.Claim
         By area [m2], ascending, and key.
     """
     tried, judged = sorted({*areas, machine.valve.solenoid.effective_area}), {}

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.studies.paper.stroke import fluctuates_more, gets_slower, turns_back
+from apesim.studies.paper.claims.stroke import fluctuates_more, gets_slower, turns_back
 
 
 class Statement(NamedTuple):
