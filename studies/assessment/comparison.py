@@ -57,11 +57,11 @@ class ValveAssessment(GridResult):
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the brake torque lost by each cause over speed; returns the axes."""
-        from apesim.studies.figures.assessment import spans
+        from apesim.studies.figures.assessment import draw_losses
         from apesim.studies.figures.axes import axes_for
 
         ax = axes_for(ax)
-        spans(ax, self.archive, "brake_torque_lost_Nm")
+        draw_losses(ax, self.archive, "brake_torque_lost_Nm")
         ax.set_ylabel("brake torque lost [N m]")
         ax.legend()
         return ax

@@ -64,28 +64,19 @@ def assessment_figures(archive: Archive, folder: str | PathLike[str]) -> list[Pa
     list of Path
         A PNG and a PDF of each figure.
     """
-    figures = {"losses": partial(plot_losses, archive), "exergy": partial(plot_exergy, archive)}
+    figures = {"losses": partial(_plot_losses, archive), "exergy": partial(_plot_exergy, archive)}
     return write_figures(figures, folder, conditions_of(archive.machine))
 
 
-def plot_losses(archive: Archive) -> Figure:
-    """Plot torque lost and air added by each cause over speed: mean of both orders, and the span between them.
-
-    Parameters
-    ----------
-    archive : Archive
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_losses(archive: Archive) -> Figure:
+    """Plot torque lost and air added by each cause over speed: mean of both orders, and the span between them."""
     figure, (left, right) = open_row(2, (10.4, 4.6), sharex=True)
     title = "Torque lost against the ideal valve; below zero: gained"
     label_axes(left, y=("brake torque lost", "N m"), title=title)
     title = "Air added to that of the ideal valve"
     label_axes(right, y=("air over brake work added", "kg/kWh"), title=title)
-    spans(left, archive, "brake_torque_lost_Nm")
-    spans(right, archive, "specific_air_added_kg_per_kWh")
+    draw_losses(left, archive, "brake_torque_lost_Nm")
+    draw_losses(right, archive, "specific_air_added_kg_per_kWh")
     handles, labels = left.get_legend_handles_labels()
     title = "dots: mean of both orders; bars: from lateness first (end with a tick) to finite speed first"
     below: Look = {"loc": "outside lower center", "fontsize": LEGEND_SIZE, "title_fontsize": 9}
@@ -93,7 +84,7 @@ def plot_losses(archive: Archive) -> Figure:
     return figure
 
 
-def spans(axis: Axes, archive: Archive, name: str) -> Axes:
+def draw_losses(axis: Axes, archive: Archive, name: str) -> Axes:
     """Draw a loss by each cause over speed: the mean as a line, both orders as the ends of a bar, and the sum of all.
 
     Parameters
@@ -117,7 +108,7 @@ def spans(axis: Axes, archive: Archive, name: str) -> Axes:
         axis.plot(x, mean[:, number], marker="o", ms=3, label=NAMES[cause], **look)
         axis.vlines(x, first[:, number], other[:, number], color=COLOURS[cause], lw=1.6, alpha=0.6)
         axis.plot(x, first[:, number], "_", color=COLOURS[cause], ms=6)
-    total = total_of(mean)
+    total = _total_of(mean)
     axis.plot(speed, total, "D", color="white", mec="black", ms=4.5, label="sum")
     label_axes(axis, x=SPEED)
     if len(speed) == 1:
@@ -126,18 +117,8 @@ def spans(axis: Axes, archive: Archive, name: str) -> Axes:
     return axis
 
 
-def total_of(mean: np.ndarray) -> np.ndarray:
-    """Sum over the causes but fluctuation, which is a part of finite speed.
-
-    Parameters
-    ----------
-    mean : (n, 4) float array
-        Losses over speed and cause, see `apesim.studies.assessment.causes.CAUSES`.
-
-    Returns
-    -------
-    (n,) float array
-    """
+def _total_of(mean: np.ndarray) -> np.ndarray:
+    """Sum over the causes but fluctuation, which is a part of finite speed."""
     parts = (mean[:, number] for number, cause in enumerate(CAUSES) if cause != "fluctuation")
     return sum(parts, np.zeros(len(mean)))
 
@@ -156,20 +137,11 @@ def _cut_off(axis: Axes, total: np.ndarray, parts: np.ndarray) -> None:
         axis.set_title(f"{axis.get_title()}\n({'; '.join(notes)})")
 
 
-def plot_exergy(archive: Archive) -> Figure:
-    """Plot where the exergy of a cycle goes, over speed, with each valve between the ideal and the real one.
-
-    Parameters
-    ----------
-    archive : Archive
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_exergy(archive: Archive) -> Figure:
+    """Plot where the exergy of a cycle goes, over speed, with each valve between the ideal and the real one."""
     figure, panels = open_row(len(CORNERS), (12.4, 4.2), sharex=True, sharey=True)
     for axis, (valve, title) in zip(panels, CORNERS.items(), strict=True):
-        draw_exergy(axis, archive, valve)
+        _draw_exergy(axis, archive, valve)
         label_axes(axis, x=SPEED, title=title)
     label_axes(panels[0], y=("exergy in a cycle", "J"))
     handles, labels = panels[0].get_legend_handles_labels()
@@ -177,20 +149,8 @@ def plot_exergy(archive: Archive) -> Figure:
     return figure
 
 
-def draw_exergy(axis: Axes, archive: Archive, valve: str) -> Axes:
-    """Draw where exergy goes with a valve over speed as bars, what is negative below zero; dots: what comes in.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-    valve : str
-        Name of the valve, see `CORNERS`.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_exergy(axis: Axes, archive: Archive, valve: str) -> Axes:
+    """Draw where exergy goes with a valve over speed as bars, what is negative below zero; dots: what comes in."""
     v = archive.variables
     place = v["valve"].values.tolist().index(valve)
     speed = v["speed_rpm"].values

@@ -37,23 +37,12 @@ def engine_limit_figures(archive: Archive, ambient_pressure: float, folder: str 
     list of Path
         A PNG and a PDF.
     """
-    figures = {"engine_limit": partial(plot_limits, archive, ambient_pressure)}
+    figures = {"engine_limit": partial(_plot_limits, archive, ambient_pressure)}
     return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
 
 
-def plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
-    """Plot the limit over pressure, and over the window with the design rule.
-
-    Parameters
-    ----------
-    archive : Archive
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
+    """Plot the limit over pressure, and over the window with the design rule."""
     figure, (left, right) = open_row(2, (12.4, 4.6), sharey=True)
     draw_limits(left, archive, ambient_pressure)
     for axis in (left, right):
@@ -62,7 +51,7 @@ def plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
             axis.axhline(speed, color="0.3", lw=0.9, ls=style, label=label)
     left.set_title("Targets met within 0.5°, strokes complete, every cycle the same")
     left.set_ylim(bottom=0.0)
-    draw_rule(right, columns_of(archive))
+    _draw_rule(right, columns_of(archive))
     figure.legend(loc="outside right upper", title="opening to closing, air")
     return figure
 
@@ -90,19 +79,8 @@ def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
     return axis
 
 
-def draw_rule(axis: Axes, v: Mapping[str, np.ndarray]) -> Axes:
-    """Draw limits over the window, and the design rule of each supply, where there is one.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    v : mapping of str to (n,) array
-        Columns of the map over its runs.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_rule(axis: Axes, v: Mapping[str, np.ndarray]) -> Axes:
+    """Draw limits over the window, and the design rule of each supply, where there is one."""
     label_axes(axis, x=("window: target opening to target closing", "deg"))
     axis.plot(v["duration_deg"], v["limit_rpm"], "o", ms=3, color="0.55")
     own = own_run(v)

@@ -59,13 +59,13 @@ def optimise_figures(archive: Archive, ambient_pressure: float, folder: str | Pa
         A PNG and a PDF of each figure.
     """
     figures = {
-        "optimum_angles": partial(plot_angles, archive),
-        "optimum_torque_and_air": partial(plot_torque_and_air, archive),
+        "optimum_angles": partial(_plot_angles, archive),
+        "optimum_torque_and_air": partial(_plot_torque_and_air, archive),
     }
     if "point" in archive.variables:
-        figures["pareto_fronts"] = partial(plot_fronts, archive)
+        figures["pareto_fronts"] = partial(_plot_fronts, archive)
     if any(name.endswith("_bound_supply_pressure") for name in archive.variables):
-        figures["optimum_pressure"] = partial(plot_pressures, archive, ambient_pressure)
+        figures["optimum_pressure"] = partial(_plot_pressures, archive, ambient_pressure)
     free = ("supply.pressure",) if "optimum_pressure" in figures else ()
     return write_figures(figures, folder, conditions_of(archive.machine, free))
 
@@ -75,39 +75,19 @@ def _kinds(v: Mapping[str, np.ndarray]) -> list[str]:
     return [kind for kind in LOOKS if f"{kind}_energise_deg" in v]
 
 
-def plot_angles(archive: Archive) -> Figure:
-    """Plot commands over speed, and when the valve really opens and closes by them.
-
-    Parameters
-    ----------
-    archive : Archive
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_angles(archive: Archive) -> Figure:
+    """Plot commands over speed, and when the valve really opens and closes by them."""
     kinds = _kinds(columns_of(archive))
     figure, panels = open_row(len(kinds), (3.1 * len(kinds) + 1.2, 4.1), sharey=True)
     for axis, kind in zip(panels, kinds, strict=True):
-        draw_angles(axis, archive, kind)
+        _draw_angles(axis, archive, kind)
     label_axes(panels[0], y=("crank angle after TDC", "deg"))
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right center")
     return figure
 
 
-def draw_angles(axis: Axes, archive: Archive, kind: str) -> Axes:
-    """Draw commands of a kind over speed, and between which angles the valve is open by them.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-    kind : {"uncorrected", "most_torque", "least_air"}
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_angles(axis: Axes, archive: Archive, kind: str) -> Axes:
+    """Draw commands of a kind over speed, and between which angles the valve is open by them."""
     v = columns_of(archive)
     open_, close = v[f"{kind}_valve_open_deg"], v[f"{kind}_valve_close_deg"]
     axis.fill_between(v["speed_rpm"], open_, close, color="0.94", lw=0)
@@ -118,17 +98,8 @@ def draw_angles(axis: Axes, archive: Archive, kind: str) -> Axes:
     return axis
 
 
-def plot_torque_and_air(archive: Archive) -> Figure:
-    """Plot brake torque and specific air over speed, at their best and with the machine's own commands.
-
-    Parameters
-    ----------
-    archive : Archive
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_torque_and_air(archive: Archive) -> Figure:
+    """Plot brake torque and specific air over speed, at their best and with the machine's own commands."""
     figure, (left, right) = open_row(2)
     draw_over_speed(left, archive, "brake_torque_Nm")
     draw_over_speed(right, archive, "specific_air_kg_per_kWh")
@@ -162,26 +133,16 @@ def draw_over_speed(axis: Axes, archive: Archive, column: str) -> Axes:
     return axis
 
 
-def plot_fronts(archive: Archive) -> Figure:
-    """Plot the Pareto fronts, with the legend beside them; see `draw_fronts`."""
+def _plot_fronts(archive: Archive) -> Figure:
+    """Plot the Pareto fronts, with the legend beside them."""
     figure, axis = open_one((7.6, 4.6))
-    draw_fronts(axis, archive)
+    _draw_fronts(axis, archive)
     figure.legend(loc="outside right upper", title="speed [r/min]")
     return figure
 
 
-def draw_fronts(axis: Axes, archive: Archive) -> Axes:
-    """Draw the Pareto front of torque and specific air at each speed, beside the machine's own commands.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_fronts(axis: Axes, archive: Archive) -> Axes:
+    """Draw the Pareto front of torque and specific air at each speed, beside the machine's own commands."""
     v = columns_of(archive)
     for run, (speed, colour) in enumerate(zip(v["speed_rpm"], colours_of(len(v["speed_rpm"]), 0.9), strict=True)):
         x, y = v["front_brake_torque_Nm"][run], v["front_specific_air_kg_per_kWh"][run]
@@ -196,28 +157,16 @@ def draw_fronts(axis: Axes, archive: Archive) -> Axes:
     return axis
 
 
-def plot_pressures(archive: Archive, ambient_pressure: float) -> Figure:
-    """Plot the best supply pressure over speed, with the legend beside it; see `draw_pressures`."""
+def _plot_pressures(archive: Archive, ambient_pressure: float) -> Figure:
+    """Plot the best supply pressure over speed, with the legend beside it."""
     figure, axis = open_one((6.6, 3.6))
-    draw_pressures(axis, archive, ambient_pressure)
+    _draw_pressures(axis, archive, ambient_pressure)
     figure.legend(loc="outside right center")
     return figure
 
 
-def draw_pressures(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
-    """Draw the best supply pressure over speed.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_pressures(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
+    """Draw the best supply pressure over speed."""
     v = columns_of(archive)
     for size, kind in zip((6, 9, 4), LOOKS, strict=True):  # goals often share the pressure: let both be seen
         if kind in _kinds(v):

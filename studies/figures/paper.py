@@ -93,28 +93,19 @@ def paper_figures(
     figures = {
         "fig03_discharge": partial(plot_pressures, discharge),
         "fig04_effective_area": partial(plot_areas, discharge, partial(area_at, machine)),
-        "fig06_lift": partial(plot_lifts, machine),
-        "fig07_measures": partial(plot_measures, machine),
+        "fig06_lift": partial(_plot_lifts, machine),
+        "fig07_measures": partial(_plot_measures, machine),
         "fig08_delay_time": partial(plot_map, archive, ambient, "delay_time"),
         "fig09_velocity": partial(plot_velocities, archive, ambient),
         "fig10_stroke_time": partial(plot_map, archive, ambient, "stroke_time"),
         "fig11_seating_speed": partial(plot_map, archive, ambient, "seating_speed"),
-        "friction_map": partial(plot_frictions, frictions),
+        "friction_map": partial(_plot_frictions, frictions),
     }
     return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
 
 
-def plot_lifts(machine: Machine) -> Figure:
-    """Plot the lift over time at 0.16, 0.40 and 0.49 MPa gauge (Fig. 6).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_lifts(machine: Machine) -> Figure:
+    """Plot the lift over time at 0.16, 0.40 and 0.49 MPa gauge (Fig. 6)."""
     figure, axis = open_one((6.4, 3.7))
     for pressure, colour in zip(LIFT_PRESSURES, colours_of(len(LIFT_PRESSURES), 0.8), strict=True):
         supplied = with_supply(machine, machine.ambient.pressure + pressure * 1e6, TEMPERATURE)
@@ -128,17 +119,8 @@ def plot_lifts(machine: Machine) -> Figure:
     return figure
 
 
-def plot_measures(machine: Machine) -> Figure:
-    """Plot what delay time, full stroke time and seating speed of an opening are, at 1.0 MPa gauge (Fig. 7).
-
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_measures(machine: Machine) -> Figure:
+    """Plot what delay time, full stroke time and seating speed of an opening are, at 1.0 MPa gauge (Fig. 7)."""
     run = run_bench(with_supply(machine, machine.ambient.pressure + 1.0e6, TEMPERATURE), PULSE, sample=2e-5)
     stroke: Any = run.opening
     delay, contact = stroke.delay * 1e3, stroke.contact * 1e3
@@ -162,17 +144,8 @@ def plot_measures(machine: Machine) -> Figure:
     return figure
 
 
-def plot_frictions(frictions: FrictionMap) -> Figure:
-    """Plot where the statements on Figs. 9 to 11 hold, over friction and the solenoids' area.
-
-    Parameters
-    ----------
-    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_frictions(frictions: FrictionMap) -> Figure:
+    """Plot where the statements on Figs. 9 to 11 hold, over friction and the solenoids' area."""
     figure, panels = open_panels(2, 3, (9.2, 6.4), sharex=True, sharey=True)
     colours = matplotlib.colormaps["Blues"].resampled(MAP_SHADES)
     columns, rows = np.arange(len(frictions.areas)), np.arange(len(frictions.frictions))

@@ -59,11 +59,11 @@ def soft_landing_figures(archive: Archive, ambient_pressure: float, folder: str 
     v, titles, spacing, cost = shown_of(archive, ambient_pressure)
     dwell = 1e3 * float(archive.provenance["dwell_s"])
     figures = {
-        "fronts": partial(plot_fronts, v, titles, spacing, cost),
-        "spacing": partial(plot_over_spacing, v, titles, spacing, cost),
-        "robustness": partial(plot_robustness, v, titles),
+        "fronts": partial(_plot_fronts, v, titles, spacing, cost),
+        "spacing": partial(_plot_over_spacing, v, titles, spacing, cost),
+        "robustness": partial(_plot_robustness, v, titles),
     }
-    figures |= {f"traces_{stroke}": partial(plot_traces, v, titles, stroke, dwell) for stroke in STROKES}
+    figures |= {f"traces_{stroke}": partial(_plot_traces, v, titles, stroke, dwell) for stroke in STROKES}
     conditions = conditions_of(archive.machine, ("supply.pressure", "supply.control_pressure"))
     return write_figures(figures, folder, conditions)
 
@@ -110,24 +110,8 @@ def _open(titles: Titles, rows: int, height: float, **options: Any) -> tuple[Fig
     return figure, axes
 
 
-def plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Figure:
-    """Plot the seating speed against added time, for any spacing of the edges and for that of the solenoids.
-
-    Parameters
-    ----------
-    v : mapping of str to ndarray
-        Columns of the archive over its runs.
-    titles : list of (int, str)
-        Runs to show, each with the title of its panel.
-    spacing : float
-        Time that two edges of the command stand apart at least [ms].
-    cost : float
-        Time that a stroke may take longer [ms].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Figure:
+    """Plot the seating speed against added time, for any spacing of the edges and for that of the solenoids."""
     figure, axes = _open(titles, 1, 3.6, sharey=True)
     added = 1e3 * v["added_time"]
     for axis, (run, _) in zip(axes[0], titles, strict=True):
@@ -162,7 +146,7 @@ def plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Figu
     return figure
 
 
-def plot_over_spacing(v: Columns, titles: Titles, spacing: float, cost: float) -> Figure:
+def _plot_over_spacing(v: Columns, titles: Titles, spacing: float, cost: float) -> Figure:
     """Plot the softest landing over the time between edges, with the legend beside it; see `draw_over_spacing`."""
     figure, axis = open_one()
     draw_over_spacing(axis, v, titles, spacing, cost)
@@ -200,23 +184,8 @@ def draw_over_spacing(axis: Axes, v: Columns, titles: Titles, spacing: float, co
     return axis
 
 
-def plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figure:
-    """Plot commands of both solenoids, lift and speed of a stroke, without a brake and with the softest one.
-
-    Parameters
-    ----------
-    v : mapping of str to ndarray
-        Columns of the archive over its runs.
-    titles : list of (int, str)
-        Runs to show, each with the title of its panels.
-    stroke : {"opening", "closing"}
-    dwell : float
-        Time from the command to open to that to close [ms].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figure:
+    """Plot commands of both solenoids, lift and speed of a stroke, without a brake and with the softest one."""
     figure, axes = _open(titles, 4, 7.0, sharex=True, sharey="row", height_ratios=(0.8, 0.8, 1.6, 1.6))
     command, sign = (0.0, 1.0) if stroke == "opening" else (dwell, -1.0)
     time = 1e3 * v["time"] - command
@@ -256,20 +225,8 @@ def plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figure
     return figure
 
 
-def plot_robustness(v: Columns, titles: Titles) -> Figure:
-    """Plot the seating speed under other pressures and temperatures; hollow where the piston falls off its stop again.
-
-    Parameters
-    ----------
-    v : mapping of str to ndarray
-        Columns of the archive over its runs.
-    titles : list of (int, str)
-        Runs to show, each with the title of its panels.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_robustness(v: Columns, titles: Titles) -> Figure:
+    """Plot the seating speed under other pressures and temperatures; hollow where the piston falls off its stop."""
     figure, axes = _open(titles, 2, 5.6, sharex=True, sharey=True)
     factors, offsets = v["pressure_factor"], v["temperature_offset"]
     for row, stroke in zip(axes, STROKES, strict=True):

@@ -58,10 +58,10 @@ def sweep_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
     varied = [name for name in axes_of(archive) if name not in OUTER]
     figures = {
         "torque_and_air": partial(plot_over_speed, archive),
-        "indicator_diagrams": partial(plot_indicator_diagrams, archive),
+        "indicator_diagrams": partial(_plot_indicator_diagrams, archive),
         "cycle_traces": partial(plot_cycle, archive),
     }
-    figures |= {f"over_{name}": partial(plot_over_key, archive, name) for name in varied}
+    figures |= {f"over_{name}": partial(_plot_over_key, archive, name) for name in varied}
     return write_figures(figures, folder, conditions_of(archive.machine, varied))
 
 
@@ -123,21 +123,8 @@ def in_the_middle(archive: Archive, along: str = "speed_rpm") -> str:
     return ", ".join(shown + [texts["speed_rpm"]] * (along != "speed_rpm"))
 
 
-def run_near(archive: Archive, actuation: str, speed_rpm: float) -> int | None:
-    """Index of the run of an actuation whose speed is nearest.
-
-    Parameters
-    ----------
-    archive : Archive
-    actuation : str
-    speed_rpm : float
-        [r/min]
-
-    Returns
-    -------
-    int or None
-        None where the actuation has no run.
-    """
+def _run_near(archive: Archive, actuation: str, speed_rpm: float) -> int | None:
+    """Index of the run of an actuation whose speed is nearest; None where it has no run."""
     runs = runs_of(archive, actuation)
     speeds = archive.variables["speed_rpm"].values[runs]
     return int(runs[np.argmin(np.abs(speeds - speed_rpm))]) if len(runs) else None
@@ -162,19 +149,8 @@ def plot_over_speed(archive: Archive) -> Figure:
     return _plot_torque_and_air(archive, along, "speed [r/min]", in_the_middle(archive))
 
 
-def plot_over_key(archive: Archive, key: str) -> Figure:
-    """Plot torque and specific air over a key that was varied.
-
-    Parameters
-    ----------
-    archive : Archive
-    key : str
-        Name of its axis.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_over_key(archive: Archive, key: str) -> Figure:
+    """Plot torque and specific air over a key that was varied."""
     texts = axes_of(archive)[key]
     place = places_of(archive)[list(axes_of(archive)).index(key)]
     numbers, unit = in_one_unit(texts)
@@ -221,44 +197,21 @@ def _plot_torque_and_air(
     return figure
 
 
-def plot_indicator_diagrams(archive: Archive, speeds_rpm: Sequence[float] = (400.0, 1000.0, 1600.0)) -> Figure:
-    """Plot cylinder pressure over volume at some speeds, all actuations.
-
-    Parameters
-    ----------
-    archive : Archive
-    speeds_rpm : sequence of float
-        Speeds [r/min]; the nearest runs are shown.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_indicator_diagrams(archive: Archive, speeds_rpm: Sequence[float] = (400.0, 1000.0, 1600.0)) -> Figure:
+    """Plot cylinder pressure over volume at some speeds, all actuations."""
     figure, panels = open_row(len(speeds_rpm), (9.2, 3.4), sharey=True)
     for axis, speed_rpm in zip(panels, speeds_rpm, strict=True):
-        draw_indicator_diagram(axis, archive, speed_rpm)
+        _draw_indicator_diagram(axis, archive, speed_rpm)
     label_axes(panels[0], y=("cylinder pressure", "MPa abs"))
     panels[-1].legend()
     return figure
 
 
-def draw_indicator_diagram(axis: Axes, archive: Archive, speed_rpm: float) -> Axes:
-    """Draw cylinder pressure over volume at a speed, a line for each actuation.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    archive : Archive
-    speed_rpm : float
-        Speed [r/min]; the nearest run is shown.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_indicator_diagram(axis: Axes, archive: Archive, speed_rpm: float) -> Axes:
+    """Draw cylinder pressure over volume at a speed, a line for each actuation."""
     v = archive.variables
     for name in actuations_in(archive):
-        run = run_near(archive, name, speed_rpm)
+        run = _run_near(archive, name, speed_rpm)
         if run is None:
             continue
         volume = v["cylinder_volume"].values[run] * 1e6
@@ -290,7 +243,7 @@ def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
     lift, chambers, cylinder = panels
     at_speed = ""
     for name in actuations_in(archive):
-        run = run_near(archive, name, speed_rpm)
+        run = _run_near(archive, name, speed_rpm)
         if run is None:
             continue
         at_speed = f" at {v['speed_rpm'].values[run]:g} r/min"

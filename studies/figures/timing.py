@@ -44,9 +44,9 @@ def timing_figures(timing_map: TimingMap, ambient_pressure: float, folder: str |
     list of Path
         A PNG and a PDF of each figure.
     """
-    plots: dict[str, Callable] = {"advance": plot_advances, "won_back": plot_won_back, "shortcut": plot_shortcut}
+    plots: dict[str, Callable] = {"advance": _plot_advances, "won_back": _plot_won_back, "shortcut": _plot_shortcut}
     if timing_map.laws["advance"]:
-        plots["temperature_law"] = plot_temperature_law
+        plots["temperature_law"] = _plot_temperature_law
     figures = {name: partial(plot, timing_map, ambient_pressure) for name, plot in plots.items()}
     return write_figures(figures, folder, conditions_of(timing_map.archive.machine, SUPPLY))
 
@@ -73,19 +73,8 @@ def _middle(axes: Any) -> tuple[int, str]:
     return number, f"{axes.temperatures[number]:g} K"
 
 
-def plot_advances(timing_map: TimingMap, ambient_pressure: float) -> Figure:
-    """Plot the advance of energising and release over speed; thin, what the delays of the bench would give.
-
-    Parameters
-    ----------
-    timing_map : apesim.studies.timing.grid.TimingMap
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_advances(timing_map: TimingMap, ambient_pressure: float) -> Figure:
+    """Plot the advance of energising and release over speed; thin, what the delays of the bench would give."""
     figure, panels = open_row(2, sharey=True)
     for axis, edge in zip(panels, ("energise", "release"), strict=True):
         draw_advance(axis, timing_map, ambient_pressure, edge=edge)
@@ -126,23 +115,12 @@ def draw_advance(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *, 
     return axis
 
 
-def plot_won_back(timing_map: TimingMap, ambient_pressure: float) -> Figure:
-    """Plot brake torque and specific air over speed, corrected and with the machine's own commands.
-
-    Parameters
-    ----------
-    timing_map : apesim.studies.timing.grid.TimingMap
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_won_back(timing_map: TimingMap, ambient_pressure: float) -> Figure:
+    """Plot brake torque and specific air over speed, corrected and with the machine's own commands."""
     _, temperature = _middle(timing_map.axes)
     figure, (left, right) = open_row(2)
-    draw_won_back(left, timing_map, ambient_pressure, column="brake_torque_Nm")
-    draw_won_back(right, timing_map, ambient_pressure, column="specific_air_kg_per_kWh")
+    _draw_won_back(left, timing_map, ambient_pressure, column="brake_torque_Nm")
+    _draw_won_back(right, timing_map, ambient_pressure, column="specific_air_kg_per_kWh")
     draw_zero(left)
     add_legend_entry(left, "uncorrected", lw=1, ls="--")
     label_axes(left, y=("brake torque", "N m"), title=f"Torque, {temperature}")
@@ -152,21 +130,8 @@ def plot_won_back(timing_map: TimingMap, ambient_pressure: float) -> Figure:
     return figure
 
 
-def draw_won_back(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *, column: str) -> Axes:
-    """Draw a result over speed with corrected commands, and dashed with the machine's own.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    timing_map : apesim.studies.timing.grid.TimingMap
-    ambient_pressure : float
-        [Pa abs]
-    column : {"brake_torque_Nm", "specific_air_kg_per_kWh"}
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_won_back(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *, column: str) -> Axes:
+    """Draw a result over speed with corrected commands, and dashed with the machine's own."""
     axes, v = timing_map.axes, _columns(timing_map)
     k, _ = _middle(axes)
     speed = v["speed_rpm"][:, 0, k]
@@ -177,19 +142,8 @@ def draw_won_back(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *,
     return axis
 
 
-def plot_shortcut(timing_map: TimingMap, ambient_pressure: float) -> Figure:
-    """Plot the error of opening and closing over speed if commands stand the delay of the bench before their targets.
-
-    Parameters
-    ----------
-    timing_map : apesim.studies.timing.grid.TimingMap
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_shortcut(timing_map: TimingMap, ambient_pressure: float) -> Figure:
+    """Plot the error of opening and closing if commands stand the delay of the bench before their targets."""
     axes, v = timing_map.axes, _columns(timing_map)
     k, temperature = _middle(axes)
     figure, panels = open_row(2)
@@ -205,19 +159,8 @@ def plot_shortcut(timing_map: TimingMap, ambient_pressure: float) -> Figure:
     return figure
 
 
-def plot_temperature_law(timing_map: TimingMap, ambient_pressure: float) -> Figure:
-    """Plot the advance as a time over the temperature, and the straight lines through it, at the speed in the middle.
-
-    Parameters
-    ----------
-    timing_map : apesim.studies.timing.grid.TimingMap
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+def _plot_temperature_law(timing_map: TimingMap, ambient_pressure: float) -> Figure:
+    """Plot the advance as a time over the temperature, with straight lines, at the speed in the middle."""
     axes, v = timing_map.axes, _columns(timing_map)
     i = len(axes.speeds) // 2
     figure, panels = open_row(2)

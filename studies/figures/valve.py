@@ -216,11 +216,11 @@ def limit_figures(archive: Archive, ambient_pressure: float, folder: str | PathL
     list of Path
         A PNG and a PDF.
     """
-    figures = {"working_limit": partial(plot_limits, archive, ambient_pressure)}
+    figures = {"working_limit": partial(_plot_limits, archive, ambient_pressure)}
     return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
 
 
-def plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
+def _plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
     """Plot the working limit over pressure, with the legend beside it; see `draw_limits`."""
     figure, axis = open_one((7.8, 4.2))
     draw_limits(axis, archive, ambient_pressure)

@@ -185,24 +185,24 @@ def gauge_in_mpa(pressure: np.ndarray, ambient_pressure: float) -> np.ndarray:
     return (pressure - ambient_pressure) / 1e6
 
 
-def spread_out(count: int, most: int) -> np.ndarray:
+def spread_out(count: int, max_count: int) -> np.ndarray:
     """Numbers of some of many runs, evenly spread, the first and the last among them.
 
     Parameters
     ----------
     count : int
         How many runs there are.
-    most : int
+    max_count : int
         How many are wanted at most.
 
     Returns
     -------
     (n,) int array
-        Ascending, n not above `most`.
+        Ascending, n not above `max_count`.
 
     Examples
     --------
     >>> spread_out(10, 4).tolist()
     [0, 3, 6, 9]
     """
-    return np.unique(np.linspace(0, count - 1, most).round().astype(int))
+    return np.unique(np.linspace(0, count - 1, max_count).round().astype(int))

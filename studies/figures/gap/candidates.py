@@ -19,7 +19,7 @@ CLEAR = 5.0
 
 
 def plot_candidates(rows: "Sequence[Tried]") -> Figure:
-    """Plot what each candidate promised and what fitting it gave, with the legend above; see `draw_candidates`.
+    """Plot what each candidate promised and what fitting it gave, with the legend above.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def plot_candidates(rows: "Sequence[Tried]") -> Figure:
     matplotlib.figure.Figure
     """
     figure, axis = open_one((WIDTH, 0.9 + 0.3 * len(rows)))
-    draw_candidates(axis, rows)
+    _draw_candidates(axis, rows)
     handles = [
         legend_handle(ls="", marker="o", mfc="none", mec=BEFORE, mew=1.4, label="expected, by its score"),
         legend_handle(ls="", marker="o", color=AFTER, label="realised, fitted through the simulator"),
@@ -40,18 +40,8 @@ def plot_candidates(rows: "Sequence[Tried]") -> Figure:
     return figure
 
 
-def draw_candidates(axis: Axes, rows: "Sequence[Tried]") -> Axes:
-    """Draw the part of the gap that each candidate promised as a circle, and what fitting it gave as a dot.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    rows : sequence of apesim.studies.gap.report.html.Tried
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_candidates(axis: Axes, rows: "Sequence[Tried]") -> Axes:
+    """Draw the part of the gap that each candidate promised as a circle, and what fitting it gave as a dot."""
     for place, row in enumerate(rows):
         if row.realised is not None:
             axis.plot([row.expected, row.realised], [place, place], color="0.7", lw=1.2, zorder=1)

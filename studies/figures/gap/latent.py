@@ -28,22 +28,12 @@ def plot_branches(latent: "Sequence[Branch]") -> Figure:
     """
     figure, panels = open_row(len(latent), (WIDTH, 2.9))
     for axis, branch in zip(panels, latent, strict=True):
-        draw_branch(axis, branch)
+        _draw_branch(axis, branch)
     return figure
 
 
-def draw_branch(axis: Axes, branch: "Branch") -> Axes:
-    """Draw the values of a branch over its nodes, with their intervals of 95 %.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    branch : apesim.studies.gap.tables.latent.Branch
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_branch(axis: Axes, branch: "Branch") -> Axes:
+    """Draw the values of a branch over its nodes, with their intervals of 95 %."""
     draw_zero(axis, colour="0.2")
     if len(branch.places) > 1:
         axis.plot(*branch.curve(), color=AFTER, lw=1.4)

@@ -58,7 +58,7 @@ def plot_overlays(chosen: "Sequence[Compared]", added: str, ambient_pressure: fl
     axes = panels[:, 0]
     shades: dict[str, str] = {}
     for above, below, signal in zip(axes[::2], axes[1::2], chosen, strict=True):
-        shades |= draw_overlay(above, below, signal, added=added, ambient_pressure=ambient_pressure)
+        shades |= _draw_overlay(above, below, signal, added=added, ambient_pressure=ambient_pressure)
     figure.align_ylabels()
     handles, _ = axes[0].get_legend_handles_labels()
     handles += [Patch(facecolor=colour, edgecolor="0.7", lw=0.5, label=name) for name, colour in shades.items()]
@@ -66,25 +66,10 @@ def plot_overlays(chosen: "Sequence[Compared]", added: str, ambient_pressure: fl
     return figure
 
 
-def draw_overlay(
+def _draw_overlay(
     above: Axes, below: Axes, signal: "Compared", *, added: str, ambient_pressure: float
 ) -> dict[str, str]:
-    """Draw a trace over the models, and its residuals below.
-
-    Parameters
-    ----------
-    above, below : matplotlib.axes.Axes
-    signal : apesim.studies.gap.report.comparison.Compared
-    added : str
-        What was added to the model, in words.
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    dict of str to str
-        Colour of each phase that is shaded, by its name.
-    """
+    """Draw a trace over the models, and its residuals below."""
     block: Any = signal.block
     run, shown = block.run, shown_of(block)
     x = np.degrees(run.angles) if run.bench == ENGINE else block.times * 1e3

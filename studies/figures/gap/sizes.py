@@ -23,7 +23,7 @@ SPACE = 0.6
 
 
 def plot_sizes(compared: "Sequence[Compared]", added: str, ambient_pressure: float) -> Figure:
-    """Plot the gap of each run before and after, over the noise, with the legend above; see `draw_sizes`.
+    """Plot the gap of each run before and after, over the noise, with the legend above.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def plot_sizes(compared: "Sequence[Compared]", added: str, ambient_pressure: flo
     matplotlib.figure.Figure
     """
     figure, axis = open_one((WIDTH, 0.9 + 0.36 * len(by_run(compared))))
-    draw_sizes(axis, compared, ambient_pressure)
+    _draw_sizes(axis, compared, ambient_pressure)
     handles: list[Patch | Line2D] = [Patch(color=BEFORE, label="calibrated model")]
     if _has_after(compared):
         handles.append(Patch(color=AFTER, label=added))
@@ -52,20 +52,8 @@ def _has_after(compared: "Sequence[Compared]") -> bool:
     return compared[0].left_after is not None
 
 
-def draw_sizes(axis: Axes, compared: "Sequence[Compared]", ambient_pressure: float) -> Axes:
-    """Draw the gap of each run as bars, pale where the run was used, over the noise.
-
-    Parameters
-    ----------
-    axis : matplotlib.axes.Axes
-    compared : sequence of apesim.studies.gap.report.comparison.Compared
-    ambient_pressure : float
-        [Pa abs]
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-    """
+def _draw_sizes(axis: Axes, compared: "Sequence[Compared]", ambient_pressure: float) -> Axes:
+    """Draw the gap of each run as bars, pale where the run was used, over the noise."""
     runs = by_run(compared)
     place, labels, places = 0.0, [], []
     for number, signals in enumerate(runs):

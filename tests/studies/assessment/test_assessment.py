@@ -330,7 +330,7 @@ def test_the_archive_is_whole_and_opens_elsewhere_by_valve_order_and_cause(archi
 
 def test_the_figure_shows_the_mean_between_both_orders_and_the_whole_as_sum(archive):
     _, axis = open_one()
-    figures.spans(axis, archive, "brake_torque_lost_Nm")
+    figures.draw_losses(axis, archive, "brake_torque_lost_Nm")
     lost = archive.variables["brake_torque_lost_Nm"].values
     lines = {line.get_label(): line.get_ydata() for line in axis.lines}
     for cause, name in figures.NAMES.items():
