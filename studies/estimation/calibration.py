@@ -9,7 +9,7 @@ from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
-from apesim.studies.estimation.residuals import Problem, unless_ended
+from apesim.studies.estimation.residuals import WhitenedResiduals, unless_ended
 from apesim.studies.measured import FIT, GATE, Measured
 
 STARTS = 8
@@ -19,7 +19,7 @@ DEEPER = 1.0
 """Fall of the sum of squares from which another minimum is a better one."""
 
 
-def uncalibrated(machine: Machine, measured: Measured) -> tuple[Problem, list[str]]:
+def uncalibrated(machine: Machine, measured: Measured) -> tuple[WhitenedResiduals, list[str]]:
     """The residuals of the runs to be fitted as a function of the machine's nuisances, with the noise of the data.
 
     Parameters
@@ -30,7 +30,7 @@ def uncalibrated(machine: Machine, measured: Measured) -> tuple[Problem, list[st
 
     Returns
     -------
-    problem : apesim.studies.estimation.residuals.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
     warnings : list of str
         See `apesim.studies.estimation.noise.estimation.noise_of`.
 
@@ -40,9 +40,9 @@ def uncalibrated(machine: Machine, measured: Measured) -> tuple[Problem, list[st
         The machine cannot be simulated.
     """
     nuisances = nuisances_of(machine, measured)
-    known = Problem(machine, measured.of(FIT) + measured.of(GATE), nuisances)
+    known = WhitenedResiduals(machine, measured.of(FIT) + measured.of(GATE), nuisances)
     noise, warnings = noise_of(known.blocks, known.predicted(np.zeros(len(nuisances))), measured.noise)
-    return Problem(machine, measured.of(FIT), nuisances, noise), warnings
+    return WhitenedResiduals(machine, measured.of(FIT), nuisances, noise), warnings
 
 
 def calibrate(machine: Machine, measured: Measured) -> tuple[Model, list[str]]:
@@ -68,10 +68,10 @@ def calibrate(machine: Machine, measured: Measured) -> tuple[Model, list[str]]:
     apesim.studies.estimation.residuals.EndedEarly
         The machine cannot be simulated.
     """
-    problem, warnings = uncalibrated(machine, measured)
-    fitted = descend(problem, np.zeros(len(problem.parameters)))
-    problem.start_at(fitted.x)
-    return Model((), problem, fitted), warnings
+    residuals, warnings = uncalibrated(machine, measured)
+    fitted = descend(residuals, np.zeros(len(residuals.parameters)))
+    residuals.start_at(fitted.x)
+    return Model((), residuals, fitted), warnings
 
 
 def elsewhere(base: Model, work: Any) -> Model:
@@ -90,20 +90,20 @@ def elsewhere(base: Model, work: Any) -> Model:
     apesim.studies.estimation.model.Model
         The calibrated machine at the deepest minimum; `base` itself where none is deeper by `DEEPER`.
     """
-    problem, rng = base.problem, np.random.default_rng(SEED)
+    residuals, rng = base.residuals, np.random.default_rng(SEED)
     draws = rng.standard_normal((STARTS, len(base.fitted.x)))
-    starts = np.clip(np.where(problem.known, draws, base.fitted.x), problem.low, problem.high)
-    found = work.each("calibrating", unless_ended, [(_descended, problem, x) for x in starts])
+    starts = np.clip(np.where(residuals.known, draws, base.fitted.x), residuals.low, residuals.high)
+    found = work.each("calibrating", unless_ended, [(_descended, residuals, x) for x in starts])
     ended = [one for one in found if one]
-    problem.simulations += sum(simulations for _, simulations in ended)
+    residuals.simulations += sum(simulations for _, simulations in ended)
     fitted = min((fitted for fitted, _ in ended), key=lambda one: one.cost, default=base.fitted)
     if fitted.cost > base.cost - DEEPER:
         return base
-    problem.start_at(fitted.x)
-    return Model((), problem, fitted)
+    residuals.start_at(fitted.x)
+    return Model((), residuals, fitted)
 
 
-def _descended(problem: Problem, x: np.ndarray) -> tuple[Fitted, int]:
+def _descended(residuals: WhitenedResiduals, x: np.ndarray) -> tuple[Fitted, int]:
     """End of a descent from x, and how many simulations it takes."""
-    own = problem.with_parameters(problem.parameters)
+    own = residuals.with_parameters(residuals.parameters)
     return descend(own, x), own.simulations

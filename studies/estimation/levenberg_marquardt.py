@@ -32,22 +32,22 @@ class Fitted(NamedTuple):
 
     x: np.ndarray
     """Scaled parameters, (p,)."""
-    errors: np.ndarray
+    residuals: np.ndarray
     """Whitened residuals, and behind them the pulls of the priors, (n + p,) [standard deviations]."""
     jacobian: np.ndarray
-    """Sensitivities of `errors` at x or close to it, (n + p, p)."""
+    """Sensitivities of the residuals at x or close to it, (n + p, p)."""
     converged: bool
     """Whether no step by sensitivities taken at x promises more."""
 
     @property
     def cost(self) -> float:
         """Sum of squares, priors included."""
-        return float(self.errors @ self.errors)
+        return float(self.residuals @ self.residuals)
 
     @property
-    def left(self) -> np.ndarray:
+    def data_residuals(self) -> np.ndarray:
         """Whitened residuals without the pulls of the priors, (n,) [standard deviations]."""
-        return self.errors[: len(self.errors) - len(self.x)]
+        return self.residuals[: len(self.residuals) - len(self.x)]
 
     @property
     def covariance(self) -> np.ndarray:
@@ -56,21 +56,21 @@ class Fitted(NamedTuple):
 
 
 class LeastSquares(Protocol):
-    """Residuals as a function of bounded parameters: what `descend` needs of a problem."""
+    """Residuals as a function of bounded parameters: all that `descend` needs to know of them."""
 
     low: np.ndarray
     """Least parameters, (p,)."""
     high: np.ndarray
     """Largest parameters, (p,)."""
 
-    def errors(self, x: np.ndarray) -> np.ndarray:
+    def at(self, x: np.ndarray) -> np.ndarray:
         """Residuals at x."""
 
     def jacobian(self, x: np.ndarray, errors: np.ndarray) -> np.ndarray:
         """Sensitivities of the residuals at x, where they are `errors`."""
 
 
-def descend(problem: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = None) -> Fitted:
+def descend(residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = None) -> Fitted:
     """Descend to the nearest minimum of the sum of squares within the bounds.
 
     Each step solves ``(J'J + damping diag(J'J)) step = -J'e`` (Levenberg and Marquardt) for the parameters that no
@@ -79,8 +79,8 @@ def descend(problem: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = 
 
     Parameters
     ----------
-    problem : LeastSquares
-        Such as an `apesim.studies.estimation.residuals.Problem`.
+    residuals : LeastSquares
+        Such as an `apesim.studies.estimation.residuals.WhitenedResiduals`.
     x : (p,) float array
         Start; it is clipped to the bounds.
     jacobian : (n + p, p) float array, optional
@@ -103,7 +103,7 @@ def descend(problem: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = 
     >>> class Line:
     ...     low, high = np.array([-10.0, -10.0]), np.array([10.0, 10.0])
     ...     at, seen = np.arange(4.0), np.array([1.0, 3.0, 5.0, 7.0])
-    ...     def errors(self, x):
+    ...     def at(self, x):
     ...         return (x[0] + x[1] * self.at - self.seen) / 0.01
     ...     def jacobian(self, x, errors):
     ...         return np.column_stack([np.ones(4), self.at]) / 0.01
@@ -111,21 +111,21 @@ def descend(problem: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = 
     >>> fitted.x.round(3).tolist(), fitted.converged
     ([1.0, 2.0], True)
     """
-    x = np.clip(np.asarray(x, dtype=float), problem.low, problem.high)
-    errors = problem.errors(x)
+    x = np.clip(np.asarray(x, dtype=float), residuals.low, residuals.high)
+    errors = residuals.at(x)
     fresh = jacobian is None
-    jacobian = problem.jacobian(x, errors) if jacobian is None else jacobian.copy()
+    jacobian = residuals.jacobian(x, errors) if jacobian is None else jacobian.copy()
     damping, before = 1e-3, np.inf
     for _ in range(MAX_STEPS):
-        step, promise = _step(problem, x, errors, jacobian, damping)
+        step, promise = _step(residuals, x, errors, jacobian, damping)
         if promise < CONVERGED and fresh:
             return Fitted(x, errors, jacobian, True)
         if not fresh and (promise < CONVERGED or (promise > CREEPING * before and damping < UNDAMPED)):
-            jacobian, fresh = problem.jacobian(x, errors), True
+            jacobian, fresh = residuals.jacobian(x, errors), True
             continue
         before = promise
         try:
-            tried = problem.errors(x + step)
+            tried = residuals.at(x + step)
             fall = errors @ errors - tried @ tried
         except EndedEarly:
             fall = -np.inf
@@ -134,7 +134,7 @@ def descend(problem: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = 
             x, errors, fresh = x + step, tried, False
             damping = max(damping / 5.0, 1e-9)
             if not FORESEEN[0] < fall / promise < FORESEEN[1]:
-                jacobian, fresh = problem.jacobian(x, errors), True
+                jacobian, fresh = residuals.jacobian(x, errors), True
         elif fresh:
             if promise < BENT and damping > 1.0:
                 return Fitted(x, errors, jacobian, True)
@@ -142,16 +142,16 @@ def descend(problem: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = 
                 x, errors, fresh = x + step, tried, False
             damping = max(10.0 * damping, DAMPING_FELT)
         else:
-            jacobian, fresh = problem.jacobian(x, errors), True
+            jacobian, fresh = residuals.jacobian(x, errors), True
     return Fitted(x, errors, jacobian, False)
 
 
 def _step(
-    problem: LeastSquares, x: np.ndarray, errors: np.ndarray, jacobian: np.ndarray, damping: float
+    residuals: LeastSquares, x: np.ndarray, errors: np.ndarray, jacobian: np.ndarray, damping: float
 ) -> tuple[np.ndarray, float]:
     """The damped step from x that stays in the bounds, and the fall that the straight model promises."""
     gradient = jacobian.T @ errors
-    free = ~(((x <= problem.low) & (gradient > 0.0)) | ((x >= problem.high) & (gradient < 0.0)))
+    free = ~(((x <= residuals.low) & (gradient > 0.0)) | ((x >= residuals.high) & (gradient < 0.0)))
     step = np.zeros(len(x))
     normal = jacobian.T @ jacobian
     for _ in range(len(x)):
@@ -160,16 +160,16 @@ def _step(
         inner = normal[np.ix_(free, free)]
         step[:] = 0.0
         step[free] = np.linalg.solve(inner + damping * np.diag(np.diag(inner) + 1e-12), -gradient[free])
-        beyond = free & ((x + step < problem.low) | (x + step > problem.high))
+        beyond = free & ((x + step < residuals.low) | (x + step > residuals.high))
         if not beyond.any():
             break
         # The first bound on the way: go there, and let the others choose anew from a shorter step.
-        ends = np.where(step < 0.0, problem.low, problem.high)
+        ends = np.where(step < 0.0, residuals.low, residuals.high)
         share = np.min((ends - x)[beyond] / step[beyond])
         if share > 1e-9:
             step *= share
             break
         free &= ~beyond
-    step = np.clip(x + step, problem.low, problem.high) - x
+    step = np.clip(x + step, residuals.low, residuals.high) - x
     after = errors + jacobian @ step
     return step, float(errors @ errors - after @ after)

@@ -7,7 +7,7 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.parameters import corrections
-from apesim.studies.estimation.residuals import Problem
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.measured.prediction import with_value
 
 MIN_SENSITIVITY = 1e-6
@@ -19,10 +19,10 @@ class Model(NamedTuple):
 
     candidates: tuple[Any, ...]
     """Effects that were added, `apesim.studies.gap.search.candidates.Candidate`: none, one or two."""
-    problem: Problem
+    residuals: WhitenedResiduals
     """Residuals as a function of the nuisances and of the parameters of the candidates, in this order."""
     fitted: Fitted
-    """Fit of the problem."""
+    """Fit of the residuals."""
     released: str = ""
     """Key of a nuisance whose prior was taken away."""
     profiles: dict[str, Any] | None = None
@@ -49,7 +49,7 @@ class Model(NamedTuple):
         """Keys of the parameters that are fitted beyond the range that a machine file takes."""
         return [
             p.key
-            for p, x in zip(self.problem.parameters, self.fitted.x, strict=True)
+            for p, x in zip(self.residuals.parameters, self.fitted.x, strict=True)
             if not p.prior and not p.ends[0] <= x <= p.ends[1]
         ]
 
@@ -80,10 +80,10 @@ class Model(NamedTuple):
         -------
         apesim.engine.machine.Machine
         """
-        machine, runs = self.problem.machine, self.problem.runs
-        for p, x, told in zip(self.problem.parameters, self.fitted.x, self.identifiable, strict=True):
+        machine, runs = self.residuals.machine, self.residuals.runs
+        for p, x, told in zip(self.residuals.parameters, self.fitted.x, self.identifiable, strict=True):
             if told and not p.prior:
-                for key, value in corrections(self.problem.machine, p, np.clip(x, *p.ends), runs).items():
+                for key, value in corrections(self.residuals.machine, p, np.clip(x, *p.ends), runs).items():
                     machine = with_value(machine, key, value)
         return machine
 

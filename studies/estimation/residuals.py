@@ -95,7 +95,7 @@ def blocks_of(runs: Iterable[MeasuredRun]) -> list[Block]:
     return found
 
 
-class Problem:
+class WhitenedResiduals:
     """Residuals of measured runs as a function of parameters of a machine, whitened, with the pulls of the priors.
 
     Parameters
@@ -128,13 +128,13 @@ class Problem:
 
     def with_parameters(self, parameters):
         """Return these runs with other parameters; parameters that stay keep their steps."""
-        other = Problem(self.machine, self.runs, parameters, self.noise)
+        other = WhitenedResiduals(self.machine, self.runs, parameters, self.noise)
         other.go_on_from(self)
         return other
 
     def with_noise(self, noise):
-        """Problem with another noise, and with the runs, parameters, marches and steps of this one."""
-        other = Problem(self.machine, self.runs, self.parameters, noise)
+        """Return these residuals with another noise; what was marched and the steps stay."""
+        other = WhitenedResiduals(self.machine, self.runs, self.parameters, noise)
         other.go_on_from(self)
         other._memory, other.simulations = dict(self._memory), self.simulations
         return other
@@ -145,20 +145,20 @@ class Problem:
         known = dict(zip((p.key for p in other.parameters), other.steps, strict=True))
         self.steps = np.array([known.get(p.key, STEP) for p in self.parameters])
 
-    def on(self, runs):
+    def with_runs(self, runs):
         """Return these parameters on other runs."""
-        return Problem(self.machine, runs, self.parameters, self.noise)
+        return WhitenedResiduals(self.machine, runs, self.parameters, self.noise)
 
-    def parted(self, whole):
-        """What stands of each block in an array over all of them: `errors`, without or with the pulls behind them.
+    def by_block(self, whole):
+        """What stands of each block in an array over all of them: residuals, without or with the pulls behind them.
 
         Returns
         -------
         list of (n,) float array
         """
-        return [whole[rows] for rows in self.rows()]
+        return [whole[rows] for rows in self.block_slices()]
 
-    def rows(self):
+    def block_slices(self):
         """Place of each block in such an array, a slice each."""
         ends = accumulate((len(block.values) for block in self.blocks), initial=0)
         return [slice(*pair) for pair in pairwise(ends)]
@@ -182,7 +182,7 @@ class Problem:
     def start_at(self, x):
         """Find the periodic states anew at a point, for all that begins near it."""
         self.starts.clear()
-        self.errors(x)
+        self.at(x)
 
     def _remembered(self, *key):
         """What was marched at a point, for the parameters that only the sensors know."""
@@ -230,7 +230,7 @@ class Problem:
             ]
         )
 
-    def errors(self, x: np.ndarray) -> np.ndarray:
+    def at(self, x: np.ndarray) -> np.ndarray:
         """Residuals: prediction less measurement, whitened, and behind them the pull of each prior.
 
         Parameters
@@ -265,10 +265,10 @@ class Problem:
         return np.where(self.known, x, 0.0)
 
     def column(self, x, j, step, errors=None):
-        """Sensitivity of `errors` to one parameter, by a difference of a given step."""
+        """Sensitivity of the residuals to one parameter, by a difference of a given step."""
         moved = np.array(x)
         moved[j] += step
-        return (self.errors(moved) - (self.errors(x) if errors is None else errors)) / step
+        return (self.at(moved) - (self.at(x) if errors is None else errors)) / step
 
     def jacobian(self, x, errors, only=None):
         """Sensitivities of the residuals to the parameters, by one-sided differences.
@@ -279,7 +279,7 @@ class Problem:
         ----------
         x : (p,) float array
         errors : (n + p,) float array
-            Residuals at x, see `errors`.
+            Residuals at x, see `at`.
         only : sequence of int, optional
             Places of the parameters; without it, all.
 

@@ -125,7 +125,7 @@ class Explanation:
     @property
     def noise(self) -> dict[str, Any]:
         """The noise of each sensor, at each sampling interval."""
-        return self.calibrated.problem.noise
+        return self.calibrated.residuals.noise
 
     @property
     def best(self) -> Model:
@@ -148,7 +148,7 @@ class Explanation:
     def _described(self) -> dict[str, Any]:
         from apesim.studies.console import plain
 
-        machine = self.calibrated.problem.machine
+        machine = self.calibrated.residuals.machine
         parent = dumps(machine) if self.parent_text is None else self.parent_text
         data = plain(describe(self) | {"next_test": self.next_test})
         return data | {"lineage": lineage_of(self.measured, parent, machine)}
@@ -238,7 +238,7 @@ class Explanation:
         for name in ("figures", "petab_select"):
             (folder / name).mkdir(exist_ok=True)
         latent = branches(self.tabulated.model) if self.tabulated else ()
-        ambient = self.calibrated.problem.machine.ambient.pressure
+        ambient = self.calibrated.residuals.machine.ambient.pressure
         figures = draw_gap(compared, tried(self), added_to(self), ambient, folder / "figures", latent)
         _write(folder, "report.html", page(self, data, compared, figures))
         for name, text in model_space(self).items():

@@ -76,14 +76,14 @@ def _saturated(values):
     return ends[0] < ends[1] and any(np.mean(values == end) > SATURATED for end in ends)
 
 
-def find_solver_error(problem, x):
+def find_solver_error(residuals, x):
     """The simulator's own error by a tenfold sharper march [standard deviations per sample], root mean square.
 
     Parameters
     ----------
-    problem : apesim.studies.estimation.residuals.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
     x : (p,) float array
     """
-    usual, sharp = (problem.predicted(x, tolerance) for tolerance in (TOLERANCE, 0.1 * TOLERANCE))
-    change = problem.whiten([a - b for a, b in zip(usual, sharp, strict=True)])
+    usual, sharp = (residuals.predicted(x, tolerance) for tolerance in (TOLERANCE, 0.1 * TOLERANCE))
+    change = residuals.whiten([a - b for a, b in zip(usual, sharp, strict=True)])
     return float(np.sqrt(np.mean(change**2)))

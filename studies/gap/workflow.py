@@ -114,7 +114,7 @@ def run_workflow(
         gap_test=gap.gap_test,
         solver_error=solver_error,
         tolerance=tolerance,
-        cells=localise(gap.calibrated.problem, gap.marks, gap.calibrated.fitted.left, holds_noise=True),
+        cells=localise(gap.calibrated.residuals, gap.marks, gap.calibrated.fitted.data_residuals, holds_noise=True),
         decision=without_alarm(gap.calibrated, gap.gap_test.p_value),
         warnings=[*warnings, *more],
     )
@@ -148,7 +148,7 @@ def decide(
     calibrated, measured, cells, chance = explanation.calibrated, explanation.measured, explanation.cells, 1.0
     ranked, judged = judge_held_out(calibrated, fits, measured, work)
     if ranked and ranked[0].cost < calibrated.cost:
-        cells = localise(calibrated.problem, gap.marks, explained(calibrated, ranked[0]), holds_noise=False)
+        cells = localise(calibrated.residuals, gap.marks, explained(calibrated, ranked[0]), holds_noise=False)
         chance = compare_left_over(ranked[0].model, gap).p_value
     size = max(cell.size for cell in cells)
     decision = with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance)
@@ -157,7 +157,7 @@ def decide(
         decision = refuse_for_table(decision, tables, library_size)
     tabulated = tabulate(tables, measured, explanation.noise) if decision.verdict == Verdict.REFUSED else None
     if tabulated:
-        cells = localise(calibrated.problem, gap.marks, explained(calibrated, tabulated), holds_noise=False)
+        cells = localise(calibrated.residuals, gap.marks, explained(calibrated, tabulated), holds_noise=False)
     return replace(
         explanation,
         fits=fits,
@@ -186,7 +186,7 @@ def profile_intervals(explanation: Explanation, work: Work) -> Explanation:
     if decision.verdict not in BLAMING or before is None or not is_shaped(before.model):
         return explanation
     model, simulations = with_profiles(before.model, work)
-    explanation.calibrated.problem.simulations += simulations
+    explanation.calibrated.residuals.simulations += simulations
     if model.profiles is None:
         warnings = [*warnings, f"no interval is given of {' and '.join(model.names)}: its fit has too many minima"]
     best = Choice(model, before.cost + model.cost - before.model.cost)
@@ -200,11 +200,11 @@ def check_on_unused_runs(explanation: Explanation, work: Work) -> Explanation:
     if best is not calibrated and not best.fitted.converged:
         warnings.append("the fit of what is told did not converge")
     warnings += [f"{key} is fitted beyond its range, and written as the end of it" for key in best.beyond]
-    consistency, ambient = compare_points(best), best.problem.machine.ambient.pressure
+    consistency, ambient = compare_points(best), best.residuals.machine.ambient.pressure
     warnings += [
         f"{one.parameter.key}: {label_of(one.run, ambient)} alone says another value than all runs together, "
         f"by {abs(one.deviations):.1f} deviations"
-        for one in too_far(consistency, len(points_of(best.problem.runs)))
+        for one in too_far(consistency, len(points_of(best.residuals.runs)))
     ]
     if not runs:
         checked = None
@@ -220,5 +220,5 @@ def check_on_unused_runs(explanation: Explanation, work: Work) -> Explanation:
         consistency=consistency,
         warnings=warnings,
         checked=checked,
-        simulations=calibrated.problem.simulations,
+        simulations=calibrated.residuals.simulations,
     )

@@ -107,6 +107,9 @@ def _weights(length):
     return weights
 
 
-def parts_of(problem):
-    """The noise of each block's rows among those of `Problem.errors`, as `scatter` takes it."""
-    return [(noise_for(problem.noise, block), rows) for block, rows in zip(problem.blocks, problem.rows(), strict=True)]
+def parts_of(residuals):
+    """The noise of each block's rows among those of `WhitenedResiduals.at`, as `scatter` takes it."""
+    return [
+        (noise_for(residuals.noise, block), rows)
+        for block, rows in zip(residuals.blocks, residuals.block_slices(), strict=True)
+    ]

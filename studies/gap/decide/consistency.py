@@ -52,19 +52,19 @@ def compare_points(model: Model) -> list[Inconsistency]:
         For each parameter the operating point with the largest ``abs(d_j)``, the largest first; empty where there is
         one operating point alone.
     """
-    problem, (x, errors, jacobian, _) = model.problem, model.fitted
-    points = points_of(problem.runs)
+    residuals, (x, errors, jacobian, _) = model.residuals, model.fitted
+    points = points_of(residuals.runs)
     if len(points) < 2:
         return []
     samples = len(errors) - len(x)
-    at = np.concatenate([np.full(len(b.values), _place(points, b.run)) for b in problem.blocks])
+    at = np.concatenate([np.full(len(b.values), _place(points, b.run)) for b in residuals.blocks])
     all_of_them, told, found = np.diag(model.fitted.covariance), model.identifiable, []
     for number, point in enumerate(points):
         rows = np.append(np.flatnonzero(at == number), np.arange(samples, len(errors)))
         covariance = np.linalg.pinv(jacobian[rows].T @ jacobian[rows])
         shift = -covariance @ (jacobian[rows].T @ errors[rows])
         more = np.diag(covariance) - all_of_them
-        for j, parameter in enumerate(problem.parameters):
+        for j, parameter in enumerate(residuals.parameters):
             if more[j] > LEAST * all_of_them[j] and told[j]:
                 found.append(Inconsistency(parameter, point, x[j] + shift[j], shift[j] / np.sqrt(more[j])))
     found.sort(key=lambda one: -abs(one.deviations))

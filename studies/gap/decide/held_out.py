@@ -12,7 +12,7 @@ import numpy as np
 
 from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.model import Model
-from apesim.studies.estimation.residuals import Problem
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.decide.operating_points import is_at, points_of
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
@@ -117,13 +117,13 @@ def left_over(model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) 
     apesim.studies.estimation.residuals.EndedEarly
         The simulation of a run does not come to its end with the parameters as fitted.
     """
-    problem = Anchored(model, runs, noise)
-    errors = problem.errors(model.fitted.x)
-    settled = descend(problem, model.fitted.x, problem.jacobian(model.fitted.x, errors))
+    residuals = Anchored(model, runs, noise)
+    errors = residuals.at(model.fitted.x)
+    settled = descend(residuals, model.fitted.x, residuals.jacobian(model.fitted.x, errors))
     n = len(errors) - len(model.fitted.x)
-    windowed, _ = _windows(problem.parted(settled.errors))
-    _, scatter = _windows(problem.parted(errors))
-    return LeftOver(errors[:n], settled.cost, windowed, scatter, problem.simulations)
+    windowed, _ = _windows(residuals.by_block(settled.residuals))
+    _, scatter = _windows(residuals.by_block(errors))
+    return LeftOver(errors[:n], settled.cost, windowed, scatter, residuals.simulations)
 
 
 def _windows(channels: Iterable[np.ndarray]) -> tuple[np.ndarray, float]:
@@ -133,7 +133,7 @@ def _windows(channels: Iterable[np.ndarray]) -> tuple[np.ndarray, float]:
     return sums, float(sum(np.sum(part**2) for part in parts) - sums @ sums)
 
 
-class Anchored(Problem):
+class Anchored(WhitenedResiduals):
     """Residuals of runs that a model was not fitted to, its fit standing for the priors of all its parameters.
 
     The pulls behind the residuals are ``R (x - x_fit)`` with ``R'R = J'J`` of the fit, so that their squares add up to
@@ -148,8 +148,8 @@ class Anchored(Problem):
     """
 
     def __init__(self, model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) -> None:
-        super().__init__(model.problem.machine, runs, model.problem.parameters, noise)
-        self.steps = model.problem.steps.copy()
+        super().__init__(model.residuals.machine, runs, model.residuals.parameters, noise)
+        self.steps = model.residuals.steps.copy()
         self.anchor, self.root = model.fitted.x, np.linalg.qr(model.fitted.jacobian, mode="r")
 
     def pulls(self, x: np.ndarray) -> np.ndarray:
@@ -175,7 +175,7 @@ def all_left_over(
     Parameters
     ----------
     base : apesim.studies.estimation.model.Model
-        The calibrated machine, whose problem counts the simulations.
+        The calibrated machine, whose residuals counts the simulations.
     models : iterable of apesim.studies.estimation.model.Model
     runs : sequence of apesim.studies.measured.MeasuredRun
     noise : dict
@@ -188,7 +188,7 @@ def all_left_over(
         One for each model, in their order.
     """
     found = work.each("judging", left_over, [(model, runs, noise) for model in models])
-    base.problem.simulations += sum(left.simulations for left in found)
+    base.residuals.simulations += sum(left.simulations for left in found)
     return found
 
 
@@ -266,25 +266,25 @@ def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
     HeldOut or None
         The sum over all operating points; None: there is one point alone.
     """
-    points = points_of(base.problem.runs)
+    points = points_of(base.residuals.runs)
     if len(points) < 2:
         return None
     pairs = work.each("judging", _without, [(base, model, point) for point in points])
-    base.problem.simulations += sum(left.simulations for pair in pairs for left in pair)
+    base.residuals.simulations += sum(left.simulations for pair in pairs for left in pair)
     return compared(pairs)
 
 
 def _without(base: Model, model: Model, point: MeasuredRun) -> list[LeftOver]:
     """The residuals of two models at an operating point, both fitted anew without it."""
     starts: dict[Any, Any] = {}
-    runs, noise, pair = base.problem.runs, base.problem.noise, []
+    runs, noise, pair = base.residuals.runs, base.residuals.noise, []
     kept = [run for run in runs if not is_at(run, point)]
     out = [run for run in runs if is_at(run, point)]
     for one in (base, model):
-        problem = one.problem.on(kept)
-        problem.starts = starts
-        left = left_over(Model(one.candidates, problem, descend(problem, one.fitted.x)), out, noise)
-        pair.append(left._replace(simulations=left.simulations + problem.simulations))
+        residuals = one.residuals.with_runs(kept)
+        residuals.starts = starts
+        left = left_over(Model(one.candidates, residuals, descend(residuals, one.fitted.x)), out, noise)
+        pair.append(left._replace(simulations=left.simulations + residuals.simulations))
     return pair
 
 
@@ -311,7 +311,7 @@ def judge_held_out(
     judged : HeldOut or None
         None: there is nothing to hold out.
     """
-    runs, noise = measured.of(GATE), calibrated.problem.noise
+    runs, noise = measured.of(GATE), calibrated.residuals.noise
     if not choices or choices[0].cost >= calibrated.cost:
         return choices, None
     if not runs:

@@ -65,7 +65,7 @@ def explained(base: Model, choice: Choice) -> np.ndarray:
     (n,) float array
         Whitened, without the pulls of the priors [standard deviations].
     """
-    return base.fitted.left - choice.model.fitted.left
+    return base.fitted.data_residuals - choice.model.fitted.data_residuals
 
 
 def without_alarm(base: Model, p_value: float) -> Decision:
@@ -96,7 +96,7 @@ def _blame_calibration(base: Model) -> Decision:
     `MAX_PULL` prior standard deviations. Its explanation is the machine fitted anew without the prior of that nuisance.
     """
     number = pulled(base)[0]
-    key, x = base.problem.parameters[number].key, base.fitted.x[number]
+    key, x = base.residuals.parameters[number].key, base.fitted.x[number]
     reason = ReasonKind.FAR_NUISANCE.with_facts(key=key, x=x)
     return Decision(Verdict.CALIBRATION, Choice(release(base, number), 0.0), (), reason)
 

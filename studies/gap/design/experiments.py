@@ -8,7 +8,7 @@ import numpy as np
 from apesim.engine.angles import TURN
 from apesim.studies.estimation.noise.process import white
 from apesim.studies.estimation.priors import nuisances_of
-from apesim.studies.estimation.residuals import Problem
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.decide.operating_points import label_of
 from apesim.studies.measured import ENGINE, VALVE, Measured
 from apesim.studies.measured.prediction import MEANS
@@ -113,8 +113,8 @@ def _with(run, sensors):
     )
 
 
-def problem_of(experiment, machine, parameters, noise):
-    """An experiment as a problem: the parameters, and behind them what is uncertain about its new sensors.
+def residuals_of(experiment, machine, parameters, noise):
+    """An experiment as a residuals: the parameters, and behind them what is uncertain about its new sensors.
 
     Parameters
     ----------
@@ -126,10 +126,10 @@ def problem_of(experiment, machine, parameters, noise):
 
     Returns
     -------
-    apesim.studies.estimation.residuals.Problem
+    apesim.studies.estimation.residuals.WhitenedResiduals
     """
     alone = Measured("", {}, (experiment.run,), experiment.run.bench)
     known = {parameter.key for parameter in parameters}
     new = [parameter for parameter in nuisances_of(machine, alone) if parameter.key not in known]
     usual = {sensor: {0.0: white(USUAL[sensor], "usual")} for sensor in experiment.added}
-    return Problem(machine, [experiment.run], [*parameters, *new], noise | usual)
+    return WhitenedResiduals(machine, [experiment.run], [*parameters, *new], noise | usual)

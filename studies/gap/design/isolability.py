@@ -15,7 +15,7 @@ from apesim.studies.estimation.calibration import uncalibrated
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.gap.design.experiments import experiments_of, problem_of
+from apesim.studies.gap.design.experiments import experiments_of, residuals_of
 from apesim.studies.gap.input_checks import check_input
 from apesim.studies.gap.report.verdict_json import noise_told
 from apesim.studies.gap.search.candidates import candidates_of
@@ -139,13 +139,13 @@ def _isolability(
     machine: Machine, measured: Measured, without: Sequence[str], work: Work
 ) -> tuple[list[dict[str, Any]], dict[str, Any], list[str]]:
     """Rows, noise and warnings of `Isolability`."""
-    problem, warnings = uncalibrated(machine, measured)
-    nominal = np.zeros(len(problem.parameters))
-    errors, jacobian = _slopes(problem, nominal)
+    residuals, warnings = uncalibrated(machine, measured)
+    nominal = np.zeros(len(residuals.parameters))
+    errors, jacobian = _slopes(residuals, nominal)
     candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without, machine))
     fitted = Fitted(nominal, errors, jacobian, True)
-    columns = find_sensitivities(problem, fitted, candidates, work, "effects")
-    best = {name: sharpened(problem, fitted, column) for name, column in clearest(columns).items()}
+    columns = find_sensitivities(residuals, fitted, candidates, work, "effects")
+    best = {name: sharpened(residuals, fitted, column) for name, column in clearest(columns).items()}
     limits = detection_limits(list(best.values()))
     n = len(errors) - len(nominal)
     effects = {name: column.effect[:n] for name, column in best.items()}
@@ -157,7 +157,7 @@ def _isolability(
     experiments = experiments_of(measured, machine.ambient.pressure) if wanted else []
     for done, experiment in enumerate(experiments, 1):
         try:
-            wider = _widened(experiment, problem, jacobian[:n], probes)
+            wider = _widened(experiment, residuals, jacobian[:n], probes)
         except EndedEarly:
             continue
         for name in wanted:
@@ -166,23 +166,23 @@ def _isolability(
     rows = [
         {"effect": name, **limit, "helped_by": _help(name, found, classes, limit)} for name, limit in limits.items()
     ]
-    return rows, problem.noise, warnings
+    return rows, residuals.noise, warnings
 
 
-def _slopes(problem, x):
+def _slopes(residuals, x):
     """Errors at x, and their sensitivities by steps that are adapted to them."""
-    errors = problem.errors(x)
-    problem.jacobian(x, errors)
-    return errors, problem.jacobian(x, errors)
+    errors = residuals.at(x)
+    residuals.jacobian(x, errors)
+    return errors, residuals.jacobian(x, errors)
 
 
-def _widened(experiment, problem, jacobian, wanted):
+def _widened(experiment, residuals, jacobian, wanted):
     """What the data and an experiment together would see of effects, nuisances projected out.
 
     Parameters
     ----------
     experiment : apesim.studies.gap.design.experiments.Experiment
-    problem : apesim.studies.estimation.residuals.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
         Of the nuisances and the data that there are.
     jacobian : (n, p) float array
         Of those data.
@@ -193,7 +193,7 @@ def _widened(experiment, problem, jacobian, wanted):
     -------
     dict of (m,) float array
     """
-    more = problem_of(experiment, problem.machine, problem.parameters, problem.noise)
+    more = residuals_of(experiment, residuals.machine, residuals.parameters, residuals.noise)
     x = np.zeros(len(more.parameters))
     errors, slopes = _slopes(more, x)
     own = len(errors) - len(x)
@@ -202,7 +202,7 @@ def _widened(experiment, problem, jacobian, wanted):
     found = {}
     for name, (probe, effect) in wanted.items():
         with_it = more.with_parameters([*more.parameters, *probe.candidate.parameters])
-        shown = with_it.errors(np.append(x, probe.x))[:own] - errors[:own]
+        shown = with_it.at(np.append(x, probe.x))[:own] - errors[:own]
         found[name] = space.project_out(np.concatenate([effect, shown, np.zeros(len(x))]))
     return found
 

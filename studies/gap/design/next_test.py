@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.gap.design.experiments import experiments_of, problem_of
+from apesim.studies.gap.design.experiments import experiments_of, residuals_of
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.detection_limits import detection_limits
 from apesim.studies.gap.search.library import library
@@ -53,7 +53,7 @@ def next_test(explanation):
         opening = "None is due for what these data show. What they cannot show needs its own test"
     else:
         names, opening = list(decision.best.names), "To see it by itself"
-    isolated = {entry.name: entry.isolated_by for entry in library(explanation.calibrated.problem.machine)}
+    isolated = {entry.name: entry.isolated_by for entry in library(explanation.calibrated.residuals.machine)}
     rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:TOLD] if name in isolated]
     ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in rows)
     return {"text": f"{opening}: {ways}.", "isolate": rows}
@@ -90,7 +90,7 @@ def split(explanation):
 def _screened(explanation, truth, rivals):
     """The experiments in which the models differ most as they are, with the periodic states found."""
     found = []
-    for experiment in experiments_of(explanation.measured, truth.problem.machine.ambient.pressure):
+    for experiment in experiments_of(explanation.measured, truth.residuals.machine.ambient.pressure):
         starts: dict = {}
         try:
             own = _shown(experiment, truth, explanation.noise, starts)
@@ -101,17 +101,17 @@ def _screened(explanation, truth, rivals):
     return sorted(found, key=lambda row: -row[0])[:LOOKED_INTO]
 
 
-def _problem(experiment, model, noise, starts):
-    problem = problem_of(experiment, model.problem.machine, model.problem.parameters, noise)
-    problem.starts = starts
-    new = len(problem.parameters) - len(model.fitted.x)
-    return problem, np.append(model.fitted.x, np.zeros(new)), new
+def _evaluated(experiment, model, noise, starts):
+    residuals = residuals_of(experiment, model.residuals.machine, model.residuals.parameters, noise)
+    residuals.starts = starts
+    new = len(residuals.parameters) - len(model.fitted.x)
+    return residuals, np.append(model.fitted.x, np.zeros(new)), new
 
 
 def _shown(experiment, model, noise, starts):
     """What a model gives in an experiment [standard deviations], shape (n,)."""
-    problem, x, _ = _problem(experiment, model, noise, starts)
-    return problem.whiten(problem.predicted(x))[:, 0]
+    residuals, x, _ = _evaluated(experiment, model, noise, starts)
+    return residuals.whiten(residuals.predicted(x))[:, 0]
 
 
 def missed(experiment, truth, rival, noise, starts):
@@ -127,17 +127,17 @@ def missed(experiment, truth, rival, noise, starts):
     truth, rival : apesim.studies.estimation.model.Model
     noise : dict
     starts : dict
-        See `apesim.studies.estimation.residuals.Problem.starts`.
+        See `apesim.studies.estimation.residuals.WhitenedResiduals.starts`.
 
     Returns
     -------
     float
         [standard deviations]
     """
-    problem, x, new = _problem(experiment, rival, noise, starts)
-    errors = problem.errors(x)
+    residuals, x, new = _evaluated(experiment, rival, noise, starts)
+    errors = residuals.at(x)
     n = len(errors) - len(x)
-    slopes = problem.jacobian(x, errors)[:n]
+    slopes = residuals.jacobian(x, errors)[:n]
     apart = errors[:n] - _shown(experiment, truth, noise, starts)
     information = block_diag(rival.fitted.jacobian.T @ rival.fitted.jacobian, np.eye(new))
     shift = -np.linalg.lstsq(slopes.T @ slopes + information, slopes.T @ apart, rcond=None)[0]

@@ -6,7 +6,7 @@ import numpy as np
 
 from apesim.quantities import unit
 from apesim.studies.estimation.noise.process import noise_for
-from apesim.studies.estimation.residuals import Block, Problem
+from apesim.studies.estimation.residuals import Block, WhitenedResiduals
 from apesim.studies.measured import CHECK, FIT, GATE
 from apesim.studies.measured.sensors import SENSORS
 
@@ -53,22 +53,22 @@ def compare(explanation):
     """
     measured = explanation.measured
     runs = [run for role in (CHECK, GATE, FIT) for run in measured.of(role)]
-    problem, before, left_before = _simulated(explanation.calibrated, runs, explanation.noise)
+    residuals, before, left_before = _simulated(explanation.calibrated, runs, explanation.noise)
     after = left_after = [None] * len(before)
     if explanation.best is not explanation.calibrated:
         _, after, left_after = _simulated(explanation.best, runs, explanation.noise)
-    marks = problem.marks(explanation.calibrated.fitted.x)
+    marks = residuals.marks(explanation.calibrated.fitted.x)
     return [
         Compared(block, noise_for(explanation.noise, block).deviation, *values, marks[block.number])
-        for block, *values in zip(problem.blocks, before, after, left_before, left_after, strict=True)
+        for block, *values in zip(residuals.blocks, before, after, left_before, left_after, strict=True)
     ]
 
 
 def _simulated(model, runs, noise):
-    problem = Problem(model.problem.machine, runs, model.problem.parameters, noise)
-    values = problem.predicted(model.fitted.x)
-    left = [simulated - block.values for simulated, block in zip(values, problem.blocks, strict=True)]
-    return problem, values, problem.parted(problem.whiten(left)[:, 0])
+    residuals = WhitenedResiduals(model.residuals.machine, runs, model.residuals.parameters, noise)
+    values = residuals.predicted(model.fitted.x)
+    left = [simulated - block.values for simulated, block in zip(values, residuals.blocks, strict=True)]
+    return residuals, values, residuals.by_block(residuals.whiten(left)[:, 0])
 
 
 def size_of(arrays):

@@ -21,8 +21,8 @@ def effects_of(model):
         ``interval_95`` is None where it was not sought; ``open_ends`` says on which sides the data do not hold the
         parameter: there the interval ends at the end of its range.
     """
-    machine, runs, rows = model.problem.machine, model.problem.runs, []
-    for j, (parameter, x) in enumerate(zip(model.problem.parameters, model.fitted.x, strict=True)):
+    machine, runs, rows = model.residuals.machine, model.residuals.runs, []
+    for j, (parameter, x) in enumerate(zip(model.residuals.parameters, model.fitted.x, strict=True)):
         if parameter.prior:
             continue
         ends = ends_of(model, j)
@@ -56,7 +56,7 @@ def ends_of(model, j):
         By profile likelihood where the effect has a shape, none where that was not sought; else by the curvature, where
         a parameter on which the data do not depend is held on neither side.
     """
-    parameter = model.problem.parameters[j]
+    parameter = model.residuals.parameters[j]
     if any(j in numbers for numbers in shaped(model)):
         return (model.profiles or {}).get(parameter.key, ())
     x, half = model.fitted.x, NORMAL_95 * np.sqrt(model.fitted.covariance[j, j])

@@ -60,7 +60,7 @@ def extend_machine(explanation: Any, data: dict, folder: Path) -> str:
         f"chance of noise alone {data['p_value']:.2g}",
         *(f"{name.replace('_', ' ')} {digest}" for name, digest in data["lineage"].items()),
     ]
-    machine = explanation.best.machine() if is_added else explanation.calibrated.problem.machine
+    machine = explanation.best.machine() if is_added else explanation.calibrated.residuals.machine
     return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine, folder)
 
 

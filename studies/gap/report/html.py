@@ -115,11 +115,11 @@ def page(explanation, data, compared, figures):
     str
         HTML; the same text each time, as no time or date is in it.
     """
-    ambient = explanation.calibrated.problem.machine.ambient.pressure
+    ambient = explanation.calibrated.residuals.machine.ambient.pressure
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "chance": chance, "words": words, "unit": raised, "key": key_of}
     environment.filters |= {"value": value_text, "interval": interval_text}
-    ranges = {entry.name: entry.parameters[0].range for entry in library(explanation.calibrated.problem.machine)}
+    ranges = {entry.name: entry.parameters[0].range for entry in library(explanation.calibrated.residuals.machine)}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
     return environment.from_string(TEMPLATE).render(
         data=data,

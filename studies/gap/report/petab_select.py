@@ -44,7 +44,7 @@ def model_space(explanation):
     """
     base, candidates = explanation.calibrated, open_to_the_search(explanation)
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
-    own = {id_of(p): value_of(base.problem.machine, p.key) for p in freed}
+    own = {id_of(p): value_of(base.residuals.machine, p.key) for p in freed}
     models = [(), *((candidate,) for candidate in candidates), *combinations(candidates, 2)]
     spaces = {frozenset(_names(added)): (name_of(added), _settings(own, added)) for added in models}
     fitted = [base, *(choice.model for choice in explanation.fits if not choice.model.released)]
@@ -93,7 +93,7 @@ def criteria_of(model):
     dict of float
     """
     freed = len(model.fitted.x)
-    measured = len(model.fitted.errors) - freed + int(model.problem.known.sum())
+    measured = len(model.fitted.residuals) - freed + int(model.residuals.known.sum())
     return {"NLLH": model.cost / 2.0, "AIC": model.cost + 2.0 * freed, "BIC": model.cost + freed * log(measured)}
 
 
@@ -109,8 +109,8 @@ def _settings(own, added):
 
 def _entry(name, settings, model):
     """A fitted model."""
-    machine = model.problem.machine
-    fitted = zip(model.problem.parameters, model.fitted.x, strict=True)
+    machine = model.residuals.machine
+    fitted = zip(model.residuals.parameters, model.fitted.x, strict=True)
     entry = {
         "model_subspace_id": name,
         "model_subspace_indices": [0] * len(settings),
@@ -125,9 +125,9 @@ def _entry(name, settings, model):
 
 def _parameters(base, freed):
     """PEtab's table of parameters: nuisances with their priors, and those of effects, which are off."""
-    machine = base.problem.machine
+    machine = base.residuals.machine
     rows = []
-    for p in (*base.problem.parameters, *freed):
+    for p in (*base.residuals.parameters, *freed):
         mean = value_of(machine, p.key)
         low, high = sorted(value_at(machine, p, end) for end in (p.low, p.high))
         prior = ("normal", f"{mean!r};{abs(value_at(machine, p, 1.0) - mean)!r}") if p.prior else ("", "")

@@ -79,7 +79,7 @@ def describe(explanation):
 def nuisances_of(explanation):
     """What the calibration moved, the farthest first; ``apart``: which operating point alone leads farthest from it."""
     model = explanation.best
-    machine, apart = model.problem.machine, {one.parameter.key: one for one in explanation.consistency}
+    machine, apart = model.residuals.machine, {one.parameter.key: one for one in explanation.consistency}
     rows = [
         {
             "key": p.key,
@@ -88,7 +88,7 @@ def nuisances_of(explanation):
             "deviations": float(x),
             "apart": apart_of(apart[p.key], machine) if p.key in apart else None,
         }
-        for p, x in zip(model.problem.parameters, model.fitted.x, strict=True)
+        for p, x in zip(model.residuals.parameters, model.fitted.x, strict=True)
         if p.prior
     ]
     return sorted(rows, key=lambda row: -abs(row["deviations"]))
@@ -102,7 +102,7 @@ def apart_of(one, machine):
 
 def gap_of(base, best):
     """The gap on the fitted runs, root mean squares over the noise."""
-    before, after = base.fitted.left, best.fitted.left
+    before, after = base.fitted.data_residuals, best.fitted.data_residuals
     n = len(before)
     return {
         "before": float(np.sqrt(before @ before / n)),
@@ -190,7 +190,7 @@ def sentence(explanation):
     if decision.verdict == Verdict.CALIBRATION:
         wrong = "reading" if rows[0]["key"].startswith(READINGS) else "number"
         return f"Nothing is missing, but a {wrong} is wrong: {said}."
-    sensed = SENSED | {p.key.split(".")[1] for p in decision.best.model.problem.parameters if p.is_sensed}
+    sensed = SENSED | {p.key.split(".")[1] for p in decision.best.model.residuals.parameters if p.is_sensed}
     lacks = " and ".join(text for name, text in texts.items() if name not in sensed)
     recorded = " and ".join(text for name, text in texts.items() if name in sensed)
     if decision.verdict == Verdict.NAMED_CLASS:

@@ -36,7 +36,7 @@ class CalibratedGap(NamedTuple):
     marks: list[dict[str, Any]]
     """Instants that divide each run, as the machine file says.
 
-    See `apesim.studies.estimation.residuals.Problem.marks`.
+    See `apesim.studies.estimation.residuals.WhitenedResiduals.marks`.
     """
     scores: list[Score]
     """The best first."""
@@ -75,8 +75,8 @@ def find_gap(
     work.tell("calibrating", 0, 1)
     calibrated, warnings = calibrate(machine, measured)
     calibrated, sensitivities = score_candidates(calibrated, candidates, work)
-    problem = calibrated.problem
-    marks = problem.marks(np.zeros(len(calibrated.fitted.x)))
+    residuals = calibrated.residuals
+    marks = residuals.marks(np.zeros(len(calibrated.fitted.x)))
     gap = check_against_noise(calibrated, sensitivities, marks)
     deeper = elsewhere(calibrated, work) if gap.gap_test.alarm else calibrated
     if deeper is not calibrated:
@@ -84,7 +84,7 @@ def find_gap(
     calibrated = gap.calibrated
     if not calibrated.fitted.converged:
         warnings.append("the calibration did not converge")
-    solver_error = find_solver_error(calibrated.problem, calibrated.fitted.x)
+    solver_error = find_solver_error(calibrated.residuals, calibrated.fitted.x)
     if solver_error > MAX_SOLVER_ERROR:
         warnings.append(f"the simulator's own error is {solver_error:.2g} of the noise: it may be taken for a gap")
     return gap, solver_error, warnings
@@ -107,23 +107,23 @@ def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: W
         The machine given, or the one calibrated again.
     sensitivities : list of Sensitivity
     """
-    problem, x = calibrated.problem, calibrated.fitted.x
-    columns = find_sensitivities(problem, calibrated.fitted, candidates, work)
-    known = is_known(problem.noise)
-    if known and not may_hum(problem.noise):
+    residuals, x = calibrated.residuals, calibrated.fitted.x
+    columns = find_sensitivities(residuals, calibrated.fitted, candidates, work)
+    known = is_known(residuals.noise)
+    if known and not may_hum(residuals.noise):
         return calibrated, columns
     space = find_nuisance_space(np.column_stack([calibrated.fitted.jacobian, *(column.effect for column in columns)]))
-    pairs = zip(problem.parted(space.project_out(calibrated.fitted.errors)), problem.blocks, strict=True)
-    left = [-part * noise_for(problem.noise, block).deviation for part, block in pairs]
+    pairs = zip(residuals.by_block(space.project_out(calibrated.fitted.residuals)), residuals.blocks, strict=True)
+    left = [-part * noise_for(residuals.noise, block).deviation for part, block in pairs]
     if known:
-        noise = hum_of_what_nothing_explains(problem.blocks, problem.noise, problem.predicted(x), left)
+        noise = hum_of_what_nothing_explains(residuals.blocks, residuals.noise, residuals.predicted(x), left)
     else:
-        noise = from_what_nothing_explains(problem.blocks, problem.noise, left, problem.parted(space.base))
+        noise = from_what_nothing_explains(residuals.blocks, residuals.noise, left, residuals.by_block(space.base))
     if noise is None:
         return calibrated, columns
-    problem = problem.with_noise(noise)
-    calibrated = Model((), problem, descend(problem, x))
-    return calibrated, find_sensitivities(problem, calibrated.fitted, candidates, work)
+    residuals = residuals.with_noise(noise)
+    calibrated = Model((), residuals, descend(residuals, x))
+    return calibrated, find_sensitivities(residuals, calibrated.fitted, candidates, work)
 
 
 def check_against_noise(
@@ -142,7 +142,7 @@ def check_against_noise(
     -------
     CalibratedGap
     """
-    errors = calibrated.fitted.errors
-    local = local_shapes(calibrated.problem, marks, find_nuisance_space(calibrated.fitted.jacobian))
-    test = compare_with_noise(sensitivities, local, errors, parts_of(calibrated.problem))
+    errors = calibrated.fitted.residuals
+    local = local_shapes(calibrated.residuals, marks, find_nuisance_space(calibrated.fitted.jacobian))
+    test = compare_with_noise(sensitivities, local, errors, parts_of(calibrated.residuals))
     return CalibratedGap(calibrated, sensitivities, marks, scores(sensitivities, errors), local, test)

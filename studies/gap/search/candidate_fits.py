@@ -105,4 +105,4 @@ def compare_left_over(model: Model, gap: CalibratedGap) -> GapTest:
     wider = find_nuisance_space(model.fitted.jacobian).project_out(
         np.vstack([local, np.zeros((model.added, local.shape[1]))])
     )
-    return compare_with_noise(again, wider, model.fitted.errors, parts_of(model.problem))
+    return compare_with_noise(again, wider, model.fitted.residuals, parts_of(model.residuals))

@@ -10,7 +10,7 @@ import numpy as np
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
-from apesim.studies.estimation.residuals import EndedEarly, Problem
+from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
 from apesim.studies.gap.search.score_test import Sensitivity, cosine
 from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
 
@@ -74,17 +74,17 @@ def least(column: Sensitivity) -> float:
     return abs(column.probe.x[column.probe.strength]) * N_SIGMA_VISIBLE / column.length if column.length else inf
 
 
-def sharpened(problem: Problem, fitted: Fitted, column: Sensitivity) -> Sensitivity:
+def sharpened(residuals: WhitenedResiduals, fitted: Fitted, column: Sensitivity) -> Sensitivity:
     """A probe at the very size from which its effect is seen, as an effect need not grow in proportion to its size.
 
     Up to `STEPS` probes are simulated, each where a power law through the last two reaches `N_SIGMA_VISIBLE`.
 
     Parameters
     ----------
-    problem : apesim.studies.estimation.residuals.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
         Its parameters are the nuisances.
     fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Fit of the problem.
+        Fit of the residuals.
     column : apesim.studies.gap.search.score_test.Sensitivity
         The probe to begin with.
 
@@ -95,7 +95,7 @@ def sharpened(problem: Problem, fitted: Fitted, column: Sensitivity) -> Sensitiv
         simulation ends early.
     """
     probe, space = column.probe, find_nuisance_space(fitted.jacobian)
-    wider = problem.with_parameters([*problem.parameters, *probe.candidate.parameters])
+    wider = residuals.with_parameters([*residuals.parameters, *probe.candidate.parameters])
     power = 1.0
     for _ in range(STEPS):
         own = probe.x[probe.strength]
@@ -106,7 +106,7 @@ def sharpened(problem: Problem, fitted: Fitted, column: Sensitivity) -> Sensitiv
         x[probe.strength] = copysign(size, own)
         probe = probe._replace(x=tuple(x))
         try:
-            effect = wider.errors(np.append(fitted.x, x))[: len(fitted.errors)] - fitted.errors
+            effect = wider.at(np.append(fitted.x, x))[: len(fitted.residuals)] - fitted.residuals
         except EndedEarly:
             break
         projected = space.project_out(effect)

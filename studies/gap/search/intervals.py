@@ -11,7 +11,7 @@ import numpy as np
 from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.profile_likelihood import End, Likelihood, find_end, first_better
-from apesim.studies.estimation.residuals import EndedEarly, Problem
+from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
 from apesim.studies.gap.work import Work
 
 CLOSE = 0.05
@@ -25,21 +25,21 @@ SIDES = -1, 1
 
 
 class Held:
-    """A least-squares problem with one parameter held, as a function of the others.
+    """A least-squares residuals with one parameter held, as a function of the others.
 
     Parameters
     ----------
-    problem : apesim.studies.estimation.residuals.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
     number : int
         Place of the parameter that is held.
     value : float
         Value x at which it is held.
     """
 
-    def __init__(self, problem: Problem, number: int, value: float) -> None:
-        self.problem, self.number, self.value = problem, number, value
-        self.others = [j for j in range(len(problem.low)) if j != number]
-        self.low, self.high = problem.low[self.others], problem.high[self.others]
+    def __init__(self, residuals: WhitenedResiduals, number: int, value: float) -> None:
+        self.residuals, self.number, self.value = residuals, number, value
+        self.others = [j for j in range(len(residuals.low)) if j != number]
+        self.low, self.high = residuals.low[self.others], residuals.high[self.others]
 
     def whole(self, x: np.ndarray) -> np.ndarray:
         """All parameters: the free ones with the one held among them.
@@ -54,8 +54,8 @@ class Held:
         """
         return np.insert(x, self.number, self.value)
 
-    def errors(self, x: np.ndarray) -> np.ndarray:
-        """Whitened residuals and pulls, see `apesim.studies.estimation.residuals.Problem.errors`.
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """Whitened residuals and pulls, see `apesim.studies.estimation.residuals.WhitenedResiduals.at`.
 
         Parameters
         ----------
@@ -66,7 +66,7 @@ class Held:
         (n + p,) float array
             [standard deviations]
         """
-        return self.problem.errors(self.whole(x))
+        return self.residuals.at(self.whole(x))
 
     def jacobian(self, x: np.ndarray, errors: np.ndarray) -> np.ndarray:
         """Sensitivities to the free parameters.
@@ -81,7 +81,7 @@ class Held:
         -------
         (n + p, p - 1) float array
         """
-        return self.problem.jacobian(self.whole(x), errors, self.others)
+        return self.residuals.jacobian(self.whole(x), errors, self.others)
 
 
 def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
@@ -106,9 +106,9 @@ def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
         simulations += more
         if better is None:
             return model._replace(profiles=profiles), simulations
-        problem = _copy(model.problem)
-        model = model._replace(fitted=descend(problem, better))
-        simulations += problem.simulations
+        residuals = _copy(model.residuals)
+        model = model._replace(fitted=descend(residuals, better))
+        simulations += residuals.simulations
     return model, simulations
 
 
@@ -130,7 +130,7 @@ def _profiles(model: Model, work: Work) -> tuple[dict[str, tuple[End, ...]], np.
         if better is not None:
             return {}, better, simulations
         for j, *pair in zip(numbers, ends[::2], ends[1::2], strict=True):
-            profiles[model.problem.parameters[j].key] = tuple(pair)
+            profiles[model.residuals.parameters[j].key] = tuple(pair)
             if any(end.is_open for end in pair):
                 aside = [*aside, *(end.point for end in pair if not end.is_open)]
     return profiles, None, simulations
@@ -138,31 +138,33 @@ def _profiles(model: Model, work: Work) -> tuple[dict[str, tuple[End, ...]], np.
 
 def _end(model: Model, j: int, side: int, aside: Sequence[np.ndarray]) -> tuple[End, int]:
     """One end of an interval, and the number of simulations."""
-    problem, fitted = _copy(model.problem), model.fitted
+    residuals, fitted = _copy(model.residuals), model.fitted
     covariance = fitted.covariance
     for untold in np.flatnonzero(~model.identifiable):
         covariance[untold, untold] = UNIDENTIFIABLE**2
 
     def hold(guess: np.ndarray, j: int) -> tuple[np.ndarray, float, bool]:
         starts = [guess, *(np.where(np.arange(len(guess)) == j, guess, point) for point in aside)]
-        return min((_held(problem, fitted.jacobian, start, j) for start in starts), key=lambda found: found[1])
+        return min((_held(residuals, fitted.jacobian, start, j) for start in starts), key=lambda found: found[1])
 
-    bounds = np.array([problem.low, problem.high])
+    bounds = np.array([residuals.low, residuals.high])
     likelihood = Likelihood(fitted.x, fitted.cost, covariance, bounds, hold, close=CLOSE)
-    return find_end(likelihood, j, side), problem.simulations
+    return find_end(likelihood, j, side), residuals.simulations
 
 
-def _copy(problem: Problem) -> Problem:
-    """A problem whose state is its own, so that what is found depends on no order."""
-    return problem.with_parameters(problem.parameters)
+def _copy(residuals: WhitenedResiduals) -> WhitenedResiduals:
+    """A residuals whose state is its own, so that what is found depends on no order."""
+    return residuals.with_parameters(residuals.parameters)
 
 
-def _held(problem: Problem, jacobian: np.ndarray, start: np.ndarray, j: int) -> tuple[np.ndarray, float, bool]:
+def _held(
+    residuals: WhitenedResiduals, jacobian: np.ndarray, start: np.ndarray, j: int
+) -> tuple[np.ndarray, float, bool]:
     """Least squares from a start with parameter j held.
 
     See `apesim.studies.estimation.profile_likelihood.Likelihood.hold`.
     """
-    held = Held(problem, j, start[j])
+    held = Held(residuals, j, start[j])
     try:
         found = descend(held, start[held.others], jacobian[:, held.others])
     except EndedEarly:
@@ -199,7 +201,7 @@ def shaped(model: Model) -> tuple[list[int], list[int]]:
         Places of the strengths of the effects with those shapes.
     """
     own = [candidate for candidate in model.candidates if candidate.shapes]
-    keys = [p.key for p in model.problem.parameters]
+    keys = [p.key for p in model.residuals.parameters]
     return (
         [keys.index(p.key) for candidate in own for p in candidate.shapes],
         [keys.index(p.key) for candidate in own for p in candidate.strengths],

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.studies.estimation.residuals import Problem
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.search.phases import PHASES, phases
 
 WINDOW = 8
@@ -23,7 +23,9 @@ class Cell(NamedTuple):
     """Root mean square of the gap there, over the noise."""
 
 
-def localise(problem: Problem, marks: list[dict[str, Any]], gap: np.ndarray, *, holds_noise: bool) -> list[Cell]:
+def localise(
+    residuals: WhitenedResiduals, marks: list[dict[str, Any]], gap: np.ndarray, *, holds_noise: bool
+) -> list[Cell]:
     """Localise a gap: its energy in each cell, which is a signal in a phase of the stroke or cycle.
 
     The energy of a cell is the sum of squares over its samples, and its size the root of that over their number. Where
@@ -32,11 +34,11 @@ def localise(problem: Problem, marks: list[dict[str, Any]], gap: np.ndarray, *, 
 
     Parameters
     ----------
-    problem : apesim.studies.estimation.residuals.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
     marks : list of dict
         Instants that divide each run.
     gap : (n,) float array
-        The gap as whitened residuals, in the order of `Problem.errors` [standard deviations].
+        The gap as whitened residuals, in the order of `WhitenedResiduals.at` [standard deviations].
     holds_noise : bool
         Whether the gap holds the noise, too, whose energy is then taken off.
 
@@ -47,7 +49,7 @@ def localise(problem: Problem, marks: list[dict[str, Any]], gap: np.ndarray, *, 
     """
     energy: dict[tuple[str, str | None], float] = {}
     count: dict[tuple[str, str | None], int] = {}
-    for block, own in zip(problem.blocks, problem.parted(gap), strict=True):
+    for block, own in zip(residuals.blocks, residuals.by_block(gap), strict=True):
         of = phases(block, marks[block.number])
         for phase in np.unique(of):
             inside = own[of == phase]

@@ -124,7 +124,7 @@ def singles(base: Model, ranked: Sequence[Score], library: int, work: Work) -> l
     tasks = _scored(wanted.values())
     others = [score.column.probe.candidate for score in ranked if score.name not in wanted]
     large = work.each("scoring", at_large, [(base, candidate) for candidate in others])
-    base.problem.simulations += sum(simulations for *_, simulations in large)
+    base.residuals.simulations += sum(simulations for *_, simulations in large)
     near = sorted(zip(large, others, strict=True), key=lambda one: one[0][0])
     tasks += [((candidate,), (x,)) for (cost, x, _), candidate in near[:LARGE] if cost < base.cost]
     return _fitted(base, refit, tasks, library, work, "fitting effects")
@@ -175,8 +175,8 @@ def released(base: Model, library: int, work: Work) -> list[Choice]:
     list of Choice
         The best first.
     """
-    pulled = np.flatnonzero(base.problem.known & (np.abs(base.fitted.x) > PULLED))
-    wanted = [(int(j),) for j in pulled if base.problem.parameters[j].key not in MATERIAL]
+    pulled = np.flatnonzero(base.residuals.known & (np.abs(base.fitted.x) > PULLED))
+    wanted = [(int(j),) for j in pulled if base.residuals.parameters[j].key not in MATERIAL]
     return _fitted(base, release, wanted, library, work, "fitting effects")
 
 
@@ -214,7 +214,7 @@ def pairs(
         The best first.
     """
     wanted: dict[frozenset[str], Pair] = {}
-    screened = [*_screened(ranked, base.fitted.errors), *_added_up(alone, base.fitted.left)]
+    screened = [*_screened(ranked, base.fitted.residuals), *_added_up(alone, base.fitted.data_residuals)]
     for (first, second), guesses in [*_partners(alone[:3], columns, work), *screened]:
         wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
 
@@ -282,7 +282,7 @@ def _fitted(
     """The calibrated model fitted anew in several ways, the best first; without those that do not come to their end."""
     models = work.each(stage, unless_ended, [(fit, base, *how) for how in wanted])
     models = [model for model in models if model]
-    base.problem.simulations += sum(model.problem.simulations for model in models)
+    base.residuals.simulations += sum(model.residuals.simulations for model in models)
     return sorted((priced(model, library) for model in models), key=lambda choice: choice.cost)
 
 
@@ -297,7 +297,7 @@ def _swapped(pair: Choice, alone: Sequence[Choice], columns: Sequence[Sensitivit
         single = next((choice.model for choice in alone if choice.names == (kept.name,)), None)
         if single is None:
             continue
-        ranked = scores(beside(columns, single), single.fitted.errors)
+        ranked = scores(beside(columns, single), single.fitted.residuals)
         near = [one for one in ranked if one.deviations**2 > ranked[0].deviations ** 2 - 2.0 * AMBIGUOUS_COST]
         x = tuple(pair.model.own(number))
         for score in near[:SWAPS]:
@@ -312,10 +312,10 @@ def _partners(alone: Sequence[Choice], columns: Sequence[Sensitivity], work: Wor
         first = model.candidates[0]
         if rank == 0:
             others = [candidate for candidate in by_candidate if candidate.name != first.name]
-            own = find_sensitivities(model.problem, model.fitted, others, work, "fitting pairs")
+            own = find_sensitivities(model.residuals, model.fitted, others, work, "fitting pairs")
         else:
             own = beside(columns, model)
-        for score in scores(own, model.fitted.errors)[:2]:
+        for score in scores(own, model.fitted.residuals)[:2]:
             if score.deviations > 0.0:
                 x = tuple(model.own(0))
                 yield (first, score.column.probe.candidate), (x, score.guess)
@@ -336,7 +336,7 @@ def _added_up(alone: Sequence[Choice], left: np.ndarray) -> Iterator[Pair]:
     Where an effect is large and bends the data, its sensitivity at the calibrated machine foretells little of it.
     """
     models = [choice.model for choice in alone]
-    for numbers, _ in _largest([left - model.fitted.left for model in models], left):
+    for numbers, _ in _largest([left - model.fitted.data_residuals for model in models], left):
         pair = [models[number] for number in numbers]
         yield tuple(model.candidates[0] for model in pair), tuple(tuple(model.own(0)) for model in pair)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from apesim.engine.angles import TURN
 from apesim.studies.estimation.nuisance_space import NuisanceSpace
-from apesim.studies.estimation.residuals import Block, Problem
+from apesim.studies.estimation.residuals import Block, WhitenedResiduals
 from apesim.studies.measured import ENGINE
 from apesim.studies.measured.prediction import MEANS
 
@@ -81,14 +81,14 @@ def _of_cycle(times: np.ndarray, marks: dict[str, Any], period: float) -> np.nda
     return found
 
 
-def local_shapes(problem: Problem, marks: list[dict[str, Any]], space: NuisanceSpace) -> np.ndarray:
+def local_shapes(residuals: WhitenedResiduals, marks: list[dict[str, Any]], space: NuisanceSpace) -> np.ndarray:
     """Shapes of a gap of unknown cause: a constant and a slope of each channel over each phase, alike in all runs.
 
     Whatever its cause, a gap has some of them. What nuisances can imitate is taken off.
 
     Parameters
     ----------
-    problem : apesim.studies.estimation.residuals.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
     marks : list of dict
         Instants that divide each run.
     space : apesim.studies.estimation.nuisance_space.NuisanceSpace
@@ -96,20 +96,20 @@ def local_shapes(problem: Problem, marks: list[dict[str, Any]], space: NuisanceS
     Returns
     -------
     (n + p, m) float array
-        Columns of `Problem.errors` [standard deviations].
+        Columns of `WhitenedResiduals.at` [standard deviations].
     """
-    cells = [phases(block, marks[block.number]) for block in problem.blocks]
+    cells = [phases(block, marks[block.number]) for block in residuals.blocks]
     columns = []
-    for sensor in dict.fromkeys(block.sensor for block in problem.blocks):
+    for sensor in dict.fromkeys(block.sensor for block in residuals.blocks):
         for phase in range(-1, len(PHASES)):
-            pairs = zip(cells, problem.blocks, strict=True)
+            pairs = zip(cells, residuals.blocks, strict=True)
             inside = [(cell == phase) & (block.sensor == sensor) for cell, block in pairs]
             if not any(i.any() for i in inside):
                 continue
             for power in (0, 1):
                 arrays = [_ramp(i, power) for i in inside]
-                column = problem.whiten(arrays)[:, 0]
-                columns.append(np.append(column, np.zeros(len(problem.parameters))))
+                column = residuals.whiten(arrays)[:, 0]
+                columns.append(np.append(column, np.zeros(len(residuals.parameters))))
     return space.project_out(np.column_stack(columns))
 
 

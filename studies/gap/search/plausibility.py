@@ -19,7 +19,7 @@ def pulled(model: Model) -> list[int]:
     list of int
         Their places among the parameters, the farthest pulled first.
     """
-    far = [int(j) for j in np.flatnonzero(model.problem.known) if abs(model.fitted.x[j]) > MAX_PULL]
+    far = [int(j) for j in np.flatnonzero(model.residuals.known) if abs(model.fitted.x[j]) > MAX_PULL]
     return sorted(far, key=lambda j: -abs(model.fitted.x[j]))
 
 
@@ -38,11 +38,11 @@ def implausible(model: Model) -> Reason | None:
     apesim.studies.gap.reasons.Reason or None
         None: its numbers are plausible.
     """
-    far = [model.problem.parameters[j].key for j in pulled(model)]
+    far = [model.residuals.parameters[j].key for j in pulled(model)]
     if far:
         return ReasonKind.NUISANCE_STILL_FAR.with_facts(key=far[0], limit=MAX_PULL)
     deviations = np.sqrt(np.diag(model.fitted.covariance))
-    for parameter, x, deviation in zip(model.problem.parameters, model.fitted.x, deviations, strict=True):
+    for parameter, x, deviation in zip(model.residuals.parameters, model.fitted.x, deviations, strict=True):
         low, high = parameter.ends
         if parameter.reach > 1.0 and (x - MAX_EXCESS * deviation > high or x + MAX_EXCESS * deviation < low):
             return ReasonKind.BEYOND_ITS_RANGE.with_facts(key=parameter.key)

@@ -8,7 +8,7 @@ import numpy as np
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
-from apesim.studies.estimation.residuals import EndedEarly, Problem
+from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
 from apesim.studies.gap.search.candidates import Candidate, probes_of
 
 STARTS = (0.25, 0.5, 1.0)
@@ -48,12 +48,12 @@ def refit(
         start leads below them, it is the best of these with the other candidates off, marked as not converged.
     """
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
-    problem = base.problem.with_parameters([*base.problem.parameters, *freed])
+    residuals = base.residuals.with_parameters([*base.residuals.parameters, *freed])
     jacobian, best = _padded(base.fitted.jacobian, len(freed)), None
-    for _, x, errors in _ranked(problem, jacobian, _starts(base, candidates, guesses, within))[:DESCENTS]:
+    for _, x, errors in _ranked(residuals, jacobian, _starts(base, candidates, guesses, within))[:DESCENTS]:
         try:
-            own = problem.jacobian(x, errors, range(len(base.fitted.x), len(x)))
-            found = descend(problem, x, np.column_stack([jacobian, own]))
+            own = residuals.jacobian(x, errors, range(len(base.fitted.x), len(x)))
+            found = descend(residuals, x, np.column_stack([jacobian, own]))
         except EndedEarly:
             continue
         if best is None or found.cost < best.cost:
@@ -61,9 +61,9 @@ def refit(
     smaller = min((base, *within), key=lambda model: model.cost)
     if best is None or best.cost > smaller.cost:
         off = _from(base, smaller, candidates, [np.zeros(len(candidate.parameters)) for candidate in candidates])
-        errors = problem.errors(off)
-        best = Fitted(off, errors, problem.jacobian(off, errors), False)
-    return Model((*base.candidates, *candidates), problem, best)
+        errors = residuals.at(off)
+        best = Fitted(off, errors, residuals.jacobian(off, errors), False)
+    return Model((*base.candidates, *candidates), residuals, best)
 
 
 def at_large(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...], int]:
@@ -86,7 +86,7 @@ def at_large(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...
     simulations : int
         Number of simulations that it took.
     """
-    problem = base.problem.with_parameters([*base.problem.parameters, *candidate.parameters])
+    residuals = base.residuals.with_parameters([*base.residuals.parameters, *candidate.parameters])
     jacobian = _padded(base.fitted.jacobian, len(candidate.parameters))
     shapes = [SHAPE] * len(candidate.shapes)
     starts = [
@@ -95,11 +95,11 @@ def at_large(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...
         for size in (*STARTS, *(-share for share in STARTS))
         if strength.low <= size <= strength.high
     ]
-    found = _ranked(problem, jacobian, starts)
+    found = _ranked(residuals, jacobian, starts)
     if not found:
-        return np.inf, (), problem.simulations
+        return np.inf, (), residuals.simulations
     left, x, _ = found[0]
-    return left**2, tuple(x[len(base.fitted.x) :]), problem.simulations
+    return left**2, tuple(x[len(base.fitted.x) :]), residuals.simulations
 
 
 def reduced(base: Model, model: Model, number: int) -> Model:
@@ -124,9 +124,9 @@ def reduced(base: Model, model: Model, number: int) -> Model:
         The simulation does not come to its end at the start.
     """
     kept = model.candidates[number]
-    problem = base.problem.with_parameters([*base.problem.parameters, *kept.parameters])
-    found = descend(problem, np.append(model.fitted.x[: len(base.fitted.x)], model.own(number)))
-    return Model((kept,), problem, found)
+    residuals = base.residuals.with_parameters([*base.residuals.parameters, *kept.parameters])
+    found = descend(residuals, np.append(model.fitted.x[: len(base.fitted.x)], model.own(number)))
+    return Model((kept,), residuals, found)
 
 
 def release(base: Model, number: int) -> Model:
@@ -149,11 +149,11 @@ def release(base: Model, number: int) -> Model:
     apesim.studies.estimation.residuals.EndedEarly
         The simulation does not come to its end at the start.
     """
-    parameters = list(base.problem.parameters)
+    parameters = list(base.residuals.parameters)
     parameters[number] = parameters[number]._replace(prior=False)
-    problem = base.problem.with_parameters(parameters)
-    found = descend(problem, base.fitted.x)
-    return Model((), problem, found, parameters[number].key)
+    residuals = base.residuals.with_parameters(parameters)
+    found = descend(residuals, base.fitted.x)
+    return Model((), residuals, found, parameters[number].key)
 
 
 def _from(
@@ -186,13 +186,13 @@ def _starts(
 
 
 def _ranked(
-    problem: Problem, jacobian: np.ndarray, starts: Iterable[np.ndarray]
+    residuals: WhitenedResiduals, jacobian: np.ndarray, starts: Iterable[np.ndarray]
 ) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """What starts leave once the nuisances have moved, with the starts and their errors; the least first."""
     space, found = find_nuisance_space(jacobian), []
     for x in starts:
         try:
-            errors = problem.errors(x)
+            errors = residuals.at(x)
         except EndedEarly:
             continue
         found.append((float(np.linalg.norm(space.project_out(errors))), x, errors))

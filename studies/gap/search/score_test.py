@@ -7,7 +7,7 @@ import numpy as np
 
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
-from apesim.studies.estimation.residuals import EndedEarly, Problem
+from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
 from apesim.studies.gap.search.candidates import Candidate, Probe, probes_of
 from apesim.studies.gap.work import Work
 
@@ -61,16 +61,16 @@ class Score(NamedTuple):
 
 
 def find_sensitivities(
-    problem: Problem, fitted: Fitted, candidates: Sequence[Candidate], work: Work, stage: str = "scoring"
+    residuals: WhitenedResiduals, fitted: Fitted, candidates: Sequence[Candidate], work: Work, stage: str = "scoring"
 ) -> list[Sensitivity]:
     """Find what each candidate would do to the data at a calibrated machine.
 
     Parameters
     ----------
-    problem : apesim.studies.estimation.residuals.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
         Its parameters are the nuisances, and the effects that are in the model already.
     fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Fit of the problem.
+        Fit of the residuals.
     candidates : sequence of Candidate
     work : apesim.studies.gap.work.Work
     stage : str
@@ -82,21 +82,23 @@ def find_sensitivities(
         For each candidate one or several, in their order; none where no simulation comes to its end, or where nuisances
         imitate all of it.
     """
-    found = work.each(stage, probe_candidate, [(problem, fitted, candidate) for candidate in candidates])
-    problem.simulations += sum(simulations for _, simulations in found)
+    found = work.each(stage, probe_candidate, [(residuals, fitted, candidate) for candidate in candidates])
+    residuals.simulations += sum(simulations for _, simulations in found)
     return [column for columns, _ in found for column in columns]
 
 
-def probe_candidate(problem: Problem, fitted: Fitted, candidate: Candidate) -> tuple[list[Sensitivity], int]:
+def probe_candidate(
+    residuals: WhitenedResiduals, fitted: Fitted, candidate: Candidate
+) -> tuple[list[Sensitivity], int]:
     """Find what one candidate would do to the data, by probes of which no two are alike.
 
     A probe is left out where its simulation ends early, or where the cosine with one before it is above `SAME`.
 
     Parameters
     ----------
-    problem : apesim.studies.estimation.residuals.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
     fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
-        Fit of the problem.
+        Fit of the residuals.
     candidate : Candidate
 
     Returns
@@ -107,13 +109,13 @@ def probe_candidate(problem: Problem, fitted: Fitted, candidate: Candidate) -> t
     """
     space = find_nuisance_space(fitted.jacobian)
     found: list[Sensitivity] = []
-    wider = problem.with_parameters([*problem.parameters, *candidate.parameters])
+    wider = residuals.with_parameters([*residuals.parameters, *candidate.parameters])
     for probe in probes_of(candidate):
         try:
-            errors = wider.errors(np.append(fitted.x, probe.x))
+            errors = wider.at(np.append(fitted.x, probe.x))
         except EndedEarly:
             continue
-        effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.errors
+        effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.residuals
         projected = space.project_out(effect)
         length = np.linalg.norm(projected)
         if length == 0.0 or any(abs(projected @ c.projected) > SAME * length * c.length for c in found):

@@ -11,7 +11,7 @@ import numpy as np
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
-from apesim.studies.estimation.residuals import Problem
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.search.candidates import Candidate, strength
 
 REACH = 2.0
@@ -41,7 +41,7 @@ class Balance(NamedTuple):
     """Twice the logarithm of Occam's factor: what the nodes pay that the data move."""
     nodes: float
     """Number of nodes that the data move: the trace of ``(1 + K)^-1 K``, with K as in `most_probable`."""
-    problem: object
+    residuals: object
     """`Smoothed`"""
     fitted: Fitted
     """Values of the nodes, or those that a fit is to start from."""
@@ -54,13 +54,13 @@ class Balance(NamedTuple):
         return self.fall - self.price
 
 
-class Smoothed(Problem):
-    """A problem whose last parameters are the nodes of a table.
+class Smoothed(WhitenedResiduals):
+    """A residuals whose last parameters are the nodes of a table.
 
     Parameters
     ----------
     machine, runs, parameters, noise
-        See `Problem`.
+        See `WhitenedResiduals`.
     root : (q, q) float array
         Of the nodes' prior covariance, lower triangle.
     """
@@ -69,12 +69,12 @@ class Smoothed(Problem):
         super().__init__(machine, runs, parameters, noise)
         self.root = root
 
-    def on(self, runs):
+    def with_runs(self, runs):
         """Return these parameters on other runs."""
         return Smoothed(self.machine, runs, self.parameters, self.noise, self.root)
 
     def pulls(self, x):
-        """Return what `Problem.pulls` does, with that of the nodes' prior."""
+        """Return what `WhitenedResiduals.pulls` does, with that of the nodes' prior."""
         pulls, nodes = super().pulls(x), len(self.root)
         pulls[-nodes:] = np.linalg.solve(self.root, np.asarray(x)[-nodes:])
         return pulls
@@ -102,10 +102,10 @@ def balances(base, effects, work):
     -------
     list of Balance
     """
-    own = base.problem.machine.effects
+    own = base.residuals.machine.effects
     tables = [effect for effect in effects if effect.tabulated and not effect.is_on(getattr(own, effect.name))]
     found = work.each("weighing balances", straight, [(base, effect) for effect in tables])
-    base.problem.simulations += sum(balance.problem.simulations for balance in found)
+    base.residuals.simulations += sum(balance.residuals.simulations for balance in found)
     return sorted(found, key=lambda balance: -balance.gain)
 
 
@@ -122,14 +122,14 @@ def straight(base, effect):
     Balance
     """
     nodes, old = [strength(effect, name) for name in effect.strengths], len(base.fitted.x)
-    known = base.problem
-    problem = Smoothed(known.machine, known.runs, [*known.parameters, *nodes], known.noise, np.eye(len(nodes)))
-    problem.go_on_from(known)
+    known = base.residuals
+    residuals = Smoothed(known.machine, known.runs, [*known.parameters, *nodes], known.noise, np.eye(len(nodes)))
+    residuals.go_on_from(known)
     x = np.append(base.fitted.x, np.zeros(len(nodes)))
-    errors = problem.errors(x)
-    columns = problem.jacobian(x, errors, range(old, len(x)))
+    errors = residuals.at(x)
+    columns = residuals.jacobian(x, errors, range(old, len(x)))
     jacobian = np.column_stack([np.vstack([base.fitted.jacobian, np.zeros((len(nodes), old))]), columns])
-    return weighed(Balance(effect.name, effect.tabulated, 0.0, 0.0, 0.0, problem, Fitted(x, errors, jacobian, False)))
+    return weighed(Balance(effect.name, effect.tabulated, 0.0, 0.0, 0.0, residuals, Fitted(x, errors, jacobian, False)))
 
 
 def through_the_simulator(base, balance):
@@ -142,16 +142,16 @@ def through_the_simulator(base, balance):
     """
     for number in range(ROUNDS):
         before, balance = balance, weighed(balance)
-        if number and not resized(before.problem.root, balance.problem.root):
+        if number and not resized(before.residuals.root, balance.residuals.root):
             balance = before
             break
-        problem = balance.problem
-        fitted = descend(problem, balance.fitted.x, balance.fitted.jacobian)
+        residuals = balance.residuals
+        fitted = descend(residuals, balance.fitted.x, balance.fitted.jacobian)
         balance = balance._replace(fall=base.cost - fitted.cost, fitted=fitted)
         if not fitted.converged:
             break
-    nodes = tuple(problem.parameters[-len(problem.root) :])
-    return balance._replace(model=Model((*base.candidates, Candidate(balance.name, nodes, ())), problem, fitted))
+    nodes = tuple(residuals.parameters[-len(residuals.root) :])
+    return balance._replace(model=Model((*base.candidates, Candidate(balance.name, nodes, ())), residuals, fitted))
 
 
 def resized(root, other):
@@ -162,12 +162,12 @@ def resized(root, other):
 
 def weighed(balance):
     """Return a balance with the most probable sizes of its nodes, and the nodes to which they lead."""
-    problem, (x, errors, jacobian, _) = balance.problem, balance.fitted
-    nodes = len(problem.root)
+    residuals, (x, errors, jacobian, _) = balance.residuals, balance.fitted
+    nodes = len(residuals.root)
     old = len(x) - nodes
     columns = jacobian[:-nodes, old:]
     bare = find_nuisance_space(jacobian[:-nodes, :old]).project_out(columns)
-    branches = [parameter.key.rsplit("_at_", 1)[0] for parameter in problem.parameters[old:]]
+    branches = [parameter.key.rsplit("_at_", 1)[0] for parameter in residuals.parameters[old:]]
     left, found = errors[:-nodes] - columns @ x[old:], []
     for trend in TRENDS:
         root = np.linalg.cholesky(likeness(branches, trend))
@@ -177,7 +177,7 @@ def weighed(balance):
     jacobian = np.vstack([jacobian[:-nodes], np.hstack([np.zeros((nodes, old)), np.linalg.inv(root)])])
     x = np.append(x[:old], root @ shift)
     return Balance(
-        balance.name, balance.balance, fall, price, moved, problem.smoothed(root), Fitted(x, errors, jacobian, False)
+        balance.name, balance.balance, fall, price, moved, residuals.smoothed(root), Fitted(x, errors, jacobian, False)
     )
 
 

@@ -136,12 +136,12 @@ def _over_the_nodes(model, name):
 def _along_the_runs(model, name):
     """The force on the piston, or the heat into the chambers, against what the fitted runs go through."""
     rows = []
-    for run in model.problem.runs:
-        machine = put(run_of(model.problem.machine, run), model.problem.parameters, model.fitted.x)
+    for run in model.residuals.runs:
+        machine = put(run_of(model.residuals.machine, run), model.residuals.parameters, model.fitted.x)
         rows += _states(machine, run, name)
     rows = np.array(rows)
     speed, lift, p_a, p_b, t_a, t_b, force, heat_a, heat_b = rows.T
-    sign, middle = np.sign(speed), lift - 0.5e3 * model.problem.machine.valve.stroke
+    sign, middle = np.sign(speed), lift - 0.5e3 * model.residuals.machine.valve.stroke
     if name == "tabulated_heat":
         heats = (("A", heat_a, t_a, p_a), ("B", heat_b, t_b, p_b))
         return {

@@ -18,14 +18,14 @@ class Curved:
     def __init__(self, fails_beyond=np.inf):
         self.evaluations, self.fails_beyond = 0, fails_beyond
 
-    def errors(self, x):
+    def at(self, x):
         self.evaluations += 1
         if x[0] > self.fails_beyond:
             raise EndedEarly("too far")
         return np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0]])
 
     def jacobian(self, x, errors):
-        return np.column_stack([(self.errors(x + 1e-6 * one) - errors) / 1e-6 for one in np.eye(2)])
+        return np.column_stack([(self.at(x + 1e-6 * one) - errors) / 1e-6 for one in np.eye(2)])
 
 
 def test_it_finds_the_end_of_a_curved_valley():
@@ -36,9 +36,9 @@ def test_it_finds_the_end_of_a_curved_valley():
 
 
 def test_it_stays_within_the_bounds():
-    problem = Curved()
-    problem.high = np.array([0.5, 5.0])
-    found = descend(problem, [-1.2, 1.0])
+    residuals = Curved()
+    residuals.high = np.array([0.5, 5.0])
+    found = descend(residuals, [-1.2, 1.0])
     assert found.converged
     assert found.x == pytest.approx([0.5, 0.25], abs=0.01)
 
@@ -56,12 +56,12 @@ def test_one_that_fails_at_the_start_is_told():
 
 def test_sensitivities_from_nearby_save_simulations():
     class Straight(Curved):
-        def errors(self, x):
+        def at(self, x):
             self.evaluations += 1
             return np.array([[2.0, 1.0], [0.5, 3.0], [1.0, 1.0]]) @ x - [4.0, 3.5, 2.0]
 
     cold, warm = Straight(), Straight()
-    slopes = cold.jacobian(np.zeros(2), cold.errors(np.zeros(2)))
+    slopes = cold.jacobian(np.zeros(2), cold.at(np.zeros(2)))
     first = descend(warm, [0.0, 0.0], slopes)
     assert first.x == pytest.approx([1.5, 1.0], abs=0.2)
     assert warm.evaluations <= 6
@@ -83,11 +83,11 @@ class Fronts:
         times = np.linspace(0.0, 1.0, 200)
         return 50.0 * sum(np.tanh(60.0 * (times - place)) for place in self.places + self.shifts @ x)
 
-    def errors(self, x):
+    def at(self, x):
         return np.append(self.trace(x) - self.seen, x)
 
     def jacobian(self, x, errors):
-        return np.column_stack([(self.errors(x + 1e-4 * one) - errors) / 1e-4 for one in np.eye(len(x))])
+        return np.column_stack([(self.at(x + 1e-4 * one) - errors) / 1e-4 for one in np.eye(len(x))])
 
 
 def test_sensitivities_are_renewed_where_a_step_brings_more_than_they_promise():
@@ -115,10 +115,10 @@ class Strokes(Fronts):
 
 
 def test_sensitivities_are_renewed_where_steps_keep_promising_as_little():
-    problem = Strokes(22)
-    found = descend(problem, np.zeros(12))
+    residuals = Strokes(22)
+    found = descend(residuals, np.zeros(12))
     assert found.converged
-    assert problem.evaluations < 150
+    assert residuals.evaluations < 150
 
 
 class Torn(Curved):
@@ -130,7 +130,7 @@ class Torn(Curved):
         super().__init__()
         self.depth = depth
 
-    def errors(self, x):
+    def at(self, x):
         if 0.4 < x[0] < 0.6:
             raise EndedEarly("no steady state")
         middle, level = (1.2, self.depth) if x[0] > 0.5 else (0.2, 3.0)
@@ -140,13 +140,13 @@ class Torn(Curved):
         return Torn(self.depth)
 
     def start_at(self, x):
-        self.errors(x)
+        self.at(x)
 
 
 def test_a_calibration_is_the_deepest_of_several_minima():
     """So it is where an engine's valve runs out of breath, and there is no steady state on the way."""
-    problem = Torn(depth=1.0)
-    near = Model((), problem, descend(problem, [0.0, 0.0]))
+    residuals = Torn(depth=1.0)
+    near = Model((), residuals, descend(residuals, [0.0, 0.0]))
     found = elsewhere(near, Work())
     assert near.fitted.x == pytest.approx([0.2, 2.0], abs=0.01)
     assert found.fitted.x == pytest.approx([1.2, 2.0], abs=0.03)
@@ -154,6 +154,6 @@ def test_a_calibration_is_the_deepest_of_several_minima():
 
 
 def test_a_minimum_that_is_hardly_deeper_changes_nothing():
-    problem = Torn(depth=2.9)
-    near = Model((), problem, descend(problem, [0.0, 0.0]))
+    residuals = Torn(depth=2.9)
+    near = Model((), residuals, descend(residuals, [0.0, 0.0]))
     assert elsewhere(near, Work()) is near

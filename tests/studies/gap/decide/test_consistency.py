@@ -28,8 +28,8 @@ def fitted(true, runs=RUNS):
     jacobian, known = np.vstack([slopes, np.eye(2)]), np.append(seen, np.zeros(2))
     x = -np.linalg.lstsq(jacobian, known, rcond=None)[0]
     blocks = [SimpleNamespace(run=run, values=TIMES) for run in runs]
-    problem = SimpleNamespace(runs=list(runs), blocks=blocks, parameters=PARAMETERS)
-    return Model((), problem, Fitted(x, known + jacobian @ x, jacobian, True))
+    residuals = SimpleNamespace(runs=list(runs), blocks=blocks, parameters=PARAMETERS)
+    return Model((), residuals, Fitted(x, known + jacobian @ x, jacobian, True))
 
 
 def test_of_noise_alone_the_differences_are_standard_normal_numbers():

@@ -21,12 +21,17 @@ GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)
 def model(names, gap=None, cost=0.0, released="", x=(0.0, 0.5)):
     """A model that takes a gap of some shape away."""
     errors = np.append(np.zeros(N) if gap is None else -np.asarray(gap, dtype=float), np.zeros(2))
-    fitted = SimpleNamespace(errors=errors, left=errors[:N], x=np.array(x), covariance=0.01 * np.eye(2))
+    fitted = SimpleNamespace(residuals=errors, data_residuals=errors[:N], x=np.array(x), covariance=0.01 * np.eye(2))
     effect = Parameter("effects.quadratic_drag.coefficient", 40.0, 0.0, 1.3, reach=1.3)
     nuisance = Parameter("valve.viscous_friction", 0.1, -10.0, 10.0, 111.0, True, True, True)
-    problem = SimpleNamespace(known=np.array([True, False]), parameters=[nuisance, effect])
+    residuals = SimpleNamespace(known=np.array([True, False]), parameters=[nuisance, effect])
     return SimpleNamespace(
-        names=(released,) if released else names, fitted=fitted, problem=problem, cost=cost, released=released, added=0
+        names=(released,) if released else names,
+        fitted=fitted,
+        residuals=residuals,
+        cost=cost,
+        released=released,
+        added=0,
     )
 
 
@@ -184,7 +189,7 @@ def test_pairs_of_the_straight_screen_are_fitted_whatever_partners_the_best_sing
     monkeypatch.setattr(model_selection, "_partners", lambda *_: partners)
     monkeypatch.setattr(model_selection, "_screened", lambda *_: screened)
     monkeypatch.setattr(model_selection, "_fitted", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
-    base = SimpleNamespace(fitted=SimpleNamespace(errors=None, left=None))
+    base = SimpleNamespace(fitted=SimpleNamespace(residuals=None, data_residuals=None))
     assert model_selection.pairs(base, [], [], [], 40, None) == []
     names = [{candidate.name for candidate in one[0]} for one in fitted]
     assert names == [{*"ab"}, {*"ac"}, {*"bc"}, {*"bd"}, {*"cd"}, {*"ce"}, {*"de"}, {*"ef"}]
@@ -197,12 +202,12 @@ def test_pairs_are_fitted_whose_effects_add_up_however_little_their_sensitivitie
     monkeypatch.setattr(model_selection, "_fitted", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
 
     def alone(name, taken, x):
-        candidates, left = (SimpleNamespace(name=name),), SimpleNamespace(left=gap - taken)
+        candidates, left = (SimpleNamespace(name=name),), SimpleNamespace(data_residuals=gap - taken)
         return Choice(SimpleNamespace(names=(name,), candidates=candidates, fitted=left, own=lambda _: x), 0.0)
 
     best = alone("c", SHAPE + OTHER + SHAPE * OTHER, [0.4])
     both = alone("a", 3.0 * SHAPE, [0.7]), alone("b", 2.0 * OTHER, [0.2, 0.9])
-    base = SimpleNamespace(fitted=SimpleNamespace(errors=np.zeros(N), left=gap))
+    base = SimpleNamespace(fitted=SimpleNamespace(residuals=np.zeros(N), data_residuals=gap))
     model_selection.pairs(base, [], [], [best, *both, alone("d", SHAPE**2, [0.1])], 40, None)
     names, guesses = [candidate.name for candidate in fitted[0][0]], fitted[0][1]
     assert (names, guesses) == (["a", "b"], ((0.7,), (0.2, 0.9)))

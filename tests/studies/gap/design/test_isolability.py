@@ -7,7 +7,7 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate
-from apesim.studies.estimation.residuals import Problem
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.design.isolability import find_isolability
 from apesim.studies.measured import read_measured
 from tests.gap_bench import AMBIENT, write_bench
@@ -37,16 +37,16 @@ def test_an_effect_of_the_least_size_is_five_deviations_once_all_else_is_fitted(
     machine = Machine()
     measured = read_measured(folder, AMBIENT)
     base, _ = calibrate(machine, measured)
-    nuisances = base.problem.parameters
+    nuisances = base.residuals.parameters
     at = np.zeros(len(nuisances))
     limit = rows[name]
     shown = f"effects.{name}.{key}={limit['limit']:.12g} {limit['unit']}"
     errors = [
-        Problem(Machine.load(None, settings), measured.of("fit"), nuisances, noise).errors(at)
+        WhitenedResiduals(Machine.load(None, settings), measured.of("fit"), nuisances, noise).at(at)
         for settings in ([shown], [])
     ]
     apart = errors[0] - errors[1]
-    plain = Problem(machine, measured.of("fit"), nuisances, noise)
+    plain = WhitenedResiduals(machine, measured.of("fit"), nuisances, noise)
     slopes = np.column_stack([plain.column(at, j, 0.05) for j in range(len(at))])
     left = apart + slopes @ np.linalg.lstsq(slopes, -apart, rcond=None)[0]
     assert np.linalg.norm(left) == pytest.approx(5.0, rel=0.05)

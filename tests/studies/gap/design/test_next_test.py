@@ -9,8 +9,8 @@ from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.noise.process import noise_for, white
-from apesim.studies.estimation.residuals import Problem
-from apesim.studies.gap.design.experiments import experiments_of, problem_of
+from apesim.studies.estimation.residuals import WhitenedResiduals
+from apesim.studies.gap.design.experiments import experiments_of, residuals_of
 from apesim.studies.gap.design.next_test import missed, next_test, split
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import candidates_of
@@ -38,21 +38,21 @@ def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",
     told = SimpleNamespace(verdict=verdict, best=best and Choice(best, 0.0), rivals=rivals, reason=reason.with_facts())
     names = [SimpleNamespace(name=name) for name in scores]
     return SimpleNamespace(
-        measured=measured, calibrated=base, noise=base.problem.noise, decision=told, scores=names, sensitivities=[]
+        measured=measured, calibrated=base, noise=base.residuals.noise, decision=told, scores=names, sensitivities=[]
     )
 
 
 def test_deviations_are_what_fitting_the_rival_to_the_experiment_would_cost(rivals):
     measured, base, force, leak = rivals
-    noise = base.problem.noise
+    noise = base.residuals.noise
     experiments = {e.text: e for e in experiments_of(measured, 101325.0)}
     chosen = experiments["a run at 0.10 MPa gauge, 12 ms"]
     expected = missed(chosen, force, leak, noise, {})
     # The experiment made by the truth, without noise, and the rival fitted to it and to the data that there are.
-    made = problem_of(chosen, base.problem.machine, force.problem.parameters, noise)
+    made = residuals_of(chosen, base.residuals.machine, force.residuals.parameters, noise)
     (shown,) = made.predicted(force.fitted.x)
     run = chosen.run._replace(channels={"lift": shown})
-    both = Problem(base.problem.machine, [*base.problem.runs, run], leak.problem.parameters, noise)
+    both = WhitenedResiduals(base.residuals.machine, [*base.residuals.runs, run], leak.residuals.parameters, noise)
     refitted = descend(both, leak.fitted.x)
     assert expected > 1.0
     assert np.sqrt(refitted.cost - leak.cost) == pytest.approx(expected, rel=0.1)
@@ -61,7 +61,7 @@ def test_deviations_are_what_fitting_the_rival_to_the_experiment_would_cost(riva
 def test_nothing_is_told_from_itself(rivals):
     measured, base, force, _ = rivals
     for experiment in experiments_of(measured, 101325.0)[:2]:
-        assert missed(experiment, force, force, base.problem.noise, {}) == pytest.approx(0.0, abs=1e-6)
+        assert missed(experiment, force, force, base.residuals.noise, {}) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_the_experiment_that_splits_best_comes_first(rivals):
@@ -87,10 +87,10 @@ def test_sensors_are_offered_that_are_not_there(rivals):
     assert added == [("pressure_a",), ("pressure_b",), ("pressure_a", "pressure_b")]
     again = next(e for e in experiments_of(measured, 101325.0) if e.added == ("pressure_a",))
     assert list(again.run.channels) == ["lift", "pressure_a"]
-    problem = problem_of(again, base.problem.machine, base.problem.parameters, base.problem.noise)
-    new = [parameter.key for parameter in problem.parameters[len(base.problem.parameters) :]]
+    residuals = residuals_of(again, base.residuals.machine, base.residuals.parameters, base.residuals.noise)
+    new = [parameter.key for parameter in residuals.parameters[len(base.residuals.parameters) :]]
     assert new == ["effects.sensor_offset.pressure_a", "effects.sensor_gain.pressure_a"]
-    assert [noise_for(problem.noise, block).deviation for block in problem.blocks][1] == 2e3
+    assert [noise_for(residuals.noise, block).deviation for block in residuals.blocks][1] == 2e3
 
 
 def test_runs_that_there_are_are_not_offered_again(rivals):
@@ -132,12 +132,12 @@ def test_an_engine_keeps_a_start_for_each_set_of_volumes():
     run = MeasuredRun("", "", 1.1e6, 287.0, np.nan, "fit", np.empty(0), {}, "engine", speed, -0.1, 1.2, means=means)
     (candidate,) = (c for c in candidates_of(machine, "engine", effects_on("engine")) if c.name == "intake_pipe_loss")
     noise = {"torque": {0.0: white(0.3, "stated")}}
-    own = Problem(machine, [run], candidate.parameters, noise)
+    own = WhitenedResiduals(machine, [run], candidate.parameters, noise)
     off = np.zeros(len(candidate.parameters))
     on = off.copy()
     on[0] = 0.4
-    found = [own.errors(x)[0] for x in (on, off)]
-    alone = [Problem(machine, [run], candidate.parameters, noise).errors(x)[0] for x in (on, off)]
+    found = [own.at(x)[0] for x in (on, off)]
+    alone = [WhitenedResiduals(machine, [run], candidate.parameters, noise).at(x)[0] for x in (on, off)]
     assert found == pytest.approx(alone, rel=1e-6)
     assert len(own.starts) == 2
     assert abs(found[0] - found[1]) > 0.1

@@ -177,7 +177,7 @@ def page_of(**more):
         "own_error": 1e-6,
     }
     data |= more
-    base = SimpleNamespace(problem=SimpleNamespace(machine=Machine()), cost=1.0)
+    base = SimpleNamespace(residuals=SimpleNamespace(machine=Machine()), cost=1.0)
     explanation = SimpleNamespace(calibrated=base, measured=Measured("", {}, ()), ranked=[], fits=[])
     return html.page(explanation, data, [compared(after=False)], {"gap": "<svg/>"})
 

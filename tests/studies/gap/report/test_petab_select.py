@@ -39,7 +39,7 @@ def found(tmp_path_factory):
     base, _ = calibrate(machine, measured)
     effects = [effect for effect in effects_on("valve") if effect.name in FREED]
     base, columns = score_candidates(base, candidates_of(machine, "valve", effects), Work())
-    marks = base.problem.marks(np.zeros(len(base.fitted.x)))
+    marks = base.residuals.marks(np.zeros(len(base.fitted.x)))
     tried = fit_candidates(check_against_noise(base, columns, marks), len(effects), Work())
     return SimpleNamespace(measured=measured, calibrated=base, sensitivities=columns, fits=tried)
 
@@ -100,11 +100,11 @@ def test_estimates_are_those_of_the_machine_that_the_fit_makes(models, found):
     for model in models:
         fit = fitted_of(found)[added_by(model)]
         machine = fit.machine()
-        for key in (parameter.key for parameter in fit.problem.parameters if not parameter.prior):
+        for key in (parameter.key for parameter in fit.residuals.parameters if not parameter.prior):
             estimate = model.estimated_parameters[key.replace(".", "__")]
             assert estimate == pytest.approx(value_of(machine, key), rel=1e-12, abs=1e-15)
         # A gauge errs by a share of what it shows: 1 % is a standard deviation.
-        x = next(x for p, x in zip(fit.problem.parameters, fit.fitted.x, strict=True) if p.key == "supply.pressure")
+        x = next(x for p, x in zip(fit.residuals.parameters, fit.fitted.x, strict=True) if p.key == "supply.pressure")
         stated = machine.supply.pressure
         expected = stated + 0.01 * x * (stated - AMBIENT)
         assert model.estimated_parameters["nuisance__supply__pressure"] == pytest.approx(expected, rel=1e-12)
@@ -124,7 +124,7 @@ def test_priors_stand_in_the_table_of_parameters(problem):
 @pytest.mark.parametrize("criterion", ["NLLH", "AIC", "BIC"])
 def test_its_best_model_is_the_least_by_the_cost_of_the_fits(problem, models, found, criterion):
     samples = sum(len(run.times) for run in found.measured.of(FIT))
-    priors = len(found.calibrated.problem.parameters)
+    priors = len(found.calibrated.residuals.parameters)
 
     def expected(fit):
         freed = priors + sum(len(FREED[name]) for name in fit.names)

@@ -10,7 +10,7 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import put
 from apesim.studies.estimation.priors import Prior, nuisance
 from apesim.studies.estimation.profile_likelihood import End, EndKind
-from apesim.studies.estimation.residuals import Problem
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.explanation import Explanation
 from apesim.studies.gap.reasons import ReasonKind, Verdict
@@ -33,8 +33,10 @@ RUNS = [valve_run()._replace(supply=gauge + AMBIENT, temperature=t) for gauge, t
 def fitted(base, runs, parameters, x, candidates=(), released=""):
     """A model at given parameters, as if it had been fitted."""
     jacobian = np.vstack([np.eye(len(x)), np.eye(len(x))])
-    problem = Problem(base, runs, parameters)
-    return Model(candidates, problem, Fitted(np.array(x, dtype=float), np.zeros(2 * len(x)), jacobian, True), released)
+    residuals = WhitenedResiduals(base, runs, parameters)
+    return Model(
+        candidates, residuals, Fitted(np.array(x, dtype=float), np.zeros(2 * len(x)), jacobian, True), released
+    )
 
 
 def released(base, prior, x, runs=RUNS):
@@ -68,7 +70,7 @@ def test_a_machine_with_the_instrument_put_right_has_the_supply_that_was_found(k
     corrected = model.machine()
     assert corrected.supply == base.supply
     for run in RUNS:
-        meant = put(run_of(base, run), model.problem.parameters, model.fitted.x).supply
+        meant = put(run_of(base, run), model.residuals.parameters, model.fitted.x).supply
         assert run_of(corrected, run).supply == pytest.approx(meant, rel=1e-12, nan_ok=True)
 
 
@@ -133,7 +135,7 @@ def test_a_shape_is_told_as_far_as_the_data_hold_it(open_ends, told):
     model = with_effects(("coulomb_friction", 0.75, 0.4))
     kinds = [EndKind.OPEN if is_open else EndKind.CLOSED for is_open in open_ends]
     sides = [End(x, kind, model.fitted.x) for x, kind in zip((0.1, 0.5), kinds, strict=True)]
-    model = model._replace(profiles=dict.fromkeys((p.key for p in model.problem.parameters), sides))
+    model = model._replace(profiles=dict.fromkeys((p.key for p in model.residuals.parameters), sides))
     assert said(Verdict.NAMED, model) == f"The model lacks coulomb friction (force 9 N{', ' if told else ''}{told})."
     assert [row["open_ends"] for row in effects_of(model)] == [
         [s for s, o in zip(SIDES, open_ends, strict=True) if o]
@@ -142,7 +144,7 @@ def test_a_shape_is_told_as_far_as_the_data_hold_it(open_ends, told):
 
 def test_what_is_fitted_beyond_its_range_is_told_and_written_as_its_end():
     model = with_effects(("side_force", 1.2), ("quadratic_drag", 0.5))
-    model.problem.runs = RUNS[:1]
+    model.residuals.runs = RUNS[:1]
     assert model.beyond == ["effects.side_force.force"]
     effects = model.machine().effects
     assert (effects.side_force.force, effects.quadratic_drag.coefficient) == (pytest.approx(12.0), pytest.approx(20.0))

@@ -84,7 +84,7 @@ def test_the_interval_of_a_friction_counts_that_some_of_it_may_be_breakaway():
     fitted, found = friction(5, 6.0, 20.0)
     assert not fitted.identifiable[-1]
     half = 1.96 * np.sqrt(np.diag(fitted.fitted.covariance)[-2])
-    assert fitted.problem.parameters[-2].value(fitted.fitted.x[-2] - half) > 6.0
+    assert fitted.residuals.parameters[-2].value(fitted.fitted.x[-2] - half) > 6.0
     low, high = rows_of(found)["force"]["interval_95"]
     assert low < 6.0 < high
 

@@ -43,7 +43,7 @@ class Basins:
     def with_parameters(self, parameters):
         return Basins(parameters, self.fails_beyond)
 
-    def errors(self, x):
+    def at(self, x):
         size = dict(zip((p.key.split(".")[1] for p in self.parameters), x, strict=True))
         bent, plain = size.get(BENT.name, 0.0), size.get(PLAIN.name, 0.0)
         if abs(plain) > self.fails_beyond:
@@ -53,7 +53,7 @@ class Basins:
 
     def jacobian(self, x, errors, only=None):
         steps = 1e-6 * np.eye(len(x))[range(len(x)) if only is None else only]
-        return np.column_stack([(self.errors(x + step) - errors) / 1e-6 for step in steps])
+        return np.column_stack([(self.at(x + step) - errors) / 1e-6 for step in steps])
 
 
 class Hump(Basins):
@@ -64,26 +64,26 @@ class Hump(Basins):
     def with_parameters(self, parameters):
         return Hump(parameters)
 
-    def errors(self, x):
+    def at(self, x):
         size = x[-1] if len(x) > 1 else 0.0
         return np.array([float(self.LEFT(size)), x[0], x[0], *np.zeros(len(x) - 1)])
 
 
 def calibrated(**options):
-    problem = Basins([NUISANCE], **options)
-    return Model((), problem, descend(problem, np.zeros(1)))
+    residuals = Basins([NUISANCE], **options)
+    return Model((), residuals, descend(residuals, np.zeros(1)))
 
 
 def fitted_alone(base):
     """The first effect alone, in its better basin."""
-    problem = base.problem.with_parameters([NUISANCE, *BENT.parameters])
-    return Model((BENT,), problem, descend(problem, [0.0, 2.5]))
+    residuals = base.residuals.with_parameters([NUISANCE, *BENT.parameters])
+    return Model((BENT,), residuals, descend(residuals, [0.0, 2.5]))
 
 
 def test_an_effect_is_found_beyond_the_hump_that_hides_it():
     """The cause of a wall's heat of 30 deviations that was never found: a quarter and all of it left more than none."""
-    problem = Hump([NUISANCE])
-    base = Model((), problem, descend(problem, np.zeros(1)))
+    residuals = Hump([NUISANCE])
+    base = Model((), residuals, descend(residuals, np.zeros(1)))
     assert at_large(base, HEAT)[:2] == (pytest.approx(1.5**2), (0.5,))
     found = refit(base, (HEAT,), ((0.0,),))
     assert found.own(0) == pytest.approx([0.6], abs=0.05)
@@ -152,13 +152,13 @@ class TooFar(Basins):
     blocks = ()
     """Its noise is known."""
 
-    def rows(self):
+    def block_slices(self):
         return []
 
     def with_parameters(self, parameters):
         return TooFar(parameters)
 
-    def errors(self, x):
+    def at(self, x):
         size = dict(zip((p.key.split(".")[1] for p in self.parameters), x, strict=True))
         gap = 10.0 * (3.0 - size.get(PLAIN.name, 0.0))
         return np.array([100.0 * size.get(BENT.name, 0.0) + 1.0, gap, x[0], x[0], *np.zeros(len(x) - 1)])
@@ -168,11 +168,11 @@ class TooFar(Basins):
 def test_pairs_are_tried_where_the_best_explanation_is_beyond_its_range(end, tried):
     far = PLAIN.strengths[0]._replace(low=-2.0 * end, high=2.0 * end, reach=2.0)
     candidates = [BENT, PLAIN._replace(strengths=(far,))]
-    problem = TooFar([NUISANCE])
-    base = Model((), problem, descend(problem, np.zeros(1)))
-    columns = find_sensitivities(problem, base.fitted, candidates, Work())
-    ranked = scores(columns, base.fitted.errors)
-    gap = CalibratedGap(base, columns, [], ranked, np.zeros((len(base.fitted.errors), 0)), None)
+    residuals = TooFar([NUISANCE])
+    base = Model((), residuals, descend(residuals, np.zeros(1)))
+    columns = find_sensitivities(residuals, base.fitted, candidates, Work())
+    ranked = scores(columns, base.fitted.residuals)
+    gap = CalibratedGap(base, columns, [], ranked, np.zeros((len(base.fitted.residuals), 0)), None)
     found = fit_candidates(gap, 2, Work())
     assert found[0].names == (PLAIN.name,)
     assert {len(choice.names) for choice in found} == tried

@@ -56,7 +56,7 @@ def tabulated(data):
     base = calibrate(Machine(), data)[0]
     work = Work()
     ranked = balances(base, effects_on("valve"), work)
-    return ranked, tabulate(Tables(base, ranked, work), data, base.problem.noise)
+    return ranked, tabulate(Tables(base, ranked, work), data, base.residuals.noise)
 
 
 def test_an_effect_that_no_library_has_is_found_by_its_balance_and_closes_the_gap():
