@@ -46,19 +46,21 @@ class ArchiveResult(Result):
         **more
             Further attributes.
         """
-        failed = tuple(more.pop("failed", None) or cls.faults_of(archive))  # a sweep knows of points without a run, too
+        failed = tuple(
+            more.pop("failed", None) or cls._faults_of(archive)
+        )  # a sweep knows of points without a run, too
         scalars = {
             "runs": Scalar(len(archive.runs), "1", "runs"),
             "failed_runs": Scalar(len(failed), "1", "points that failed, are out of reach or did not converge"),
-            **cls.summary_of(archive),
+            **cls._summary_of(archive),
         }
         if not np.isnan(wall_time):
             scalars["wall_time"] = Scalar(wall_time, "s", "computing time")
         return cls(
             scalars,
             variables_of(archive),
-            cls.conditions_of(archive),
-            tuple(cls.warnings_of(archive)),
+            cls._conditions_of(archive),
+            tuple(cls._warnings_of(archive)),
             f"{len(failed)} failed: {failed[0]}" if failed else "",
             not failed,
             archive.machine,
@@ -68,27 +70,27 @@ class ArchiveResult(Result):
         )
 
     @classmethod
-    def holds(cls, archive: Archive) -> bool:
+    def _holds(cls, archive: Archive) -> bool:
         """Whether an archive is one of this kind."""
         return True
 
     @classmethod
-    def faults_of(cls, archive: Archive) -> Iterable[str]:
+    def _faults_of(cls, archive: Archive) -> Iterable[str]:
         """One line for each run that has no good result."""
         return ()
 
     @classmethod
-    def warnings_of(cls, archive: Archive) -> Iterable[str]:
+    def _warnings_of(cls, archive: Archive) -> Iterable[str]:
         """One line for each thing that a reader should know."""
         return ()
 
     @classmethod
-    def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
+    def _summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
         """Numbers over all runs."""
         return {}
 
     @classmethod
-    def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
+    def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
         """What was run."""
         return {"by": archive.provenance["command"]} if archive.provenance.get("command") else {}
 
@@ -190,5 +192,5 @@ def read_archive(path: str | PathLike[str]) -> ArchiveResult:
     from apesim.studies.valve_map import ValveMap
 
     archive = read(path)
-    kind = next(kind for kind in (Sweep, ValveMap, ValveLimit, ArchiveResult) if kind.holds(archive))
+    kind = next(kind for kind in (Sweep, ValveMap, ValveLimit, ArchiveResult) if kind._holds(archive))
     return kind.of(archive)

@@ -18,26 +18,49 @@ TEMPERATURE = Quantity("K", 150, 600, "command line", typical="287 K")
 
 
 def require_epv(arguments: Arguments, machine: Machine) -> None:
-    """Note a fault where the intake is no electro-pneumatic valve, which alone has commands."""
+    """Note a fault where the intake is no electro-pneumatic valve, which alone has commands.
+
+    Parameters
+    ----------
+    arguments : Arguments
+        Arguments of the call, in which the fault is noted.
+    machine : Machine
+        Machine whose intake is checked.
+
+    Examples
+    --------
+    >>> arguments = Arguments("correct_timing", 101325.0)
+    >>> require_epv(arguments, Machine().with_(engine_intake="cam"))
+    >>> [fault.wrong for fault in arguments.faults]
+    ['is cam, which has no commands to correct']
+    """
     if machine.engine.intake != EPV:
         name = INTAKES[machine.engine.intake]
         arguments.fault("engine.intake", f"is {name}, which has no commands to correct", 'write "epv"')
 
 
 def with_supply(machine: Machine, pressure: float, temperature: float) -> Machine:
-    """A machine with other control air.
+    """Give a machine other control air.
 
     Parameters
     ----------
     machine : Machine
+        Machine whose supply is replaced; a control pressure of its own falls back to the supply's.
     pressure : float
-        [Pa abs]
+        Pressure of the supply [Pa abs].
     temperature : float
-        [K]
+        Temperature of the supply [K].
 
     Returns
     -------
     Machine
+        Machine with this supply.
+
+    Examples
+    --------
+    >>> machine = with_supply(Machine(), 0.9e6, 300.0)
+    >>> machine.supply.pressure, machine.supply.temperature
+    (900000.0, 300.0)
     """
     supply = machine.supply._replace(pressure=pressure, temperature=temperature, control_pressure=float("nan"))
     return machine._replace(supply=supply)

@@ -137,17 +137,17 @@ class ValveMap(ArchiveResult):
     title: ClassVar[str] = "the valve over pressure and temperature"
 
     @classmethod
-    def holds(cls, archive: Archive) -> bool:
+    def _holds(cls, archive: Archive) -> bool:
         """Whether an archive is that of a map."""
         return "pulse_s" in archive.provenance and "opening_delay_s" in archive.variables
 
     @classmethod
-    def faults_of(cls, archive: Archive) -> Iterable[str]:
+    def _faults_of(cls, archive: Archive) -> Iterable[str]:
         """One line for each run that failed or did not complete both strokes."""
         return faults_of_map(archive)
 
     @classmethod
-    def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
+    def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
         """Grid and pulse."""
         return grid_conditions(archive) | {"pulse": f"{1e3 * float(archive.provenance['pulse_s']):g} ms"}
 

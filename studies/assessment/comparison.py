@@ -31,26 +31,25 @@ class ValveAssessment(GridResult):
     axes: ClassVar[tuple[str, ...]] = ("speed_rpm",)
 
     @classmethod
-    def faults_of(cls, archive: Archive) -> Iterable[str]:
+    def _faults_of(cls, archive: Archive) -> Iterable[str]:
         """One line for each speed at which not all valves could be compared."""
         return faults_of_assessment(archive)
 
     @classmethod
-    def warnings_of(cls, archive: Archive) -> Iterable[str]:
+    def _warnings_of(cls, archive: Archive) -> Iterable[str]:
         """One line for each valve that does no work, whose air over work is undefined."""
         return undefined_ratios(archive)
 
     @classmethod
-    def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
+    def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
         """Speeds, and commands of the real valve."""
-        return {**super().conditions_of(archive), "timing": archive.provenance["timing"]}
+        return {**super()._conditions_of(archive), "timing": archive.provenance["timing"]}
 
     def to_dict(self) -> dict[str, Any]:
         """The result under the keys of ``apesim engine assess --json``; NaN where JSON says null."""
         return {"points": points_of(self.archive), "faults": list(self.failed), "warnings": list(self.warnings)}
 
-    def draw(self, folder: str | PathLike[str]) -> list[Path]:
-        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+    def _draw(self, folder: str | PathLike[str]) -> list[Path]:
         from apesim.studies.figures.assessment import assessment_figures
 
         return assessment_figures(self.archive, folder)

@@ -115,6 +115,15 @@ def rule_columns(
     -------
     dict of str to Variable
         Whether the rule is fitted to a point, its time, its limit and the window that 30 Hz need.
+
+    Examples
+    --------
+    >>> windows, limits = np.array([60.0, 75.0, 200.0]) * DEGREE, np.array([2000.0, 2500.0, 2600.0]) * RPM
+    >>> columns = rule_columns(["cold", "cold", "cold"], windows, limits, np.array([True, True, True]))
+    >>> columns["rule_fitted"].values.tolist()  # a window of 200 deg is too long
+    [1, 1, 0]
+    >>> columns["rule_limit_rpm"].values.round(1).tolist()
+    [2004.0, 2496.8, 6603.3]
     """
     fitted = by_full_lift & (windows <= MAX_WINDOW) & ~np.isnan(limits)
     alike = np.array([[one == other for other in supplies] for one in supplies])

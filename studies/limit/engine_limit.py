@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.archive import Archive
+from apesim.archive import Archive, Variable
 from apesim.archive.columns import column, run_axis
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.machine import Machine
@@ -87,6 +87,15 @@ def failure_of(timing: Timing) -> Failure:
     Failure
         REPETITION where the cycles do not repeat; else the first of TIMING, FULL_LIFT and FULL_CLOSURE that is not
         met; NONE where all are.
+
+    Examples
+    --------
+    >>> angles = {"full_open_deg": 12.5, "closed_deg": nan}
+    >>> timing = Timing(Machine(), None, angles, 0.7, 1.1, 0.0, 0.0, Reason.REACHED, 6)
+    >>> failure_of(timing).name  # the piston opens fully, and never meets the closed stop
+    'FULL_CLOSURE'
+    >>> failure_of(timing._replace(reason=Reason.OPEN_TOO_SHORT)).name
+    'TIMING'
     """
     if timing.reason == Reason.NOT_PERIODIC:
         return Failure.REPETITION
@@ -97,19 +106,10 @@ def failure_of(timing: Timing) -> Failure:
     return Failure.FULL_CLOSURE if isnan(timing.angles["closed_deg"]) else Failure.NONE
 
 
-def parted(machine: Machine, angle: float) -> Machine:
+def _with_targets_apart(machine: Machine, angle: float) -> Machine:
     """Move the targets of a machine apart.
 
-    Parameters
-    ----------
-    machine : apesim.engine.machine.Machine
-    angle : float
-        Angle by which the opening comes earlier and the closing later [rad]; negative: nearer together.
-
-    Returns
-    -------
-    Machine
-        Machine with these targets.
+    The opening comes earlier and the closing later by the angle [rad]; a negative one brings them together.
     """
     command = machine.command
     moved = command._replace(open_target=command.open_target - angle, close_target=command.close_target + angle)
@@ -147,6 +147,14 @@ def judged(
         Timing that meets the criterion; else the one for the targets themselves.
     marches : int
         Number of periodic states that were computed.
+
+    Examples
+    --------
+    >>> failure, timing, marches = judged(Machine(), 900.0 * RPM)
+    >>> failure.name, round(timing.machine.command.energise / DEGREE, 1)
+    ('NONE', -41.2)
+    >>> judged(Machine(), 6000.0 * RPM)[0].name
+    'FULL_LIFT'
     """
     timing = corrected(machine, speed, start_after(machine, speed, before), periodic_tolerance)
     failure, marches = failure_of(timing), timing.marches
@@ -156,7 +164,7 @@ def judged(
         Failure.FULL_CLOSURE: (-WITHIN,),
     }.get(failure, ())
     for angle in others:
-        other = parted(machine, angle)
+        other = _with_targets_apart(machine, angle)
         start = start_after(other, speed, [(speed, timing)] if timing.reachable else before)
         nearby = corrected(other, speed, start, periodic_tolerance)
         marches += nearby.marches
@@ -165,8 +173,8 @@ def judged(
     return failure, timing, marches
 
 
-class Judge:
-    """Judge of speeds: it keeps what was found at each, by sketches of periodic states or by full ones.
+class _Judge:
+    """Judge of speeds: it keeps its judgement on each, by sketches of periodic states or by full ones.
 
     Parameters
     ----------
@@ -182,29 +190,18 @@ class Judge:
         self, machine: Machine, periodic_tolerance: float, before: Sequence[tuple[float, Timing]] = ()
     ) -> None:
         self.machine, self.periodic_tolerance, self.before = machine, periodic_tolerance, list(before)
-        self.found: dict[float, tuple[Failure, Timing]] = {}
+        self.judgements: dict[float, tuple[Failure, Timing]] = {}
         self.marches = 0
 
     def failure(self, speed: float) -> Failure:
-        """Judge which part of the criterion is not met at a speed, see `judged`; each speed is computed once.
-
-        Parameters
-        ----------
-        speed : float
-            Speed of the crankshaft [rad/s].
-
-        Returns
-        -------
-        Failure
-            NONE where some commands meet the criterion.
-        """
-        if speed not in self.found:
+        """Judge which part of the criterion a speed [rad/s] does not meet, see `judged`; each is computed once."""
+        if speed not in self.judgements:
             failure, timing, marches = judged(self.machine, speed, self.before, self.periodic_tolerance)
-            self.found[speed] = failure, timing._replace(run=None)
+            self.judgements[speed] = failure, timing._replace(run=None)
             self.marches += marches
             if timing.reachable:
                 self.before.append((speed, timing))
-        return self.found[speed][0]
+        return self.judgements[speed][0]
 
 
 def engine_limit(machine: Machine, resolution: float = RESOLUTION) -> EngineLimit:
@@ -224,21 +221,27 @@ def engine_limit(machine: Machine, resolution: float = RESOLUTION) -> EngineLimi
     -------
     EngineLimit
         Limit, what fails above it, and the commands at it.
+
+    Examples
+    --------
+    >>> found = engine_limit(Machine(), 10.0 * RPM)
+    >>> round(found.limit / RPM, -2), found.fails.name
+    (np.float64(1200.0), 'FULL_LIFT')
     """
-    sketch = Judge(machine, SKETCH)
+    sketch = _Judge(machine, SKETCH)
     good, bad, again = _scanned(sketch)
     good, bad = _bisected(sketch, good, bad, SKETCH_RESOLUTION)
-    full = Judge(machine, PERIODIC_TOLERANCE, sketch.before)
+    full = _Judge(machine, PERIODIC_TOLERANCE, sketch.before)
     expected = [(speed, speed != bad) for speed in (good, bad, again) if not isnan(speed)]
     if any((full.failure(speed) == Failure.NONE) != meets for speed, meets in expected):
         good, bad, again = _scanned(full)
     good, bad = _bisected(full, good, bad, resolution)
     fails = Failure.NONE if isnan(bad) else full.failure(bad)
-    timing = None if isnan(good) else full.found[good][1]
+    timing = None if isnan(good) else full.judgements[good][1]
     return EngineLimit(good, fails, again, timing, sketch.marches + full.marches)
 
 
-def _scanned(judge: Judge) -> tuple[float, float, float]:
+def _scanned(judge: _Judge) -> tuple[float, float, float]:
     """The last speed before the first that fails, that one, and one above it that does not; NaN where there is none."""
     good = bad = nan
     for speed in LOWEST * STEP_UP ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(STEP_UP)) + 1):
@@ -254,7 +257,7 @@ def _scanned(judge: Judge) -> tuple[float, float, float]:
     return good, bad, nan
 
 
-def _bisected(judge: Judge, good: float, bad: float, resolution: float) -> tuple[float, float]:
+def _bisected(judge: _Judge, good: float, bad: float, resolution: float) -> tuple[float, float]:
     """A speed that meets the criterion and one that fails, no further apart than the resolution."""
     while bad - good > resolution:
         middle = 0.5 * (good + bad)
@@ -278,6 +281,12 @@ def lasting(machine: Machine, duration: float) -> Machine:
     -------
     Machine
         Machine with this closing target.
+
+    Examples
+    --------
+    >>> machine = lasting(Machine(), 60.0 * DEGREE)
+    >>> [round(angle / DEGREE, 6) for angle in (machine.command.open_target, machine.command.close_target)]
+    [-5.0, 55.0]
     """
     command = machine.command
     return machine._replace(command=command._replace(close_target=command.open_target + duration))
@@ -315,19 +324,25 @@ def map_engine_limit(
     -------
     Archive
         A run for each point. The machine's own point comes last where the grid does not hold it.
+
+    Examples
+    --------
+    >>> archive = map_engine_limit(Machine(), [1.101325e6], [287.0], [75.0 * DEGREE], jobs=1)
+    >>> archive.variables["limit_rpm"].values.round(-2), archive.variables["fails"].values
+    (array([1200.]), array([2], dtype=int8))
     """
     supply, command_angles = machine.supply, machine.command
     grid = [(p, t, d, p) for p in pressures for t in temperatures for d in durations]
-    own = supply.pressure, supply.temperature, command_angles.close_target - command_angles.open_target
-    grid, kinds = with_own(grid, (*own, supply.control()[0]))
+    duration = command_angles.close_target - command_angles.open_target
+    grid, kinds = with_own(grid, (supply.pressure, supply.temperature, duration, supply.control()[0]))
     machines = [
         machine if kind == Point.OWN else lasting(with_supply(machine, p, t), d)
         for kind, (p, t, d, _) in zip(kinds, grid, strict=True)
     ]
     limits = [EngineLimit(nan, Failure.TIMING, nan, None, 0)] * len(grid)
     jobs = workers_for(SECONDS_A_LIMIT * len(grid), jobs)
-    for done, ((number, _), found) in enumerate(run_tasks(_limit_of, list(enumerate(machines)), jobs)):
-        limits[number] = found or limits[number]
+    for done, ((number, _), limit) in enumerate(run_tasks(_limit_of, list(enumerate(machines)), jobs)):
+        limits[number] = limit or limits[number]
         if report:
             report(done + 1, len(grid))
     provenance = {
@@ -338,25 +353,53 @@ def map_engine_limit(
         "lowest_rpm": f"{LOWEST / RPM:g}",
         "highest_rpm": f"{HIGHEST / RPM:g}",
     }
-    return Archive(dumps(machine), provenance, _variables(grid, kinds, limits))
+    return Archive(dumps(machine), provenance, limit_columns(grid, kinds, limits))
 
 
-def _limit_of(item):
-    return engine_limit(item[1])
+def _limit_of(task: tuple[int, Machine]) -> EngineLimit:
+    """Limit of the machine of a numbered task."""
+    return engine_limit(task[1])
 
 
-def _variables(grid, kinds, limits):
-    def at_limit(value, unit, description):
-        values = [value(found.timing) if found.timing else nan for found in limits]
+def limit_columns(
+    grid: Sequence[tuple[float, ...]], kinds: Sequence[Point], limits: Sequence[EngineLimit]
+) -> dict[str, Variable]:
+    """Make the columns of the archive of a map of limits.
+
+    Parameters
+    ----------
+    grid : sequence of (float, float, float, float)
+        Pressure of the supply [Pa abs], its temperature [K], duration from the target opening to the target closing
+        [rad], and pressure of the control air [Pa abs], for each point.
+    kinds : sequence of Point
+        Origin of each point.
+    limits : sequence of EngineLimit
+        Limit at each point.
+
+    Returns
+    -------
+    dict of str to Variable
+        Conditions, limits, design rule and command angles over the runs; NaN where a limit has no commands.
+
+    Examples
+    --------
+    >>> limits = [EngineLimit(2000.0 * RPM, Failure.FULL_LIFT, nan, None, 102)]
+    >>> columns = limit_columns([(1.1e6, 287.0, 75.0 * DEGREE, 1.1e6)], [Point.GRID_AND_OWN], limits)
+    >>> columns["limit_rpm"].values.round(6).tolist(), columns["limit_hz"].unit
+    ([2000.0], 'Hz')
+    """
+
+    def at_limit(value: Callable[[Timing], float], unit: str, description: str) -> Variable:
+        values = [value(limit.timing) if limit.timing else nan for limit in limits]
         return column(np.array(values, dtype=float), unit, description)
 
     pressures, temperatures, durations, controls = np.array(grid).T
-    speeds = np.array([found.limit for found in limits])
-    fails = np.array([found.fails for found in limits])
+    speeds = np.array([limit.limit for limit in limits])
+    fails = np.array([limit.fails for limit in limits])
     supplies = list(zip(pressures, temperatures, controls, strict=True))
     opened = [
-        found.timing.machine.command.close_target - found.timing.machine.command.open_target if found.timing else nan
-        for found in limits
+        limit.timing.machine.command.close_target - limit.timing.machine.command.open_target if limit.timing else nan
+        for limit in limits
     ]
     return {
         "run": run_axis(len(grid)),
@@ -371,7 +414,7 @@ def _variables(grid, kinds, limits):
         "limit_hz": column(speeds / TURN, "Hz", "the same as a working rate, one event a revolution"),
         "fails": column(fails, "1", "what fails first above the limit", FAILURES),
         "works_again_rpm": column(
-            [found.works_again / RPM for found in limits],
+            [limit.works_again / RPM for limit in limits],
             "r/min",
             "higher speed that meets it again, revolutions a minute",
         ),
@@ -384,5 +427,5 @@ def _variables(grid, kinds, limits):
             lambda timing: timing.machine.command.release / DEGREE, "deg", "command angle at the limit"
         ),
         "peak_lift_m": at_limit(lambda timing: timing.angles["peak_lift_m"], "m", "highest lift at the limit"),
-        "marches": column([found.marches for found in limits], "1", "periodic states computed"),
+        "marches": column([limit.marches for limit in limits], "1", "periodic states computed"),
     }

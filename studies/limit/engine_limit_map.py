@@ -40,14 +40,14 @@ class EngineLimitMap(GridResult):
     """Target of the opening [deg]."""
 
     @classmethod
-    def faults_of(cls, archive: Archive) -> Iterable[str]:
-        """A line on the points at which the criterion is not even met at the lowest speed."""
+    def _faults_of(cls, archive: Archive) -> Iterable[str]:
+        """Write one line on the points at which the criterion is not met even at the lowest speed."""
         missing = int(np.isnan(archive.variables["limit_rpm"].values).sum())
         where = f"{LOWEST / RPM:g} r/min"
         return [f"at {missing} points the criterion is not even met at {where}"] if missing else []
 
     @classmethod
-    def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
+    def _summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
         """Limits at the machine's own point, and the lowest of the grid."""
         columns = values_of(archive)
         own, lowest = own_run(columns), lowest_run(columns)
@@ -60,12 +60,28 @@ class EngineLimitMap(GridResult):
             found["min_limit_rpm"] = Scalar(float(columns["limit_rpm"][lowest]), "r/min", "lowest of the grid")
         return found
 
-    def runs_of_grid(self) -> np.ndarray:
-        """Runs that are points of the grid; the machine's own may stand beside it."""
+    def _runs_of_grid(self) -> np.ndarray:
+        """Find the runs that are points of the grid; the machine's own may stand beside it."""
         return np.flatnonzero(self.archive.variables["point"].values != Point.OWN)
 
     def to_dict(self) -> dict[str, Any]:
-        """The result under the keys of ``apesim engine limit --json``; NaN where JSON says null."""
+        """Convert to a dictionary with the keys of ``apesim engine limit --json``.
+
+        Returns
+        -------
+        dict
+            Summary, criterion and the results of each point under ``points``; NaN where JSON says null.
+
+        Examples
+        --------
+        >>> from apesim.studies.limit.engine_limit import EngineLimit, limit_columns
+        >>> limit = EngineLimit(230.0, Failure.FULL_LIFT, np.nan, None, 102)
+        >>> columns = limit_columns([(1.1e6, 287.0, 1.3, 1.1e6)], [Point.GRID_AND_OWN], [limit])
+        >>> limits = EngineLimitMap.of(Archive("", {}, columns), ambient_pressure=101325.0, open_target_deg=-5.0)
+        >>> data = limits.to_dict()
+        >>> round(float(data["limit_rpm"])), data["points"][0]["fails"]
+        (2196, 'full_lift')
+        """
         columns = values_of(self.archive)
         points = []
         for run in columns["run"]:
@@ -75,14 +91,34 @@ class EngineLimitMap(GridResult):
         stated = summary_json(columns, "duration_deg")
         return stated | {"criterion": CRITERION, "open_target_deg": self.open_target_deg, "points": points}
 
-    def draw(self, folder: str | PathLike[str]) -> list[Path]:
-        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+    def _draw(self, folder: str | PathLike[str]) -> list[Path]:
         from apesim.studies.figures.engine_limit import engine_limit_figures
 
         return engine_limit_figures(self.archive, self.ambient_pressure, folder)
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the highest speed over pressure, for each duration and temperature; returns the axes."""
+        """Draw the highest speed over pressure, for each duration and temperature.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> from apesim.studies.limit.engine_limit import EngineLimit, limit_columns
+        >>> limit = EngineLimit(230.0, Failure.FULL_LIFT, np.nan, None, 102)
+        >>> columns = limit_columns([(1.1e6, 287.0, 1.3, 1.1e6)], [Point.GRID_AND_OWN], [limit])
+        >>> limits = EngineLimitMap.of(Archive("", {}, columns), ambient_pressure=101325.0, open_target_deg=-5.0)
+        >>> axes = limits.plot()
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('supply pressure [MPa gauge]', 'highest speed [r/min]')
+        """
         from apesim.studies.figures.axes import axes_for
         from apesim.studies.figures.engine_limit import draw_limits
 

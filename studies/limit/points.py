@@ -65,6 +65,11 @@ def point_column(kinds: Sequence[Point]) -> Variable:
     -------
     Variable
         Codes of `Point`, over the runs.
+
+    Examples
+    --------
+    >>> point_column([Point.GRID, Point.OWN]).values.tolist()
+    [0, 2]
     """
     return column(kinds, "1", "where the point comes from", POINTS)
 
@@ -81,6 +86,11 @@ def own_run(v: Mapping[str, np.ndarray]) -> int:
     -------
     int
         Place of the point in the columns, from 0.
+
+    Examples
+    --------
+    >>> own_run({"point": np.array([Point.GRID, Point.GRID, Point.OWN])})
+    2
     """
     return int(np.flatnonzero(v["point"] != Point.GRID)[0])
 
@@ -97,6 +107,12 @@ def lowest_run(v: Mapping[str, np.ndarray]) -> int | None:
     -------
     int or None
         Place of the point in the columns, from 0; None where any point of the grid has no limit.
+
+    Examples
+    --------
+    >>> points = np.array([Point.GRID, Point.GRID_AND_OWN, Point.OWN])
+    >>> lowest_run({"point": points, "limit_rpm": np.array([2400.0, 1900.0, 1500.0])})
+    1
     """
     runs = np.flatnonzero(v["point"] != Point.OWN)
     limits = v["limit_rpm"][runs]

@@ -1,6 +1,8 @@
 """Summary of a map of limits for console and JSON: the machine's own limit, the lowest, and the design rule."""
 
+from collections.abc import Mapping
 from math import isnan
+from typing import Any
 
 import numpy as np
 
@@ -10,23 +12,46 @@ from apesim.studies.limit.points import Point, lowest_run, own_run
 OVER_ALL = "over all pressures and temperatures"
 
 
-def summary_json(v, window):
+def summary_json(v: Mapping[str, np.ndarray], window: str) -> dict[str, Any]:
     """Summarise a map of limits for JSON.
 
     Parameters
     ----------
-    v : dict of array
-        Columns of the map.
+    v : mapping of str to (n,) array
+        Columns of the map, by name.
     window : str
-        Name of the column that tells points of equal air apart.
+        Name of the column that distinguishes points of equal air: "duration_deg" of the engine, "duty" of the valve.
 
     Returns
     -------
     dict
+        Limit at the machine's own point and the lowest of the grid, each with its place; the design rule, and the
+        paper's speeds. The lowest is None where a point of the grid has no limit.
+
+    Examples
+    --------
+    >>> from apesim.studies.limit.design_rule import rule_columns
+    >>> windows, limits, by_full_lift = np.radians([60.0, 75.0]), np.array([188.0, 233.0]), np.array([True, True])
+    >>> rule = rule_columns(["air", "air"], windows, limits, by_full_lift)
+    >>> v = {name: variable.values for name, variable in rule.items()} | {
+    ...     "point": np.array([Point.GRID, Point.GRID_AND_OWN]),
+    ...     "supply_pressure": np.array([1.1e6, 1.1e6]),
+    ...     "supply_temperature": np.array([287.0, 287.0]),
+    ...     "duration_deg": np.array([60.0, 75.0]),
+    ...     "limit_rpm": np.array([1795.0, 2225.0]),
+    ...     "limit_hz": np.array([29.9, 37.1]),
+    ... }
+    >>> summary = summary_json(v, "duration_deg")
+    >>> float(summary["limit_rpm"]), float(summary["min_limit_rpm"])
+    (2225.0, 1795.0)
+    >>> round(1e3 * summary["design_rule"]["lap_to_lap_s"], 2)
+    np.float64(5.68)
+    >>> summary["paper"]["reached_at_own_point"]
+    {'30 Hz, one event a revolution': True, 'as printed': True}
     """
     own, lowest = own_run(v), lowest_run(v)
 
-    def place(run):
+    def place(run: int) -> dict[str, Any]:
         return {
             "supply_pressure_Pa": v["supply_pressure"][run],
             "supply_temperature_K": v["supply_temperature"][run],
@@ -40,16 +65,16 @@ def summary_json(v, window):
         "min_limit_rpm": None if lowest is None else v["limit_rpm"][lowest],
         "min_limit_hz": None if lowest is None else v["limit_hz"][lowest],
         "min_limit_at": None if lowest is None else place(lowest),
-        "design_rule": rule_json(v),
-        "paper": paper_json(v),
+        "design_rule": _rule_json(v),
+        "paper": _paper_json(v),
     }
 
 
-def rule_json(v):
-    """The design rule of a map: the time it needs, its spread over the grid's air, and what it was fitted to."""
+def _rule_json(v: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """Summarise the design rule: the time it needs, its spread over the grid's air, and the points it is fitted to."""
     times = v["rule_lap_to_lap_s"]
     fitted = v["rule_fitted"] == 1
-    windows, misfits = windows_of(v)[fitted], np.abs(v["rule_limit_rpm"][fitted] / v["limit_rpm"][fitted] - 1.0)
+    windows, misfits = _windows_of(v)[fitted], np.abs(v["rule_limit_rpm"][fitted] / v["limit_rpm"][fitted] - 1.0)
     # One window alone is met in any case.
     free = len(misfits) > len(np.unique(times[fitted]))
     known = not np.isnan(times).all()
@@ -62,8 +87,8 @@ def rule_json(v):
     }
 
 
-def paper_json(v):
-    """The paper's speeds judged point by point, and the window that its 30 Hz need by the design rule."""
+def _paper_json(v: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """Judge the paper's speeds point by point, and find the window that its 30 Hz need by the design rule."""
     of_grid = v["point"] != Point.OWN
     needed = v["rule_window_deg"]
     known = not np.isnan(needed).all()
@@ -79,41 +104,58 @@ def paper_json(v):
     }
 
 
-def windows_of(v):
-    """Window between opening and closing of each point [deg]: the intended one, or what the valve alone serves."""
+def _windows_of(v: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Window from opening to closing at each point [deg]: the intended one, or the one that the valve alone serves."""
     return v["duration_deg"] if "duration_deg" in v else v["window_deg"]
 
 
-def summary_lines(told, criterion, places):
-    """What is told of a map of limits as text.
+def summary_lines(summary: Mapping[str, Any], criterion: str, conditions: Mapping[str, str]) -> list[str]:
+    r"""Write the summary of a map of limits in words.
 
     Parameters
     ----------
-    told : dict
-        See `summary_json`.
+    summary : mapping
+        Summary of the map, see `summary_json`.
     criterion : str
-    places : dict of str to str
-        Where the machine's own and the lowest limit stand, by ``own`` and ``lowest``.
+        What a speed or rate has to meet.
+    conditions : mapping of str to str
+        Conditions of the machine's own limit, by "own", and of the lowest, by "lowest".
 
     Returns
     -------
     list of str
+        Lines on both limits, the criterion, the design rule and the paper's speeds.
+
+    Examples
+    --------
+    >>> rule = {"formula": "limit = window/(6 t)", "lap_to_lap_s": 5e-3, "lap_to_lap_s_range": [5e-3, 6e-3]}
+    >>> rule |= {"fitted_windows_deg": [60.0, 75.0], "largest_misfit": 0.001}
+    >>> paper = {"reached_at_grid_points": {"as printed": 1}, "reached_at_own_point": {"as printed": True}}
+    >>> paper |= {"grid_points": 2, "window_for_30_hz_deg_range": [53.0, 64.0], "window_for_30_hz_deg": 53.0}
+    >>> summary = {"limit_rpm": 2225.0, "limit_hz": 37.1, "min_limit_rpm": None, "design_rule": rule, "paper": paper}
+    >>> lines = summary_lines(summary, "every stroke is complete", {"own": "1 MPa gauge"})
+    >>> lines[0]
+    "limit: 2225 r/min (37.1 Hz) at the machine's own 1 MPa gauge"
+    >>> lines[-1]
+    "30 Hz need a window of 53 deg at the machine's own air, 53 to 64 deg over all pressures and temperatures"
     """
-    lines = [f"limit: {speed_text(told['limit_rpm'], told['limit_hz'])} at the machine's own {places['own']}"]
-    if told["min_limit_rpm"] is not None:
-        lowest = speed_text(told["min_limit_rpm"], told["min_limit_hz"])
-        lines.append(f"lowest of the grid: {lowest} at {places['lowest']}")
+    lines = [
+        f"limit: {_speed_text(summary['limit_rpm'], summary['limit_hz'])} at the machine's own {conditions['own']}"
+    ]
+    if summary["min_limit_rpm"] is not None:
+        lowest = _speed_text(summary["min_limit_rpm"], summary["min_limit_hz"])
+        lines.append(f"lowest of the grid: {lowest} at {conditions['lowest']}")
     lines.append(f"criterion: {criterion}")
-    return [*lines, *rule_lines(told["design_rule"]), *paper_lines(told)]
+    return [*lines, *_rule_lines(summary["design_rule"]), *_paper_lines(summary)]
 
 
-def speed_text(rpm, hertz):
-    """A limit as text."""
+def _speed_text(rpm: float, hertz: float) -> str:
+    """Write a limit in words: its speed and its rate."""
     return "none" if isnan(rpm) else f"{rpm:.0f} r/min ({hertz:.1f} Hz)"
 
 
-def rule_lines(rule):
-    """The design rule as text."""
+def _rule_lines(rule: Mapping[str, Any]) -> list[str]:
+    """Write the design rule in words."""
     if rule["lap_to_lap_s_range"] is None:
         return ["design rule: none, as no limit for a window of up to 150 deg is one of full lift"]
     low, high = (f"{1e3 * time:.2f}" for time in rule["lap_to_lap_s_range"])
@@ -127,9 +169,9 @@ def rule_lines(rule):
     ]
 
 
-def paper_lines(told):
-    """The judgement on the paper's speeds as text."""
-    paper = told["paper"]
+def _paper_lines(summary: Mapping[str, Any]) -> list[str]:
+    """Write in words where the paper's speeds are reached, and which window its 30 Hz need."""
+    paper = summary["paper"]
     lines = [
         f"the paper's {PAPER_RPM[name]:g} r/min ({name}): reached at {count} of {paper['grid_points']} points of the "
         f"grid, {'and' if paper['reached_at_own_point'][name] else 'not'} at the machine's own"
@@ -139,7 +181,7 @@ def paper_lines(told):
         low, high = (f"{window:.0f}" for window in paper["window_for_30_hz_deg_range"])
         needed = paper["window_for_30_hz_deg"]
         own = "" if isnan(needed) else f" {needed:.0f} deg at the machine's own air,"
-        longest = told["design_rule"]["fitted_windows_deg"][1]
+        longest = summary["design_rule"]["fitted_windows_deg"][1]
         beyond = f" (beyond {longest:.0f} deg extrapolated)" if float(high) > longest + 0.5 else ""
         lines.append(f"30 Hz need a window of{own} {low} to {high} deg {OVER_ALL}{beyond}")
     return lines

@@ -24,7 +24,7 @@ from apesim.studies.limit.design_rule import WITHIN, rule_columns
 from apesim.studies.limit.points import lowest_run, own_run, point_column, with_own
 from apesim.studies.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_supply
 from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
-from apesim.valve.bench import run_bench
+from apesim.valve.bench import BenchRun, run_bench
 from apesim.valve.groove import area_table, lap_of
 from apesim.valve.measures import lap_times
 
@@ -60,8 +60,8 @@ class Limit(NamedTuple):
     """Time for which the lift is above the lap at the limit [s]."""
 
 
-def repeated_run(machine, rate, duty):
-    """The bench run of a valve at a rate [Hz] and duty in its periodic state; see `is_complete`."""
+def _repeated_run(machine: Machine, rate: float, duty: float) -> BenchRun:
+    """Run the valve on its bench at a rate [Hz] and duty to its periodic state; see `is_complete`."""
     period = 1.0 / rate
     return run_bench(machine, duty * period, period=period)
 
@@ -81,10 +81,16 @@ def is_complete(machine: Machine, rate: float, duty: float) -> bool:
     -------
     bool
         False, too, where the march failed or the cycles do not repeat one by one.
+
+    Examples
+    --------
+    >>> [is_complete(Machine(), rate, duty=0.5) for rate in (20.0, 100.0)]
+    [True, False]
     """
     period = 1.0 / rate
-    run = repeated_run(machine, rate, duty)
-    if run.status != Status.DONE or not run.orbit.converged or run.orbit.period != 1:
+    run = _repeated_run(machine, rate, duty)
+    orbit = run.orbit
+    if run.status != Status.DONE or orbit is None or not orbit.converged or orbit.period != 1:
         return False
     # Contacts later than a period after their command belong to another cycle's stroke.
     return run.opening.contact <= period and run.closing.contact <= (1.0 + duty) * period
@@ -105,6 +111,12 @@ def working_limit(machine: Machine, duty: float = 0.5, resolution: float = RESOL
     -------
     Limit
         Highest rate [Hz], and the time for which the lift is above the lap at it [s].
+
+    Examples
+    --------
+    >>> found = working_limit(Machine(), duty=0.5, resolution=1.0)
+    >>> round(found.limit, -1), round(found.open_time, 3)  # [Hz], [s]
+    (np.float64(70.0), 0.011)
     """
     rates = LOWEST * STEP_UP ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(STEP_UP)) + 1)
     marches, good, bad, again = 0, nan, nan, nan
@@ -130,12 +142,12 @@ def working_limit(machine: Machine, duty: float = 0.5, resolution: float = RESOL
         else:
             bad = middle
     lap = lap_of(area_table(machine.groove, machine.valve.stroke))
-    opened, shut = lap_times(repeated_run(machine, good, duty).log, machine.valve.stroke, lap)
+    opened, shut = lap_times(_repeated_run(machine, good, duty).log, machine.valve.stroke, lap)
     return Limit(good, again, marches + 1, shut - opened)
 
 
-def _limit_at(point):
-    """`working_limit` of one point of a grid: number of the run, machine, duty."""
+def _limit_at(point: tuple[int, Machine, float]) -> Limit:
+    """Working limit at a point of a grid: number of the run, machine, duty."""
     return working_limit(*point[1:])
 
 
@@ -172,6 +184,13 @@ def limit_map(
     -------
     Archive
         A run for each point. The machine's own point comes last where the grid does not hold it.
+
+    Examples
+    --------
+    >>> machine = Machine().with_(supply_pressure="0 MPa gauge")
+    >>> archive = limit_map(machine, [machine.supply.pressure], [machine.supply.temperature], [0.2], jobs=1)
+    >>> archive.variables["limit_hz"].values  # without pressure, at the duty asked for and at the machine's own
+    array([nan, nan])
     """
     own = *machine.supply.control(), (machine.command.release - machine.command.energise) / TURN
     grid, kinds = with_own(list(product(pressures, temperatures, duties)), own)
@@ -179,12 +198,12 @@ def limit_map(
     limits = [Limit(nan, nan, 0)] * len(grid)
     outcomes = np.full(len(grid), DIED, dtype=np.int8)
     tasks = run_tasks(_limit_at, points, workers_for(SECONDS_A_POINT * len(grid), jobs))
-    for done, ((run, *_), found) in enumerate(tasks):
-        if found is not None:
-            limits[run], outcomes[run] = found, NONE if np.isnan(found.limit) else FOUND
+    for done, ((run, *_), result) in enumerate(tasks):
+        if result is not None:
+            limits[run], outcomes[run] = result, NONE if np.isnan(result.limit) else FOUND
         if report:
             report(done + 1, len(grid))
-    limit, opened = np.array([(found.limit, found.open_time) for found in limits]).T
+    limit, opened = np.array([(each.limit, each.open_time) for each in limits]).T
     windows = TURN * limit * opened - 2.0 * WITHIN
     supplies = [(p, t) for p, t, _ in grid]
 
@@ -197,7 +216,7 @@ def limit_map(
         "limit_hz": column(limit, "Hz", f"highest working rate: {CRITERION}"),
         "limit_rpm": column(60.0 * limit, "r/min", "the same as engine speed, revolutions a minute: one event each"),
         "complete_again_hz": column(
-            [found.complete_again for found in limits], "Hz", "a rate above the limit that is complete again"
+            [each.complete_again for each in limits], "Hz", "a rate above the limit that is complete again"
         ),
         "lap_to_lap_s": column(opened, "s", "time for which the lift is above the lap at the limit"),
         "window_deg": column(
@@ -227,13 +246,20 @@ def faults_of_limits(archive: Archive) -> list[str]:
     -------
     list of str
         Each line names the point and says why, or what to do.
+
+    Examples
+    --------
+    >>> outcomes = column([FOUND, NONE], "1", "what the search came to", OUTCOMES)
+    >>> archive = Archive("", {}, supply_columns([(0.9e6, 287.0), (0.1e6, 287.0)]) | {"outcome": outcomes})
+    >>> faults_of_limits(archive)
+    ['run 1 (0.1 MPa abs, 287 K): not even 1 Hz is complete: the supply cannot move the piston']
     """
-    told = {
+    reasons = {
         NONE: f"not even {LOWEST:g} Hz is complete: the supply cannot move the piston",
         DIED: "its worker process died; try --jobs 1",
     }
     return [
-        f"{run_text(archive, run)}: {told[outcome]}"
+        f"{run_text(archive, run)}: {reasons[outcome]}"
         for run, outcome in enumerate(archive.variables["outcome"].values)
         if outcome != FOUND
     ]
@@ -249,17 +275,17 @@ class ValveLimit(ArchiveResult):
     title: ClassVar[str] = "highest working rate of the valve"
 
     @classmethod
-    def holds(cls, archive: Archive) -> bool:
-        """Whether an archive is that of working limits of the valve."""
+    def _holds(cls, archive: Archive) -> bool:
+        """Judge whether an archive is that of working limits of the valve."""
         return "limit_hz" in archive.variables and "duty" in archive.variables
 
     @classmethod
-    def faults_of(cls, archive: Archive) -> Iterable[str]:
-        """One line for each point without a limit."""
+    def _faults_of(cls, archive: Archive) -> Iterable[str]:
+        """Write one line for each point without a limit."""
         return faults_of_limits(archive)
 
     @classmethod
-    def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
+    def _summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
         """Limits at the machine's own point, and the lowest of the grid."""
         v, own, lowest = values_of(archive), own_run(values_of(archive)), lowest_run(values_of(archive))
         found = {
@@ -273,7 +299,7 @@ class ValveLimit(ArchiveResult):
         return found
 
     @classmethod
-    def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
+    def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
         """Grid and criterion."""
         return grid_conditions(archive)
 
@@ -283,14 +309,28 @@ class ValveLimit(ArchiveResult):
         return CRITERION
 
     def plot(self, ax: "Axes | None" = None, name: str = "limit_hz") -> "Axes":
-        """Draw limits over pressure, a line for each temperature; returns the axes.
+        """Draw limits over pressure, a line for each temperature.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            A new figure's if left out.
+            Axes to draw on; those of a new figure if left out.
         name : str
-            E.g. "limit_rpm".
+            Name of a trace, e.g. "limit_rpm".
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> from apesim.studies.archive_result import variables_of
+        >>> limits = column([55.0, 74.0], "Hz", "highest working rate")
+        >>> archive = Archive("", {}, supply_columns([(0.5e6, 287.0), (1.1e6, 287.0)]) | {"limit_hz": limits})
+        >>> axes = ValveLimit({}, variables_of(archive), archive=archive).plot()
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('control pressure [MPa abs]', 'limit hz [Hz]')
         """
         return plot_over_pressure(self, name, ax)
 
@@ -357,7 +397,7 @@ def find_valve_limit(
     arguments.quantity("jobs", jobs, JOBS)
     arguments.refuse()
 
-    def compute(**options):
+    def compute(**options: Any) -> Archive:
         return limit_map(machine, pressures, temperatures, duties, command=call, jobs=jobs, **options)
 
     first = is_complete, machine, 10.0, duties[0]

@@ -46,7 +46,7 @@ class OptimalCommands(GridResult):
     optima: tuple[Optimum, ...] = field(kw_only=True)
 
     @classmethod
-    def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
+    def _summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
         """Periodic states that were computed."""
         sketches, runs = (int(archive.variables[name].values.sum()) for name in ("sketches", "runs"))
         return {
@@ -61,8 +61,7 @@ class OptimalCommands(GridResult):
         points = [point_json(one) for one in self.optima]
         return {"for": self.goal, **stated, "points": points, "faults": list(self.failed)}
 
-    def draw(self, folder: str | PathLike[str]) -> list[Path]:
-        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+    def _draw(self, folder: str | PathLike[str]) -> list[Path]:
         from apesim.studies.figures.optimise import optimise_figures
 
         return optimise_figures(self.archive, self.ambient_pressure, folder)

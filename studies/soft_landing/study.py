@@ -59,8 +59,7 @@ class SoftLanding(GridResult):
             "faults": list(self.failed),
         }
 
-    def draw(self, folder: str | PathLike[str]) -> list[Path]:
-        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+    def _draw(self, folder: str | PathLike[str]) -> list[Path]:
         from apesim.studies.figures.soft_landing import soft_landing_figures
 
         return soft_landing_figures(self.archive, self.ambient_pressure, folder)

@@ -56,22 +56,22 @@ class Sweep(ArchiveResult):
     made_by: str = field(default="", kw_only=True)
 
     @classmethod
-    def holds(cls, archive: Archive) -> bool:
+    def _holds(cls, archive: Archive) -> bool:
         """Tell whether an archive is that of a sweep, by its variables and its provenance."""
         return "actuation" in archive.variables and "axes" in archive.provenance
 
     @classmethod
-    def faults_of(cls, archive: Archive) -> Iterable[str]:
+    def _faults_of(cls, archive: Archive) -> Iterable[str]:
         """Write one line for each point that is out of reach, failed or did not reach a periodic state."""
         return faults_of(archive)
 
     @classmethod
-    def warnings_of(cls, archive: Archive) -> Iterable[str]:
+    def _warnings_of(cls, archive: Archive) -> Iterable[str]:
         """Write one line for each kind of warning that runs have."""
         return warnings_of(archive)
 
     @classmethod
-    def summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
+    def _summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
         """Find the highest brake torque [N m] and the lowest specific air [kg/kWh]; none where all runs are NaN."""
         v = values_of(archive)
         torque, air = v["brake_torque_Nm"], v["specific_air_kg_per_kWh"]
@@ -84,7 +84,7 @@ class Sweep(ArchiveResult):
         return found
 
     @classmethod
-    def conditions_of(cls, archive: Archive) -> Mapping[str, str]:
+    def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
         """Write the values of each axis in words, by its name: all of a few, else the ends and their number."""
         return {name.removesuffix("_rpm"): _ends(texts) for name, texts in axes_of(archive).items()}
 

@@ -43,7 +43,7 @@ class CorrectedTiming(GridResult):
     map: TimingMap = field(kw_only=True)
 
     @classmethod
-    def faults_of(cls, archive: Archive) -> Iterable[str]:
+    def _faults_of(cls, archive: Archive) -> Iterable[str]:
         """Write one line for each point whose targets are out of reach."""
         return faults_of_timing(archive)
 
@@ -76,8 +76,7 @@ class CorrectedTiming(GridResult):
         export(self.map, written)
         return written
 
-    def draw(self, folder: str | PathLike[str]) -> list[Path]:
-        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+    def _draw(self, folder: str | PathLike[str]) -> list[Path]:
         from apesim.studies.figures.timing import timing_figures
 
         return timing_figures(self.map, self.ambient_pressure, folder)
