@@ -64,8 +64,8 @@ class Gas(NamedTuple):
 def heat_capacity(gas: Gas, temperature: float) -> float:
     """Return the heat capacity at constant pressure, ``cp = R (a0 + a1 T + a2 T^2 + a3 T^3 + a4 T^4)``.
 
-    The polynomial is that of Cantera's ``air.yaml`` at 300...1000 K; with the ideal model it is the constant
-    k R/(k - 1).
+    The form is that of NASA's polynomials [1]_, the numbers are those of Cantera's ``air.yaml`` [2]_ at 300...1000 K;
+    with the ideal model it is the constant k R/(k - 1).
 
     Parameters
     ----------
@@ -78,6 +78,12 @@ def heat_capacity(gas: Gas, temperature: float) -> float:
     -------
     float
         Specific heat capacity cp [J/(kg K)].
+
+    References
+    ----------
+    .. [1] B. J. McBride, S. Gordon and M. A. Reno, "Coefficients for Calculating Thermodynamic and Transport Properties
+       of Individual Species", NASA TM-4513, 1993.
+    .. [2] D. G. Goodwin and others, "Cantera", https://www.cantera.org; its file air.yaml.
 
     Examples
     --------
@@ -94,6 +100,8 @@ def heat_capacity(gas: Gas, temperature: float) -> float:
 def heat_capacity_ratio(gas: Gas, temperature: float) -> float:
     """Return the ratio of the heat capacities at a temperature, ``k = cp/(cp - R)``.
 
+    An ideal gas has cp - cv = R (Mayer's relation) [1]_.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -105,6 +113,11 @@ def heat_capacity_ratio(gas: Gas, temperature: float) -> float:
     -------
     float
         k, the exponent of isentropic changes.
+
+    References
+    ----------
+    .. [1] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
+       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 3.
 
     Examples
     --------
@@ -121,6 +134,8 @@ def heat_capacity_ratio(gas: Gas, temperature: float) -> float:
 def enthalpy(gas: Gas, temperature: float) -> float:
     """Return the specific enthalpy, the integral of cp from 0 K to T; ``h = cp T`` where cp is constant.
 
+    The enthalpy of an ideal gas depends on the temperature alone [1]_.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -132,6 +147,11 @@ def enthalpy(gas: Gas, temperature: float) -> float:
     -------
     float
         Specific enthalpy [J/kg].
+
+    References
+    ----------
+    .. [1] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
+       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 3.
 
     Examples
     --------
@@ -156,6 +176,8 @@ def enthalpy(gas: Gas, temperature: float) -> float:
 def internal_energy(gas: Gas, temperature: float) -> float:
     """Return the specific internal energy, ``u = h - R T``.
 
+    It is h - p v with p v = R T of an ideal gas [1]_.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -167,6 +189,11 @@ def internal_energy(gas: Gas, temperature: float) -> float:
     -------
     float
         Specific internal energy [J/kg].
+
+    References
+    ----------
+    .. [1] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
+       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 3.
 
     Examples
     --------
@@ -184,7 +211,7 @@ def internal_energy(gas: Gas, temperature: float) -> float:
 def temperature_of(gas: Gas, energy: float) -> float:
     """Return the temperature at which air has a specific internal energy, ``u(T) = energy``.
 
-    Where cp depends on temperature, four steps of Newton's method from a constant cv lead to it.
+    Where cp depends on temperature, four steps of Newton's method [1]_ from a constant cv lead to it.
 
     Parameters
     ----------
@@ -197,6 +224,11 @@ def temperature_of(gas: Gas, energy: float) -> float:
     -------
     float
         Temperature [K].
+
+    References
+    ----------
+    .. [1] W. H. Press, S. A. Teukolsky, W. T. Vetterling and B. P. Flannery, "Numerical Recipes", 3rd ed., Cambridge
+       University Press, 2007, section 9.4.
 
     Examples
     --------
@@ -216,7 +248,7 @@ def temperature_of(gas: Gas, energy: float) -> float:
 def thermal_entropy(gas: Gas, temperature: float) -> float:
     """Return the part of the specific entropy that temperature makes, the integral of cp/T.
 
-    ``s = cp ln(T)`` where cp is constant. Only differences mean something; the part of the pressure is -R ln(p).
+    ``s = cp ln(T)`` where cp is constant. Only differences mean something; the part of the pressure is -R ln(p) [1]_.
 
     Parameters
     ----------
@@ -229,6 +261,11 @@ def thermal_entropy(gas: Gas, temperature: float) -> float:
     -------
     float
         Specific entropy without the part of the pressure [J/(kg K)].
+
+    References
+    ----------
+    .. [1] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
+       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 6.
 
     Examples
     --------
@@ -249,7 +286,7 @@ def thermal_entropy(gas: Gas, temperature: float) -> float:
 def temperature_at_enthalpy(gas: Gas, specific_enthalpy: float) -> float:
     """Return the temperature at which air has a specific enthalpy, ``h(T) = specific_enthalpy``.
 
-    Where cp depends on temperature, twenty steps of Newton's method from a constant cp lead to it.
+    Where cp depends on temperature, twenty steps of Newton's method [1]_ from a constant cp lead to it.
 
     Parameters
     ----------
@@ -262,6 +299,11 @@ def temperature_at_enthalpy(gas: Gas, specific_enthalpy: float) -> float:
     -------
     float
         Temperature [K].
+
+    References
+    ----------
+    .. [1] W. H. Press, S. A. Teukolsky, W. T. Vetterling and B. P. Flannery, "Numerical Recipes", 3rd ed., Cambridge
+       University Press, 2007, section 9.4.
 
     Examples
     --------
@@ -281,8 +323,8 @@ def temperature_at_enthalpy(gas: Gas, specific_enthalpy: float) -> float:
 def gas_of(air: Air) -> Gas:
     """Prepare the working gas for the kernels.
 
-    With ``model = "cantera"`` the heat capacity is the NASA polynomial of Cantera's ``air.yaml`` at 300...1000 K. It is
-    extrapolated to the colder air of an expansion, where it is 1.2 % below the true cp at 180 K.
+    With ``model = "cantera"`` the heat capacity is the NASA polynomial [1]_ of Cantera's ``air.yaml`` [2]_ at
+    300...1000 K. It is extrapolated to the colder air of an expansion, where it is 1.2 % below the true cp at 180 K.
 
     Parameters
     ----------
@@ -293,6 +335,12 @@ def gas_of(air: Air) -> Gas:
     -------
     Gas
         What the kernels take.
+
+    References
+    ----------
+    .. [1] B. J. McBride, S. Gordon and M. A. Reno, "Coefficients for Calculating Thermodynamic and Transport Properties
+       of Individual Species", NASA TM-4513, 1993.
+    .. [2] D. G. Goodwin and others, "Cantera", https://www.cantera.org; its file air.yaml.
 
     Examples
     --------

@@ -50,7 +50,7 @@ def table(name: str, module: str, **branches: tuple[Sequence[int | str], Any]) -
 def between(before: float, one: float, other: float, after: float, share: float) -> float:
     """Return Catmull and Rom's cubic between two values; the slope at each is that from neighbour to neighbour.
 
-    Source: Catmull and Rom, A class of local interpolating splines, 1974.
+    The cubic is the one of Catmull and Rom [1]_ for equally spaced places.
 
     Parameters
     ----------
@@ -63,6 +63,11 @@ def between(before: float, one: float, other: float, after: float, share: float)
     -------
     float
         Value there.
+
+    References
+    ----------
+    .. [1] E. Catmull and R. Rom, "A class of local interpolating splines", in "Computer Aided Geometric Design",
+       Academic Press, 1974, pp. 317-326, doi 10.1016/B978-0-12-079050-0.50020-5.
 
     Examples
     --------
@@ -78,6 +83,9 @@ def between(before: float, one: float, other: float, after: float, share: float)
 def interpolate_clamped(values: tuple[float, ...], place: float) -> float:
     """Return the value of a table at a place, constant beyond its ends, and without a corner there.
 
+    Between two places it is the cubic of Catmull and Rom [1]_. Beyond an end the neighbour that the slope there needs
+    is mirrored, which makes the slope 0; this is chosen.
+
     Parameters
     ----------
     values : tuple of float
@@ -89,6 +97,11 @@ def interpolate_clamped(values: tuple[float, ...], place: float) -> float:
     -------
     float
         Value there.
+
+    References
+    ----------
+    .. [1] E. Catmull and R. Rom, "A class of local interpolating splines", in "Computer Aided Geometric Design",
+       Academic Press, 1974, pp. 317-326, doi 10.1016/B978-0-12-079050-0.50020-5.
 
     Examples
     --------
@@ -108,6 +121,8 @@ def interpolate_clamped(values: tuple[float, ...], place: float) -> float:
 def interpolate_periodic(values: tuple[float, ...], place: float) -> float:
     """Return the value at a place of a table whose first value follows its last.
 
+    Between two places it is the cubic of Catmull and Rom [1]_.
+
     Parameters
     ----------
     values : tuple of float
@@ -119,6 +134,11 @@ def interpolate_periodic(values: tuple[float, ...], place: float) -> float:
     -------
     float
         Value there.
+
+    References
+    ----------
+    .. [1] E. Catmull and R. Rom, "A class of local interpolating splines", in "Computer Aided Geometric Design",
+       Academic Press, 1974, pp. 317-326, doi 10.1016/B978-0-12-079050-0.50020-5.
 
     Examples
     --------

@@ -15,6 +15,9 @@ from apesim.restriction import upstream_of
 def entropy_above(gas: Gas, ambient: Ambient, pressure: float, temperature: float) -> float:
     """Return the specific entropy above that of ambient air, ``s - s_0 = cp ln(T/T_0) - R ln(p/p_0)`` for constant cp.
 
+    Entropy of an ideal gas [1]_, with the temperature T, the pressure p, the gas constant R and the heat capacity cp;
+    index 0: ambient air.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -30,6 +33,11 @@ def entropy_above(gas: Gas, ambient: Ambient, pressure: float, temperature: floa
     -------
     float
         Specific entropy difference [J/(kg K)].
+
+    References
+    ----------
+    .. [1] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
+       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 6.
 
     Examples
     --------
@@ -48,6 +56,9 @@ def entropy_above(gas: Gas, ambient: Ambient, pressure: float, temperature: floa
 def flow_exergy(gas: Gas, ambient: Ambient, pressure: float, temperature: float) -> float:
     """Return the specific exergy of a stream, ``e = h - h_0 - T_0 (s - s_0)``.
 
+    h is the specific enthalpy, s the specific entropy, T_0 the ambient's temperature; index 0: the dead state [1]_.
+    Kinetic and potential energy are left out.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -63,6 +74,10 @@ def flow_exergy(gas: Gas, ambient: Ambient, pressure: float, temperature: float)
     -------
     float
         Specific flow exergy [J/kg].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 5.
 
     Examples
     --------
@@ -82,6 +97,9 @@ def exergy_stored(
     gas: Gas, ambient: Ambient, mass: float, energy: float, pressure: float, temperature: float, volume: float
 ) -> float:
     """Return the exergy of the gas in a volume, ``U - m u_0 + p_0 (V - m v_0) - T_0 m (s - s_0)``.
+
+    U is the internal energy, m the mass, V the volume, s the specific entropy, u and v are the specific internal energy
+    and volume; index 0: the dead state [1]_. It is computed with the enthalpy h_0 = u_0 + p_0 v_0.
 
     Parameters
     ----------
@@ -104,6 +122,10 @@ def exergy_stored(
     -------
     float
         Exergy [J].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 5.
 
     Examples
     --------
@@ -152,6 +174,8 @@ def stream_through(regime: float, sides: tuple[float, float, float, float], mass
 def stream_exergy(gas: Gas, ambient: Ambient, stream: tuple[float, float], pressure: float) -> float:
     """Return the exergy that a stream carries at a pressure, ``mdot e(p, T)``.
 
+    e is the specific flow exergy [1]_, see `flow_exergy`.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -167,6 +191,10 @@ def stream_exergy(gas: Gas, ambient: Ambient, stream: tuple[float, float], press
     -------
     float
         Exergy flow [W].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 5.
 
     Examples
     --------
@@ -184,6 +212,9 @@ def throttling_loss(
 ) -> float:
     """Return the exergy that a restriction destroys, ``T_0 mdot R ln(p_1/p_2)``.
 
+    A loss of exergy is T_0 times the entropy made (theorem of Gouy and Stodola) [1]_; a throttle keeps the enthalpy,
+    and an ideal gas then its temperature.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -199,6 +230,10 @@ def throttling_loss(
     -------
     float
         Exergy destroyed [W].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 3.
 
     Examples
     --------
@@ -218,6 +253,10 @@ def mixing_loss(gas: Gas, ambient: Ambient, stream: tuple[float, float], tempera
 
     ``T_0 mdot ((h_1 - h)/T - (s_1 - s))``, with the stream's state 1.
 
+    A loss of exergy is T_0 times the entropy made (theorem of Gouy and Stodola) [1]_: what the gas gains by the energy
+    h_1 - h at its temperature T, less what the stream had. h is the specific enthalpy, s the part of the specific
+    entropy that temperature makes.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -234,6 +273,10 @@ def mixing_loss(gas: Gas, ambient: Ambient, stream: tuple[float, float], tempera
     -------
     float
         Exergy destroyed [W].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 3.
 
     Examples
     --------
@@ -257,6 +300,9 @@ def exergy_brought(
 
     ``E - T_0 (E - mu m)/T - g_0 m``, with mu = h - T s of the volume and g_0 of ambient air.
 
+    E is the energy flow, m the mass flow, T the temperature of the volume, g = h - T_0 s the specific free enthalpy at
+    T_0. It is the rate of `exergy_stored` [1]_ at constant volume, with dS = (dU - mu dm)/T.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -277,6 +323,11 @@ def exergy_brought(
     float
         Rise of the exergy [W].
 
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapters 3
+       and 5.
+
     Examples
     --------
     A stream in the state of the volume brings its flow exergy:
@@ -295,6 +346,9 @@ def exergy_brought(
 def heat_exergy(ambient: Ambient, heat: float, temperature: float) -> float:
     """Return the exergy of a heat flow at a temperature, ``Q (1 - T_0/T)``.
 
+    It is the work of a reversible engine between T and the ambient's T_0 [1]_; below T_0 it is negative for heat that
+    flows in.
+
     Parameters
     ----------
     ambient : apesim.air.Ambient
@@ -308,6 +362,11 @@ def heat_exergy(ambient: Ambient, heat: float, temperature: float) -> float:
     -------
     float
         Exergy flow [W].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapters 3
+       and 5.
 
     Examples
     --------

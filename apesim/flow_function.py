@@ -20,6 +20,8 @@ def critical_ratio(k: float) -> float:
 
     ``b = (2/(k + 1))^(k/(k - 1))``, Eq. 8 of the EPV paper.
 
+    The gas is ideal and flows without loss or heat to the narrowest section [1]_.
+
     Parameters
     ----------
     k : float
@@ -29,6 +31,11 @@ def critical_ratio(k: float) -> float:
     -------
     float
         Critical pressure ratio.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 8.
 
     Examples
     --------
@@ -44,6 +51,8 @@ def choked_flow_function(k: float) -> float:
 
     ``psi = (2/(k + 1))^(1/(k - 1)) sqrt(2 k/(k + 1))``, Eq. 8 of the EPV paper.
 
+    The gas is ideal and flows without loss or heat to the narrowest section [1]_.
+
     Parameters
     ----------
     k : float
@@ -53,6 +62,11 @@ def choked_flow_function(k: float) -> float:
     -------
     float
         psi below the critical pressure ratio.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 8, second line.
 
     Examples
     --------
@@ -68,6 +82,9 @@ def subsonic_flow_function(ratio: float, k: float) -> float:
 
     ``psi = sqrt(2 k/(k - 1) (r^(2/k) - r^((k + 1)/k)))``, Eq. 8 of the EPV paper; computed with one power, a = r^(1/k).
 
+    The gas is ideal and flows without loss or heat to the narrowest section [1]_. Below the critical ratio the flow is
+    choked, and this branch does not hold.
+
     Parameters
     ----------
     ratio : float
@@ -79,6 +96,11 @@ def subsonic_flow_function(ratio: float, k: float) -> float:
     -------
     float
         psi; 0 at equal pressures.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 8, first line.
 
     Examples
     --------
@@ -95,6 +117,8 @@ def subsonic_slope(ratio: float, k: float) -> float:
 
     It is d(psi)/dr of Eq. 8 of the EPV paper, and negative: less flows as the pressures come closer.
 
+    The derivative [1]_ holds where the flow is not choked.
+
     Parameters
     ----------
     ratio : float
@@ -106,6 +130,11 @@ def subsonic_slope(ratio: float, k: float) -> float:
     -------
     float
         Slope of psi.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 8, first line.
 
     Examples
     --------

@@ -14,8 +14,9 @@ import importlib.util
 import platform
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import Any, Protocol, TypeVar, overload
 
 import llvmlite.binding
 import numba
@@ -30,13 +31,19 @@ LAYERS = ("apesim", "apesim.valve", "apesim.engine")
 UPPER_LAYERS = ("valve", "engine", "studies")
 """Folders that stand within that of `apesim` where it is installed, and beside it in a checkout."""
 FOLDERS_KEPT = 4
-OPTIONS = {"error_model": "numpy", "nogil": True}
+config: Any = numba.config
+"""Options of Numba, which it sets from the environment."""
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+Function = TypeVar("Function", bound=Callable[..., Any])
+"""Type of a function that is compiled: a decorator leaves it as it is."""
 
 
-def _sources():
+def _sources() -> Iterator[tuple[str, Path]]:
     """Name and path of every source file that can hold kernels, in the order of the layers."""
     for layer in LAYERS:
-        [folder] = importlib.util.find_spec(layer).submodule_search_locations[:1]
+        spec = importlib.util.find_spec(layer)
+        assert spec is not None and spec.submodule_search_locations is not None
+        folder = spec.submodule_search_locations[0]
         for path in sorted(Path(folder).rglob("*.py")):
             name = path.relative_to(folder).as_posix()
             if layer != "apesim" or name.split("/")[0] not in UPPER_LAYERS:
@@ -44,13 +51,18 @@ def _sources():
 
 
 @functools.cache
-def sources_hash():
-    """Hash of all kernel sources, of the compiler and of the processor.
+def sources_hash() -> str:
+    """Return the hash of all kernel sources, of the compiler and of the processor.
 
     Returns
     -------
     str
         16 hexadecimal digits.
+
+    Examples
+    --------
+    >>> len(sources_hash())
+    16
     """
     digest = hashlib.sha256()
     for name, path in _sources():
@@ -75,13 +87,20 @@ def _prune(root: Path, keep: Path, pattern: str) -> None:
 
 
 @functools.cache
-def cache_folder():
-    """The folder of the compiled kernels; they are pickles, which run code when they are read, so it is ours alone.
+def cache_folder() -> Path:
+    """Return the folder of the compiled kernels.
+
+    They are pickles, which run code when they are read, so it is ours alone.
 
     Returns
     -------
     pathlib.Path
         A temporary one where none can be kept, see `apesim.cache.private_folder`.
+
+    Examples
+    --------
+    >>> cache_folder().is_dir()
+    True
     """
     name = f"kernels-{sources_hash()}"
     try:
@@ -97,13 +116,26 @@ def cache_folder():
 
 
 @contextlib.contextmanager
-def when_compiling(tell):
-    """Within, call a function once as soon as anything has to be compiled; what is loaded from the cache has not.
+def when_compiling(tell: Callable[[], object]) -> Iterator[None]:
+    """Call a function once as soon as anything has to be compiled within a ``with`` statement.
+
+    What is loaded from the cache has not to be compiled.
 
     Parameters
     ----------
     tell : function
-        Of nothing.
+        Function without arguments.
+
+    Yields
+    ------
+    None
+        Nothing.
+
+    Examples
+    --------
+    >>> with when_compiling(lambda: print("compiling, which takes a minute")):
+    ...     print("loaded")
+    loaded
     """
     with event.install_listener("numba:compile", _Once(tell)):
         yield
@@ -112,29 +144,37 @@ def when_compiling(tell):
 class _Once(event.Listener):
     """Calls a function when the first event starts."""
 
-    def __init__(self, tell):
-        self.tell = tell
+    def __init__(self, tell: Callable[[], object]) -> None:
+        self.tell: Callable[[], object] | None = tell
 
-    def on_start(self, event):
+    def on_start(self, event: Any) -> None:
         tell, self.tell = self.tell, None
         if tell:
             tell()
 
-    def on_end(self, event):
+    def on_end(self, event: Any) -> None:
         pass
 
 
 def outside_folder(outside_hash: str) -> Path:
-    """The folder of what is compiled for laws from outside the layers' files, within that of the compiled kernels.
+    """Return the folder of what is compiled for laws from outside the layers' files.
+
+    It stands within that of the compiled kernels, and is made where it is not there.
 
     Parameters
     ----------
     outside_hash : str
-        Hash of the files that they stand in.
+        Hash of the files that the laws stand in.
 
     Returns
     -------
     pathlib.Path
+        The folder.
+
+    Examples
+    --------
+    >>> outside_folder("0123abcd").relative_to(cache_folder()).as_posix()
+    'outside-0123abcd'
     """
     folder = cache_folder() / f"outside-{outside_hash}"
     if not folder.exists():
@@ -144,36 +184,44 @@ def outside_folder(outside_hash: str) -> Path:
 
 
 def outside_hash_of(arguments: Iterable[types.Type]) -> str:
-    """Hash of the files from outside the layers that the laws of a call stand in; "" where there are none.
+    """Return the hash of the files from outside the layers that the laws of a call stand in.
 
     Parameters
     ----------
     arguments : iterable of numba types
-        A NamedTuple class among them, at any depth, that holds such laws says the hash as ``outside_hash``.
+        Types of the call's arguments. A NamedTuple class among them, at any depth, that holds such laws has the hash
+        as its attribute ``outside_hash``.
 
     Returns
     -------
     str
+        The hash; "" where there are none.
+
+    Examples
+    --------
+    >>> outside_hash_of([types.float64, types.UniTuple(types.float64, 2)])
+    ''
     """
     for kind in arguments:
         if isinstance(kind, types.BaseTuple):
-            outside_hash = getattr(getattr(kind, "instance_class", None), "outside_hash", "") or outside_hash_of(kind)
-            if outside_hash:
-                return outside_hash
+            members: Any = kind  # a tuple type is iterated over the types of its members
+            outside_hash = getattr(getattr(kind, "instance_class", None), "outside_hash", "")
+            if found := outside_hash or outside_hash_of(members):
+                return found
     return ""
 
 
 class _SelfHealingCache(FunctionCache):
     """A kernel's cache that compiles anew where a file of it is damaged."""
 
-    def load_overload(self, sig, target_context):
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
         except Exception:  # a garbled pickle raises anything, a MemoryError too
             self.flush()
             return None
 
-    def save_overload(self, sig, data):
+    def save_overload(self, sig: Any, data: Any) -> None:
         try:
             super().save_overload(sig, data)
         except Exception:
@@ -187,49 +235,54 @@ class _EntryCache(_SelfHealingCache):
     An index that names a type which no file has brought into this process could not be read.
     """
 
-    def __init__(self, function):
+    def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
-        self._function, self._apart = function, {}
+        self._function = function
+        self._apart: dict[str, FunctionCache] = {}
 
-    def _cache_for(self, sig):
+    def _cache_for(self, sig: Any) -> Any:
         outside_hash = outside_hash_of(sig)
         if outside_hash and outside_hash not in self._apart:
             self._apart[outside_hash] = _cache_in(outside_folder(outside_hash), _SelfHealingCache, self._function)
         return self._apart.get(outside_hash, super())
 
-    def load_overload(self, sig, target_context):
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
         return self._cache_for(sig).load_overload(sig, target_context)
 
-    def save_overload(self, sig, data):
+    def save_overload(self, sig: Any, data: Any) -> None:
         self._cache_for(sig).save_overload(sig, data)
 
 
-def _cache_in(folder: Path, kind: type, function: Callable) -> FunctionCache:
+def _cache_in(folder: Path, kind: type[FunctionCache], function: Callable[..., Any]) -> FunctionCache:
     """A cache of a function's compiled forms, of the given kind, in a folder."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder)
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
     try:
         return kind(function)
     finally:
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before
 
 
-def _let_call(function, body_for):
+def _let_call(function: Callable[..., Any], body_for: Callable[[Any], Any]) -> None:
     """Let compiled code call a function of Python by the kernel that it has for the type of the first argument."""
 
     class Call(AbstractTemplate):
         key = function
 
-        def generic(self, args, kws):
+        def generic(self, args: Any, kws: Any) -> Any:
             return types.Dispatcher(body_for(args[0])).get_call_type(self.context, args, kws)
 
-        def get_impl_key(self, signature):
+        def get_impl_key(self, signature: Any) -> Any:
             return body_for(signature.args[0]).get_overload(signature.args)
 
     infer_global(function, types.Function(Call))
 
 
-def kernel(function=None, *, inline=True):
+@overload
+def kernel(function: Function, *, inline: bool = ...) -> Function: ...
+@overload
+def kernel(function: None = ..., *, inline: bool = ...) -> Callable[[Function], Function]: ...
+def kernel(function: Callable[..., Any] | None = None, *, inline: bool = True) -> Any:
     """Let a pure function of floats, arrays and NamedTuples be compiled into the kernels that call it.
 
     Called from Python it stays the function it is: what unpacks a machine's parameters from Python takes as long to
@@ -239,52 +292,153 @@ def kernel(function=None, *, inline=True):
     Parameters
     ----------
     function : function
+        Function that is decorated; None where ``inline`` is given.
     inline : bool
-        A law is laid into its callers: handing it the parameters would cost more than the law. Not so the long
-        functions that are called in several places.
+        Whether the function is laid into its callers. A law is: handing it the parameters would cost more than the
+        law. The long functions that are called in several places are not.
+
+    Returns
+    -------
+    function
+        The same function, which kernels can call from now on; or the decorator, where only ``inline`` is given.
+
+    Examples
+    --------
+    >>> @kernel
+    ... def twice(x):
+    ...     return 2.0 * x
+    >>> twice(1.5)
+    3.0
     """
     if function is None:
         return functools.partial(kernel, inline=inline)
-    bare = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": inline}
-    function.compiled = numba.njit(**OPTIONS, **bare)(function)
-    _let_call(function, lambda first: function.compiled)
+    bare: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": inline}
+    compiled = numba.njit(**OPTIONS, **bare)(function)
+    function.compiled = compiled  # type: ignore[attr-defined]  # by_type finds it there
+    _let_call(function, lambda first: compiled)
     return function
 
 
-def entry(function):
-    """Compile a function that is called from Python, with all kernels that it calls, and keep it in the cache."""
-    compiled = numba.njit(**OPTIONS, no_cfunc_wrapper=True)(function)
-    if not numba.config.DISABLE_JIT:
+def entry(function: Callable[..., Any]) -> Any:
+    """Compile a function that is called from Python, with all kernels that it calls, and keep it in the cache.
+
+    Parameters
+    ----------
+    function : function
+        Function that is decorated.
+
+    Returns
+    -------
+    numba dispatcher
+        Compiled function; the plain one where compilation is switched off.
+
+    Examples
+    --------
+    >>> @kernel
+    ... def twice(x):
+    ...     return 2.0 * x
+    >>> @entry
+    ... def four_times(x):
+    ...     return twice(twice(x))
+    >>> four_times(1.5)
+    6.0
+    """
+    options = OPTIONS | {"no_cfunc_wrapper": True}
+    compiled = numba.njit(**options)(function)
+    if not config.DISABLE_JIT:
         compiled._cache = _cache_in(cache_folder(), _EntryCache, function)
     return compiled
 
 
-def by_type(default=None, *, required=False):
-    """A kernel whose body is chosen, when it is compiled, by the type of its first argument.
+class Chosen(Protocol):
+    """Function whose body is chosen by the type of its first argument, see `by_type`."""
+
+    bodies: dict[type, Callable[..., Any]]
+    """Kernels by the NamedTuple type that they were registered for."""
+
+    def __call__(self, first: Any, *rest: Any) -> Any:
+        """Call the body for the type of the first argument."""
+
+    def for_type(self, cls: type) -> Callable[[Function], Function]:
+        """Return a decorator that registers a kernel for a NamedTuple type.
+
+        Parameters
+        ----------
+        cls : type
+            NamedTuple type of the first argument.
+
+        Returns
+        -------
+        function
+            Decorator that leaves the kernel as it is.
+
+        Examples
+        --------
+        >>> from typing import NamedTuple
+        >>> class Spring(NamedTuple):
+        ...     rate: float
+        >>> @by_type
+        ... def force(p, x):
+        ...     return 0.0
+        >>> @force.for_type(Spring)
+        ... @kernel
+        ... def spring_force(p, x):
+        ...     return -p.rate * x
+        >>> force(Spring(rate=100.0), 0.5), force((), 0.5)
+        (-50.0, 0.0)
+        """
+
+
+@overload
+def by_type(default: Callable[..., Any], *, required: bool = ...) -> Chosen: ...
+@overload
+def by_type(default: None = ..., *, required: bool = ...) -> Callable[[Callable[..., Any]], Chosen]: ...
+def by_type(default: Callable[..., Any] | None = None, *, required: bool = False) -> Any:
+    """Make a kernel whose body is chosen, when it is compiled, by the type of its first argument.
 
     Parameters
     ----------
     default : function
         What is done for a type that nothing was registered for.
     required : bool
-        Something has to be registered; else `TypeError`. The cache knows the type, but not whether the module was
-        imported that registers for it: what is compiled without it would be taken for the other.
+        Whether something has to be registered. The cache knows the type, but not whether the module was imported that
+        registers for it: what is compiled without it would be taken for the other.
 
     Returns
     -------
-    function
-        Callable from Python and from kernels. ``for_type(cls)`` registers a kernel for the NamedTuple ``cls``;
-        ``bodies`` has those registered.
+    Chosen
+        Function that can be called from Python and from kernels; or the decorator, where only ``required`` is given.
+
+    Raises
+    ------
+    TypeError
+        Nothing was registered for a type, and something had to be. It comes when the function is called or compiled.
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
+    >>> class Spring(NamedTuple):
+    ...     rate: float
+    >>> @by_type(required=True)
+    ... def force(p, x):
+    ...     return 0.0
+    >>> @force.for_type(Spring)
+    ... @kernel
+    ... def spring_force(p, x):
+    ...     return -p.rate * x
+    >>> force(Spring(rate=100.0), 0.5)
+    -50.0
     """
     if default is None:
         return functools.partial(by_type, required=required)
-    bodies, default = {}, kernel(default)
+    bodies: dict[type, Any] = {}
+    fallback: Any = kernel(default)
 
-    def body_for(cls):
+    def body_for(cls: Any) -> Any:
         if required and cls not in bodies:
             name = getattr(cls, "__name__", cls)
-            raise TypeError(f"nothing is registered as {default.__name__} of {name}: import the module that does")
-        return bodies.get(cls, default)
+            raise TypeError(f"nothing is registered as {fallback.__name__} of {name}: import the module that does")
+        return bodies.get(cls, fallback)
 
     @functools.wraps(default)
     def chosen(first, *rest):
@@ -292,12 +446,12 @@ def by_type(default=None, *, required=False):
 
     _let_call(chosen, lambda first: body_for(getattr(first, "instance_class", None)).compiled)
 
-    def for_type(cls):
-        def register(body):
+    def for_type(cls: type) -> Callable[[Function], Function]:
+        def register(body: Function) -> Function:
             bodies[cls] = body
             return body
 
         return register
 
-    chosen.for_type, chosen.bodies = for_type, bodies
+    chosen.for_type, chosen.bodies = for_type, bodies  # type: ignore[attr-defined]  # as `Chosen` has them
     return chosen

@@ -55,6 +55,8 @@ def moved(reading: Reading, instants: Callable[[np.ndarray], np.ndarray]) -> Rea
 def lagging(reading: Reading, names: Callable[[str], bool], lag: float) -> Reading:
     """Return a reading some of whose channels lag, ``lag dy/dt = x - y``.
 
+    It is the law of an instrument of the first order [1]_ with the input x, the output y and the time constant lag.
+
     Parameters
     ----------
     reading : Reading
@@ -68,6 +70,10 @@ def lagging(reading: Reading, names: Callable[[str], bool], lag: float) -> Readi
     -------
     Reading
         What lagging sensors show.
+
+    References
+    ----------
+    .. [1] E. O. Doebelin, "Measurement Systems: Application and Design", McGraw-Hill, section 3.3.
 
     Examples
     --------
@@ -102,6 +108,8 @@ def lagging(reading: Reading, names: Callable[[str], bool], lag: float) -> Readi
 def followed(values: np.ndarray, lag: float) -> np.ndarray:
     """Return what lags a signal that is linear between its instants, `LAG_STEP` apart, and had rested before the first.
 
+    Each stretch adds the exact answer of an instrument of the first order [1]_ to a ramp.
+
     Parameters
     ----------
     values : (n,) float array
@@ -113,6 +121,10 @@ def followed(values: np.ndarray, lag: float) -> np.ndarray:
     -------
     (n,) float array
         Lagging signal.
+
+    References
+    ----------
+    .. [1] E. O. Doebelin, "Measurement Systems: Application and Design", McGraw-Hill, section 3.3.
 
     Examples
     --------
@@ -131,6 +143,9 @@ def stepped(
 ) -> np.ndarray:
     """Return what lags a signal at the end of a straight stretch, the exact solution of ``lag dy/dt = x - y``.
 
+    It is the answer of an instrument of the first order [1]_ to a step and a ramp:
+    ``y(t) = x(t) - behind + (y_0 - x_0 + behind) exp(-t/lag)``, with behind = lag dx/dt.
+
     Parameters
     ----------
     y : (n,) float array or float
@@ -146,6 +161,10 @@ def stepped(
     -------
     (n,) float array
         Lagging signal at the end of the stretch.
+
+    References
+    ----------
+    .. [1] E. O. Doebelin, "Measurement Systems: Application and Design", McGraw-Hill, section 3.3.
 
     Examples
     --------

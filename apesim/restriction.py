@@ -31,6 +31,9 @@ AREA_OF_CONDUCTANCE = 5.02e-6 / 1e-8
 def ends_of(gas: Gas, regime: float, temperature: float) -> tuple[float, float]:
     """Return the pressure ratios between which a regime holds.
 
+    The choked regime ends at the critical ratio of Eq. 8 of the EPV paper [1]_; the regime of nearly equal pressures is
+    chosen.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -44,6 +47,11 @@ def ends_of(gas: Gas, regime: float, temperature: float) -> tuple[float, float]:
     -------
     low, high : float
         Lowest and highest pressure ratio; -inf below choked flow.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 8.
 
     Examples
     --------
@@ -64,7 +72,7 @@ def ends_of(gas: Gas, regime: float, temperature: float) -> tuple[float, float]:
 def flow_function_in(gas: Gas, regime: float, ratio: float, temperature: float) -> float:
     """Return the flow function of a regime, carried on smoothly beyond the ends of the regime.
 
-    psi(r) is Eq. 8 of the EPV paper up to r = 0.999, and from there linear to 0 at equal pressures.
+    psi(r) is Eq. 8 of the EPV paper [1]_ up to r = 0.999, and from there linear to 0 at equal pressures.
 
     Parameters
     ----------
@@ -81,6 +89,11 @@ def flow_function_in(gas: Gas, regime: float, ratio: float, temperature: float) 
     -------
     float
         psi.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 8.
 
     Examples
     --------
@@ -106,6 +119,8 @@ def flow_function_in(gas: Gas, regime: float, ratio: float, temperature: float) 
 def flow_function(gas: Gas, ratio: float, temperature: float) -> float:
     """Return the flow function psi(r) in the regime that the pressure ratio lies in.
 
+    It is Eq. 8 of the EPV paper [1]_, but linear above r = 0.999.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -119,6 +134,11 @@ def flow_function(gas: Gas, ratio: float, temperature: float) -> float:
     -------
     float
         psi, Eq. 8 of the EPV paper; linear above r = 0.999.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 8.
 
     Examples
     --------
@@ -138,6 +158,8 @@ def flow_function(gas: Gas, ratio: float, temperature: float) -> float:
 @kernel(inline=False)
 def regime_between(gas: Gas, sides: tuple[float, float, float, float]) -> int:
     """Return the regime of the flow between two volumes.
+
+    Choked and subsonic are the two branches of Eq. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -266,7 +288,11 @@ def next_regime(gas: Gas, regime: float, sides: tuple[float, float, float, float
 def flow_in(gas: Gas, regime: float, area: float, sides: tuple[float, float, float, float]) -> tuple[float, float]:
     """Return the flow through a restriction between two volumes, held in a regime.
 
-    ``mdot = S psi(r) p_up/sqrt(R T_up)``, Eq. 7 of the EPV paper.
+    ``mdot = S psi(r) p_up/sqrt(R T_up)``, Eq. 7 of the EPV paper [1]_, with the density p_up/(R T_up) of an ideal gas
+    and the coefficient mu within S.
+
+    S is the effective area, psi the flow function of the pressure ratio r = p_down/p_up, R the gas constant; p_up and
+    T_up are pressure and temperature upstream.
 
     Parameters
     ----------
@@ -285,6 +311,11 @@ def flow_in(gas: Gas, regime: float, area: float, sides: tuple[float, float, flo
         From side 1 to side 2; negative the other way [kg/s].
     enthalpy_flow : float
         Enthalpy carried along, at the upstream temperature [W].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eqs. 7 and 8.
 
     Examples
     --------
@@ -310,7 +341,11 @@ def flow_between(
 ) -> tuple[float, float]:
     """Return the flow through a restriction between two volumes, from the higher pressure to the lower.
 
-    ``mdot = S psi(r) p_up/sqrt(R T_up)``, Eq. 7 of the EPV paper.
+    ``mdot = S psi(r) p_up/sqrt(R T_up)``, Eq. 7 of the EPV paper [1]_, with the density p_up/(R T_up) of an ideal gas
+    and the coefficient mu within S.
+
+    S is the effective area, psi the flow function of the pressure ratio r = p_down/p_up, R the gas constant; p_up and
+    T_up are pressure and temperature upstream.
 
     Parameters
     ----------
@@ -334,6 +369,11 @@ def flow_between(
     enthalpy_flow : float
         Enthalpy carried along, at the upstream temperature [W].
 
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eqs. 7 and 8.
+
     Examples
     --------
     The enthalpy flow is 2.333 g/s times 1004.675 J/(kg K) times 300 K:
@@ -355,8 +395,9 @@ def iso6358_flow(
 ) -> float:
     """Return the mass flow by sonic conductance and critical pressure ratio (ISO 6358-1).
 
-    ``mdot = C rho_0 p_up sqrt(T_0/T) sqrt(1 - ((r - b)/(1 - b))^2)``, with r = p_down/p_up. The second root is
-    1 where the flow is choked, r <= b.
+    ``mdot = C rho_0 p_up sqrt(T_0/T) sqrt(1 - ((r - b)/(1 - b))^2)``, with r = p_down/p_up [1]_. The second root is 1
+    where the flow is choked, r <= b; that it is a root is the subsonic index 0.5 of the standard. rho_0 and T_0 are
+    those of the reference atmosphere [2]_.
 
     Parameters
     ----------
@@ -373,6 +414,12 @@ def iso6358_flow(
     -------
     float
         Mass flow [kg/s].
+
+    References
+    ----------
+    .. [1] ISO 6358-1:2013, "Pneumatic fluid power - Determination of flow-rate characteristics of components using
+       compressible fluids - Part 1: General rules and test methods for steady-state flow".
+    .. [2] ISO 8778, "Pneumatic fluid power - Standard reference atmosphere".
 
     Examples
     --------

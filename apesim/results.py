@@ -424,6 +424,8 @@ class Result(Mapping[str, Any]):
 def attributes_of(item: Scalar | Trace) -> dict[str, str]:
     """Return the attributes of a variable of an xarray Dataset, by the CF conventions as in archives.
 
+    Names of the attributes and the spelling of units are those of the CF conventions [1]_; ``reference`` is ours.
+
     Parameters
     ----------
     item : Scalar or Trace
@@ -433,6 +435,10 @@ def attributes_of(item: Scalar | Trace) -> dict[str, str]:
     -------
     dict of str to str
         ``units``, ``long_name`` and, for a pressure, ``reference``.
+
+    References
+    ----------
+    .. [1] "CF Metadata Conventions", https://cfconventions.org.
 
     Examples
     --------

@@ -290,6 +290,8 @@ def angle_to_lift(cam: Cam, lift: float) -> float:
 
     ``d = (f/pi) arccos(1 - 2 L/L_max)``, the inverse of `raised_cosine` on a flank of the angle f.
 
+    L_max is the cam's highest lift. The shape is chosen.
+
     Parameters
     ----------
     cam : Cam

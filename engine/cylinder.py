@@ -90,6 +90,9 @@ def indicated_power(pressure: float, ambient_pressure: float, slope: float, spee
 
     At a speed of 1 rad/s it is the indicated torque [N m].
 
+    Its integral over a cycle is the indicated work of p dV [1]_, as that of the constant p_0 dV is zero. p and p_0 are
+    the pressures in the cylinder and of the ambient, V the volume, phi the crank angle and omega the speed.
+
     Parameters
     ----------
     pressure : float
@@ -105,6 +108,10 @@ def indicated_power(pressure: float, ambient_pressure: float, slope: float, spee
     -------
     float
         Indicated power [W].
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, Eqs. 2.14 and 2.15.
 
     Examples
     --------

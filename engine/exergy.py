@@ -111,6 +111,8 @@ def add_exergy_rates(
 ) -> None:
     """Write the rates of the exergy ledger into the rates of a cycle's state vector, behind them.
 
+    Every loss is T_0 times the entropy made, every stream counts with its flow exergy [1]_; see `apesim.exergy`.
+
     Parameters
     ----------
     p : apesim.engine.cycle.state.Cycle
@@ -125,6 +127,11 @@ def add_exergy_rates(
         State of the cylinder at that time.
     dy : (SIZE + RATES,) float array
         Rates of the state vector; its last elements are changed [W].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapters 3
+       and 5.
 
     Examples
     --------
@@ -188,6 +195,8 @@ def add_exergy_rates(
 def stored_exergy(p: Cycle, t: float, y: np.ndarray) -> float:
     """Sum the exergy of all the air between supply and exhaust, and of the valve's springs and motion.
 
+    Air counts with the exergy of a closed system [1]_.
+
     Parameters
     ----------
     p : apesim.engine.cycle.state.Cycle
@@ -201,6 +210,10 @@ def stored_exergy(p: Cycle, t: float, y: np.ndarray) -> float:
     -------
     float
         Stored exergy [J].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 5.
 
     Examples
     --------
@@ -227,6 +240,8 @@ def stored_exergy(p: Cycle, t: float, y: np.ndarray) -> float:
 def exergy_ledger(run: "SteadyRun", friction_work: float) -> dict[str, float]:
     """Compute the exergy ledger of a cycle.
 
+    Terms are those of the balance of exergy [1]_: what enters leaves, is stored, is destroyed or becomes work.
+
     Parameters
     ----------
     run : apesim.engine.steady.SteadyRun
@@ -238,6 +253,10 @@ def exergy_ledger(run: "SteadyRun", friction_work: float) -> dict[str, float]:
     -------
     dict of str to float
         `TERMS` by name [J].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 5.
 
     Examples
     --------
@@ -287,6 +306,8 @@ def exergy_closure(run: "SteadyRun", terms: dict[str, float]) -> float:
     ``closure = |in - destroyed - carried off - stored - work|/in``; how small sums are treated, see
     `apesim.march.error_bounds.closure_of`.
 
+    The balance is that of exergy [1]_.
+
     Parameters
     ----------
     run : apesim.engine.steady.SteadyRun
@@ -298,6 +319,10 @@ def exergy_closure(run: "SteadyRun", terms: dict[str, float]) -> float:
     -------
     float
         Relative exergy that is not accounted for.
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 5.
 
     Examples
     --------

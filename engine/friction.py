@@ -7,7 +7,15 @@ from apesim.quantities import Quantity
 
 
 class Friction(NamedTuple):
-    """Constants of Chen and Flynn's friction mean effective pressure."""
+    """Constants of Chen and Flynn's friction mean effective pressure.
+
+    The correlation is that of Chen and Flynn [1]_; its constants vary from engine to engine.
+
+    References
+    ----------
+    .. [1] S. K. Chen and P. F. Flynn, "Development of a single cylinder compression ignition research engine",
+       SAE 650733, 1965, doi 10.4271/650733.
+    """
 
     constant: Annotated[float, Quantity("bar", 0, 10, "Chen and Flynn, SAE 650733; constants vary")] = 0.4e5
     peak_pressure: Annotated[float, Quantity("", 0, 0.1, "Chen and Flynn; times the peak cylinder pressure")] = 0.005
@@ -18,8 +26,8 @@ class Friction(NamedTuple):
 def friction_mean_effective_pressure(friction: Friction, peak_pressure: float, piston_speed: float) -> float:
     """Friction mean effective pressure of a cycle by Chen and Flynn's correlation.
 
-    ``fmep = A + B p_max + C S_p + D S_p^2`` (Chen and Flynn, SAE 650733), with the peak cylinder pressure p_max and
-    the mean piston speed S_p. The constants A to D vary from engine to engine.
+    ``fmep = A + B p_max + C S_p + D S_p^2`` [1]_, with the peak cylinder pressure p_max and the mean piston speed S_p.
+    The constants A to D vary from engine to engine.
 
     Parameters
     ----------
@@ -34,6 +42,11 @@ def friction_mean_effective_pressure(friction: Friction, peak_pressure: float, p
     -------
     float
         Friction mean effective pressure [Pa].
+
+    References
+    ----------
+    .. [1] S. K. Chen and P. F. Flynn, "Development of a single cylinder compression ignition research engine",
+       SAE 650733, 1965, doi 10.4271/650733.
 
     Examples
     --------
@@ -53,6 +66,8 @@ def friction_mean_effective_pressure(friction: Friction, peak_pressure: float, p
 def mean_piston_speed(stroke: float, speed: float) -> float:
     """Mean speed of the piston, two strokes a turn: ``S_p = H omega/pi`` with the stroke H and the speed omega.
 
+    It is ``2 L N`` with stroke and revolutions per second [1]_.
+
     Parameters
     ----------
     stroke : float
@@ -64,6 +79,10 @@ def mean_piston_speed(stroke: float, speed: float) -> float:
     -------
     float
         Mean piston speed [m/s].
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, Eq. 2.9.
 
     Examples
     --------

@@ -10,6 +10,9 @@ def isothermal_work(gas: Gas, temperature: float, ratio: float) -> float:
 
     It is the flow exergy of the air only where the air has the ambient's temperature.
 
+    It is the flow exergy [1]_ of an ideal gas at the ambient's temperature, with the gas constant R, the temperature T
+    and the pressure ratio r.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -29,6 +32,10 @@ def isothermal_work(gas: Gas, temperature: float, ratio: float) -> float:
     ValueError
         If the pressure ratio is not above 0.
 
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 5.
+
     Examples
     --------
     287.05 J/(kg K) * 293.15 K * ln(10) = 193.8 kJ/kg:
@@ -44,8 +51,8 @@ def isentropic_work(gas: Gas, temperature: float, ratio: float) -> float:
     """Work of isentropic expansion of compressed air to ambient pressure, ``w = h(T) - h(T_s)``.
 
     ``T_s`` is the temperature after the expansion. With a constant heat capacity it is ``T r^((1 - k)/k)``, with the
-    ratio k of the heat capacities; else it is found by Newton's method from the integral of cp/(R T), which is ln(r).
-    No adiabatic machine without back-flow takes more.
+    ratio k of the heat capacities; else it is found by Newton's method [2]_ from the integral of cp/(R T), which is
+    ln(r) [1]_. No adiabatic machine without back-flow takes more.
 
     Parameters
     ----------
@@ -60,6 +67,13 @@ def isentropic_work(gas: Gas, temperature: float, ratio: float) -> float:
     -------
     float
         Specific work [J/kg].
+
+    References
+    ----------
+    .. [1] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
+       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 6.
+    .. [2] W. H. Press, S. A. Teukolsky, W. T. Vetterling and B. P. Flannery, "Numerical Recipes", 3rd ed., Cambridge
+       University Press, 2007, section 9.4.
 
     Examples
     --------
@@ -81,6 +95,8 @@ def isentropic_work(gas: Gas, temperature: float, ratio: float) -> float:
 def entropy_fall(gas: Gas, cold: float, hot: float) -> float:
     """Integral of cp/(R T) over the temperature; along an isentrope it is the logarithm of the pressure ratio.
 
+    The entropy of an ideal gas changes by the integral of cp/T less R ln(p_2/p_1) [1]_.
+
     Parameters
     ----------
     gas : apesim.air.Gas
@@ -98,6 +114,11 @@ def entropy_fall(gas: Gas, cold: float, hot: float) -> float:
     ValueError
         If the temperatures are not of one sign.
 
+    References
+    ----------
+    .. [1] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
+       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 6.
+
     Examples
     --------
     With cp = 3.5 R, cooling to half the temperature takes 3.5 ln(2) = 2.426:
@@ -114,6 +135,9 @@ def full_admission_work(gas: Gas, temperature: float, ratio: float) -> float:
     """Work of admission over the whole stroke, without expansion: ``w = R T (1 - 1/r)``.
 
     It is a reference for an air motor without cut-off, and no bound: a machine that expands the air takes more.
+
+    It is defined here: the work ``p v = R T`` of letting the air in, less ``p_0 v`` against the ambient, with v = R T/p
+    and r = p/p_0.
 
     Parameters
     ----------

@@ -334,6 +334,8 @@ def exhaust_temperature(run: SteadyRun) -> float:
     ``h(T_mix) = (H_e + m_back h(T_0))/(m_e + m_back)``, with net mass m_e and enthalpy H_e through the exhaust valve,
     and the mass m_back that flowed in through it at ambient temperature T_0.
 
+    It is the balance of energy of streams that mix without heat and work [1]_; h(T) is the specific enthalpy.
+
     Parameters
     ----------
     run : apesim.engine.steady.SteadyRun
@@ -343,6 +345,11 @@ def exhaust_temperature(run: SteadyRun) -> float:
     -------
     float
         Mixed temperature of the exhaust air [K]; NaN where nothing flows out.
+
+    References
+    ----------
+    .. [1] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
+       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 4.
 
     Examples
     --------
@@ -394,6 +401,8 @@ def closure(run: SteadyRun) -> tuple[float, float]:
     ``closure = |stored - (in - out)|``, over the air and the enthalpy that go through the engine; how small sums are
     treated, see `apesim.march.error_bounds.closure_of`.
 
+    The measure is defined here: what is stored, less what comes in, plus what goes out.
+
     Parameters
     ----------
     run : apesim.engine.steady.SteadyRun
@@ -442,6 +451,11 @@ def _gas_held(y: np.ndarray) -> tuple[float, float]:
 def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     """Compute all scalar results of an operating point.
 
+    Powers, mean effective pressures (work over swept volume) and specific consumptions (air over work) are defined as
+    for other piston engines [1]_, here with one cycle a revolution. Exergy efficiency is brake work over the flow
+    exergy of the air [2]_, isentropic efficiency brake work over isentropic work [3]_. Volume flows are at the
+    reference atmosphere ANR [4]_.
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -453,6 +467,14 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     -------
     dict of str to float or int
         Keys as in `INDICATORS`; SI but for the units that the keys name. NaN: undefined.
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, Eqs. 2.13 to 2.22.
+    .. [2] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 5.
+    .. [3] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
+       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 6.
+    .. [4] ISO 8778, "Pneumatic fluid power - Standard reference atmosphere".
 
     Examples
     --------

@@ -15,6 +15,8 @@ from apesim.kernel import kernel
 def piston_face(engine: Engine) -> float:
     """Area of the engine's piston, ``A_p = pi/4 B^2`` with the bore B.
 
+    It is plain geometry.
+
     Parameters
     ----------
     engine : apesim.engine.cylinder.Engine
@@ -39,6 +41,8 @@ def swept_volume(engine: Engine) -> float:
 
     With a pin offset the piston travels a little more than the nominal stroke; the nominal volume does not change.
 
+    It is defined as for other piston engines [1]_.
+
     Parameters
     ----------
     engine : apesim.engine.cylinder.Engine
@@ -48,6 +52,10 @@ def swept_volume(engine: Engine) -> float:
     -------
     float
         Nominal swept volume [m3].
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, section 2.2.
 
     Examples
     --------
@@ -63,6 +71,8 @@ def clearance_volume(engine: Engine) -> float:
 
     It is the volume of the cylinder at the highest position of the piston, also with a pin offset.
 
+    The compression ratio is (V_s + V_c)/V_c [1]_.
+
     Parameters
     ----------
     engine : apesim.engine.cylinder.Engine
@@ -72,6 +82,10 @@ def clearance_volume(engine: Engine) -> float:
     -------
     float
         Clearance volume [m3].
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, Eq. 2.1.
 
     Examples
     --------
@@ -107,6 +121,8 @@ def crank_of(engine: Engine) -> Crank:
     The piston pin is highest where crank and rod are in line: ``h = sqrt((l + r)^2 - e^2)``, with the crank's
     radius r, the rod's length l and the pin offset e.
 
+    It is plain geometry.
+
     Parameters
     ----------
     engine : apesim.engine.cylinder.Engine
@@ -139,9 +155,10 @@ def crank_of(engine: Engine) -> Crank:
 def cylinder_volume(crank: Crank, angle: float) -> tuple[float, float]:
     """Volume of the cylinder at a crank angle, and its slope over the angle.
 
-    ``V = V_c + A_p (h - r cos(phi) - sqrt(l^2 - (r sin(phi) - e)^2))``, with the clearance volume V_c, the
-    piston's area A_p, the highest position h of the piston pin, the crank's radius r, the rod's length l, the pin
-    offset e and the crank angle phi. The equation is the geometry of the slider-crank; it is exact at every angle.
+    ``V = V_c + A_p (h - r cos(phi) - sqrt(l^2 - (r sin(phi) - e)^2))``, with the clearance volume V_c, the piston's
+    area A_p, the highest position h of the piston pin, the crank's radius r, the rod's length l, the pin offset e and
+    the crank angle phi. The equation is the geometry of the slider-crank; it is exact at every angle. Without an offset
+    it is the usual one [1]_.
 
     Parameters
     ----------
@@ -156,6 +173,10 @@ def cylinder_volume(crank: Crank, angle: float) -> tuple[float, float]:
         Volume of the cylinder [m3].
     slope : float
         Slope dV/dphi [m3/rad].
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, Eqs. 2.4 and 2.5.
 
     Examples
     --------

@@ -168,6 +168,8 @@ def closed_at_rest(actuator: Actuator, supply: tuple[float, ...]) -> np.ndarray:
 
     Chamber A is at supply pressure, chamber B at the pressure of the vents, both at the temperature of the supply.
 
+    Masses follow from ``p V = m R T``, Eq. 3 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     actuator : Actuator
@@ -329,7 +331,7 @@ def solenoid_flows(
 ) -> tuple[tuple[float, float], ...]:
     """Return the flows through the solenoids, without the shares of effects.
 
-    ``mdot = S x psi(r) p/sqrt(R T)``, Eq. 7 of the EPV paper, with the open share x of each flow.
+    ``mdot = S x psi(r) p/sqrt(R T)``, Eq. 7 of the EPV paper [1]_, with the open share x of each flow.
 
     Parameters
     ----------
@@ -346,6 +348,11 @@ def solenoid_flows(
     -------
     tuple of tuple of float
         For each flow, from SUPPLY_A to VENT_B, mass flow [kg/s] and enthalpy flow [W].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eqs. 7 and 8.
 
     Examples
     --------
@@ -419,8 +426,11 @@ def actuator_rates(
 ) -> ActuatorRates:
     """Return the rates of the valve's states and ledger.
 
-    Balances of momentum, mass and energy: the EPV paper, Eqs. 1-8. The energy balance ``dU/dt = sum(h mdot) - p dV/dt``
-    is Eq. 5 for the internal energy.
+    Balances of momentum, mass and energy: Eqs. 1 to 8 of the EPV paper [1]_. The energy balance
+    ``dU/dt = sum(h mdot) - p dV/dt`` is Eq. 5 for the internal energy.
+
+    U is the internal energy of a chamber, p its pressure, V its volume, h the specific enthalpy of a flow mdot into it.
+    The chambers are adiabatic (Eq. 6), but for heat that effects add.
 
     Parameters
     ----------
@@ -439,6 +449,11 @@ def actuator_rates(
     -------
     ActuatorRates
         Rates.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eqs. 1 to 8.
 
     Examples
     --------

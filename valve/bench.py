@@ -190,6 +190,8 @@ def supply_of(p: Bench, y: np.ndarray) -> tuple[float, float, float]:
 def bench_rates(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndarray) -> bool:
     """Write the rates of the bench, see `apesim.march.hybrid_system.rates`.
 
+    Balances of momentum, mass and energy: Eqs. 1 to 8 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     p : Bench
@@ -370,6 +372,8 @@ def start_bench_segment(
 @kernel
 def bench_power(p: Bench, t: float, y: np.ndarray) -> float:
     """Return the power of the chambers on the piston, ``(p_A - p_B) A dL/dt``.
+
+    It is the work p dV/dt of Eq. 5 of the EPV paper (doi 10.1631/jzus.A0820373), of both chambers.
 
     Parameters
     ----------

@@ -12,7 +12,12 @@ from apesim.kernel import kernel
 def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> tuple[float, float]:
     """Return pressure and temperature of a uniform gas volume.
 
-    ``u(T) = U/m`` and ``p V = m R T`` (Eq. 3 of the EPV paper).
+    ``u(T) = U/m`` and ``p V = m R T`` (Eq. 3 of the EPV paper [1]_).
+
+    u is the specific and U the internal energy, m the mass, p the pressure, V the volume, R the gas constant and T the
+    temperature. Where cp is constant, p V = (k - 1) U with the ratio k of the heat capacities.
+
+    Real air at room temperature has p V/(m R T) = 0.99 at 2 MPa and 1.10 at 30 MPa [2]_.
 
     Parameters
     ----------
@@ -31,6 +36,13 @@ def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> tuple[
         Pressure [Pa abs].
     temperature : float
         Temperature [K].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 3.
+    .. [2] E. W. Lemmon and others, "Thermodynamic properties of air and mixtures of nitrogen, argon, and oxygen from 60
+       to 2000 K at pressures to 2000 MPa", J. Phys. Chem. Ref. Data 29, 2000, pp. 331-385, doi 10.1063/1.1285884.
 
     Examples
     --------
@@ -51,7 +63,7 @@ def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> tuple[
 def filled(gas: Gas, volume: float, pressure: float, temperature: float) -> tuple[float, float]:
     """Return mass and internal energy of the gas in a volume.
 
-    ``m = p V/(R T)`` (Eq. 3 of the EPV paper) and ``U = m u(T)``.
+    ``m = p V/(R T)`` (Eq. 3 of the EPV paper [1]_) and ``U = m u(T)``.
 
     Parameters
     ----------
@@ -70,6 +82,11 @@ def filled(gas: Gas, volume: float, pressure: float, temperature: float) -> tupl
         Mass [kg].
     energy : float
         Internal energy [J].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 3.
 
     Examples
     --------

@@ -66,6 +66,8 @@ def add_valve_rates(
 ) -> tuple[float, float]:
     """Add the valve's part of the exergy ledger.
 
+    Every loss is T_0 times the entropy made, every stream counts with its flow exergy [1]_; see `apesim.exergy`.
+
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
@@ -89,6 +91,11 @@ def add_valve_rates(
         Mass flow from the source [kg/s].
     mixing : float
         Exergy destroyed in the source where control air flows back and mixes with what is there [W].
+
+    References
+    ----------
+    .. [1] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapters 3
+       and 5.
 
     Examples
     --------
@@ -150,6 +157,9 @@ def valve_stored(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, 
 
     The springs hold ``K L (L - L_max)``, their energy but for a constant; the motion holds ``M v^2/2``.
 
+    The springs' energy is the integral of their force K (L_max - 2 L), Eq. 1 of the EPV paper [1]_; the air counts with
+    its exergy [2]_.
+
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
@@ -163,6 +173,12 @@ def valve_stored(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, 
     -------
     float
         Exergy [J].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 1.
+    .. [2] A. Bejan, "Advanced Engineering Thermodynamics", 4th ed., Wiley, 2016, doi 10.1002/9781119245964, chapter 5.
 
     Examples
     --------
@@ -196,6 +212,8 @@ def valve_stored(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, 
 def impact_loss(actuator: Actuator, log: np.ndarray) -> float:
     """Return the kinetic energy that the piston loses at its stops, the sum of ``M (v-^2 - v+^2)/2``.
 
+    v- and v+ are the speeds before and after a contact, by Newton's law of restitution [1]_; M is the moving mass.
+
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
@@ -207,6 +225,10 @@ def impact_loss(actuator: Actuator, log: np.ndarray) -> float:
     -------
     float
         Energy [J].
+
+    References
+    ----------
+    .. [1] W. J. Stronge, "Impact Mechanics", Cambridge University Press, 2000, doi 10.1017/CBO9780511626432.
 
     Examples
     --------

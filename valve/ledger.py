@@ -235,7 +235,7 @@ def control_rates(
 
 
 @kernel
-def update_part(y: np.ndarray, first: int, values: tuple[float, ...]) -> None:
+def update_part(y: np.ndarray, first: int, values: tuple[float, ...] | np.ndarray) -> None:
     """Write a part of a state vector, or of its rates.
 
     Parameters
@@ -244,7 +244,7 @@ def update_part(y: np.ndarray, first: int, values: tuple[float, ...]) -> None:
         State vector that is changed.
     first : int
         Element at which the part begins.
-    values : tuple of float
+    values : tuple of float or (k,) float array
         The part: a `ControlLedger`, `ValveStates`, or mass [kg] and internal energy [J] of a gas.
 
     Examples

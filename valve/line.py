@@ -89,7 +89,7 @@ def line_feed(
 ) -> tuple[float, float]:
     """Return the control air from its source: into the line, or to the solenoids where there is none.
 
-    ``mdot = S psi(r) p/sqrt(R T)``, Eq. 7 of the EPV paper, with the area of the feed.
+    ``mdot = S psi(r) p/sqrt(R T)``, Eq. 7 of the EPV paper (doi 10.1631/jzus.A0820373), with the area of the feed.
 
     Parameters
     ----------

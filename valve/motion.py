@@ -65,6 +65,9 @@ DETECTED = 0.01
 def rest_forces(actuator: Actuator, state: ValveState) -> tuple[float, float]:
     """Return the force on a piston at rest, and what holds it.
 
+    The force is that of Eq. 1 of the EPV paper (doi 10.1631/jzus.A0820373) without dry friction, what holds is the
+    static friction of its Eq. 2.
+
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
@@ -330,6 +333,8 @@ def actuator_zero_crossings(
     actuator: Actuator, y: np.ndarray, acceleration: float, mode: np.ndarray, w: np.ndarray
 ) -> None:
     """Write the values whose zero crossings are located without ending a step.
+
+    What is measured from them are the times of Fig. 7 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------

@@ -54,6 +54,9 @@ def is_moving(phase: float) -> bool:
 def volume_a(valve: Valve, position: float) -> float:
     """Return the volume of chamber A, which pushes to closed: ``V_A = V_c + A L``.
 
+    V_c is the clearance volume, A the piston's area, L its position: Table 1 and Fig. 1 of the EPV paper
+    (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     valve : Valve
@@ -79,6 +82,9 @@ def volume_a(valve: Valve, position: float) -> float:
 @kernel
 def volume_b(valve: Valve, position: float) -> float:
     """Return the volume of chamber B, which pushes to open: ``V_B = V_c + A (L_max - L)``.
+
+    V_c is the clearance volume, A the piston's area, L its position and L_max its stroke: Table 1 and Fig. 1 of the EPV
+    paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -106,7 +112,10 @@ def volume_b(valve: Valve, position: float) -> float:
 def smooth_force(valve: Valve, position: float, speed: float, pressure_a: float, pressure_b: float) -> float:
     """Return the force of pressure, springs and viscous friction on the piston.
 
-    ``F = (p_A - p_B) A + K (L_max - 2 L) - beta dL/dt``, Eq. 1 of the EPV paper without dry friction.
+    ``F = (p_A - p_B) A + K (L_max - 2 L) - beta dL/dt``, Eq. 1 of the EPV paper [1]_ without dry friction.
+
+    p_A and p_B are the chambers' pressures, A the piston's area, K the rate of each spring, L the piston's position,
+    L_max its stroke and beta the coefficient of viscous friction.
 
     Parameters
     ----------
@@ -123,6 +132,11 @@ def smooth_force(valve: Valve, position: float, speed: float, pressure_a: float,
     -------
     float
         Force, positive to closed [N].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 1.
 
     Examples
     --------
@@ -142,7 +156,8 @@ def smooth_force(valve: Valve, position: float, speed: float, pressure_a: float,
 def dry_friction_force(phase: float, dry: float) -> float:
     """Return the dry friction on a moving piston, against its motion.
 
-    ``F_f = -F_d sign(dL/dt)``, the EPV paper, Eq. 2. At rest friction is a reaction, and this is 0; see `overcome`.
+    ``F_f = -F_d sign(dL/dt)``, Eq. 2 of the EPV paper [1]_, which has it from Richer and Hurmuzlu [2]_. At rest
+    friction is a reaction, and this is 0; see `overcome`.
 
     Parameters
     ----------
@@ -155,6 +170,13 @@ def dry_friction_force(phase: float, dry: float) -> float:
     -------
     float
         Force, positive to closed [N].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 2.
+    .. [2] E. Richer and Y. Hurmuzlu, "A high performance pneumatic force actuator system: Part I - Nonlinear
+       mathematical model", J. Dyn. Syst. Meas. Control 122, 2000, pp. 416-425.
 
     Examples
     --------
@@ -174,6 +196,8 @@ def overcome(phase: float, force: float, breakaway: float) -> float:
 
     A stop holds against any force towards it; breakaway friction holds against both directions.
 
+    Friction at rest is a reaction of up to F_s, Eq. 2 of the EPV paper [1]_.
+
     Parameters
     ----------
     phase : int
@@ -187,6 +211,11 @@ def overcome(phase: float, force: float, breakaway: float) -> float:
     -------
     float
         Excess of the force [N].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 2.
 
     Examples
     --------
@@ -232,7 +261,8 @@ def start_moving(phase: float, force: float) -> int:
 def land(stop: int, speed: float, restitution: float) -> tuple[float, float]:
     """Return speed and phase of the piston after contact with a stop.
 
-    ``v+ = -e v-``, Newton's law of restitution. A rebound slower than `REST_SPEED` stays on the stop.
+    ``v+ = -e v-``, Newton's law of restitution [1]_, with the coefficient e and the speeds v- before and v+ after
+    contact. A rebound slower than `REST_SPEED` stays on the stop.
 
     Parameters
     ----------
@@ -249,6 +279,10 @@ def land(stop: int, speed: float, restitution: float) -> tuple[float, float]:
         Speed after contact [m/s].
     phase : int
         Phase after contact.
+
+    References
+    ----------
+    .. [1] W. J. Stronge, "Impact Mechanics", Cambridge University Press, 2000, doi 10.1017/CBO9780511626432.
 
     Examples
     --------

@@ -35,7 +35,8 @@ class Ports(NamedTuple):
 def segment_area(height: float, diameter: float) -> float:
     """Return the area of a circle's segment.
 
-    ``2 r^2 atan2(sqrt(h), sqrt(d - h)) - (r - h) sqrt(h (d - h))``, with radius r, diameter d and height h; geometry.
+    ``2 r^2 atan2(sqrt(h), sqrt(d - h)) - (r - h) sqrt(h (d - h))``, with radius r, diameter d and height h: a circle's
+    segment [1]_, its angle by the tangent of the quarter angle, which stays exact at both ends.
 
     Parameters
     ----------
@@ -48,6 +49,10 @@ def segment_area(height: float, diameter: float) -> float:
     -------
     float
         Area [m2].
+
+    References
+    ----------
+    .. [1] E. W. Weisstein, "Circular Segment", MathWorld, https://mathworld.wolfram.com/CircularSegment.html.
 
     Examples
     --------

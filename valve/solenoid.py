@@ -78,6 +78,15 @@ def opening_curve(solenoid: Solenoid) -> np.ndarray:
     (j, 2) float array
         Time after the switch [s] and fraction, linear in between.
 
+    Notes
+    -----
+    A catalogue's shifting time (ISO 12238 [1]_) runs from the signal to a change of the pressure behind the valve. It
+    is longer than the dead time here, at which the valve begins to open.
+
+    References
+    ----------
+    .. [1] ISO 12238:2023, "Pneumatic fluid power - Directional control valves - Measurement of shifting time".
+
     Examples
     --------
     >>> opening_curve(Solenoid(dead_time=1.5e-3, ramp_time=1.5e-3)).tolist()

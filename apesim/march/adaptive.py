@@ -269,6 +269,13 @@ def march(
 ) -> Outcome:
     """March a machine through its smooth stretches.
 
+    Steps are those of Dormand and Prince's pair of order 5(4) [1]_; in a stretch that needs more than `MAX_SHORT_STEPS`
+    short ones, those of RODAS [2]_. The length of explicit steps is controlled by the errors of a step and of the one
+    before (PI control) [3]_, that of implicit ones by the error of a step alone.
+
+    Events end a step where they are located on its dense output [4]_, by the Illinois method [5]_ with a bisection in
+    every fourth iteration. The power is integrated over the dense output by Gauss and Legendre's five nodes [6]_.
+
     Parameters
     ----------
     p : NamedTuple
@@ -297,6 +304,21 @@ def march(
     -------
     Outcome
         Status and counts.
+
+    References
+    ----------
+    .. [1] J. R. Dormand and P. J. Prince, "A family of embedded Runge-Kutta formulae", J. Comput. Appl. Math. 6, 1980,
+       pp. 19-26, doi 10.1016/0771-050X(80)90013-3.
+    .. [2] E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and Differential-Algebraic
+       Problems", 2nd ed., Springer, 1996, doi 10.1007/978-3-642-05221-7, IV.7; IV.2 on PI control of the step.
+    .. [3] K. Gustafsson, "Control theoretic techniques for stepsize selection in explicit Runge-Kutta methods", ACM
+       Trans. Math. Softw. 17, 1991, pp. 533-554, doi 10.1145/210232.210242.
+    .. [4] L. F. Shampine and S. Thompson, "Event location for ordinary differential equations", Comput. Math. Appl. 39,
+       2000, pp. 43-54, doi 10.1016/S0898-1221(00)00045-6.
+    .. [5] M. Dowell and P. Jarratt, "A modified regula falsi method for computing the root of an equation", BIT 11,
+       1971, pp. 168-174, doi 10.1007/BF01934364.
+    .. [6] M. Abramowitz and I. A. Stegun (eds.), "Handbook of Mathematical Functions", National Bureau of Standards,
+       1964, Table 25.4.
 
     Examples
     --------

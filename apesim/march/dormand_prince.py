@@ -63,6 +63,9 @@ def stages(
 
     They are taken in a loop, so that the rates are laid down once in compiled code.
 
+    The coefficients are those of Dormand and Prince's pair of order 5(4) [1]_; the last stage is the first one of the
+    next step.
+
     Parameters
     ----------
     p : NamedTuple
@@ -84,6 +87,13 @@ def stages(
     -------
     bool
         Whether all stages lie in the domain of the laws.
+
+    References
+    ----------
+    .. [1] J. R. Dormand and P. J. Prince, "A family of embedded Runge-Kutta formulae", J. Comput. Appl. Math. 6, 1980,
+       pp. 19-26, doi 10.1016/0771-050X(80)90013-3; also E. Hairer, S. P. Norsett and G. Wanner, "Solving Ordinary
+       Differential Equations I: Nonstiff Problems", 2nd ed., Springer, 1993, doi 10.1007/978-3-540-78862-1, Table 5.2
+       of section II.5.
 
     Examples
     --------
@@ -156,6 +166,9 @@ def stages(
 def step_error(h: float, y: np.ndarray, trial: np.ndarray, k: np.ndarray, tolerance: float, scale: np.ndarray) -> float:
     """Return the error estimate of a step over its tolerance.
 
+    ``error^2 = mean of (e_i/sc_i)^2`` with ``sc_i = tolerance (scale_i + max(abs(y_0i), abs(y_1i)))`` [1]_; e is the
+    difference of the orders 5 and 4 [2]_.
+
     Parameters
     ----------
     h : float
@@ -173,6 +186,13 @@ def step_error(h: float, y: np.ndarray, trial: np.ndarray, k: np.ndarray, tolera
     -------
     float
         Root mean square of the error estimate over its tolerance; the step holds up to 1.
+
+    References
+    ----------
+    .. [1] E. Hairer, S. P. Norsett and G. Wanner, "Solving Ordinary Differential Equations I: Nonstiff Problems", 2nd
+       ed., Springer, 1993, doi 10.1007/978-3-540-78862-1, Eqs. 4.10 and 4.11 of section II.4.
+    .. [2] J. R. Dormand and P. J. Prince, "A family of embedded Runge-Kutta formulae", J. Comput. Appl. Math. 6, 1980,
+       pp. 19-26, doi 10.1016/0771-050X(80)90013-3.
 
     Examples
     --------
@@ -200,6 +220,8 @@ def step_error(h: float, y: np.ndarray, trial: np.ndarray, k: np.ndarray, tolera
 def interpolant(h: float, y: np.ndarray, trial: np.ndarray, k: np.ndarray, c: np.ndarray) -> None:
     """Write the coefficients of the dense output of a step.
 
+    It is the continuous extension of order 4 of Dormand and Prince's pair [1]_.
+
     Parameters
     ----------
     h : float
@@ -210,6 +232,11 @@ def interpolant(h: float, y: np.ndarray, trial: np.ndarray, k: np.ndarray, c: np
         Rates of the stages.
     c : (5, n) float array
         Coefficients of the dense output; filled.
+
+    References
+    ----------
+    .. [1] E. Hairer, S. P. Norsett and G. Wanner, "Solving Ordinary Differential Equations I: Nonstiff Problems", 2nd
+       ed., Springer, 1993, doi 10.1007/978-3-540-78862-1, section II.6.
 
     Examples
     --------
@@ -242,6 +269,8 @@ def interpolant(h: float, y: np.ndarray, trial: np.ndarray, k: np.ndarray, c: np
 def dense(c: np.ndarray, x: float, out: np.ndarray) -> None:
     """Write the dense output of a step at a share of the step.
 
+    It is a polynomial of degree 4 in the share of the step [1]_.
+
     Parameters
     ----------
     c : (5, n) float array
@@ -250,6 +279,11 @@ def dense(c: np.ndarray, x: float, out: np.ndarray) -> None:
         Share of the step, 0...1.
     out : (>= n,) float array
         States there; filled.
+
+    References
+    ----------
+    .. [1] E. Hairer, S. P. Norsett and G. Wanner, "Solving Ordinary Differential Equations I: Nonstiff Problems", 2nd
+       ed., Springer, 1993, doi 10.1007/978-3-540-78862-1, section II.6.
 
     Examples
     --------

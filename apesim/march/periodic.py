@@ -283,6 +283,9 @@ def _correction(slopes):
 def known_orbit(p: Any, tables: Any, orbit: Orbit, breakpoints: np.ndarray, accuracy: Accuracy) -> Known | None:
     """Return a periodic state as a start for others, see `periodic_orbit`.
 
+    Its correction is the inverse of one less the slopes of the cycle's map, which has the Floquet multipliers for
+    eigenvalues [1]_.
+
     Parameters
     ----------
     p : NamedTuple
@@ -300,6 +303,11 @@ def known_orbit(p: Any, tables: Any, orbit: Orbit, breakpoints: np.ndarray, accu
     -------
     Known or None
         None where it has not converged to a period of one cycle, or its map has no slope, or nearly swings.
+
+    References
+    ----------
+    .. [1] R. Seydel, "Practical Bifurcation and Stability Analysis", 3rd ed., Springer, 2010,
+       doi 10.1007/978-1-4419-1740-9, chapter 7.
 
     Examples
     --------
@@ -406,6 +414,9 @@ def periodic_orbit(
     A Newton step is kept only where the plain cycles after it come nearer to a period than those before it. Where the
     state swings from cycle to cycle, the step is one of the map of two cycles.
 
+    The periodic state is a fixed point of the map of a cycle [1]_; its slopes are taken by differences. From a known
+    state the inverse of one less those slopes is kept up by Broyden's first rule [2]_.
+
     Parameters
     ----------
     p : NamedTuple
@@ -432,6 +443,13 @@ def periodic_orbit(
     -------
     Orbit
         Periodic state, or the last state where none was found.
+
+    References
+    ----------
+    .. [1] R. Seydel, "Practical Bifurcation and Stability Analysis", 3rd ed., Springer, 2010,
+       doi 10.1007/978-1-4419-1740-9, chapter 7.
+    .. [2] C. G. Broyden, "A class of methods for solving nonlinear simultaneous equations", Math. Comp. 19, 1965,
+       pp. 577-593, doi 10.1090/S0025-5718-1965-0198670-6.
 
     Examples
     --------

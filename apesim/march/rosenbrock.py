@@ -134,6 +134,9 @@ def implicit_stages(
 ) -> bool:
     """Take an implicit step.
 
+    It is a step of RODAS [1]_, of order 4 and stiffly accurate, its stages transformed so that no product with the
+    Jacobian is needed. The Jacobian is taken by forward differences.
+
     Parameters
     ----------
     p : NamedTuple
@@ -157,6 +160,11 @@ def implicit_stages(
     -------
     bool
         Whether all stages lie in the domain of the laws.
+
+    References
+    ----------
+    .. [1] E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and Differential-Algebraic
+       Problems", 2nd ed., Springer, 1996, doi 10.1007/978-3-642-05221-7, IV.7.
 
     Examples
     --------
@@ -219,6 +227,9 @@ def implicit_stages(
 def implicit_error(y: np.ndarray, trial: np.ndarray, u: np.ndarray, tolerance: float, scale: np.ndarray) -> float:
     """Return the error estimate of an implicit step over its tolerance.
 
+    ``error^2 = mean of (e_i/sc_i)^2`` with ``sc_i = tolerance (scale_i + max(abs(y_0i), abs(y_1i)))`` [1]_; e is the
+    last stage, the difference to the embedded method of order 3 [2]_.
+
     Parameters
     ----------
     y, trial : (m,) float array
@@ -234,6 +245,13 @@ def implicit_error(y: np.ndarray, trial: np.ndarray, u: np.ndarray, tolerance: f
     -------
     float
         Root mean square of the error estimate over its tolerance; the step holds up to 1.
+
+    References
+    ----------
+    .. [1] E. Hairer, S. P. Norsett and G. Wanner, "Solving Ordinary Differential Equations I: Nonstiff Problems", 2nd
+       ed., Springer, 1993, doi 10.1007/978-3-540-78862-1, Eqs. 4.10 and 4.11 of section II.4.
+    .. [2] E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and Differential-Algebraic
+       Problems", 2nd ed., Springer, 1996, doi 10.1007/978-3-642-05221-7, IV.7.
 
     Examples
     --------
@@ -253,6 +271,8 @@ def implicit_error(y: np.ndarray, trial: np.ndarray, u: np.ndarray, tolerance: f
 def implicit_interpolant(y: np.ndarray, trial: np.ndarray, u: np.ndarray, c: np.ndarray) -> None:
     """Write the coefficients of the dense output of an implicit step, for `apesim.march.dormand_prince.dense`.
 
+    It is the dense output of RODAS [1]_, a cubic in the share of the step.
+
     Parameters
     ----------
     y, trial : (m,) float array
@@ -261,6 +281,11 @@ def implicit_interpolant(y: np.ndarray, trial: np.ndarray, u: np.ndarray, c: np.
         Stages of the step.
     c : (5, n) float array
         Coefficients of the dense output; filled.
+
+    References
+    ----------
+    .. [1] E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and Differential-Algebraic
+       Problems", 2nd ed., Springer, 1996, doi 10.1007/978-3-642-05221-7, IV.7 and IV.10.
 
     Examples
     --------

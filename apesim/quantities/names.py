@@ -84,10 +84,17 @@ MIN_LIKENESS = 0.75
 def known_units() -> dict[str, tuple[Fraction, Bases]]:
     """Return factor and bases of every name of a unit, prefixes and plurals among them.
 
+    Factors to SI are those of NIST's guide [1]_; torr is 101325/760 Pa, micron a micrometre.
+
     Returns
     -------
     dict of str to (Fraction, tuple)
         Factor to SI, and pairs of base unit and exponent, by name.
+
+    References
+    ----------
+    .. [1] A. Thompson and B. N. Taylor, "Guide for the Use of the International System of Units (SI)", NIST Special
+       Publication 811, 2008, appendix B.
 
     Examples
     --------

@@ -181,8 +181,9 @@ def exchange_flows(
 ) -> tuple[float, float, float, float, float, float]:
     """Flows through groove, exhaust valve and feed of the receiver, each with its enthalpy.
 
-    ``mdot = S psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper, doi 10.1631/jzus.A0820373), in the regime that the mode
-    holds, with pressure p and temperature T upstream.
+    ``mdot = S psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper [1]_), in the regime that the mode holds, with the effective
+    area S, the flow function psi of the pressure ratio r, the gas constant R, and pressure p and temperature T
+    upstream.
 
     Parameters
     ----------
@@ -207,6 +208,11 @@ def exchange_flows(
         Flow out of the cylinder through the exhaust valve [kg/s], and its enthalpy [W].
     fed, fed_enthalpy : float
         Flow from the supply into the receiver [kg/s], and its enthalpy [W].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eqs. 7 and 8.
 
     Examples
     --------
@@ -286,6 +292,8 @@ def pipe_flow(
     groove_enthalpy: float,
 ) -> tuple[float, float]:
     """Flow of engine air out of the receiver: into the intake pipe, or where there is none, to the groove.
+
+    Into a pipe it is Eq. 7 of the EPV paper (doi 10.1631/jzus.A0820373), with the area of the pipe's feed.
 
     Parameters
     ----------

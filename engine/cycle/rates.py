@@ -173,7 +173,8 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     """Write the rates of an engine's state vector, and where there is room behind it, those of its exergy ledger.
 
     ``dm/dt = sum of mdot`` and ``dU/dt = sum of mdot h - p dV/dt + Q`` for every gas volume (Eqs. 4 and 5 of the EPV
-    paper, doi 10.1631/jzus.A0820373, for the valve's chambers; here also for cylinder, receiver, line and pipe).
+    paper [1]_ for the valve's chambers; here also for cylinder, receiver, line and pipe). m is the mass, U the internal
+    energy, p the pressure and V the volume, h the specific enthalpy of a flow mdot, Q the heat that effects add.
 
     Parameters
     ----------
@@ -192,6 +193,11 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     -------
     bool
         Whether the state is in its domain; if not, nothing is written.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eqs. 4 and 5.
 
     Examples
     --------
@@ -352,6 +358,9 @@ def temperature_rate(p: Cycle, content: tuple[float, float], rates: tuple[float,
 
     ``dT/dt = (dU/dt - u dm/dt)/(m cv)``, with the mass m, the internal energy U, ``u = U/m`` and the heat capacity cv.
 
+    It is Eq. 5 of the EPV paper (doi 10.1631/jzus.A0820373), solved for the temperature of a volume whose mass and
+    energy are known.
+
     Parameters
     ----------
     p : apesim.engine.cycle.state.Cycle
@@ -391,6 +400,8 @@ def cycle_zero_crossings(p: Cycle, t: float, y: np.ndarray, dy: np.ndarray, mode
 
     The slopes are those of the logarithms of the pressures in cylinder and receiver, and of the cylinder's temperature;
     the zero crossings of the valve are added.
+
+    The slope of a pressure follows from ``p V = m R T``, Eq. 3 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -490,6 +501,9 @@ def start_cycle_segment(p: Cycle, tables: CycleTables, t: float, t_end: float, y
 def cycle_power(p: Cycle, t: float, y: np.ndarray) -> float:
     """Power of the gas on the engine's piston, ``P = p dV/dphi omega``.
 
+    Its integral over a cycle is the indicated work [1]_; p is the pressure, V the volume, phi the crank angle and omega
+    the speed.
+
     Parameters
     ----------
     p : apesim.engine.cycle.state.Cycle
@@ -503,6 +517,10 @@ def cycle_power(p: Cycle, t: float, y: np.ndarray) -> float:
     -------
     float
         Power [W]; the ambient's pressure on the other side is not taken off.
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, Eq. 2.14.
 
     Examples
     --------

@@ -281,7 +281,7 @@ def engine_ledger(y: np.ndarray) -> EngineLedger:
 @kernel
 def update_states(
     y: np.ndarray,
-    valve: tuple[float, ...],
+    valve: tuple[float, ...] | np.ndarray,
     cylinder: tuple[float, float],
     receiver: tuple[float, float],
     line: tuple[float, float],

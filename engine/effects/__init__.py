@@ -58,32 +58,43 @@ ENGINE_SLOTS = VALVE_SLOTS - {"contact"}
 
 
 def library_of(effects: Any) -> tuple[Effect, ...]:
-    """Every effect that a machine may have on: ours, and those that it was given from outside.
+    """Return every effect that a machine may have on: ours, and those that it was given from outside.
 
     Parameters
     ----------
     effects : Effects
-        The section of a machine.
+        Section ``effects`` of a machine.
 
     Returns
     -------
     tuple of Effect
         Those of the valve, then those of the engine.
+
+    Examples
+    --------
+    >>> [effect.name for effect in library_of(Effects())][:2]
+    ['supply_droop', 'solenoid_a_delay']
     """
     return getattr(effects, "library", ALL_EFFECTS)
 
 
 def unserved_effects(effects: Any) -> list[str]:
-    """Effects that would be ignored, see `apesim.effect.unserved`: what was added to a list after it was compiled for.
+    """Find the effects that would be ignored, as they were added to a list after it was compiled for.
 
     Parameters
     ----------
     effects : Effects
+        Section ``effects`` of a machine.
 
     Returns
     -------
     list of str
-        Their names.
+        Names of the effects, see `apesim.effect.unserved`.
+
+    Examples
+    --------
+    >>> unserved_effects(Effects())
+    []
     """
     valve = library_for(effects, VALVE_LIBRARY, "valve")
     engine = library_for(effects, ENGINE_LIBRARY, "engine")

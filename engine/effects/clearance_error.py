@@ -18,6 +18,8 @@ class ClearanceError(NamedTuple):
 def adjust(effect: ClearanceError, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
     """Change the clearance volume by a share, ``V_c' = (1 + share) V_c``.
 
+    V_c is the clearance volume of the compression ratio [1]_.
+
     Parameters
     ----------
     effect : ClearanceError
@@ -33,6 +35,10 @@ def adjust(effect: ClearanceError, cycle: "Cycle", tables: "CycleTables") -> tup
         Machine with the effect.
     tables : apesim.engine.cycle.state.CycleTables
         Arrays of the machine with the effect.
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, Eq. 2.1.
 
     Examples
     --------

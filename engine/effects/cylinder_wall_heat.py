@@ -34,6 +34,8 @@ def viscosity(temperature: float) -> float:
 
     ``mu = mu_0 (T/T_0)^1.5 (T_0 + C)/(T + C)`` with mu_0 = 17.16 uPa s, T_0 = 273.15 K and C = 110.4 K.
 
+    The form is Sutherland's [1]_, the constants are those of the U.S. Standard Atmosphere [2]_, referred to 273.15 K.
+
     Parameters
     ----------
     temperature : float
@@ -43,6 +45,12 @@ def viscosity(temperature: float) -> float:
     -------
     float
         Dynamic viscosity [Pa s].
+
+    References
+    ----------
+    .. [1] W. Sutherland, "The viscosity of gases and molecular force", Phil. Mag. 36, 1893, pp. 507-531,
+       doi 10.1080/14786449308620508.
+    .. [2] "U.S. Standard Atmosphere, 1976", NOAA, NASA and U.S. Air Force, 1976, Eq. 51.
 
     Examples
     --------
@@ -56,8 +64,11 @@ def viscosity(temperature: float) -> float:
 def woschni(pressure: float, temperature: float, bore: float, piston_speed: float) -> float:
     """Heat transfer coefficient by Woschni's correlation, without its term of combustion.
 
-    ``h = 3.26 B^-0.2 p^0.8 T^-0.55 (2.28 S_p)^0.8`` (Woschni 1967, SAE 670931), with the bore B in m, the pressure p
-    in kPa, the temperature T in K and the mean piston speed S_p in m/s.
+    ``h = 3.26 B^-0.2 p^0.8 T^-0.55 (2.28 S_p)^0.8`` [1]_, with the bore B in m, the pressure p in kPa, the temperature
+    T in K and the mean piston speed S_p in m/s. It stands as Eqs. 12.18 and 12.19 in Heywood's book [2]_.
+
+    The factor 2.28 is that of closed valves; Woschni has 6.18 for the gas exchange, which is not used here. The
+    correlation was fitted to engines with hot gas; air that is colder than the walls lies outside.
 
     Parameters
     ----------
@@ -75,6 +86,12 @@ def woschni(pressure: float, temperature: float, bore: float, piston_speed: floa
     float
         Heat transfer coefficient [W/(m2 K)].
 
+    References
+    ----------
+    .. [1] G. Woschni, "A universally applicable equation for the instantaneous heat transfer coefficient in the
+       internal combustion engine", SAE 670931, 1967, doi 10.4271/670931.
+    .. [2] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, Eqs. 12.18 and 12.19.
+
     Examples
     --------
     With B = 1 m, p = 1 kPa, T = 1 K and 2.28 S_p = 1 m/s the factor of the correlation is left:
@@ -89,8 +106,10 @@ def woschni(pressure: float, temperature: float, bore: float, piston_speed: floa
 def hohenberg(pressure: float, temperature: float, volume: float, piston_speed: float) -> float:
     """Heat transfer coefficient by Hohenberg's correlation.
 
-    ``h = 130 V^-0.06 p^0.8 T^-0.4 (S_p + 1.4)^0.8`` (Hohenberg 1979, SAE 790825), with the volume V in m3, the
-    pressure p in bar, the temperature T in K and the mean piston speed S_p in m/s.
+    ``h = 130 V^-0.06 p^0.8 T^-0.4 (S_p + 1.4)^0.8`` [1]_, with the volume V in m3, the pressure p in bar, the
+    temperature T in K and the mean piston speed S_p in m/s.
+
+    It was fitted to diesel engines; air that is colder than the walls lies outside.
 
     Parameters
     ----------
@@ -107,6 +126,10 @@ def hohenberg(pressure: float, temperature: float, volume: float, piston_speed: 
     -------
     float
         Heat transfer coefficient [W/(m2 K)].
+
+    References
+    ----------
+    .. [1] G. F. Hohenberg, "Advanced approaches for heat transfer calculations", SAE 790825, 1979, doi 10.4271/790825.
 
     Examples
     --------
@@ -125,6 +148,8 @@ def nusselt(state: CylinderState, piston_speed: float, a: float, b: float, c: fl
     ``h = Nu lambda/B`` and ``Re = rho S_p B/mu``, with the bore B, the mean piston speed S_p, the density rho, the
     viscosity mu and the conductivity ``lambda = mu cp/Pr`` of the air in the cylinder.
 
+    The form is that of Annand [1]_; the constants are those that are given.
+
     Parameters
     ----------
     state : apesim.engine.cylinder.CylinderState
@@ -138,6 +163,11 @@ def nusselt(state: CylinderState, piston_speed: float, a: float, b: float, c: fl
     -------
     float
         Heat transfer coefficient [W/(m2 K)].
+
+    References
+    ----------
+    .. [1] W. J. D. Annand, "Heat transfer in the cylinders of reciprocating internal combustion engines", Proc. IMechE
+       177, 1963, pp. 973-996, doi 10.1243/PIME_PROC_1963_177_069_02.
 
     Examples
     --------
@@ -163,8 +193,9 @@ def nusselt(state: CylinderState, piston_speed: float, a: float, b: float, c: fl
 def correlated_coefficient(effect: CylinderWallHeat, state: CylinderState) -> float:
     """Heat transfer coefficient by the correlation that the effect names.
 
-    Annand's form (1963, Proc. IMechE 177, 973) is ``Nu = 0.5 Re^0.7``, that of compressors (the constants of Adair,
-    Qvale and Pearson 1972) ``Nu = 0.053 Re^0.8 Pr^0.6``. For the others see `woschni` and `hohenberg`.
+    Annand's form [1]_ is ``Nu = 0.5 Re^0.7``, with a factor between his 0.35 and 0.8 and without his term of radiation;
+    that of compressors ``Nu = 0.053 Re^0.8 Pr^0.6`` has the constants of Adair, Qvale and Pearson [2]_, but over bore
+    and mean piston speed. For the others see `woschni` and `hohenberg`.
 
     Parameters
     ----------
@@ -177,6 +208,13 @@ def correlated_coefficient(effect: CylinderWallHeat, state: CylinderState) -> fl
     -------
     float
         Heat transfer coefficient [W/(m2 K)].
+
+    References
+    ----------
+    .. [1] W. J. D. Annand, "Heat transfer in the cylinders of reciprocating internal combustion engines", Proc. IMechE
+       177, 1963, pp. 973-996, doi 10.1243/PIME_PROC_1963_177_069_02.
+    .. [2] R. P. Adair, E. B. Qvale and J. T. Pearson, "Instantaneous heat transfer to the cylinder wall in
+       reciprocating compressors", Int. Compressor Eng. Conf., Purdue, 1972, p. 521.
 
     Examples
     --------
@@ -210,6 +248,8 @@ def cylinder_wall_heat(effect: CylinderWallHeat, state: CylinderState, balance: 
     ``Q = h (2 A_p + 4 V/B) (T_w - T)``, with the heat transfer coefficient h, the piston's area A_p, the volume V, the
     bore B, the wall's temperature T_w and the gas's temperature T. The areas are those of piston, head and liner.
 
+    It is Newton's law of cooling over the surface of the chamber [1]_, with a flat head and piston.
+
     Parameters
     ----------
     effect : CylinderWallHeat
@@ -218,6 +258,11 @@ def cylinder_wall_heat(effect: CylinderWallHeat, state: CylinderState, balance: 
         State of the cylinder.
     balance : (TERMS,) float array
         Balance of the cylinder that is added to, see `apesim.engine.cylinder`.
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, Eq. 2.7 on the surface,
+       chapter 12 on the heat.
 
     Examples
     --------

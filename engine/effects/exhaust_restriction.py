@@ -18,6 +18,8 @@ class ExhaustRestriction(NamedTuple):
 def adjust(effect: ExhaustRestriction, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
     """Take a share off the effective area of the exhaust, ``S' = (1 - share) S``.
 
+    Restrictions in series are ISO 6358-3 [1]_; a share of the area in place of a second one is chosen.
+
     Parameters
     ----------
     effect : ExhaustRestriction
@@ -33,6 +35,11 @@ def adjust(effect: ExhaustRestriction, cycle: "Cycle", tables: "CycleTables") ->
         Machine with the effect.
     tables : apesim.engine.cycle.state.CycleTables
         Arrays of the machine with the effect.
+
+    References
+    ----------
+    .. [1] ISO 6358-3:2014, "Pneumatic fluid power - Determination of flow-rate characteristics of components using
+       compressible fluids - Part 3: Method for calculating steady-state flow-rate characteristics of systems".
 
     Examples
     --------

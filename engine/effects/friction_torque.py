@@ -18,6 +18,8 @@ class FrictionTorque(NamedTuple):
 def adjust(effect: FrictionTorque, cycle: "Cycle", tables: "CycleTables") -> tuple["Cycle", "CycleTables"]:
     """Add to the constant of the friction mean effective pressure, ``A' = A + fmep``.
 
+    A is the constant of Chen and Flynn's correlation [1]_.
+
     Parameters
     ----------
     effect : FrictionTorque
@@ -33,6 +35,11 @@ def adjust(effect: FrictionTorque, cycle: "Cycle", tables: "CycleTables") -> tup
         Machine with the effect.
     tables : apesim.engine.cycle.state.CycleTables
         Arrays of the machine with the effect.
+
+    References
+    ----------
+    .. [1] S. K. Chen and P. F. Flynn, "Development of a single cylinder compression ignition research engine",
+       SAE 650733, 1965, doi 10.4271/650733.
 
     Examples
     --------

@@ -66,6 +66,8 @@ def scale_areas(effect: GrooveAreaError, table: np.ndarray, stroke: float) -> np
 
     The share s of the open travel is ``(L - lap)/(stroke - lap)`` at the lift L, from 0 to 1.
 
+    The flow coefficient of an engine's valve depends on its lift [1]_; the parabola is chosen.
+
     Parameters
     ----------
     effect : GrooveAreaError
@@ -79,6 +81,10 @@ def scale_areas(effect: GrooveAreaError, table: np.ndarray, stroke: float) -> np
     -------
     (j, 2) float array
         Lift [m] and effective area with the error [m2].
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, section 6.3.
 
     Examples
     --------

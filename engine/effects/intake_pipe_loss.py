@@ -38,6 +38,8 @@ class IntakePipeLoss(NamedTuple):
 def volume(effect: IntakePipeLoss) -> tuple[float, float]:
     """Get the gas volume of the pipe and the effective area of its feed.
 
+    The pipe is a volume with the balances of a chamber, Eqs. 3 to 8 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     effect : IntakePipeLoss

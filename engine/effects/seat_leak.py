@@ -22,9 +22,8 @@ class SeatLeak(NamedTuple):
 def seat_leak(effect: SeatLeak, state: CylinderState, balance: np.ndarray) -> None:
     """Add the flow from before the groove into the cylinder through an effective area.
 
-    ``mdot = S psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper, doi 10.1631/jzus.A0820373), with the effective area S, the
-    flow function psi of the pressure ratio r, and pressure p and temperature T upstream. The gap as an orifice is
-    chosen.
+    ``mdot = S psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper [1]_), with the effective area S, the flow function psi of
+    the pressure ratio r, and pressure p and temperature T upstream. The gap as an orifice is chosen.
 
     Parameters
     ----------
@@ -34,6 +33,11 @@ def seat_leak(effect: SeatLeak, state: CylinderState, balance: np.ndarray) -> No
         State of the cylinder.
     balance : (TERMS,) float array
         Balance of the cylinder that is added to, see `apesim.engine.cylinder`.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eqs. 7 and 8.
 
     Examples
     --------

@@ -51,7 +51,7 @@ def true_angle(share: float, recorded: np.ndarray) -> np.ndarray:
 
     ``d psi/d phi = (1 + share sin(psi))/sqrt(1 - share^2)`` gives the true angle psi over the recorded one phi. With
     the crank a quarter of a turn on, this is the relation of eccentric and true anomaly in an ellipse (Kepler's
-    equation), and is solved in the same closed form.
+    equation), and is solved in the same closed form [1]_.
 
     Parameters
     ----------
@@ -64,6 +64,11 @@ def true_angle(share: float, recorded: np.ndarray) -> np.ndarray:
     -------
     (n,) float array
         True crank angles [rad].
+
+    References
+    ----------
+    .. [1] R. Broucke and P. Cefola, "A note on the relations between true and eccentric anomalies in the two-body
+       problem", Celestial Mechanics 7, 1973, pp. 388-389.
 
     Examples
     --------

@@ -27,6 +27,8 @@ def adjust(effect: tuple[float, ...], cycle: "Cycle", tables: "CycleTables") -> 
 
     The area of ports becomes a table of pieces.
 
+    Tables over the lift in place of a law are chosen.
+
     Parameters
     ----------
     effect : TabulatedGroove

@@ -17,6 +17,8 @@ class TdcError(NamedTuple):
 def sensor(effect: TdcError, reading: Reading) -> Reading:
     """Record all channels at later crank angles; the solenoids are switched at the true ones.
 
+    Heywood has more on the phase of pressure data [1]_.
+
     Parameters
     ----------
     effect : TdcError
@@ -28,6 +30,10 @@ def sensor(effect: TdcError, reading: Reading) -> Reading:
     -------
     apesim.reading.Reading
         What they record with it; without a speed, as on a bench, the same reading.
+
+    References
+    ----------
+    .. [1] J. B. Heywood, "Internal Combustion Engine Fundamentals", McGraw-Hill, 1988, section 9.2.
 
     Examples
     --------

@@ -15,9 +15,6 @@ from tests.folders import ROOT
 FOLDERS = "apesim", "valve", "engine", "studies"
 """Layers whose public functions are held to Parameters, Returns and Examples."""
 UNDOCUMENTED = (
-    "apesim/__init__.py",
-    "apesim/kernel.py",
-    "engine/effects/__init__.py",
     "studies/archive_result.py",
     "studies/cli.py",
     "studies/console.py",
@@ -56,7 +53,16 @@ UNDOCUMENTED = (
 """Files and folders whose functions are not all described so yet; what is leaves this list."""
 FORBIDDEN = re.compile(r"(Of|The same|By|For which|As|Where|Likewise)\b")
 """Beginnings that lean on what a tool tip does not show."""
-SECTION = re.compile(r"^(Parameters|Returns|Yields|Raises|Examples)\n-+\n", re.MULTILINE)
+SECTION = re.compile(r"^(Parameters|Returns|Yields|Raises|Notes|References|Examples)\n-+\n", re.MULTILINE)
+
+CITATION = re.compile(r"\[(\d+)\]_")
+"""Mark of a work in the text of a docstring; the work stands in its References."""
+REFERENCE = re.compile(r"^\.\. \[(\d+)\] ", re.MULTILINE)
+EQUATION = re.compile(r"``[^`]* = [^`]*``")
+SOURCED = re.compile(r"\[\d+\]_|\bdoi 10\.|\bchosen\b|\bdefined here\b|\bplain geometry\b", re.IGNORECASE)
+"""Source of an equation, as a docstring has it: a work that is cited, or that it is ours."""
+LAWS = "apesim", "valve", "engine"
+"""Layers that hold the laws."""
 
 
 def files(*folders: str) -> list[str]:
@@ -213,6 +219,37 @@ def run_examples(paths: list[str], folder: Path, **variables: str) -> subprocess
     )
     command = [sys.executable, "-c", code, *module_names(paths)]
     return subprocess.run(command, cwd=folder, env=environment, text=True, capture_output=True)
+
+
+def uncited(text: str) -> list[str]:
+    """Numbers of a docstring that are cited without a reference, or the other way round."""
+    listed = REFERENCE.findall(text)
+    assert listed == [str(number) for number in range(1, len(listed) + 1)], listed
+    return sorted({*CITATION.findall(text)} ^ {*listed})
+
+
+def test_citations_are_read_as_they_stand():
+    text = "Fall, as Galilei [1]_ and Newton [2]_ have it.\n\nReferences\n----------\n.. [1] G. Galilei, 1638.\n"
+    assert uncited(text) == ["2"]
+    assert uncited(text.replace(" and Newton [2]_", "")) == []
+
+
+@pytest.mark.parametrize("path", files("apesim", "valve", "engine", "studies"))
+def test_every_citation_has_its_reference(path):
+    nodes = ast.walk(ast.parse((ROOT / path).read_text()))
+    named = [each for each in nodes if isinstance(each, ast.FunctionDef | ast.ClassDef)]
+    found = {each.name: uncited(ast.get_docstring(each) or "") for each in named}
+    assert {name: numbers for name, numbers in found.items() if numbers} == {}
+
+
+@pytest.mark.parametrize("path", files(*LAWS))
+def test_every_equation_names_its_source(path):
+    """A law, a definition or a choice: a reader of an equation is told which, and where it is from."""
+    heads = {
+        each.name: SECTION.split(ast.get_docstring(each) or "")[0]
+        for each in functions(ast.parse((ROOT / path).read_text()))
+    }
+    assert [name for name, head in heads.items() if EQUATION.search(head) and not SOURCED.search(head)] == []
 
 
 @pytest.mark.parametrize("folder", ["apesim", "valve", "engine"])

@@ -18,6 +18,8 @@ class Bounce(NamedTuple):
 def bounce(effect: Bounce, speed: float) -> float:
     """Return the restitution of a stop, ``v+ = -e v-`` (Newton's law of restitution).
 
+    v- and v+ are the speeds before and after the contact, e is the coefficient of restitution [1]_.
+
     Parameters
     ----------
     effect : Bounce
@@ -29,6 +31,10 @@ def bounce(effect: Bounce, speed: float) -> float:
     -------
     float
         Speed after over speed before contact e, 0...1.
+
+    References
+    ----------
+    .. [1] W. J. Stronge, "Impact Mechanics", Cambridge University Press, 2000, doi 10.1017/CBO9780511626432.
 
     Examples
     --------

@@ -24,8 +24,9 @@ class ChamberWallHeat(NamedTuple):
 def chamber_wall_heat(effect: ChamberWallHeat, state: ValveState, balance: np.ndarray) -> None:
     """Add the heat from the walls of both chambers to their air.
 
-    ``Q = h (2 A + 4 V/D) (T_w - T)``, with the piston's area A and its diameter D. Source: Carneiro and Gomes de
-    Almeida 2006, Proc. IMechE I 220, 301; a constant h over piston, cover and wall is chosen.
+    ``Q = h (2 A + 4 V/D) (T_w - T)``, with the piston's area A and its diameter D, the chamber's volume V, the
+    temperatures T_w of the wall and T of the air. Heat between air and cylinder walls is that of Carneiro and Gomes de
+    Almeida [1]_; a constant h over piston, cover and wall is chosen.
 
     Parameters
     ----------
@@ -35,6 +36,11 @@ def chamber_wall_heat(effect: ChamberWallHeat, state: ValveState, balance: np.nd
         State of the valve.
     balance : (TERMS,) float array
         Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    References
+    ----------
+    .. [1] J. Falcao Carneiro and F. Gomes de Almeida, "Reduced-order thermodynamic models for servo-pneumatic actuator
+       chambers", Proc. IMechE I 220, 2006, pp. 301-314, doi 10.1243/09596518JSCE203.
 
     Examples
     --------

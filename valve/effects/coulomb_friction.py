@@ -22,7 +22,8 @@ class CoulombFriction(NamedTuple):
 def coulomb_friction(effect: CoulombFriction, state: ValveState, balance: np.ndarray) -> None:
     """Add dry friction: a constant force against the motion, and what holds the piston at rest.
 
-    ``F_f = F_d sign(dL/dt)`` in motion, up to F_s at rest: the EPV paper (doi 10.1631/jzus.A0820373), Eq. 2.
+    ``F_f = F_d sign(dL/dt)`` in motion, up to F_s at rest: Eq. 2 of the EPV paper [1]_, which has it from Richer and
+    Hurmuzlu [2]_.
 
     Parameters
     ----------
@@ -32,6 +33,13 @@ def coulomb_friction(effect: CoulombFriction, state: ValveState, balance: np.nda
         State of the valve.
     balance : (TERMS,) float array
         Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 2.
+    .. [2] E. Richer and Y. Hurmuzlu, "A high performance pneumatic force actuator system: Part I - Nonlinear
+       mathematical model", J. Dyn. Syst. Meas. Control 122, 2000, pp. 416-425.
 
     Examples
     --------

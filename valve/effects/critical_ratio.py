@@ -25,7 +25,8 @@ def adjust(
     """Stretch the flow function of the solenoids over the pressure ratio.
 
     ``psi_b(r) = psi(1 - (1 - 0.528)/(1 - b) (1 - r))``: the flow chokes at b, to 3e-4, and falls to none at equal
-    pressures. Choking below b is ISO 6358-1; the stretched function in place of its quarter ellipse is chosen.
+    pressures. psi is Eq. 8 of the EPV paper [1]_. Choking below b is ISO 6358-1 [2]_; the stretched function in place
+    of its quarter ellipse is chosen.
 
     Parameters
     ----------
@@ -42,6 +43,13 @@ def adjust(
         Valve with the effect.
     apesim.valve.actuator.ActuatorTables
         Arrays with the effect.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 8.
+    .. [2] ISO 6358-1:2013, "Pneumatic fluid power - Determination of flow-rate characteristics of components using
+       compressible fluids - Part 1: General rules and test methods for steady-state flow".
 
     Examples
     --------

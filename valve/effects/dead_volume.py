@@ -18,6 +18,8 @@ class DeadVolume(NamedTuple):
 def adjust(effect: DeadVolume, actuator: "Actuator", tables: "ActuatorTables") -> tuple["Actuator", "ActuatorTables"]:
     """Enlarge the clearance volume of both chambers, ``V_c = V_c + volume``.
 
+    V_c is the clearance volume of Table 1 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     effect : DeadVolume

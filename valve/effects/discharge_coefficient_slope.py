@@ -24,8 +24,8 @@ class DischargeCoefficientSlope(NamedTuple):
 def discharge_coefficient_slope(effect: DischargeCoefficientSlope, state: ValveState, balance: np.ndarray) -> None:
     """Make each flow through the solenoids smaller with the pressure ratio, ``S(r) = S (1 - fall r)``.
 
-    r is the lower over the higher pressure. Source: Jobson 1955, Proc. IMechE 169, 767, on the contraction of a jet;
-    the line over the ratio is chosen.
+    r is the lower over the higher pressure. Jobson [1]_ shows that a jet contracts less at a higher pressure
+    difference; the line over the ratio is chosen.
 
     Parameters
     ----------
@@ -35,6 +35,11 @@ def discharge_coefficient_slope(effect: DischargeCoefficientSlope, state: ValveS
         State of the valve.
     balance : (TERMS,) float array
         Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    References
+    ----------
+    .. [1] D. A. Jobson, "On the flow of a compressible fluid through orifices", Proc. IMechE 169, 1955, pp. 767-776,
+       doi 10.1243/PIME_PROC_1955_169_077_02.
 
     Examples
     --------

@@ -21,7 +21,8 @@ class IntakeFlowForce(NamedTuple):
 def intake_flow_force(effect: IntakeFlowForce, state: ValveState, balance: np.ndarray) -> None:
     """Add the force of the intake air on an unbalanced area, ``F = area (p_i - p_0)``, to closed.
 
-    Source: Merritt 1967, Hydraulic Control Systems, on flow forces that tend to close a spool; the area is chosen.
+    Merritt [1]_ shows that flow forces tend to close a spool; an area on which the pressure acts is chosen in their
+    place.
 
     Parameters
     ----------
@@ -31,6 +32,10 @@ def intake_flow_force(effect: IntakeFlowForce, state: ValveState, balance: np.nd
         State of the valve.
     balance : (TERMS,) float array
         Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    References
+    ----------
+    .. [1] H. E. Merritt, "Hydraulic Control Systems", Wiley, 1967.
 
     Examples
     --------

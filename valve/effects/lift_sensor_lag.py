@@ -16,7 +16,7 @@ class LiftSensorLag(NamedTuple):
 def sensor(effect: LiftSensorLag, reading: Reading) -> Reading:
     """Let the recorded lift lag, ``time dy/dt = lift - y``.
 
-    Source: Doebelin, Measurement Systems, 3.3, first-order instruments.
+    It is the law of an instrument of the first order [1]_.
 
     Parameters
     ----------
@@ -29,6 +29,10 @@ def sensor(effect: LiftSensorLag, reading: Reading) -> Reading:
     -------
     apesim.reading.Reading
         What they record with it.
+
+    References
+    ----------
+    .. [1] E. O. Doebelin, "Measurement Systems: Application and Design", McGraw-Hill, section 3.3.
 
     Examples
     --------

@@ -20,6 +20,9 @@ def adjust(
 ) -> tuple["Actuator", "ActuatorTables"]:
     """Change the moving mass by a share, ``M = (1 + share) M``.
 
+    M is the mass of Eq. 1 of the EPV paper [1]_, which leaves the springs out; a third of a spring's mass moves along
+    [2]_.
+
     Parameters
     ----------
     effect : MovingMassError
@@ -35,6 +38,12 @@ def adjust(
         Valve with the effect.
     apesim.valve.actuator.ActuatorTables
         Arrays with the effect.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 1.
+    .. [2] Lord Rayleigh, "The Theory of Sound", 1877.
 
     Examples
     --------

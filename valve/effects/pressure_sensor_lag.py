@@ -16,7 +16,7 @@ class PressureSensorLag(NamedTuple):
 def sensor(effect: PressureSensorLag, reading: Reading) -> Reading:
     """Let every recorded pressure lag, ``time dy/dt = p - y``; those of the chambers, the cylinder and the receiver.
 
-    Source: Doebelin, Measurement Systems, 3.3, first-order instruments.
+    It is the law of an instrument of the first order [1]_.
 
     Parameters
     ----------
@@ -29,6 +29,10 @@ def sensor(effect: PressureSensorLag, reading: Reading) -> Reading:
     -------
     apesim.reading.Reading
         What they record with it.
+
+    References
+    ----------
+    .. [1] E. O. Doebelin, "Measurement Systems: Application and Design", McGraw-Hill, section 3.3.
 
     Examples
     --------

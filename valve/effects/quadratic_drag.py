@@ -23,7 +23,7 @@ class QuadraticDrag(NamedTuple):
 def quadratic_drag(effect: QuadraticDrag, state: ValveState, balance: np.ndarray) -> None:
     """Add a drag that grows with the square of the speed, ``F = -c v |v|``.
 
-    Source: turbulent drag; Idelchik, Handbook of Hydraulic Resistance.
+    It is the law of turbulent resistance [1]_, with the speed v and a coefficient c that is chosen.
 
     Parameters
     ----------
@@ -33,6 +33,10 @@ def quadratic_drag(effect: QuadraticDrag, state: ValveState, balance: np.ndarray
         State of the valve.
     balance : (TERMS,) float array
         Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    References
+    ----------
+    .. [1] I. E. Idelchik, "Handbook of Hydraulic Resistance".
 
     Examples
     --------

@@ -22,7 +22,10 @@ class RingLeakage(NamedTuple):
 def ring_leakage(effect: RingLeakage, state: ValveState, balance: np.ndarray) -> None:
     """Add the flow from chamber A to chamber B through an effective area.
 
-    ``mdot = S psi(r) p/sqrt(R T)``: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 7-8, which neglects it.
+    ``mdot = S psi(r) p/sqrt(R T)``: Eqs. 7 and 8 of the EPV paper, which neglects it.
+
+    S is the effective area, psi the flow function of the pressure ratio r, R the gas constant; p and T are pressure and
+    temperature upstream [1]_.
 
     Parameters
     ----------
@@ -32,6 +35,11 @@ def ring_leakage(effect: RingLeakage, state: ValveState, balance: np.ndarray) ->
         State of the valve.
     balance : (TERMS,) float array
         Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eqs. 7 and 8.
 
     Examples
     --------

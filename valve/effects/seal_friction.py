@@ -23,7 +23,9 @@ class SealFriction(NamedTuple):
 def seal_friction(effect: SealFriction, state: ValveState, balance: np.ndarray) -> None:
     """Add dry friction in proportion to the chambers' pressures, ``F_f = c (|p_A - p_0| + |p_B - p_0|)``.
 
-    It acts against the motion and holds at rest. Source: Belforte et al. 1993, Lubrication Engineering 49, 775.
+    It acts against the motion and holds at rest. Belforte and others [1]_ measured that the friction of lip seals
+    depends on the pressure; the proportion, with the coefficient c, is chosen. p_A, p_B and p_0 are the pressures of
+    the chambers and the ambient.
 
     Parameters
     ----------
@@ -33,6 +35,11 @@ def seal_friction(effect: SealFriction, state: ValveState, balance: np.ndarray) 
         State of the valve.
     balance : (TERMS,) float array
         Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    References
+    ----------
+    .. [1] G. Belforte and others, "Study of the behavior of lip seals in pneumatic actuators", Lubrication Engineering
+       49, 1993, pp. 775-780.
 
     Examples
     --------

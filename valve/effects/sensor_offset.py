@@ -25,7 +25,7 @@ class SensorOffset(NamedTuple):
 def sensor(effect: SensorOffset, reading: Reading) -> Reading:
     """Shift the recorded channels, ``recorded = x + offset``.
 
-    Source: Doebelin, Measurement Systems, 3.2, static calibration.
+    It is an error of the static calibration [1]_.
 
     Parameters
     ----------
@@ -38,6 +38,10 @@ def sensor(effect: SensorOffset, reading: Reading) -> Reading:
     -------
     apesim.reading.Reading
         What they record with it.
+
+    References
+    ----------
+    .. [1] E. O. Doebelin, "Measurement Systems: Application and Design", McGraw-Hill, section 3.2.
 
     Examples
     --------

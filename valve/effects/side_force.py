@@ -21,6 +21,8 @@ class SideForce(NamedTuple):
 def side_force(effect: SideForce, state: ValveState, balance: np.ndarray) -> None:
     """Add a constant force on the piston, positive to closed; chosen, as weight or a preloaded spring.
 
+    It stands beside the forces of Eq. 1 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     effect : SideForce

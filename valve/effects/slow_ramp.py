@@ -24,6 +24,8 @@ class SlowRamp(NamedTuple):
 def adjust(effect: SlowRamp, actuator: "Actuator", tables: "ActuatorTables") -> tuple["Actuator", "ActuatorTables"]:
     """Stretch the opening curves about their first rows, ``ramp = ramp + time``; a ramp keeps at least 0.001 ms.
 
+    A ramp that only gets longer is chosen.
+
     Parameters
     ----------
     effect : SlowRamp

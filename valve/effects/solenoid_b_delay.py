@@ -21,6 +21,8 @@ def adjust(
 ) -> tuple["Actuator", "ActuatorTables"]:
     """Shift solenoid B's opening curve in time, ``x_B(t) = x(t - time)``, but not to before the command.
 
+    A pure delay is chosen; x is the energised fraction.
+
     Parameters
     ----------
     effect : SolenoidBDelay

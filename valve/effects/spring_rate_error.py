@@ -20,6 +20,8 @@ def adjust(
 ) -> tuple["Actuator", "ActuatorTables"]:
     """Change the rate of both springs by a share, ``K = (1 + share) K``.
 
+    K is the rate of Eq. 1 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     effect : SpringRateError

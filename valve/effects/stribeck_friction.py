@@ -23,7 +23,7 @@ class StribeckFriction(NamedTuple):
 def stribeck_friction(effect: StribeckFriction, state: ValveState, balance: np.ndarray) -> None:
     """Add dry friction that fades with the speed, ``F_f = F exp(-(v/v_s)^2)``; all of it holds at rest.
 
-    Source: Armstrong-Helouvry, Dupont and Canudas de Wit 1994, Automatica 30, 1083.
+    It is Stribeck's curve in its Gaussian form [1]_, with the speed v and Stribeck's speed v_s.
 
     Parameters
     ----------
@@ -33,6 +33,12 @@ def stribeck_friction(effect: StribeckFriction, state: ValveState, balance: np.n
         State of the valve.
     balance : (TERMS,) float array
         Balance of the valve that is added to, see `apesim.valve.terms`.
+
+    References
+    ----------
+    .. [1] B. Armstrong-Helouvry, P. Dupont and C. Canudas de Wit, "A survey of models, analysis tools and compensation
+       methods for the control of machines with friction", Automatica 30, 1994, pp. 1083-1138,
+       doi 10.1016/0005-1098(94)90209-7.
 
     Examples
     --------

@@ -36,7 +36,7 @@ class SupplyDroop(NamedTuple):
 def volume(effect: SupplyDroop) -> tuple[float, float]:
     """Return the gas volume of the supply line and its feed.
 
-    The line is a volume with the balances of a chamber, the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 3-8.
+    The line is a volume with the balances of a chamber, Eqs. 3 to 8 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------

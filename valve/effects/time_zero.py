@@ -19,6 +19,8 @@ def sensor(effect: TimeZero, reading: Reading) -> Reading:
 
     The record of an engine stands over the crank angle and has no zero of time: it stays as it is.
 
+    A constant time is chosen.
+
     Parameters
     ----------
     effect : TimeZero

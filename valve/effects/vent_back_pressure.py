@@ -20,7 +20,7 @@ def adjust(
 ) -> tuple["Actuator", "ActuatorTables"]:
     """Raise the pressure behind the vents, ``p_vent = p_0 + pressure``; air that comes back keeps ambient temperature.
 
-    Source: ISO 6358-1, an exhaust restriction in series; that its pressure is constant is chosen.
+    Restrictions in series are ISO 6358-3 [1]_; a constant pressure in place of one is chosen.
 
     Parameters
     ----------
@@ -37,6 +37,11 @@ def adjust(
         Valve with the effect.
     apesim.valve.actuator.ActuatorTables
         Arrays with the effect.
+
+    References
+    ----------
+    .. [1] ISO 6358-3:2014, "Pneumatic fluid power - Determination of flow-rate characteristics of components using
+       compressible fluids - Part 3: Method for calculating steady-state flow-rate characteristics of systems".
 
     Examples
     --------
