@@ -85,6 +85,8 @@ LATENESS = {
 def losses(valves):
     """What each of `CAUSES` costs, in each of `ORDERS`.
 
+    The mean of the orders is Shapley's value [1]_ of two players.
+
     Parameters
     ----------
     valves : (..., 7, 5) float array
@@ -95,6 +97,11 @@ def losses(valves):
     (..., 3, 4, 5) float array
         `LOSSES` of `CAUSES`; in each order lateness, finite speed and control air sum up to the difference between the
         first and the last valve.
+
+    References
+    ----------
+    .. [1] L. S. Shapley, "A value for n-person games", in "Contributions to the Theory of Games II", Princeton
+       University Press, 1953, pp. 307-317, doi 10.1515/9781400881970-018.
     """
     number = {name: at for at, name in enumerate(VALVES)}
     orders = [

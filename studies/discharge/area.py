@@ -165,7 +165,15 @@ def _solve(problem):
 
 
 def monotone(area, half_band):
-    """The nearest curve that never falls and is nowhere negative, weighted by the band; shape (j,)."""
+    """The nearest curve that never falls and is nowhere negative, weighted by the band; shape (j,).
+
+    It is isotonic regression, from SciPy [1]_.
+
+    References
+    ----------
+    .. [1] F. M. T. A. Busing, "Monotone regression: a simple and fast O(n) PAVA implementation", J. Statist. Softw.
+       102, 2022, code snippet 1, doi 10.18637/jss.v102.c01.
+    """
     from scipy.optimize import isotonic_regression
 
     return np.clip(isotonic_regression(area, weights=1.0 / half_band**2).x, 0.0, None)
@@ -199,6 +207,9 @@ def opened_at(fit):
 def fit_area(vessel, records, knots=None, opened=None):
     """The effective area that explains all of some discharge tests.
 
+    The law is Eq. 10 of the EPV paper [1]_, integrated; the rate of the random walk is found by the fixed point of the
+    evidence [2]_.
+
     Parameters
     ----------
     vessel : Vessel
@@ -213,6 +224,13 @@ def fit_area(vessel, records, knots=None, opened=None):
     -------
     AreaFit, float
         And until when the random walk does not fade [s].
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eq. 10.
+    .. [2] D. J. C. MacKay, "Bayesian interpolation", Neural Comput. 4, 1992, pp. 415-447,
+       doi 10.1162/neco.1992.4.3.415.
     """
     if knots is None:
         end = max(record.times[-1] for record in records)

@@ -105,7 +105,8 @@ def evaluate_discharge(
 ) -> EffectiveArea:
     """Find the effective area of a solenoid valve from discharge tests: Eq. 10 of the EPV paper.
 
-    The EPV paper is doi 10.1631/jzus.A0820373.
+    The EPV paper [1]_ tests while the valve opens. A discharge test of an open valve, which gives its sonic conductance
+    and critical pressure ratio, is ISO 6358-2 [2]_.
 
     Parameters
     ----------
@@ -132,6 +133,13 @@ def evaluate_discharge(
     ------
     InputError
         A file cannot be read, or the tests are too noisy.
+
+    References
+    ----------
+    .. [1] "Simulation and experimental study of electro-pneumatic valve used in air-powered engine", J. Zhejiang Univ.
+       Sci. A, doi 10.1631/jzus.A0820373, Eqs. 9 and 10.
+    .. [2] ISO 6358-2:2019, "Pneumatic fluid power - Determination of flow-rate characteristics of components using
+       compressible fluids - Part 2: Alternative test methods".
 
     Examples
     --------

@@ -53,6 +53,8 @@ def plateau(fit, end):
 def opening_curve(fit, start, full_area):
     """The area made monotone (isotonic regression, weighted by the band), over the full area, and trimmed.
 
+    The regression is SciPy's [1]_.
+
     Parameters
     ----------
     fit : AreaFit
@@ -66,6 +68,11 @@ def opening_curve(fit, start, full_area):
     -------
     (m, 5) float array
         Time [s], opening from 0 to 1, effective area, low and high end of its band [m2].
+
+    References
+    ----------
+    .. [1] F. M. T. A. Busing, "Monotone regression: a simple and fast O(n) PAVA implementation", J. Statist. Softw.
+       102, 2022, code snippet 1, doi 10.18637/jss.v102.c01.
     """
     first = int(np.flatnonzero(fit.area[:start] <= 0.0)[-1])
     area = np.append(0.0, monotone(fit.area[1:], fit.half_band[1:]))

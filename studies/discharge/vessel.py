@@ -105,6 +105,8 @@ def effective_area(vessel, initial_pressure, pressures, slopes):
 class Descent:
     """The pressure p(Y) of a vessel from which the time integral Y of an effective area [m2 s] has let out gas.
 
+    It is Eq. 10 of the EPV paper (doi 10.1631/jzus.A0820373), integrated with Eq. 9 by the trapezoidal rule.
+
     Parameters
     ----------
     vessel : Vessel

@@ -73,8 +73,8 @@ class LeastSquares(Protocol):
 def descend(residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = None) -> Fitted:
     """Descend to the nearest minimum of the sum of squares within the bounds.
 
-    Each step solves ``(J'J + damping diag(J'J)) step = -J'e`` (Levenberg and Marquardt) for the parameters that no
-    bound holds. After a step that lowers the sum of squares, J is kept up by Broyden's rule,
+    Each step solves ``(J'J + damping diag(J'J)) step = -J'e`` (Levenberg [1]_, Marquardt [2]_) for the parameters that
+    no bound holds. After a step that lowers the sum of squares, J is kept up by Broyden's rule [3]_,
     ``J + (e_new - e - J step) step' / (step' step)``; it is taken anew where a step does not keep its promise.
 
     Parameters
@@ -95,6 +95,15 @@ def descend(residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None 
     ------
     apesim.studies.estimation.residuals.EndedEarly
         The simulation does not come to its end at the start.
+
+    References
+    ----------
+    .. [1] K. Levenberg, "A method for the solution of certain non-linear problems in least squares", Quart. Appl. Math.
+       2, 1944, pp. 164-168, doi 10.1090/qam/10666.
+    .. [2] D. W. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters", J. Soc. Indust. Appl.
+       Math. 11, 1963, pp. 431-441, doi 10.1137/0111030.
+    .. [3] C. G. Broyden, "A class of methods for solving nonlinear simultaneous equations", Math. Comp. 19, 1965,
+       pp. 577-593, doi 10.1090/S0025-5718-1965-0198670-6.
 
     Examples
     --------

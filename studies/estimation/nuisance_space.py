@@ -40,6 +40,9 @@ class NuisanceSpace(NamedTuple):
 def find_nuisance_space(jacobian: np.ndarray) -> NuisanceSpace:
     """Find the space that the sensitivities of the data to the nuisances span.
 
+    What is projected off is as in a regression that has the nuisances fitted, too: theorem of Frisch, Waugh and Lovell
+    [1]_.
+
     Parameters
     ----------
     jacobian : (n + p, p) float array
@@ -48,6 +51,11 @@ def find_nuisance_space(jacobian: np.ndarray) -> NuisanceSpace:
     Returns
     -------
     NuisanceSpace
+
+    References
+    ----------
+    .. [1] M. C. Lovell, "Seasonal adjustment of economic time series and multiple regression analysis", J. Am. Statist.
+       Assoc. 58, 1963, pp. 993-1010, doi 10.1080/01621459.1963.10480682.
 
     Examples
     --------

@@ -93,7 +93,7 @@ def find_end(likelihood: Likelihood, j: int, side: int) -> End:
     """Find one end of a parameter's 95 % interval by profile likelihood.
 
     It is where the least sum of squares with the parameter held is 1.96^2 above that of the optimum (Venzon and
-    Moolgavkar 1988, doi 10.2307/2347496); where it stays below as far as the parameter's bound, the end is open.
+    Moolgavkar [1]_); where it stays below as far as the parameter's bound, the end is open.
 
     Parameters
     ----------
@@ -107,6 +107,11 @@ def find_end(likelihood: Likelihood, j: int, side: int) -> End:
     -------
     End
         ``kind`` says whether the data hold the parameter there, or whether a point of a smaller sum of squares was met.
+
+    References
+    ----------
+    .. [1] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
+       Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
 
     Examples
     --------

@@ -67,6 +67,9 @@ def identify(machine, measured, free, method="least-squares", report=None):
     Least squares start from several points; the noise is then estimated from the residuals, and the fit and its 95 %
     intervals by profile likelihood are repeated while a profile meets a better point, `MAX_RESTARTS` times at most.
 
+    The first start is the machine's own values, the others are points of a Halton sequence [1]_; intervals are those of
+    the profile likelihood [2]_.
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -86,6 +89,13 @@ def identify(machine, measured, free, method="least-squares", report=None):
     ------
     apesim.quantities.InputError
         There is nothing to fit, a free supply differs between the runs, or a parameter changes nothing in them.
+
+    References
+    ----------
+    .. [1] J. H. Halton, "On the efficiency of certain quasi-random sequences of points in evaluating multi-dimensional
+       integrals", Numer. Math. 2, 1960, pp. 84-90, doi 10.1007/BF01386213.
+    .. [2] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
+       Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
     """
     problem = Problem(machine, measured.of(FIT), free, report)
     _refuse(problem, measured, method)

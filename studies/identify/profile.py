@@ -11,6 +11,8 @@ FINE = 1e-5
 def minimise(problem, x, noise, tolerance, held=None):
     """Minimise the sum of squares of the whitened residuals within the bounds, from a start.
 
+    The method is that of Branch, Coleman and Li [1]_, a trust region within bounds, from SciPy.
+
     Parameters
     ----------
     problem : apesim.studies.identify.simulation.Problem
@@ -29,6 +31,11 @@ def minimise(problem, x, noise, tolerance, held=None):
     cost : float
         Sum of squares.
     success : bool
+
+    References
+    ----------
+    .. [1] M. A. Branch, T. F. Coleman and Y. Li, "A subspace, interior, and conjugate gradient method for large-scale
+       bound-constrained minimization problems", SIAM J. Sci. Comput. 21, 1999, pp. 1-23, doi 10.1137/S1064827595289108.
     """
     from scipy.optimize import least_squares
 
@@ -61,6 +68,8 @@ def minimise(problem, x, noise, tolerance, held=None):
 def intervals_of(problem, best, cost, noise, covariance):
     """Both ends of every parameter's interval; or a better point, if one is met.
 
+    The intervals are those of the profile likelihood [1]_.
+
     Parameters
     ----------
     problem : Problem
@@ -76,6 +85,11 @@ def intervals_of(problem, best, cost, noise, covariance):
     -------
     intervals : list of pairs of apesim.studies.estimation.profile_likelihood.End
     better : (p,) float array or None
+
+    References
+    ----------
+    .. [1] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
+       Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
     """
 
     def hold(guess, j):

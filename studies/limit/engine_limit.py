@@ -210,6 +210,8 @@ def engine_limit(machine: Machine, resolution: float = RESOLUTION) -> EngineLimi
     Sketches of the periodic state lead near the limit, full periodic states decide. Where these contradict the
     sketches, the scan is repeated with full ones.
 
+    Where the limit lies between two speeds it is bisected [1]_.
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -221,6 +223,11 @@ def engine_limit(machine: Machine, resolution: float = RESOLUTION) -> EngineLimi
     -------
     EngineLimit
         Limit, what fails above it, and the commands at it.
+
+    References
+    ----------
+    .. [1] W. H. Press, S. A. Teukolsky, W. T. Vetterling and B. P. Flannery, "Numerical Recipes", 3rd ed., Cambridge
+       University Press, 2007, section 9.1.
 
     Examples
     --------

@@ -99,6 +99,8 @@ def is_complete(machine: Machine, rate: float, duty: float) -> bool:
 def working_limit(machine: Machine, duty: float = 0.5, resolution: float = RESOLUTION) -> Limit:
     """Find the highest working rate of the valve: scan upwards in steps of a quarter, then bisect.
 
+    Where the limit lies between two rates it is bisected [1]_.
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -111,6 +113,11 @@ def working_limit(machine: Machine, duty: float = 0.5, resolution: float = RESOL
     -------
     Limit
         Highest rate [Hz], and the time for which the lift is above the lap at it [s].
+
+    References
+    ----------
+    .. [1] W. H. Press, S. A. Teukolsky, W. T. Vetterling and B. P. Flannery, "Numerical Recipes", 3rd ed., Cambridge
+       University Press, 2007, section 9.1.
 
     Examples
     --------

@@ -46,6 +46,8 @@ def fitted(
 ) -> Law | None:
     """Fit a law of the temperature to points, by least squares.
 
+    That the delay is almost a line over the temperature is from the EPV paper (doi 10.1631/jzus.A0820373), Fig. 8.
+
     Parameters
     ----------
     pressure : float

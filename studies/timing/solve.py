@@ -241,8 +241,8 @@ def corrected(
 ) -> Timing:
     """Find the commands with which the valve opens and closes at its targets, in the periodic state.
 
-    The unknowns are the command angle of the energising and the pulse. Broyden's method finds them from a start, or
-    from the delays of the bench. Where that fails, the pulse is bracketed (the valve is open longer after a longer
+    The unknowns are the command angle of the energising and the pulse. Broyden's method [1]_ finds them from a start,
+    or from the delays of the bench. Where that fails, the pulse is bracketed (the valve is open longer after a longer
     pulse), and the method starts anew from the bracket.
 
     Parameters
@@ -266,6 +266,11 @@ def corrected(
     ------
     ValueError
         The intake is no electro-pneumatic valve, so that it has no commands.
+
+    References
+    ----------
+    .. [1] C. G. Broyden, "A class of methods for solving nonlinear simultaneous equations", Math. Comp. 19, 1965,
+       pp. 577-593, doi 10.1090/S0025-5718-1965-0198670-6.
     """
     if machine.engine.intake != EPV:
         raise ValueError("only an electro-pneumatic intake has commands to correct")

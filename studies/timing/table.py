@@ -45,6 +45,8 @@ class InterpolationError(NamedTuple):
 def interpolated(axes: Axes, values: np.ndarray, point: Sequence[float]) -> float:
     """Interpolate a table between its points, linearly along each axis.
 
+    It is multilinear interpolation [1]_.
+
     Parameters
     ----------
     axes : Axes
@@ -59,6 +61,11 @@ def interpolated(axes: Axes, values: np.ndarray, point: Sequence[float]) -> floa
     float
         Value, in the unit of the table. NaN outside of the axes, as nothing is extrapolated, and where one of the
         neighbours that count is NaN.
+
+    References
+    ----------
+    .. [1] W. H. Press, S. A. Teukolsky, W. T. Vetterling and B. P. Flannery, "Numerical Recipes", 3rd ed., Cambridge
+       University Press, 2007, section 3.6.
 
     Examples
     --------

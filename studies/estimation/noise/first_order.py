@@ -110,7 +110,15 @@ def rough_noise(problem, stated):
 
 
 def is_white(problem, x, noise):
-    """Whether the whitened residuals have no correlation left over 20 lags (Ljung and Box), at 0.1 %."""
+    """Whether the whitened residuals have no correlation left over 20 lags (Ljung and Box), at 0.1 %.
+
+    It is the test of Ljung and Box [1]_, of each block alone.
+
+    References
+    ----------
+    .. [1] G. M. Ljung and G. E. P. Box, "On a measure of lack of fit in time series models", Biometrika 65, 1978,
+       pp. 297-303, doi 10.1093/biomet/65.2.297.
+    """
     from scipy.stats import chi2
 
     for r, (run, sensor) in zip(problem.residuals(x), problem.blocks, strict=True):

@@ -75,8 +75,8 @@ def white(deviation: float, source: str, samples: float = np.inf) -> Noise:
 def levinson(correlation: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     """Find the best linear predictors of all orders of a stationary process, by Levinson's recursion.
 
-    They solve Yule and Walker's equations. The reflection k_m leads from order m - 1 to m, with the variance v of the
-    error of prediction over that of the process::
+    They solve Yule and Walker's equations [1]_. The reflection k_m leads from order m - 1 to m, with the variance v of
+    the error of prediction over that of the process::
 
         k_m = (c_m - sum(w_i c_(m-i))) / v_(m-1),    v_m = v_(m-1) (1 - k_m^2)
 
@@ -94,6 +94,11 @@ def levinson(correlation: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarra
         For each order m the weights of the m samples before, the last one first.
     spread : (orders,) float array
         Standard deviation of the error of prediction, over that of the process, for each order.
+
+    References
+    ----------
+    .. [1] N. Levinson, "The Wiener (root mean square) error criterion in filter design and prediction", J. Math. Phys.
+       25, 1946, pp. 261-278, doi 10.1002/sapm1946251261.
 
     Examples
     --------
@@ -117,8 +122,8 @@ def autoregressive(
 ) -> Noise:
     """Estimate noise as an autoregressive process from stretches of nothing but noise.
 
-    The order is that of the least ``n ln(v_m) + m ln(n)`` (Schwarz's criterion), with n samples and the variance v_m of
-    the error of prediction; see `levinson`. Fewer than `ENOUGH` samples tell no colour.
+    The order is that of the least ``n ln(v_m) + m ln(n)`` (Schwarz's criterion [1]_), with n samples and the variance
+    v_m of the error of prediction; see `levinson`. Fewer than `ENOUGH` samples tell no colour.
 
     What was fitted to white noise and taken off leaves correlations that are not the noise's, minus those of its
     orthonormal columns: they are added again.
@@ -137,6 +142,11 @@ def autoregressive(
     Returns
     -------
     Noise
+
+    References
+    ----------
+    .. [1] G. Schwarz, "Estimating the dimension of a model", Ann. Statist. 6, 1978, pp. 461-464,
+       doi 10.1214/aos/1176344136.
     """
     samples = sum(map(len, segments))
     free = max(samples - _lagged(fitted, 0), 1.0)  # orthonormal columns: as many as were fitted
@@ -167,7 +177,7 @@ def drifting(
 
     Levinson's recursion on what is left of the drifts takes slow noise for drift; for noise of the first order the
     correlation of neighbours is the most probable one whatever the drifts are (restricted likelihood, Patterson and
-    Thompson 1971).
+    Thompson [1]_).
 
     Parameters
     ----------
@@ -183,6 +193,11 @@ def drifting(
     Returns
     -------
     Noise
+
+    References
+    ----------
+    .. [1] H. D. Patterson and R. Thompson, "Recovery of inter-block information when block sizes are unequal",
+       Biometrika 58, 1971, pp. 545-554, doi 10.1093/biomet/58.3.545.
     """
     straight = [_straight(len(values)) for values in stretches]
     bare = [values - line @ (line.T @ values) for values, line in zip(stretches, straight, strict=True)]
@@ -196,6 +211,8 @@ def beside(
     """Estimate noise from records of which columns that all share were taken off, by one set of weights.
 
     Columns that vary slowly take more from slow noise than from white; see `drifting`.
+
+    The likelihood is that of `drifting`, restricted [1]_.
 
     Parameters
     ----------
@@ -211,6 +228,11 @@ def beside(
     Returns
     -------
     Noise
+
+    References
+    ----------
+    .. [1] H. D. Patterson and R. Thompson, "Recovery of inter-block information when block sizes are unequal",
+       Biometrika 58, 1971, pp. 545-554, doi 10.1093/biomet/58.3.545.
     """
     base, sizes, _ = np.linalg.svd(np.vstack(columns), full_matrices=False)
     ends = np.cumsum([len(values) for values in records])[:-1]
@@ -274,6 +296,8 @@ def whitened(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray
     Noise so treated is white, of standard deviation 1. Hum adds sines W of random size to the covariance, which becomes
     ``1 + W W'`` of what is whitened so; the result is multiplied by ``(1 + W W')^(-1/2)``.
 
+    The errors of prediction of a stationary process are its innovations [1]_.
+
     Parameters
     ----------
     noise : Noise
@@ -286,6 +310,11 @@ def whitened(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray
     -------
     (n, k) float array
         [standard deviations]
+
+    References
+    ----------
+    .. [1] P. J. Brockwell and R. A. Davis, "Time Series: Theory and Methods", 2nd ed., Springer, 1991,
+       doi 10.1007/978-1-4419-0320-4, chapter 5.
 
     Examples
     --------

@@ -20,7 +20,7 @@ def draws_of(noise, number, rng):
 
     Of an autoregressive process that is known from n samples, the variance of its innovations has n degrees of freedom,
     and its weights have the covariance of large samples, their variance times the inverse of the process's own
-    covariance over n (Brockwell and Davis 1991, section 8.1).
+    covariance over n (Brockwell and Davis [1]_).
 
     Parameters
     ----------
@@ -34,6 +34,11 @@ def draws_of(noise, number, rng):
         Of the innovations, over that which is taken.
     shift : (number, order) float array
         Of the weights of the samples before.
+
+    References
+    ----------
+    .. [1] P. J. Brockwell and R. A. Davis, "Time Series: Theory and Methods", 2nd ed., Springer, 1991,
+       doi 10.1007/978-1-4419-0320-4, section 8.1.
     """
     weights = noise.predictors[-1]
     shift = np.zeros((number, noise.order))

@@ -33,7 +33,7 @@ def compare_points(model: Model) -> list[Inconsistency]:
     """Compare the parameters that each operating point alone gives with those of all points together.
 
     The shift of parameter j at an operating point P, in a model that is linear in the parameters, over the standard
-    deviation that noise alone gives it (Hausman 1978, doi 10.2307/1913827)::
+    deviation that noise alone gives it (Hausman [1]_)::
 
         d_j = shift_j / sqrt(C_P[j, j] - C[j, j]),    shift = -C_P J_P' e_P,    C_P = pinv(J_P' J_P)
 
@@ -51,6 +51,11 @@ def compare_points(model: Model) -> list[Inconsistency]:
     list of Inconsistency
         For each parameter the operating point with the largest ``abs(d_j)``, the largest first; empty where there is
         one operating point alone.
+
+    References
+    ----------
+    .. [1] J. A. Hausman, "Specification tests in econometrics", Econometrica 46, 1978, pp. 1251-1271,
+       doi 10.2307/1913827.
     """
     residuals, (x, errors, jacobian, _) = model.residuals, model.fitted
     points = points_of(residuals.runs)
@@ -77,7 +82,7 @@ def compare_points(model: Model) -> list[Inconsistency]:
 def too_far(found: Sequence[Inconsistency], points: int) -> list[Inconsistency]:
     """The inconsistencies that are larger than noise alone would make them.
 
-    The limit is Bonferroni's, for ``m = points len(found)`` looks in both directions: noise alone puts one of them
+    The limit is Bonferroni's [1]_, for ``m = points len(found)`` looks in both directions: noise alone puts one of them
     beyond ``isf(ALARM / (2 m))`` of a standard normal number with a chance of at most `ALARM`.
 
     Parameters
@@ -90,6 +95,11 @@ def too_far(found: Sequence[Inconsistency], points: int) -> list[Inconsistency]:
     Returns
     -------
     list of Inconsistency
+
+    References
+    ----------
+    .. [1] O. J. Dunn, "Multiple comparisons among means", J. Am. Statist. Assoc. 56, 1961, pp. 52-64,
+       doi 10.1080/01621459.1961.10482090.
     """
     limit = norm.isf(0.5 * ALARM / max(1, points * len(found)))
     return [one for one in found if abs(one.deviations) > limit]

@@ -88,9 +88,18 @@ def id_of(parameter):
 def criteria_of(model):
     """NLLH, AIC and BIC of a fitted model; a prior counts as a measurement.
 
+    The criteria are Akaike's [1]_ and Schwarz's [2]_.
+
     Returns
     -------
     dict of float
+
+    References
+    ----------
+    .. [1] H. Akaike, "A new look at the statistical model identification", IEEE Trans. Automat. Contr. 19, 1974,
+       pp. 716-723, doi 10.1109/TAC.1974.1100705.
+    .. [2] G. Schwarz, "Estimating the dimension of a model", Ann. Statist. 6, 1978, pp. 461-464,
+       doi 10.1214/aos/1176344136.
     """
     freed = len(model.fitted.x)
     measured = len(model.fitted.residuals) - freed + int(model.residuals.known.sum())

@@ -41,7 +41,7 @@ def compare_with_noise(
 
     The scores are ``-S'e`` over shapes S of length 1, those of the candidates and local ones. Noise alone gives them
     the covariance ``S'S``; each draw is scaled by what the noise may be, as it is known from so many samples only. With
-    k of D draws at or above the largest score, the chance is ``(1 + k) / (1 + D)``.
+    k of D draws at or above the largest score, the chance is ``(1 + k) / (1 + D)`` (Monte Carlo test [1]_).
 
     Parameters
     ----------
@@ -57,6 +57,11 @@ def compare_with_noise(
     Returns
     -------
     GapTest
+
+    References
+    ----------
+    .. [1] A. C. Davison and D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge University Press, 1997,
+       doi 10.1017/CBO9780511802843, chapter 4.
     """
     columns = [column for column in columns if column.is_visible]
     shapes = np.column_stack([*(c.projected for c in columns), local])

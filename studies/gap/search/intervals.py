@@ -87,6 +87,8 @@ class Held:
 def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
     """Find the 95 % intervals of a model's effects that have a shape, by profile likelihood.
 
+    It is the method of Venzon and Moolgavkar [1]_, see `apesim.studies.estimation.profile_likelihood`.
+
     Parameters
     ----------
     model : apesim.studies.estimation.model.Model
@@ -99,6 +101,11 @@ def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
         them where such points are still met after `MAX_RESTARTS` fits.
     simulations : int
         Number of simulations that it took.
+
+    References
+    ----------
+    .. [1] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
+       Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
     """
     simulations = 0
     for _ in range(1 + MAX_RESTARTS):

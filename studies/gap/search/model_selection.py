@@ -46,7 +46,7 @@ class Choice(NamedTuple):
 def term(library: int) -> float:
     """The penalty of one effect, or of one nuisance without its prior: ``2 ln(n / p)``.
 
-    It is the price of one term among n, with the chance p = `TERM_CHANCE` of a term that is not there (PASTIS).
+    It is the price of one term among n, with the chance p = `TERM_CHANCE` of a term that is not there (PASTIS [1]_).
 
     Parameters
     ----------
@@ -57,6 +57,10 @@ def term(library: int) -> float:
     -------
     float
         In units of the sum of squares.
+
+    References
+    ----------
+    .. [1] A. Gerardos and P. Ronceray, 2025, arXiv:2501.10339 (PASTIS).
 
     Examples
     --------
@@ -69,6 +73,8 @@ def term(library: int) -> float:
 def penalty(model: Model, library: int) -> float:
     """The penalty of a model: that of one `term` for each effect, and 2 for each parameter beyond one an effect.
 
+    The price of a term is that of PASTIS [1]_, that of a further parameter is Akaike's [2]_.
+
     Parameters
     ----------
     model : apesim.studies.estimation.model.Model
@@ -79,6 +85,12 @@ def penalty(model: Model, library: int) -> float:
     -------
     float
         In units of the sum of squares.
+
+    References
+    ----------
+    .. [1] A. Gerardos and P. Ronceray, 2025, arXiv:2501.10339 (PASTIS).
+    .. [2] H. Akaike, "A new look at the statistical model identification", IEEE Trans. Automat. Contr. 19, 1974,
+       pp. 716-723, doi 10.1109/TAC.1974.1100705.
     """
     terms = len(model.names)
     return terms * term(library) + 2.0 * max(0, model.added - terms)

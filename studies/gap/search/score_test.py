@@ -178,6 +178,8 @@ def scores(columns: Sequence[Sensitivity], errors: np.ndarray) -> list[Score]:
     A negative score counts as 0 where the strength cannot be negative, else by its magnitude. Probes that show no more
     than the march's own error are left out.
 
+    It is Rao's score test [1]_ of each candidate, with the nuisances projected out.
+
     Parameters
     ----------
     columns : sequence of Sensitivity
@@ -188,6 +190,11 @@ def scores(columns: Sequence[Sensitivity], errors: np.ndarray) -> list[Score]:
     -------
     list of Score
         One for each candidate that shows, the largest score first.
+
+    References
+    ----------
+    .. [1] C. R. Rao, "Large sample tests of statistical hypotheses concerning several parameters with applications to
+       problems of estimation", Math. Proc. Camb. Phil. Soc. 44, 1948, pp. 50-57, doi 10.1017/S0305004100023987.
     """
     best: dict[str, Score] = {}
     for column in columns:

@@ -189,6 +189,9 @@ def most_probable(columns, errors, branches):
 
         fall = x'b,    price = ln det(1 + K),    moved = trace((1 + K)^-1 K)
 
+    It is the evidence of a linear model with a Gaussian prior: the price is MacKay's Occam factor, ``moved`` his number
+    of well determined parameters [1]_.
+
     Parameters
     ----------
     columns : (n, q) float array
@@ -205,6 +208,11 @@ def most_probable(columns, errors, branches):
         See `Balance`.
     x : (q,) float array
         The most probable nodes, over their sizes.
+
+    References
+    ----------
+    .. [1] D. J. C. MacKay, "Bayesian interpolation", Neural Comput. 4, 1992, pp. 415-447,
+       doi 10.1162/neco.1992.4.3.415.
     """
     normal, seen, of = columns.T @ columns, -columns.T @ errors, np.array(branches)
 

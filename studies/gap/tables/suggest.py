@@ -41,6 +41,8 @@ def sparse(target, terms):
 
     It ends before the share `LOST` of the quantity's energy would be lost against the fit of all terms.
 
+    It is sparse identification [1]_ by elimination of terms, in place of a threshold.
+
     Parameters
     ----------
     target : (n,) float array
@@ -54,6 +56,11 @@ def sparse(target, terms):
         By name, of the terms that stay.
     explained : float
         Share of the quantity's energy that they explain.
+
+    References
+    ----------
+    .. [1] S. L. Brunton, J. L. Proctor and J. N. Kutz, "Discovering governing equations from data by sparse
+       identification of nonlinear dynamical systems", PNAS 113, 2016, pp. 3932-3937, doi 10.1073/pnas.1517384113.
 
     Examples
     --------
