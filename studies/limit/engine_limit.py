@@ -231,9 +231,9 @@ def engine_limit(machine: Machine, resolution: float = RESOLUTION) -> EngineLimi
 
     Examples
     --------
-    >>> found = engine_limit(Machine(), 10.0 * RPM)
-    >>> round(found.limit / RPM, -2), found.fails.name
-    (np.float64(1200.0), 'FULL_LIFT')
+    >>> limit = engine_limit(Machine(), 10.0 * RPM)
+    >>> round(float(limit.limit / RPM), -2), limit.fails.name
+    (1200.0, 'FULL_LIFT')
     """
     sketch = _Judge(machine, SKETCH)
     good, bad, again = _scanned(sketch)

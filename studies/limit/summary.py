@@ -44,8 +44,8 @@ def summary_json(v: Mapping[str, np.ndarray], window: str) -> dict[str, Any]:
     >>> summary = summary_json(v, "duration_deg")
     >>> float(summary["limit_rpm"]), float(summary["min_limit_rpm"])
     (2225.0, 1795.0)
-    >>> round(1e3 * summary["design_rule"]["lap_to_lap_s"], 2)
-    np.float64(5.68)
+    >>> round(1e3 * float(summary["design_rule"]["lap_to_lap_s"]), 2)
+    5.68
     >>> summary["paper"]["reached_at_own_point"]
     {'30 Hz, one event a revolution': True, 'as printed': True}
     """

@@ -121,9 +121,9 @@ def working_limit(machine: Machine, duty: float = 0.5, resolution: float = RESOL
 
     Examples
     --------
-    >>> found = working_limit(Machine(), duty=0.5, resolution=1.0)
-    >>> round(found.limit, -1), round(found.open_time, 3)  # [Hz], [s]
-    (np.float64(70.0), 0.011)
+    >>> limit = working_limit(Machine(), duty=0.5, resolution=1.0)
+    >>> round(float(limit.limit), -1), round(limit.open_time, 3)  # [Hz], [s]
+    (70.0, 0.011)
     """
     rates = LOWEST * STEP_UP ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(STEP_UP)) + 1)
     marches, good, bad, again = 0, nan, nan, nan

@@ -60,7 +60,7 @@ def complete(
     ----------
     folder : path
         Folder of the shards.
-    points : sequence of apesim.studies.sweep.plan.Point
+    points : sequence of Point
         All points that the archive is to hold.
     plan_hash : str
         Hash of the sweep, see `apesim.archive.shards.plan_hash`.
@@ -81,6 +81,33 @@ def complete(
     ------
     ArchiveError
         A shard cannot be written, or the folder holds one of another sweep.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.engine.cylinder import IDEAL_VALVE
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.execution.pool import run_tasks
+    >>> from apesim.studies.sweep.compute import compute
+    >>> from apesim.studies.sweep.plan import plan
+    >>> from apesim.studies.sweep.results import archive_of
+    >>> from apesim.studies.sweep.variation import Variation
+    >>> variation, provenance = Variation((), (Machine(),)), {"plan_hash": "0" * 64, "runs_planned": "1"}
+    >>> points = plan(variation, [94.0], [IDEAL_VALVE]).points
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     completion = complete(
+    ...         folder,
+    ...         points,
+    ...         provenance["plan_hash"],
+    ...         run=lambda chunks: run_tasks(compute, chunks, 1),
+    ...         to_archive=lambda chunk, results: archive_of(chunk, results, variation, "", provenance),
+    ...         report=print,
+    ...     )
+    0 1
+    1 1
+    1 1
+    >>> len(completion.parts), completion.faults
+    (1, [])
     """
     tally, best, vain = _Tally(), (-math.inf, 0), 0
     while True:
@@ -127,6 +154,16 @@ def keep(archive: Archive, save: Callable[[Archive], Path]) -> Path:
     ------
     ArchiveError
         The archive cannot be written; its remedy names ``--resume``.
+
+    Examples
+    --------
+    >>> def save(archive):
+    ...     raise ArchiveError("sweep.h5", "cannot be written: no space left", "choose another --out")
+    >>> try:
+    ...     keep(Archive("", {}, {}), save)
+    ... except ArchiveError as error:
+    ...     error.remedy
+    'choose another --out; what is done is kept, go on with --resume'
     """
     try:
         return save(archive)
@@ -140,12 +177,23 @@ def seconds_of(points: Iterable[Point]) -> float:
 
     Parameters
     ----------
-    points : iterable of apesim.studies.sweep.plan.Point
+    points : iterable of Point
+        Points, with fixed or corrected timing.
 
     Returns
     -------
     float
         Sum of `SECONDS_A_POINT` [s].
+
+    Examples
+    --------
+    >>> from apesim.engine.cylinder import IDEAL_VALVE
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.sweep.plan import plan
+    >>> from apesim.studies.sweep.variation import Variation
+    >>> variation = Variation((), (Machine(),))
+    >>> seconds_of(plan(variation, [94.0, 126.0], [IDEAL_VALVE]).points)
+    0.06
     """
     return sum(SECONDS_A_POINT[point.timing] for point in points)
 

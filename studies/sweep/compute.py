@@ -33,7 +33,8 @@ def compute(points: Sequence[Point]) -> list[tuple[dict[str, Any], np.ndarray]]:
 
     Parameters
     ----------
-    points : sequence of apesim.studies.sweep.plan.Point
+    points : sequence of Point
+        Points to run.
 
     Returns
     -------
@@ -41,6 +42,17 @@ def compute(points: Sequence[Point]) -> list[tuple[dict[str, Any], np.ndarray]]:
         For each point its scalars by their names in archives, and its trace: a row every half degree of crank angle
         over one turn, the columns as in `apesim.engine.cycle.rates.TRACE`. Indicators and trace are NaN where the point
         failed or its timing is out of reach.
+
+    Examples
+    --------
+    >>> from apesim.engine.cylinder import IDEAL_VALVE
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.sweep.plan import plan
+    >>> from apesim.studies.sweep.variation import Variation
+    >>> variation = Variation((), (Machine(),))
+    >>> [(scalars, trace)] = compute(plan(variation, [94.0], [IDEAL_VALVE]).points)
+    >>> round(float(scalars["brake_torque_Nm"]), 1), trace.shape
+    (40.6, (721, 11))
     """
     return [_result(point) for point in points]
 
@@ -61,9 +73,9 @@ def _result(point: Point) -> tuple[dict[str, Any], np.ndarray]:
     run = run_steady(machine, speed, angle_step=ANGLE_STEP, trace_start=trace_start)
     if run.status == Status.DONE:
         values = indicators(machine, run)
-        told = judge_point(machine, run, values)
-        scalars |= values | {flag: int(warning in told) for warning, flag in WARNING_FLAGS.items()}
-        scalars["warnings"] = len(told)
+        warnings = judge_point(machine, run, values)
+        scalars |= values | {flag: int(warning in warnings) for warning, flag in WARNING_FLAGS.items()}
+        scalars["warnings"] = len(warnings)
         trace = _from_first_angle(run.trace, place)
     if machine.engine.intake == EPV:
         scalars |= {f"{name}_deg": getattr(machine.command, name) / DEGREE for name in ("energise", "release")}

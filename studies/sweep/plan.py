@@ -83,7 +83,7 @@ def plan(
 
     Parameters
     ----------
-    variation : apesim.studies.sweep.variation.Variation
+    variation : Variation
         Machines, and the keys in which they differ.
     speeds : sequence of float
         Speeds of the crankshaft [rad/s].
@@ -96,6 +96,15 @@ def plan(
     -------
     Plan
         Points numbered from 0; speeds vary fastest, then machines, then actuations.
+
+    Examples
+    --------
+    >>> variation = Variation((), (Machine(),))
+    >>> planned = plan(variation, [TURN * 10.0, TURN * 15.0], [EPV, CAM])
+    >>> [(point.run, rpm(point.speed), actuation_of(point)) for point in planned.points]
+    [(0, 600.0, 0), (1, 900.0, 0), (2, 600.0, 2), (3, 900.0, 2)]
+    >>> planned.axes
+    {'actuation': ['epv', 'cam'], 'speed_rpm': ['600 r/min', '900 r/min']}
     """
     actuations = actuations_of(intakes, timings)
     trace_start = variation.machines[0].command.energise
@@ -137,11 +146,18 @@ def actuation_of(point: Point) -> int:
     Parameters
     ----------
     point : Point
+        Point of a sweep.
 
     Returns
     -------
     int
         Place of its intake and timing in `ACTUATIONS`, from 0.
+
+    Examples
+    --------
+    >>> [point] = plan(Variation((), (Machine(),)), [94.0], [CAM]).points
+    >>> list(ACTUATIONS)[actuation_of(point)]
+    'cam'
     """
     return list(ACTUATIONS.values()).index((point.machine.engine.intake, point.timing))
 
@@ -168,8 +184,8 @@ def in_one_unit(texts: Sequence[str]) -> tuple[Sequence[str], str]:
     >>> in_one_unit(["ideal", "cantera"])
     (['ideal', 'cantera'], '')
     """
-    found: list[Any] = [re.fullmatch(rf"({NUMBER}|inf)( .*)?", text) for text in texts]
-    units = {match and (match[3] or "").strip() for match in found}
+    matches: list[Any] = [re.fullmatch(rf"({NUMBER}|inf)( .*)?", text) for text in texts]
+    units = {match and (match[3] or "").strip() for match in matches}
     if None in units or len(units) > 1:
         return texts, ""
-    return [match[1] for match in found], units.pop()
+    return [match[1] for match in matches], units.pop()

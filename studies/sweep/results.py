@@ -58,11 +58,11 @@ def archive_of(
 
     Parameters
     ----------
-    points : sequence of apesim.studies.sweep.plan.Point
+    points : sequence of Point
         At least one.
     results : sequence of (mapping, float array)
         Scalars and trace of each point, see `apesim.studies.sweep.compute.compute`.
-    variation : apesim.studies.sweep.variation.Variation
+    variation : Variation
         Variation from which the machines of the points are taken.
     machine : str
         TOML text of the machine before anything is varied.
@@ -73,6 +73,19 @@ def archive_of(
     -------
     Archive
         A run for each point; scalars over runs, traces over runs and crank angle [deg].
+
+    Examples
+    --------
+    >>> from apesim.engine.cylinder import IDEAL_VALVE
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.sweep.plan import plan
+    >>> from apesim.studies.sweep.variation import Variation
+    >>> variation = Variation((), (Machine(),))
+    >>> from apesim.studies.sweep.compute import compute
+    >>> points = plan(variation, [94.0], [IDEAL_VALVE]).points
+    >>> archive = archive_of(points, compute(points), variation, Machine().to_toml(), {"runs_planned": "1"})
+    >>> archive.variables["cylinder_pressure"].values.shape
+    (1, 721)
     """
     scalars = [scalars for scalars, _ in results]
     traces = np.stack([trace for _, trace in results])
@@ -119,14 +132,16 @@ def _what_was_varied(points: Sequence[Point], variation: Variation) -> dict[str,
 
 def _how_it_ended(scalars: Sequence[Mapping[str, Any]]) -> dict[str, Variable]:
     """Status, reason of the timing and command angles [deg] of each point."""
-    told = {
+    texts_by_name = {
         "status": ("how the march ended", f"{NOT_MARCHED} not marched, {STATUS_MEANINGS}"),
         "timing_reason": (
             "whether the corrected timing is in reach, and if not, why",
             f"{NOT_ASKED} not asked for, {REASON_MEANINGS}",
         ),
     }
-    variables = {name: column([values[name] for values in scalars], "1", *texts) for name, texts in told.items()}
+    variables = {
+        name: column([values[name] for values in scalars], "1", *texts) for name, texts in texts_by_name.items()
+    }
     for name, description in COMMANDS.items():
         variables[name] = column(np.array([values[name] for values in scalars], float), "deg", description)
     return variables
@@ -160,12 +175,19 @@ def flagged(archive: Archive, warning: EngineWarning) -> np.ndarray:
     ----------
     archive : Archive
         Archive of a sweep of n runs.
-    warning : apesim.engine.warnings.EngineWarning
+    warning : EngineWarning
+        Kind of the warning.
 
     Returns
     -------
     (n,) bool array
         True where the run has the warning; False where it has no results.
+
+    Examples
+    --------
+    >>> flag = column([False, True], "1", EngineWarning.OPENS_PARTLY.summary)
+    >>> flagged(Archive("", {}, {"warning_opens_partly": flag}), EngineWarning.OPENS_PARTLY).tolist()
+    [False, True]
     """
     return archive.variables[WARNING_FLAGS[warning]].values == 1
 
@@ -182,6 +204,13 @@ def has_incomplete_stroke(archive: Archive) -> np.ndarray:
     -------
     (n,) bool array
         True where the run has any warning of an incomplete stroke.
+
+    Examples
+    --------
+    >>> columns = {flag: column([False, False], "1", flag) for flag in WARNING_FLAGS.values()}
+    >>> columns["warning_opens_partly"] = column([False, True], "1", EngineWarning.OPENS_PARTLY.summary)
+    >>> has_incomplete_stroke(Archive("", {}, columns)).tolist()
+    [False, True]
     """
     return np.any([flagged(archive, warning) for warning in WARNING_FLAGS if warning.is_incomplete_stroke], axis=0)
 
@@ -198,13 +227,27 @@ def warnings_of(archive: Archive) -> list[str]:
     -------
     list of str
         Each line says what is wrong, in how many runs, in which first, and the flag to look for in the archive.
+
+    Examples
+    --------
+    >>> provenance = {"axes": '{"actuation": ["epv"], "speed_rpm": ["600 r/min", "1800 r/min"]}'}
+    >>> columns = {
+    ...     "run": column([0, 1], "1", "number of the run"),
+    ...     "actuation": column([0, 0], "1", "what moves the intake"),
+    ...     "speed_rpm": column([600.0, 1800.0], "r/min", "speed"),
+    ...     **{flag: column([False, False], "1", flag) for flag in WARNING_FLAGS.values()},
+    ... }
+    >>> columns["warning_opens_partly"] = column([False, True], "1", EngineWarning.OPENS_PARTLY.summary)
+    >>> [line] = warnings_of(Archive("", provenance, columns))
+    >>> line.partition(": ")[2]
+    '1 of 2 runs, the first is run 1 (epv, 1800 r/min); in the archive: warning_opens_partly'
     """
     lines, names = [], names_of(archive)
     for warning, flag in WARNING_FLAGS.items():
-        found = np.flatnonzero(flagged(archive, warning))
-        if len(found):
-            count = f"{len(found)} of {len(names)} runs"
-            first = f"run {archive.runs[found[0]]} ({names[found[0]]})"
+        runs = np.flatnonzero(flagged(archive, warning))
+        if len(runs):
+            count = f"{len(runs)} of {len(names)} runs"
+            first = f"run {archive.runs[runs[0]]} ({names[runs[0]]})"
             lines.append(f"{warning.summary}: {count}, the first is {first}; in the archive: {flag}")
     return lines
 
@@ -221,6 +264,17 @@ def names_of(archive: Archive) -> list[str]:
     -------
     list of str
         A name for each run, in the order of the runs.
+
+    Examples
+    --------
+    >>> provenance = {"axes": '{"actuation": ["epv"], "speed_rpm": ["600 r/min", "1800 r/min"]}'}
+    >>> columns = {
+    ...     "run": column([0, 1], "1", "number of the run"),
+    ...     "actuation": column([0, 0], "1", "what moves the intake"),
+    ...     "speed_rpm": column([600.0, 1800.0], "r/min", "speed"),
+    ... }
+    >>> names_of(Archive("", provenance, columns))
+    ['epv, 600 r/min', 'epv, 1800 r/min']
     """
     columns = []
     for (name, texts), places in zip(axes_of(archive).items(), places_of(archive), strict=True):
@@ -241,6 +295,21 @@ def faults_of(archive: Archive) -> list[str]:
     -------
     list of str
         Each line names the run and says what is wrong, and a remedy where there is one.
+
+    Examples
+    --------
+    >>> provenance = {"axes": '{"actuation": ["epv"], "speed_rpm": ["600 r/min", "1800 r/min"]}'}
+    >>> columns = {
+    ...     "run": column([0, 1], "1", "number of the run"),
+    ...     "actuation": column([0, 0], "1", "what moves the intake"),
+    ...     "speed_rpm": column([600.0, 1800.0], "r/min", "speed"),
+    ...     "timing_reason": column([NOT_ASKED, NOT_ASKED], "1", "whether the corrected timing is in reach"),
+    ...     "status": column([Status.DONE, Status.DONE], "1", "how the march ended"),
+    ...     "converged": column([True, False], "1", "whether the state repeats"),
+    ...     "cycles": column([31, 600], "1", "cycles marched"),
+    ... }
+    >>> faults_of(Archive("", provenance, columns))
+    ['run 1 (epv, 1800 r/min): not periodic after 600 cycles; its state still changes']
     """
     v = {name: archive.variables[name].values for name in ("run", "timing_reason", "status", "converged", "cycles")}
     lines = []

@@ -114,6 +114,15 @@ def run_sweep(
         The target exists, or another process writes it, or it cannot be written, or a share has no points.
     IncompleteError
         Not one of the runs could be computed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.engine.cylinder import IDEAL_VALVE
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     done = run_sweep(Machine(), [94.0], [IDEAL_VALVE], f"{folder}/sweep.h5", jobs=1)
+    ...     done.path.name, len(done.archive.runs), done.faults
+    ('sweep.h5', 1, [])
     """
     out = Path(out)
     text = dumps(machine)
@@ -147,7 +156,7 @@ def run_sweep(
         _clear(out, resume, overwrite or there)
         warm_up(compute, _first_of_each_kind(points))  # one process compiles; the others' time is that of computing
         start = time.perf_counter()
-        found = complete(
+        completion = complete(
             shards_folder(out),
             points,
             provenance["plan_hash"],
@@ -155,14 +164,14 @@ def run_sweep(
             to_archive=lambda chunk, results: archive_of(chunk, results, planned.variation, text, provenance),
             report=report or (lambda done, total: None),
         )
-        if not found.parts:
-            raise IncompleteError(out, *found.faults[0])
-        archive = merge(found.parts)
+        if not completion.parts:
+            raise IncompleteError(out, *completion.faults[0])
+        archive = merge(completion.parts)
         archive = replace(archive, provenance=archive.provenance | {"shard": provenance["shard"]})
         keep(archive, functools.partial(write, path=out))
-        if not found.faults:
+        if not completion.faults:
             remove_shards(shards_folder(out))
-    faults = [f"{what}; {remedy}" for what, remedy in found.faults] + faults_of(archive)
+    faults = [f"{what}; {remedy}" for what, remedy in completion.faults] + faults_of(archive)
     return SweepResult(out, archive, faults, time.perf_counter() - start, was_finished=False)
 
 
@@ -183,6 +192,15 @@ def find_finished(out: str | PathLike[str]) -> SweepResult | None:
     ------
     ArchiveError
         Another process writes the archive, or shards of another sweep lie beside it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.engine.cylinder import IDEAL_VALVE
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     done = run_sweep(Machine(), [94.0], [IDEAL_VALVE], f"{folder}/sweep.h5", jobs=1)
+    ...     find_finished(done.path).was_finished, find_finished(f"{folder}/other.h5")
+    (True, None)
     """
     out = Path(out)
     if not out.is_file():
@@ -241,8 +259,8 @@ def _own_archive(out: Path, provenance: dict[str, str], overwrite: bool) -> Arch
         raise DamagedError(out, f"is there, but damaged ({error.what})", "give --overwrite to replace it") from None
     except ArchiveError:
         return None
-    own = all(archive.provenance.get(key) == provenance[key] for key in ("plan_hash", "shard"))
-    return archive if own else None
+    is_same = all(archive.provenance.get(key) == provenance[key] for key in ("plan_hash", "shard"))
+    return archive if is_same else None
 
 
 def _clear(out: Path, resume: bool, overwrite: Any) -> None:

@@ -75,13 +75,15 @@ class Sweep(ArchiveResult):
         """Find the highest brake torque [N m] and the lowest specific air [kg/kWh]; none where all runs are NaN."""
         v = values_of(archive)
         torque, air = v["brake_torque_Nm"], v["specific_air_kg_per_kWh"]
-        found = {}
+        summary = {}
         if not np.isnan(torque).all():
-            found["max_brake_torque"] = Scalar(float(np.nanmax(torque)), "N m", "highest mean brake torque of all runs")
+            summary["max_brake_torque"] = Scalar(
+                float(np.nanmax(torque)), "N m", "highest mean brake torque of all runs"
+            )
         if not np.isnan(air).all():
             text = "lowest consumption of all air over brake work of all runs"
-            found["min_specific_air_kg_per_kWh"] = Scalar(float(np.nanmin(air)), "kg/kWh", text)
-        return found
+            summary["min_specific_air_kg_per_kWh"] = Scalar(float(np.nanmin(air)), "kg/kWh", text)
+        return summary
 
     @classmethod
     def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
@@ -102,6 +104,13 @@ class Sweep(ArchiveResult):
         ------
         ImportError
             xarray is not installed.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> swept = apesim.sweep(apesim.Machine(), speed="900 rpm", intake="ideal")
+        >>> dict(swept.to_xarray()["brake_torque"].sizes)
+        {'actuation': 1, 'speed_rpm': 1}
         """
         data = grid_dataset(self.archive)
         names = {name: name_of(name, variable.unit) for name, variable in self.archive.variables.items()}
@@ -121,6 +130,14 @@ class Sweep(ArchiveResult):
         -------
         matplotlib.axes.Axes
             Axes that were drawn on.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> swept = apesim.sweep(apesim.Machine(), speed="900 rpm", intake="ideal")
+        >>> axes = swept.plot()
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('speed [r/min]', 'mean brake torque [N m]')
         """
         from apesim.studies.figures.axes import axes_for
         from apesim.studies.figures.sweep import COLOURS, MARKERS, NAMES, actuations_in, in_the_middle, runs_of
@@ -223,8 +240,8 @@ def sweep(
     if out is not None and resume and not overwrite and says_nothing and not any(differences(machine)):
         finished = find_finished(out) if speeds == parse_range(SPEEDS, SPEED) else None
         if finished:
-            found = finished.archive.provenance.get("command", "")
-            return Sweep.of(finished.archive, finished.seconds, was_finished=True, made_by=found)
+            made_by = finished.archive.provenance.get("command", "")
+            return Sweep.of(finished.archive, finished.seconds, was_finished=True, made_by=made_by)
     with contextlib.ExitStack() as stack:
         target = Path(out) if out is not None else Path(stack.enter_context(tempfile.TemporaryDirectory()), "sweep.h5")
         cluster = stack.enter_context(connected(dask)) if dask else None

@@ -29,6 +29,22 @@ def sweep_table(archive: Archive) -> Table:
     Returns
     -------
     rich.table.Table
+        Table with a row for each combination.
+
+    Examples
+    --------
+    >>> import json
+    >>> from apesim.engine.cylinder import IDEAL_VALVE
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.sweep.compute import compute
+    >>> from apesim.studies.sweep.plan import plan
+    >>> from apesim.studies.sweep.results import archive_of
+    >>> from apesim.studies.sweep.variation import Variation
+    >>> planned = plan(Variation((), (Machine(),)), [94.0, 126.0], [IDEAL_VALVE])
+    >>> provenance = {"axes": json.dumps(planned.axes)}
+    >>> table = sweep_table(archive_of(planned.points, compute(planned.points), planned.variation, "", provenance))
+    >>> table.row_count, str(table.title)
+    (2, 'Brake torque, and all air over brake work')
     """
     (_, actuations), *axes = axes_of(archive).items()
     incomplete = has_incomplete_stroke(archive)
@@ -37,7 +53,7 @@ def sweep_table(archive: Archive) -> Table:
     runs = {point: run for run, point in enumerate(points)}
     shown = sorted({at for at, *_ in points})
 
-    def cell(column, point, form):
+    def cell(column: str, point: tuple[int, ...], form: str) -> str:
         if point not in runs:
             return f"-{blank}"
         mark = INCOMPLETE_MARK if incomplete[runs[point]] else blank
@@ -72,6 +88,7 @@ def head_and_cells(name: str, texts: Sequence[str]) -> tuple[str, Sequence[str]]
     head : str
         Name in words; the unit, if there is one, in a second line.
     cells : sequence of str
+        Values without the unit, or whole where they do not share one.
 
     Examples
     --------

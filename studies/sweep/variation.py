@@ -108,6 +108,12 @@ def vary_machine(machine: Machine, ranges: Mapping[str, Any] | Sequence[str], wh
     InputError
         A key or value is invalid, a key is given twice, or some combinations make an invalid machine; the error names
         every fault.
+
+    Examples
+    --------
+    >>> variation = vary_machine(Machine(), {"engine_bore": ["80 mm", 0.09]}, "sweep()")
+    >>> [machine.engine.bore for machine in variation.machines]
+    [0.08, 0.09]
     """
     pairs = list(ranges.items()) if isinstance(ranges, Mapping) else _pairs(ranges)
     by_underscores = {leaf.key.replace(".", "_"): leaf.key for leaf in schema(type(machine))}
@@ -121,10 +127,12 @@ def _pairs(texts: Sequence[str]) -> list[tuple[str, Any]]:
     return [(key.strip(), values.strip()) if equals else (key, None) for key, equals, values in split]
 
 
-def _vary(base: Machine, pairs: list[tuple[str, Any]], make: Callable, where: str) -> Variation:
+def _vary(
+    base: Machine, pairs: list[tuple[str, Any]], make: Callable[[dict[str, str]], Machine], where: str
+) -> Variation:
     """Machines for all combinations, see `vary`; `make` makes one from texts by key."""
     declarations = {leaf.key: leaf.declaration for leaf in schema(type(base))}
-    given, axes, all_faults = set(), [], []
+    seen, axes, all_faults = set(), [], []
     for key, values in pairs:
         if values is None:
             right = 'write KEY=RANGE, e.g. supply.pressure="0.6:1.4:0.2 MPa gauge"'
@@ -132,18 +140,18 @@ def _vary(base: Machine, pairs: list[tuple[str, Any]], make: Callable, where: st
         elif key not in declarations:
             all_faults.append(misassigned(type(base), key, where))
         elif key == INTAKE_KEY:
-            own = "--intake epv,cam,ideal" if where == VARY else 'intake="epv, cam, ideal"'
-            all_faults.append(Fault(where, key, "has an option of its own", f"write {own}"))
-        elif key in given:
+            option = "--intake epv,cam,ideal" if where == VARY else 'intake="epv, cam, ideal"'
+            all_faults.append(Fault(where, key, "has an option of its own", f"write {option}"))
+        elif key in seen:
             all_faults.append(Fault(where, key, "is given twice", "give all its values at once"))
         else:
-            given.add(key)
+            seen.add(key)
             try:
                 above = None if key == AMBIENT_KEY else base.ambient.pressure
                 axes.append(_axis(key, declarations[key], values, above, where))
             except InputError as error:
                 all_faults += error.faults
-    if AMBIENT_KEY in given:
+    if AMBIENT_KEY in seen:
         gauges = [key for key, values in pairs if "gauge" in str(values)]
         right = f"write it abs, as {AMBIENT_KEY} varies, above which gauge pressures stand"
         all_faults += [Fault(where, key, "is gauge and so has no one value", right) for key in gauges]
@@ -155,10 +163,10 @@ def _vary(base: Machine, pairs: list[tuple[str, Any]], make: Callable, where: st
     return Variation(tuple(axes), _machines(axes, make, where))
 
 
-def _axis(key: str, declaration: Declared, given: Any, ambient_pressure: float | None, where: str) -> Axis:
+def _axis(key: str, declaration: Declared, asked: Any, ambient_pressure: float | None, where: str) -> Axis:
     """The values of a key; raises `InputError`."""
-    is_list = isinstance(given, str) and not isinstance(declaration, Quantity)
-    items = [item.strip() for item in given.split(",")] if is_list else given
+    is_list = isinstance(asked, str) and not isinstance(declaration, Quantity)
+    items = [item.strip() for item in asked.split(",")] if is_list else asked
     values = values_of(items, declaration, ambient_pressure, where=key, file=where)
     if isinstance(declaration, Curve):
         texts = values = [str(item) for item in items]
@@ -183,13 +191,13 @@ def _machines(axes: list[Axis], make: Callable, where: str) -> tuple[Machine, ..
             for fault in error.faults:
                 faults.setdefault((fault.key, fault.right), []).append((fault.wrong, words))
     if faults:
-        raise InputError([_fault(key, right, found, where) for (key, right), found in faults.items()])
+        raise InputError([_fault(key, right, cases, where) for (key, right), cases in faults.items()])
     return tuple(machines)
 
 
-def _fault(key: str, right: str, found: list[tuple[str, str]], where: str) -> Fault:
+def _fault(key: str, right: str, cases: list[tuple[str, str]], where: str) -> Fault:
     """The fault of what is wrong with some combinations."""
-    (wrong, first), *others = found
+    (wrong, first), *others = cases
     more = f" and {len(others)} more" if others else ""
     return Fault(where, key, f"{wrong} (with {first}{more})", right)
 
@@ -200,6 +208,7 @@ def stored(axis: Axis) -> tuple[list[Any], str]:
     Parameters
     ----------
     axis : Axis
+        Axis of a variation.
 
     Returns
     -------

@@ -48,7 +48,23 @@ class CorrectedTiming(GridResult):
         return faults_of_timing(archive)
 
     def to_dict(self) -> dict[str, Any]:
-        """Convert to a dictionary with the keys of ``apesim engine timing --json``; NaN where JSON says null."""
+        """Convert to a dictionary with the keys of ``apesim engine timing --json``.
+
+        Returns
+        -------
+        dict
+            Targets, axes, tables, laws, error of interpolation, and the results of each point; None for NaN.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> timing = apesim.correct_timing(
+        ...     apesim.Machine(), speed="900 rpm", pressure="1 MPa gauge", temperature="287 K"
+        ... )
+        >>> data = timing.to_dict()
+        >>> data["points"][0]["reason"], round(data["advance_deg"][0][0][0], 1)
+        ('reached', 36.2)
+        """
         return as_json(self.map)
 
     def write(self, path: str | PathLike[str], *, overwrite: bool = False) -> Path:
@@ -70,6 +86,18 @@ class CorrectedTiming(GridResult):
         ------
         ArchiveError
             A file exists, or cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import apesim
+        >>> timing = apesim.correct_timing(
+        ...     apesim.Machine(), speed="900 rpm", pressure="1 MPa gauge", temperature="287 K"
+        ... )
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = timing.write(f"{folder}/timing.h5")
+        ...     sorted(file.name for file in path.parent.iterdir())
+        ['timing.csv', 'timing.h', 'timing.h5', 'timing.json']
         """
         refuse_exports(Path(path), overwrite=overwrite)
         written = super().write(path, overwrite=overwrite)
@@ -82,7 +110,30 @@ class CorrectedTiming(GridResult):
         return timing_figures(self.map, self.ambient_pressure, folder)
 
     def plot(self, ax: "PlotAxes | None" = None, *, edge: str = "energise") -> "PlotAxes":
-        """Draw the advance of a command edge, energise or release, over speed; returns the axes."""
+        """Draw the advance of a command edge over speed, a line for each pressure and temperature.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+        edge : {"energise", "release"}
+            Edge of the command.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> timing = apesim.correct_timing(
+        ...     apesim.Machine(), speed="900 rpm", pressure="1 MPa gauge", temperature="287 K"
+        ... )
+        >>> axes = timing.plot(edge="release")
+        >>> axes.get_ylabel()
+        'target less command angle [deg]'
+        """
         from apesim.studies.figures.axes import axes_for
         from apesim.studies.figures.timing import draw_advance
 
@@ -159,7 +210,7 @@ def correct_timing(
     call = call_text(correct_timing, locals()) if call is None else call
     arguments = arguments_of("correct_timing", machine)
     require_epv(arguments, machine)
-    machine = with_targets(arguments, machine, target)
+    machine = _with_targets(arguments, machine, target)
     speeds = arguments.range("speed", speed, SPEED)
     pressures = arguments.range("pressure", pressure, PRESSURE)
     temperatures = arguments.range("temperature", temperature, TEMPERATURE)
@@ -177,29 +228,14 @@ def correct_timing(
     first_march = corrected, machine, speeds[0]
     with shown(progress, "timing") as report:
         archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
-    (found,) = maps
+    (timing_map,) = maps
     if out is not None:
-        export(found, Path(out))
-    return CorrectedTiming.of(archive, wall_time, ambient_pressure=machine.ambient.pressure, map=found)
+        export(timing_map, Path(out))
+    return CorrectedTiming.of(archive, wall_time, ambient_pressure=machine.ambient.pressure, map=timing_map)
 
 
-def with_targets(arguments: Arguments, machine: Machine, target: str | Sequence[float] | None) -> Machine:
-    """Give a machine other targets of its valve.
-
-    Parameters
-    ----------
-    arguments : Arguments
-        Arguments of the call; what is wrong with the targets is noted in it.
-    machine : Machine
-        Machine whose targets are replaced.
-    target : str, pair of float or None
-        Crank angles of opening and closing, e.g. "-5 deg, 70 deg", or [rad]; None: the machine's own.
-
-    Returns
-    -------
-    Machine
-        Machine with the new targets; the given machine if there are none or they are no two angles.
-    """
+def _with_targets(arguments: Arguments, machine: Machine, target: str | Sequence[float] | None) -> Machine:
+    """Give a machine other targets, two angles in a text or [rad]; wrong ones are noted and change nothing."""
     if target is None:
         return machine
     noted = len(arguments.faults)

@@ -23,12 +23,26 @@ def as_json(timing_map: TimingMap) -> dict[str, Any]:
 
     Parameters
     ----------
-    timing_map : apesim.studies.timing.grid.TimingMap
+    timing_map : TimingMap
+        Commands over speed, pressure and temperature.
 
     Returns
     -------
     dict
         Targets, axes, tables, laws, error of interpolation, and all results point by point; the keys end in the units.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.timing.grid import map_timing
+    >>> from apesim.studies.timing.table import Axes
+    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0]))
+    >>> timing_map = map_timing(Machine(), axes, jobs=1)
+    >>> data = as_json(timing_map)
+    >>> {name: round(angle, 3) for name, angle in data["target_deg"].items()}
+    {'open': -5.0, 'close': 70.0}
+    >>> data["points"][0]["reachable"]
+    True
     """
     axes, error, command = timing_map.axes, timing_map.error, timing_map.command
     v = {name: variable.values for name, variable in timing_map.archive.variables.items()}
@@ -54,10 +68,10 @@ def as_json(timing_map: TimingMap) -> dict[str, Any]:
             "reachable": ~np.isnan(timing_map.advance),
             "interpolation_error": {
                 "where": "centres of cells",
-                "advance_most_deg": error.advance_most / DEGREE,
-                "advance_rms_deg": error.advance_rms / DEGREE,
-                "release_advance_most_deg": error.release_advance_most / DEGREE,
-                "release_advance_rms_deg": error.release_advance_rms / DEGREE,
+                "advance_most_deg": error.max_advance_error / DEGREE,
+                "advance_rms_deg": error.advance_error_rms / DEGREE,
+                "release_advance_most_deg": error.max_release_error / DEGREE,
+                "release_advance_rms_deg": error.release_error_rms / DEGREE,
                 "points": error.points,
                 "centres": error.centres,
                 "seed": error.seed,
@@ -85,21 +99,8 @@ def _law(law: Law) -> dict[str, Any]:
     }
 
 
-def write_csv(path: str | PathLike[str], archive: Archive) -> None:
-    """Write the results of all points of a map as CSV, floats without loss; headers carry units.
-
-    Parameters
-    ----------
-    path : path
-        File to write; one that is there is replaced.
-    archive : Archive
-        Archive of a `apesim.studies.timing.grid.TimingMap`.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
-    """
+def _write_csv(path: str | PathLike[str], archive: Archive) -> None:
+    """Write the results of all points of a map as CSV, floats without loss; headers carry units."""
     variables = {name: variable for name, variable in archive.variables.items() if name != "run"}
     columns = [variable.values.tolist() for variable in variables.values()]
     names = list(variables)
@@ -116,7 +117,8 @@ def export(timing_map: TimingMap, out: Path) -> list[Path]:
 
     Parameters
     ----------
-    timing_map : apesim.studies.timing.grid.TimingMap
+    timing_map : TimingMap
+        Commands over speed, pressure and temperature.
     out : Path
         Path of the archive; its ending becomes ``.csv``, ``.json`` and ``.h``.
 
@@ -129,10 +131,22 @@ def export(timing_map: TimingMap, out: Path) -> list[Path]:
     ------
     ArchiveError
         A file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.timing.grid import map_timing
+    >>> from apesim.studies.timing.table import Axes
+    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0]))
+    >>> timing_map = map_timing(Machine(), axes, jobs=1)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     [path.name for path in export(timing_map, Path(folder, "timing.h5"))]
+    ['timing.csv', 'timing.json', 'timing.h']
     """
     paths = exports_of(out)
     try:
-        write_csv(paths[0], timing_map.archive)
+        _write_csv(paths[0], timing_map.archive)
         text = json.dumps(as_json(timing_map), indent=1, allow_nan=False)
         paths[1].write_text(text + "\n", encoding="utf-8")
         paths[2].write_text(c_header(timing_map), encoding="utf-8")
@@ -155,6 +169,14 @@ def refuse_exports(out: Path, *, overwrite: bool) -> None:
     ------
     ArchiveError
         The archive has the name of one of these files, or one is there and must not be replaced.
+
+    Examples
+    --------
+    >>> try:
+    ...     refuse_exports(Path("timing.json"), overwrite=False)
+    ... except ArchiveError as error:
+    ...     error.what
+    'is the name of an export beside the archive'
     """
     if out in exports_of(out):
         raise ArchiveError(out, "is the name of an export beside the archive", "choose e.g. --out timing.h5")

@@ -60,6 +60,16 @@ COLUMNS = {
     "marches": ("1", "periodic states computed to find the commands"),
 }
 """Name of each result: its unit and what it is."""
+ERROR_KEYS = (
+    "points",
+    "centres",
+    "seed",
+    "advance_most",
+    "advance_rms",
+    "release_advance_most",
+    "release_advance_rms",
+)
+"""Keys of the error of interpolation in the provenance of an archive."""
 MEANINGS = {"reachable": NO_YES, "full_lift": NO_YES, "reason": REASONS}
 
 
@@ -95,18 +105,11 @@ class TimingMap(NamedTuple):
     """Measured error of both tables between their points."""
 
 
-def compute(series: Series) -> list[dict[str, float]]:
+def _compute(series: Series) -> list[dict[str, float]]:
     """Solve the commands of a series of points, and find what they win back.
 
-    Parameters
-    ----------
-    series : Series
-
-    Returns
-    -------
-    list of dict
-        Results of each speed by their names in `COLUMNS`, without speed, pressure and temperature; the commands only,
-        where the series wants these alone.
+    The results of each speed have their names in `COLUMNS`, without speed, pressure and temperature; they are the
+    commands only where the series wants these alone.
     """
     delays = open_loop_delays(series.machine)
     before: list[tuple[float, Timing]] = []
@@ -209,6 +212,15 @@ def map_timing(
     -------
     TimingMap
         Run ``(i len(pressures) + j) len(temperatures) + k`` of its archive is speed i, pressure j, temperature k.
+
+    Examples
+    --------
+    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([280.0, 300.0]))
+    >>> timing_map = map_timing(Machine(), axes, jobs=1)
+    >>> (timing_map.advance / DEGREE).round(1).tolist()  # colder air makes the valve slower
+    [[[36.3, 35.7]]]
+    >>> timing_map.error.centres
+    1
     """
     axes = Axes(*(np.unique(np.asarray(axis, dtype=float)) for axis in axes))
     chosen, number = centres(axes, max_checks, SEED)
@@ -217,7 +229,7 @@ def map_timing(
     checks = [(nan, nan)] * len(chosen)
     done, total = 0, size + len(chosen)
     jobs = workers_for(SECONDS_A_POINT * total, jobs)
-    for series, results in run_tasks(compute, _series(machine, axes, chosen), jobs):
+    for series, results in run_tasks(_compute, _series(machine, axes, chosen), jobs):
         for place, row in zip(series.places, results or (), strict=bool(results)):
             if series.alone:
                 checks[place] = row["advance_deg"] * DEGREE, row["release_advance_deg"] * DEGREE
@@ -237,7 +249,7 @@ def map_timing(
         "command": command,
         "kernels": sources_hash(),
         "criterion": CRITERION,
-        "interpolation_error_rad": json.dumps(error._asdict()),
+        "interpolation_error_rad": json.dumps(dict(zip(ERROR_KEYS, error, strict=True))),
     }
     archive = Archive(dumps(machine), provenance, variables)
     return TimingMap(archive, machine.command, axes, advance, release_advance, laws, error)
@@ -272,6 +284,18 @@ def faults_of_timing(archive: Archive) -> list[str]:
     -------
     list of str
         Each line names the point and says why, and what to change.
+
+    Examples
+    --------
+    >>> columns = {
+    ...     "run": run_axis(1),
+    ...     "speed_rpm": column([9000.0], "r/min", "speed", coordinate=True),
+    ...     "reachable": column([False], "1", CRITERION),
+    ...     "reason": column([Reason.OPEN_TOO_LONG], "1", "why not", REASONS),
+    ... }
+    >>> [line] = faults_of_timing(Archive("", {}, columns))
+    >>> line.partition(": ")[0]
+    'run 0 (9000 r/min)'
     """
     v = values_of(archive)
     return [

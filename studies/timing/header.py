@@ -108,21 +108,29 @@ def error_text(error: InterpolationError) -> str:
 
     Parameters
     ----------
-    error : apesim.studies.timing.table.InterpolationError
+    error : InterpolationError
+        Error of a table between its points.
 
     Returns
     -------
     str
         Largest and rms error at the centres of cells [deg], or why there is none.
+
+    Examples
+    --------
+    >>> error_text(InterpolationError(0, 4, 0, np.nan, np.nan, np.nan, np.nan))
+    'not measured: no centre of a cell is reachable on both sides'
+    >>> error_text(InterpolationError(4, 4, 0, 0.0020, 0.0010, 0.0030, 0.0015)).partition(") ")[2]
+    'up to 0.115 deg (energise), 0.172 (release), rms 0.0573 and 0.0859'
     """
     if not error.centres:
         return "none, as it has one point only"
     if not error.points:
         return "not measured: no centre of a cell is reachable on both sides"
     where = "" if error.points == error.centres else f"{error.points} of {error.centres}, seed {error.seed}; "
-    most = f"{error.advance_most / DEGREE:.3g} deg (energise), {error.release_advance_most / DEGREE:.3g} (release)"
-    rms = f"rms {error.advance_rms / DEGREE:.3g} and {error.release_advance_rms / DEGREE:.3g}"
-    return f"at the centres of cells ({where}elsewhere it is not measured) up to {most}, {rms}"
+    largest = f"{error.max_advance_error / DEGREE:.3g} deg (energise), {error.max_release_error / DEGREE:.3g} (release)"
+    rms = f"rms {error.advance_error_rms / DEGREE:.3g} and {error.release_error_rms / DEGREE:.3g}"
+    return f"at the centres of cells ({where}elsewhere it is not measured) up to {largest}, {rms}"
 
 
 def c_header(timing_map: TimingMap) -> str:
@@ -130,12 +138,26 @@ def c_header(timing_map: TimingMap) -> str:
 
     Parameters
     ----------
-    timing_map : apesim.studies.timing.grid.TimingMap
+    timing_map : TimingMap
+        Commands over speed, pressure and temperature.
 
     Returns
     -------
     str
         ISO C99 that needs no library.
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.timing.grid import TimingMap
+    >>> from apesim.studies.timing.table import Axes
+    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0]))
+    >>> error = InterpolationError(0, 0, 0, np.nan, np.nan, np.nan, np.nan)
+    >>> advance, release_advance = np.array([[[0.7]]]), np.array([[[0.9]]])
+    >>> timing_map = TimingMap(Archive("", {}, {}), Machine().command, axes, advance, release_advance, {}, error)
+    >>> [line for line in c_header(timing_map).splitlines() if line.startswith("#define APESIM_OPEN")]
+    ['#define APESIM_OPEN_TARGET_DEG -5']
     """
     axes, command = timing_map.axes, timing_map.command
     i, j, k = axes.shape

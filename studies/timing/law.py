@@ -90,7 +90,7 @@ def laws_of(axes: Axes, angles: np.ndarray) -> list[Law]:
 
     Parameters
     ----------
-    axes : apesim.studies.timing.table.Axes
+    axes : Axes
         Speeds (i), pressures (j) and temperatures (k).
     angles : (i, j, k) float array
         Advance of a command [rad], which the speed turns into a time; NaN out of reach.
@@ -99,6 +99,13 @@ def laws_of(axes: Axes, angles: np.ndarray) -> list[Law]:
     -------
     list of Law
         Pressure by pressure, the one over all speeds last; without those that have fewer than two temperatures.
+
+    Examples
+    --------
+    >>> axes = Axes(np.array([100.0]), np.array([1.1e6]), np.array([250.0, 287.0, 324.0]))
+    >>> laws = laws_of(axes, np.array([[[0.300, 0.337, 0.374]]]))
+    >>> [(round(1e3 * law.at_reference, 6), round(1e6 * law.slope, 6)) for law in laws]  # [ms], [us/K]
+    [(3.37, 10.0)]
     """
     laws = []
     speeds, temperatures = np.meshgrid(axes.speeds, axes.temperatures, indexing="ij")

@@ -27,12 +27,18 @@ def lap_of_machine(machine: Machine) -> float:
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
+    machine : Machine
+        Machine with the valve.
 
     Returns
     -------
     float
         Lift [m].
+
+    Examples
+    --------
+    >>> round(1e3 * lap_of_machine(Machine()), 3)  # [mm]
+    1.0
     """
     return lap_of(area_table(machine.groove, machine.valve.stroke))
 
@@ -42,12 +48,19 @@ def open_loop_delays(machine: Machine) -> Delays:
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
+    machine : Machine
+        Machine with the valve.
 
     Returns
     -------
     Delays
         Delays of opening and closing [s]; the solenoids are energised for `PULSE`.
+
+    Examples
+    --------
+    >>> delays = open_loop_delays(Machine())
+    >>> f"{1e3 * delays.opening:.2f} ms, {1e3 * delays.closing:.2f} ms"
+    '6.73 ms, 10.84 ms'
     """
     run = run_bench(machine, PULSE)
     above = run.trace[:, 0] - lap_of_machine(machine)
@@ -55,10 +68,10 @@ def open_loop_delays(machine: Machine) -> Delays:
     rises = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0) & (run.times[1:] <= PULSE))
     falls = np.flatnonzero((above[:-1] >= 0.0) & (above[1:] < 0.0) & (run.times[:-1] >= PULSE))
 
-    def passage(found: np.ndarray) -> float:
-        if not len(found):
+    def passage(samples: np.ndarray) -> float:
+        if not len(samples):
             return float("nan")
-        here = slice(found[0], found[0] + 2)
+        here = slice(samples[0], samples[0] + 2)
         return float(CubicHermiteSpline(run.times[here], above[here], speed[here]).roots(extrapolate=False)[0])
 
     return Delays(passage(rises), passage(falls) - PULSE)

@@ -92,7 +92,7 @@ class Timing(NamedTuple):
     """Commands of an operating point that meet its targets, and what the valve does with them."""
 
     machine: Machine
-    """Machine with the commands found; where the targets are out of reach, the machine that was given."""
+    """Machine with these commands; where the targets are out of reach, the machine that was given."""
     run: SteadyRun | None
     """The periodic state with these commands; None out of reach."""
     angles: dict[str, float]
@@ -152,20 +152,8 @@ def wrapped(angle: float) -> float:
     return (angle + 0.5 * TURN) % TURN - 0.5 * TURN
 
 
-def commanded(machine: Machine, energise: float, release: float) -> Machine:
-    """Give a machine other command angles, both a turn later where a machine file could not hold them.
-
-    Parameters
-    ----------
-    machine : Machine
-    energise, release : float
-        Command angles [rad].
-
-    Returns
-    -------
-    Machine
-        Machine with these angles; a turn is added to both where the first is below minus a turn.
-    """
+def _commanded(machine: Machine, energise: float, release: float) -> Machine:
+    """Give a machine other command angles [rad], both a turn later where a machine file could not hold them."""
     later = TURN if energise < -TURN else 0.0
     command = machine.command._replace(energise=float(energise + later), release=float(release + later))
     return machine._replace(command=command)
@@ -197,8 +185,14 @@ def look(
     -------
     Look
         Periodic state, angles of the valve, and misses of the targets.
+
+    Examples
+    --------
+    >>> here = look(Machine(), 94.0, -40.0 * DEGREE, 60.0 * DEGREE)
+    >>> round(here.angles["valve_open_deg"]), (here.misses / DEGREE).round().tolist()
+    (-4, [1.0, 2.0])
     """
-    machine = commanded(machine, energise, energise + pulse)
+    machine = _commanded(machine, energise, energise + pulse)
     angle_step = SKETCH_ANGLE_STEP if periodic_tolerance == SKETCH else ANGLE_STEP
     run = run_steady(machine, speed, periodic_tolerance=periodic_tolerance, angle_step=angle_step)
     if run.status != Status.DONE:
@@ -213,20 +207,8 @@ def look(
     return Look(machine, run, angles, np.array([wrapped(opens - wanted.open_target), duration_miss]))
 
 
-def openings(machine: Machine, run: SteadyRun) -> int:
-    """Count how often the lift rises through the lap in a cycle.
-
-    Parameters
-    ----------
-    machine : Machine
-    run : SteadyRun
-        Periodic state of the machine.
-
-    Returns
-    -------
-    int
-        Number of rises in the logged cycle.
-    """
+def _openings(machine: Machine, run: SteadyRun) -> int:
+    """Count how often the lift rises through the lap in the logged cycle of a periodic state."""
     position, velocity = run.log[:, LOG_HEAD], run.log[:, LOG_HEAD + 1]
     above_lap = machine.valve.stroke - position - lap_of_machine(machine)
     at_lap = (run.log[:, 1] == CORNER) & (np.abs(above_lap) < 1e-6 * machine.valve.stroke)
@@ -271,35 +253,43 @@ def corrected(
     ----------
     .. [1] C. G. Broyden, "A class of methods for solving nonlinear simultaneous equations", Math. Comp. 19, 1965,
        pp. 577-593, doi 10.1090/S0025-5718-1965-0198670-6.
+
+    Examples
+    --------
+    >>> timing = corrected(Machine(), 94.0)
+    >>> round(timing.advance / DEGREE), round(timing.release_advance / DEGREE), timing.reason.name
+    (36, 52, 'REACHED')
+    >>> abs(timing.open_error) < TOLERANCE
+    True
     """
     if machine.engine.intake != EPV:
         raise ValueError("only an electro-pneumatic intake has commands to correct")
     marches = 0
 
-    def look_at(x, periodic_tolerance):
+    def look_at(x: Sequence[float], periodic_tolerance: float) -> Look:
         nonlocal marches
         marches += 1
-        return look(machine, speed, *x, periodic_tolerance)
+        return look(machine, speed, x[0], x[1], periodic_tolerance)
 
-    found = _approach(look_at, start or _open_loop(machine, speed), USUAL_SLOPE, periodic_tolerance)
-    reason = reason_of(found)
+    result = _approach(look_at, start or _open_loop(machine, speed), USUAL_SLOPE, periodic_tolerance)
+    reason = reason_of(result)
     if reason not in (Reason.REACHED, Reason.CROSSES_AGAIN, Reason.FAILED):
-        reason, found = _bracketed(look_at, machine, periodic_tolerance)
+        reason, result = _bracketed(look_at, machine, periodic_tolerance)
     if reason != Reason.REACHED:
         return Timing(machine, None, {}, nan, nan, nan, nan, reason, marches)
-    target, command = machine.command, found.machine.command
+    target, command = machine.command, result.machine.command
     advance = target.open_target - command.energise
     soonest = speed * opening_curve(machine.valve.solenoid)[0, 0]
     advance = soonest + (advance - soonest) % TURN
     wanted, pulse = target.close_target - target.open_target, command.release - command.energise
     return Timing(
-        found.machine,
-        found.run,
-        found.angles,
+        result.machine,
+        result.run,
+        result.angles,
         advance,
         advance + wanted - pulse,
-        float(found.misses[0]),
-        float(found.misses.sum()),
+        float(result.misses[0]),
+        float(result.misses.sum()),
         reason,
         marches,
     )
@@ -321,6 +311,13 @@ def start_after(machine: Machine, speed: float, before: Sequence[tuple[float, Ti
     -------
     (float, float) or None
         Command angle of the energising, and pulse [rad]; None where there are no other speeds.
+
+    Examples
+    --------
+    >>> timing = Timing(Machine(), None, {}, 0.6, 0.9, 0.0, 0.0, Reason.REACHED, 6)
+    >>> energise, pulse = start_after(Machine(), 110.0, [(100.0, timing)])  # the same times at a higher speed
+    >>> round(Machine().command.open_target - energise, 3)
+    0.66
     """
     if not before:
         return None
@@ -334,27 +331,35 @@ def start_after(machine: Machine, speed: float, before: Sequence[tuple[float, Ti
     return command.open_target - advance, command.close_target - command.open_target + advance - release_advance
 
 
-def reason_of(found: Look) -> Reason:
+def reason_of(result: Look) -> Reason:
     """Judge whether a command reaches the targets, in a state that repeats every cycle, and if not, why.
 
     Parameters
     ----------
-    found : Look
+    result : Look
         What the valve does with the command.
 
     Returns
     -------
     Reason
         REACHED, FAILED, MISSED, NOT_PERIODIC or CROSSES_AGAIN.
+
+    Examples
+    --------
+    >>> run = run_steady(Machine(), 94.0)
+    >>> reason_of(Look(Machine(), run, {}, np.array([0.0, 1.0]) * DEGREE)).words
+    'missed'
+    >>> reason_of(Look(Machine(), run, {}, np.zeros(2))).words
+    'reached'
     """
-    opening, duration = found.misses
+    opening, duration = result.misses
     if np.isnan(duration):
         return Reason.FAILED
     if max(abs(opening), abs(opening + duration)) > REACHED_WITHIN:
         return Reason.MISSED
-    if not found.run.orbit.converged or found.run.orbit.period != 1:
+    if not result.run.orbit.converged or result.run.orbit.period != 1:
         return Reason.NOT_PERIODIC
-    if openings(found.machine, found.run) > 1:
+    if _openings(result.machine, result.run) > 1:
         return Reason.CROSSES_AGAIN
     return Reason.REACHED
 
@@ -401,7 +406,7 @@ def _bracketed(look_at: Callable[..., Look], machine: Machine, last: float) -> t
     -------
     reason : Reason
         Why the targets are not reached, or `REACHED`.
-    found : Look or None
+    result : Look or None
         Look that reaches the targets, perhaps crossing the lap again; None if there is none.
     """
     energise = machine.command.open_target
@@ -423,10 +428,10 @@ def _bracketed(look_at: Callable[..., Look], machine: Machine, last: float) -> t
                 high, long = middle, duration
         if np.isfinite((short, long)).all():
             share = short / (short - long)
-            found = _approach(look_at, (energise, low + share * (high - low)), (long - short) / (high - low), last)
-            reason = reason_of(found)
+            result = _approach(look_at, (energise, low + share * (high - low)), (long - short) / (high - low), last)
+            reason = reason_of(result)
             if reason in (Reason.REACHED, Reason.CROSSES_AGAIN):
-                return reason, found
+                return reason, result
     return _out_of_reach(short, long, reason), None
 
 

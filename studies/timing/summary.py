@@ -35,12 +35,12 @@ LEGEND = (
 )
 
 
-def timing_table(found: TimingMap, ambient_pressure: float) -> Table:
+def timing_table(timing_map: TimingMap, ambient_pressure: float) -> Table:
     """Lay out the table that the console shows of corrected commands, a row for each point.
 
     Parameters
     ----------
-    found : TimingMap
+    timing_map : TimingMap
         Corrected commands over speed, pressure and temperature.
     ambient_pressure : float
         Pressure of the ambience, above which the supply is shown [Pa abs].
@@ -49,11 +49,22 @@ def timing_table(found: TimingMap, ambient_pressure: float) -> Table:
     -------
     rich.table.Table
         Advances, lift, torque and specific air, before and after the correction.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.timing.grid import map_timing
+    >>> from apesim.studies.timing.table import Axes
+    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0]))
+    >>> table = timing_table(map_timing(Machine(), axes, jobs=1), ambient_pressure=101325.0)
+    >>> str(table.title), table.row_count
+    ('Commands that open the valve at -5 deg and close it at 70 deg', 1)
     """
-    opening, closing = found.command.open_target / DEGREE, found.command.close_target / DEGREE
+    opening, closing = timing_map.command.open_target / DEGREE, timing_map.command.close_target / DEGREE
     title = f"Commands that open the valve at {opening:g} deg and close it at {closing:g} deg"
     header = [*(name for *_, name in SHOWN), "out of reach"]
-    return table_of(title, header, _rows(found.archive, ambient_pressure), left=(len(SHOWN),))
+    return table_of(title, header, _rows(timing_map.archive, ambient_pressure), left=(len(SHOWN),))
 
 
 def _rows(archive: Archive, ambient_pressure: float) -> list[list[str]]:
@@ -87,27 +98,34 @@ def law_lines(laws: dict[str, list[Law]], ambient_pressure: float) -> list[str]:
     list of str
         Each line has the law over all speeds; where that is off by more than `FAR_OFF`, the span of the laws of each
         speed.
+
+    Examples
+    --------
+    >>> law = Law(1.1e6, 100.0, 6.0e-3, -5e-6, 1e-5, 1e-5, 0.001, 0.001, 3)
+    >>> [line] = law_lines({"advance": [law]}, ambient_pressure=0.1e6)
+    >>> line.partition(", ")[0]
+    'advance at 1 MPa gauge: 6.000 ms -5.00 us/K (T_0 - 287 K)'
     """
     lines = []
-    for name, found in laws.items():
-        for pressure in sorted({law.pressure for law in found}):
-            here = [law for law in found if law.pressure == pressure]
+    for name, members in laws.items():
+        for pressure in sorted({law.pressure for law in members}):
+            here = [law for law in members if law.pressure == pressure]
             over_all = [law for law in here if isnan(law.speed)]
             each = [law for law in here if not isnan(law.speed)]
             far = [law for law in over_all if law.max_angle_error > FAR_OFF]
-            told = each if far else over_all or each
+            chosen = each if far else over_all or each
             gauge = (pressure - ambient_pressure) / 1e6
-            lines.append(f"{name.replace('_', ' ')} at {gauge:.3g} MPa gauge{_law_text(told, far)}")
+            lines.append(f"{name.replace('_', ' ')} at {gauge:.3g} MPa gauge{_law_text(chosen, far)}")
     return lines
 
 
-def _law_text(told: Sequence[Law], far: Sequence[Law]) -> str:
+def _law_text(laws: Sequence[Law], far: Sequence[Law]) -> str:
     """Laws of one pressure in words, with the one over all speeds that is far off, if there is one."""
-    against = sum(law.opposite_to_the_paper for law in told)
-    at = f" at {against} of {len(told)} speeds" if 0 < against < len(told) else ""
+    against = sum(law.opposite_to_the_paper for law in laws)
+    at = f" at {against} of {len(laws)} speeds" if 0 < against < len(laws) else ""
     sign = f"falls with T_0{at}, against the paper" if against else "rises with T_0, as in the paper"
     times, slopes, errors, angles = (
-        [factor * getattr(law, name) for law in told]
+        [factor * getattr(law, name) for law in laws]
         for name, factor in (
             ("at_reference", 1e3),
             ("slope", 1e6),
@@ -127,17 +145,27 @@ def _span(values: Sequence[float], form: str) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def error_line(found: TimingMap) -> str:
+def error_line(timing_map: TimingMap) -> str:
     """Write the error of the interpolated table between its points, in words.
 
     Parameters
     ----------
-    found : TimingMap
+    timing_map : TimingMap
         Corrected commands over speed, pressure and temperature.
 
     Returns
     -------
     str
         A line with largest and root mean square error [deg].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.timing.table import Axes, InterpolationError
+    >>> axes, tables = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0])), np.array([[[0.7]]])
+    >>> error = InterpolationError(0, 0, 0, np.nan, np.nan, np.nan, np.nan)
+    >>> error_line(TimingMap(Archive("", {}, {}), Machine().command, axes, tables, tables, {}, error))
+    'error of the interpolated table: none, as it has one point only'
     """
-    return f"error of the interpolated table: {error_text(found.error)}"
+    return f"error of the interpolated table: {error_text(timing_map.error)}"

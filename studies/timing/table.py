@@ -32,13 +32,13 @@ class InterpolationError(NamedTuple):
     """Number of centres that the table has."""
     seed: int
     """Seed of the choice among the centres, where not all were compared."""
-    advance_most: float
+    max_advance_error: float
     """Largest error of the advance [rad]; NaN: no centre could be compared."""
-    advance_rms: float
+    advance_error_rms: float
     """Root mean square error of the advance [rad]."""
-    release_advance_most: float
+    max_release_error: float
     """Largest error of the release's advance [rad]."""
-    release_advance_rms: float
+    release_error_rms: float
     """Root mean square error of the release's advance [rad]."""
 
 
@@ -151,6 +151,15 @@ def interpolation_error(
     -------
     InterpolationError
         Largest and root mean square errors [rad]; NaN where no centre is left.
+
+    Examples
+    --------
+    >>> axes = Axes(np.array([50.0, 100.0]), np.array([1e6]), np.array([287.0]))
+    >>> advance, release_advance = np.array([[[0.2]], [[0.4]]]), np.array([[[0.3]], [[0.6]]])
+    >>> solved = [((75.0, 1e6, 287.0), 0.29, 0.45)]
+    >>> error = interpolation_error(axes, advance, release_advance, solved, 1, 0)
+    >>> round(error.max_advance_error, 6), round(error.max_release_error, 6), error.points
+    (0.01, 0.0, 1)
     """
     errors = np.array(
         [

@@ -232,8 +232,8 @@ def test_the_error_of_interpolation_is_that_of_a_point_solved_in_the_middle(mapp
     solved = corrected(with_supply(Machine(), *middle[1:]), middle[0])
     release = interpolated(mapped.axes, mapped.release_advance, middle)
     assert mapped.error.points == mapped.error.centres == 1
-    assert mapped.error.release_advance_most == pytest.approx(abs(release - solved.release_advance), abs=2e-3 * DEGREE)
-    assert mapped.error.release_advance_rms == pytest.approx(mapped.error.release_advance_most)
+    assert mapped.error.max_release_error == pytest.approx(abs(release - solved.release_advance), abs=2e-3 * DEGREE)
+    assert mapped.error.release_error_rms == pytest.approx(mapped.error.max_release_error)
 
 
 def test_the_advance_falls_with_temperature_against_the_paper(mapped):
@@ -335,7 +335,7 @@ def test_exports_say_the_same_and_state_their_error(mapped, tmp_path):
     np.testing.assert_allclose(np.ravel(data["advance_deg"]), [float(row["advance_deg [deg]"]) for row in rows])
     np.testing.assert_allclose(data["advance_deg"], mapped.advance / DEGREE)
     assert [row["reason"] for row in rows] == ["reached"] * 8
-    error = f"{np.degrees(mapped.error.release_advance_most):.3g} (release)"
+    error = f"{np.degrees(mapped.error.max_release_error):.3g} (release)"
     for told in (header.read_text(), data["interpolation_error"]["measured"]):
         assert error in told and "at the centres of cells" in told and "at most" not in told
     assert data["interpolation_error"]["where"] == "centres of cells"
