@@ -32,21 +32,35 @@ class ValveAssessment(GridResult):
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:
-        """One line for each speed at which not all valves could be compared."""
+        """Write one line for each speed at which not all valves could be compared."""
         return faults_of_assessment(archive)
 
     @classmethod
     def _warnings_of(cls, archive: Archive) -> Iterable[str]:
-        """One line for each valve that does no work, whose air over work is undefined."""
+        """Write one line for each valve that does no work, whose air over work is undefined."""
         return undefined_ratios(archive)
 
     @classmethod
     def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
-        """Speeds, and commands of the real valve."""
+        """Write the speeds, and whether the commands of the real valve are fixed or corrected."""
         return {**super()._conditions_of(archive), "timing": archive.provenance["timing"]}
 
     def to_dict(self) -> dict[str, Any]:
-        """The result under the keys of ``apesim engine assess --json``; NaN where JSON says null."""
+        """Convert to a dictionary with the keys of ``apesim engine assess --json``.
+
+        Returns
+        -------
+        dict
+            Results of each speed under ``points``, see `apesim.studies.assessment.summary.points_of`; NaN where
+            JSON says null.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> data = apesim.assess_valve(apesim.Machine(), speed="900 rpm").to_dict()
+        >>> data["points"][0]["outcome"], data["faults"]
+        ('complete', [])
+        """
         return {"points": points_of(self.archive), "faults": list(self.failed), "warnings": list(self.warnings)}
 
     def _draw(self, folder: str | PathLike[str]) -> list[Path]:
@@ -55,7 +69,25 @@ class ValveAssessment(GridResult):
         return assessment_figures(self.archive, folder)
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the brake torque lost by each cause over speed; returns the axes."""
+        """Draw the brake torque lost by each cause over speed.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> axes = apesim.assess_valve(apesim.Machine(), speed="900 rpm").plot()
+        >>> axes.get_ylabel()
+        'brake torque lost [N m]'
+        """
         from apesim.studies.figures.assessment import draw_losses
         from apesim.studies.figures.axes import axes_for
 
@@ -81,11 +113,11 @@ def assess_valve(
     Parameters
     ----------
     machine : Machine
-        With an electro-pneumatic valve as its intake.
+        Machine with an electro-pneumatic valve as its intake.
     speed : str, float or sequence
-        Range such as "300:2400:100 rpm", list, or [rad/s].
+        Speeds: a range such as "300:2400:100 rpm", list, or [rad/s].
     timing : {"fixed", "corrected"}
-        The machine's own commands, or those that meet its targets.
+        Commands of the real valve: the machine's own, or those that meet its targets.
     out : path, optional
         The archive to write.
     overwrite : bool

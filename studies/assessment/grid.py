@@ -1,6 +1,8 @@
 """The comparison of valves over speed, as an archive."""
 
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import nan
+from typing import Any
 
 import numpy as np
 
@@ -8,64 +10,75 @@ from apesim.archive import Archive, Variable
 from apesim.archive.columns import column, run_axis, run_text, values_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import COUNTS, INDICATORS
+from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.assessment.causes import CAUSES, EXERGY, LATENESS, LOSSES, MEASURES, ORDERS, REAL, VALVES, losses
-from apesim.studies.assessment.valves import CYCLES, OUTCOMES, Outcome, assess, without_valves
-from apesim.studies.timing.solve import corrected, start_after
+from apesim.studies.assessment.valves import CYCLES, OUTCOMES, Assessment, Outcome, assess, without_valves
+from apesim.studies.timing.solve import Timing, corrected, start_after
 
 TIMINGS = (FIXED, CORRECTED) = ("fixed", "corrected")
 
 
-def commanded(machine, speeds, timing):
-    """The machine at each speed: with its own commands, or with those that make the real valve meet its targets.
-
-    Yields
-    ------
-    apesim.engine.machine.Machine or None
-        None where the targets are out of reach.
-    """
-    before = []
+def _commanded(machine: Machine, speeds: Sequence[float], timing: str) -> Iterator[Machine | None]:
+    """Give the machine, at each speed, its own commands or those that meet its targets; None: out of reach."""
+    before: list[tuple[float, Timing]] = []
     for speed in speeds:
         if timing == FIXED:
             yield machine
             continue
-        found = corrected(machine, speed, start_after(machine, speed, before))
-        if found.reachable:
-            before.append((speed, found))
-        yield found.machine if found.reachable else None
+        corrected_timing = corrected(machine, speed, start_after(machine, speed, before))
+        if corrected_timing.reachable:
+            before.append((speed, corrected_timing))
+        yield corrected_timing.machine if corrected_timing.reachable else None
 
 
-def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
-    """The valves that are compared, and what each cause costs, over speed.
+def assess_speeds(
+    machine: Machine,
+    speeds: Sequence[float],
+    timing: str = FIXED,
+    command: str = "",
+    report: Callable[[int, int], Any] | None = None,
+) -> Archive:
+    """Compare the valves over speed, and find what each cause costs.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
+    machine : Machine
+        Machine with an electro-pneumatic valve.
     speeds : sequence of float
-        [rad/s]
-    timing : str
-        Of `TIMINGS`.
+        Speeds of the crankshaft [rad/s].
+    timing : {"fixed", "corrected"}
+        Commands of the real valve: the machine's own, or those that meet its targets.
     command : str
-        The command line, for the archive.
+        The command line, which the archive keeps.
     report : function, optional
-        Called with the numbers of points done and in all.
+        Called with the number of speeds that are done and the number of all.
 
     Returns
     -------
     Archive
         A run for each speed.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> archive = assess_speeds(Machine(), [94.0])
+    >>> archive.variables["brake_torque_Nm"].values.shape  # of each valve
+    (1, 7)
+    >>> archive.variables["brake_torque_lost_Nm"].values.shape  # in each order, by each cause
+    (1, 3, 4)
     """
-    found = []
-    for speed, one in zip(speeds, commanded(machine, speeds, timing), strict=True):
-        found.append(assess(one, speed) if one else without_valves(speed, nan, nan, Outcome.OUT_OF_REACH))
+    points: list[Assessment] = []
+    for speed, timed in zip(speeds, _commanded(machine, speeds, timing), strict=True):
+        points.append(assess(timed, speed) if timed else without_valves(speed, nan, nan, Outcome.OUT_OF_REACH))
         if report:
-            report(len(found), len(speeds))
-    valves = np.stack([point.valves for point in found])
+            report(len(points), len(speeds))
+    valves = np.stack([point.valves for point in points])
     lost = losses(valves)
 
     variables = {
-        "run": run_axis(len(found)),
+        "run": run_axis(len(points)),
         "valve": Variable(("valve",), np.array(list(VALVES)), "1", _listed(VALVES)),
         "order": Variable(("order",), np.array(list(ORDERS)), "1", _listed(ORDERS)),
         "cause": Variable(("cause",), np.array(list(CAUSES)), "1", _listed(CAUSES)),
@@ -73,51 +86,65 @@ def assess_speeds(machine, speeds, timing=FIXED, command="", report=None):
             [float(f"{s / TURN * 60.0:.12g}") for s in speeds], *INDICATORS["speed_rpm"], coordinate=True
         ),
         "energise_deg": column(
-            [point.energise / DEGREE for point in found], "deg", "crank angle at which the solenoids are energised"
+            [point.energise / DEGREE for point in points], "deg", "crank angle at which the solenoids are energised"
         ),
-        "release_deg": column([point.release / DEGREE for point in found], "deg", "crank angle of the release"),
-        "outcome": column([point.outcome for point in found], "1", "whether all valves could be compared", OUTCOMES),
+        "release_deg": column([point.release / DEGREE for point in points], "deg", "crank angle of the release"),
+        "outcome": column([point.outcome for point in points], "1", "whether all valves could be compared", OUTCOMES),
     }
     for number, (name, (unit, description)) in enumerate(MEASURES.items()):
         variables[name] = Variable(("run", "valve"), valves[..., number].copy(), unit, f"{description} with each valve")
         lost_name, sign = list(LOSSES.items())[number]
         what = f"{description} {'lost' if sign < 0.0 else 'added'} by each cause in each order"
         variables[lost_name] = Variable(("run", "order", "cause"), lost[..., number].copy(), unit, what)
-    exergy = np.stack([point.exergy for point in found])
+    exergy = np.stack([point.exergy for point in points])
     for number, (name, (description, _)) in enumerate(EXERGY.items()):
         values = exergy[..., number].copy()
         variables[f"exergy_{name}_J"] = Variable(("run", "valve"), values, "J", f"{description}, in a cycle")
     for name in REAL:
         unit, description = INDICATORS[name]
         kind = np.int64 if name in COUNTS else float
-        values = np.array([point.real[name] for point in found], dtype=kind)
+        values = np.array([point.real[name] for point in points], dtype=kind)
         variables[name] = column(values, unit, f"{description}; of the real valve")
     for stroke in ("opening", "closing"):
         for name, (unit, description) in LATENESS.items():
-            values = [point.lateness[f"{stroke}_{name}"] for point in found]
-            variables[f"{stroke}_{name}"] = column(values, unit, f"{stroke} of the real valve: {description}")
+            parts = [point.lateness[f"{stroke}_{name}"] for point in points]
+            variables[f"{stroke}_{name}"] = column(parts, unit, f"{stroke} of the real valve: {description}")
     variables["cycle_to_cycle_torque_Nm"] = column(
-        [point.cycle_to_cycle for point in found],
+        [point.cycle_to_cycle for point in points],
         "N m",
         f"largest change of the real valve's indicated torque from a cycle to the next, of {CYCLES}",
     )
     return Archive(dumps(machine), {"command": command, "kernels": sources_hash(), "timing": timing}, variables)
 
 
-def _listed(meanings):
+def _listed(meanings: Mapping[str, str]) -> str:
     return ", ".join(f"{name}: {meaning}" for name, meaning in meanings.items())
 
 
-def faults_of_assessment(archive):
-    """One line for each point at which not all valves could be compared.
+def faults_of_assessment(archive: Archive) -> list[str]:
+    """Write one line for each speed at which not all valves could be compared.
 
     Parameters
     ----------
     archive : Archive
+        Archive of `assess_speeds`.
 
     Returns
     -------
     list of str
+        Each line names the speed and says what is the matter, and what to change.
+
+    Examples
+    --------
+    >>> columns = {
+    ...     "run": run_axis(2),
+    ...     "speed_rpm": column([900.0, 6000.0], "r/min", "speed", coordinate=True),
+    ...     "outcome": column([Outcome.COMPLETE, Outcome.NEVER_OPENS], "1", "outcome", OUTCOMES),
+    ...     "cycle_to_cycle_torque_Nm": column([1e-6, 1e-6], "N m", "change of the torque"),
+    ... }
+    >>> [line] = faults_of_assessment(Archive("", {}, columns))
+    >>> line.partition(",")[0]
+    'run 1 (6000 r/min): the real lift never rises through the lap'
     """
     v, lines = values_of(archive), []
     for run, (outcome, change) in enumerate(zip(v["outcome"], v["cycle_to_cycle_torque_Nm"], strict=True)):
@@ -128,25 +155,39 @@ def faults_of_assessment(archive):
     return lines
 
 
-def undefined_ratios(archive):
-    """Lines that say where valves do no work, so that their air over work is undefined.
+def undefined_ratios(archive: Archive) -> list[str]:
+    """Write lines that say where valves do no work, so that their air over work is undefined.
 
     Parameters
     ----------
     archive : Archive
+        Archive of `assess_speeds`.
 
     Returns
     -------
     list of str
+        A line for each kind of work and each set of valves, with the speeds.
+
+    Examples
+    --------
+    >>> columns = {
+    ...     "run": run_axis(2),
+    ...     "speed_rpm": column([900.0, 6000.0], "r/min", "speed", coordinate=True),
+    ...     "indicated_torque_Nm": Variable(("run", "valve"), np.full((2, 7), 30.0), "N m", "indicated torque"),
+    ...     "brake_torque_Nm": Variable(("run", "valve"), np.array([7 * [20.0], 7 * [-1.0]]), "N m", "brake torque"),
+    ... }
+    >>> [line] = undefined_ratios(Archive("", {}, columns))
+    >>> line.partition("is not")[2]
+    ' positive at 6000 r/min: air over it is null'
     """
     v = values_of(archive)
-    speeds = {}
+    speeds: dict[tuple[str, str], list[str]] = {}
     for work in ("indicated", "brake"):
         for torques, speed in zip(v[f"{work}_torque_Nm"], v["speed_rpm"], strict=True):
             idle = ", ".join(name for name, torque in zip(VALVES, torques, strict=True) if torque <= 0.0)
             if idle:
                 speeds.setdefault((work, idle), []).append(f"{speed:g}")
     return [
-        f"{work} work of {idle} is not positive at {', '.join(found)} r/min: air over it is null"
-        for (work, idle), found in speeds.items()
+        f"{work} work of {idle} is not positive at {', '.join(texts)} r/min: air over it is null"
+        for (work, idle), texts in speeds.items()
     ]

@@ -4,6 +4,8 @@ import numpy as np
 
 from apesim.engine.angles import TURN
 from apesim.engine.cycle.rates import TRACE
+from apesim.engine.machine import Machine
+from apesim.engine.steady import SteadyRun
 from apesim.march.adaptive import LOG_HEAD
 from apesim.valve.groove import area_table, lap_of
 
@@ -12,24 +14,36 @@ PEAK = 1e-6
 """Share by which lifts at the peak may differ: a contact is located within 1e-12 s."""
 
 
-def constant_speed_lift(machine, run, opens, closes):
-    """Trapezoid that crosses the lap, and reaches and leaves the peak lift, where the real lift does.
+def constant_speed_lift(machine: Machine, run: SteadyRun, opens: float, closes: float) -> np.ndarray:
+    """Make the trapezoid that crosses the lap, and reaches and leaves the peak lift, where the real lift does.
 
-    A triangle where the real lift turns back before its open stop. Below the lap, where the groove is shut, its sides
-    go on to zero lift.
+    It is a triangle where the real lift turns back before its open stop. Below the lap, where the groove is shut, its
+    sides go on to zero lift.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-    run : apesim.engine.steady.SteadyRun
-        Periodic.
+    machine : Machine
+        Machine of the run.
+    run : SteadyRun
+        Periodic state with an electro-pneumatic valve.
     opens, closes : float
-        Angles at which the real lift crosses the lap [rad].
+        Crank angles at which the real lift crosses the lap [rad].
 
     Returns
     -------
     (n, 2) float array
         Crank angle [rad] and lift [m].
+
+    Examples
+    --------
+    >>> from apesim.engine.indicators import valve_angles
+    >>> from apesim.engine.steady import run_steady
+    >>> run = run_steady(Machine(), 94.0)
+    >>> angles = valve_angles(Machine(), run)
+    >>> opens, closes = np.radians([angles["valve_open_deg"], angles["valve_close_deg"]])
+    >>> trapezoid = constant_speed_lift(Machine(), run, opens, closes)
+    >>> (1e3 * trapezoid[:, 1]).round(3).tolist()  # lifts of its corners [mm]
+    [0.0, 1.0, 9.0, 9.0, 1.0, 0.0]
     """
     lap = lap_of(area_table(machine.groove, machine.valve.stroke))
     angle = run.cycle.start + run.cycle.speed * run.log[:, 0]
@@ -45,19 +59,27 @@ def constant_speed_lift(machine, run, opens, closes):
     return rows[np.append(np.diff(rows[:, 0]) > 0.0, True)]
 
 
-def lift_curve_of(machine, run):
-    """The real lift over a turn that begins where it is lowest, located events included.
+def lift_curve_of(machine: Machine, run: SteadyRun) -> np.ndarray:
+    """Extract the real lift over a turn that begins where it is lowest, located events included.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-    run : apesim.engine.steady.SteadyRun
-        Periodic.
+    machine : Machine
+        Machine of the run.
+    run : SteadyRun
+        Periodic state with an electro-pneumatic valve.
 
     Returns
     -------
     (n, 2) float array
         Crank angle [rad] and lift [m]; that of the first and the last row is taken as zero.
+
+    Examples
+    --------
+    >>> from apesim.engine.steady import run_steady
+    >>> curve = lift_curve_of(Machine(), run_steady(Machine(), 94.0))
+    >>> bool(curve[0, 1] == curve[-1, 1] == 0.0), round(float(curve[:, 1].max()), 6)  # [m]
+    (True, 0.009)
     """
     located = run.cycle.start + run.cycle.speed * run.log[:, 0]
     angles = np.concatenate((run.angles[:-1], located))
@@ -71,31 +93,38 @@ def lift_curve_of(machine, run):
     return np.column_stack((angles, lifts))
 
 
-def single_opening(curve, opens, closes):
-    """A periodic lift over the turn that holds one opening, cut where it is lowest after the closing.
+def single_opening(curve: np.ndarray, opens: float, closes: float) -> np.ndarray:
+    """Cut a periodic lift to the turn that holds one opening, where it is lowest after the closing.
 
     Parameters
     ----------
     curve : (n, 2) float array
-        Lift over a turn, see `lift_curve_of`.
+        Crank angle [rad] and lift [m] over a turn, see `lift_curve_of`.
     opens, closes : float
-        Angles at which it crosses the lap [rad], to a turn.
+        Crank angles at which the lift crosses the lap [rad]; they may be whole turns away from the curve.
 
     Returns
     -------
     (m, 2) float array
-        Its angles are such that the opening stands at its own.
+        Crank angle [rad] and lift [m]; the opening stands at its own angle.
+
+    Examples
+    --------
+    >>> curve = np.array([[0.0, 0.0], [1.0, 5e-3], [2.0, 9e-3], [3.0, 9e-3], [4.0, 0.0], [TURN, 0.0]])
+    >>> opening = single_opening(curve, 0.5 + TURN, 3.8 + TURN)  # a turn later
+    >>> float(opening[np.argmax(opening[:, 1]), 0] - TURN)
+    2.0
     """
     turns = np.floor((opens - curve[0, 0]) / TURN) + np.arange(-1.0, 3.0)
     angle = np.concatenate([curve[:-1, 0] + TURN * turn for turn in turns])
     lift = np.tile(curve[:-1, 1], len(turns))
     shut = np.flatnonzero((angle > closes) & (angle < opens + TURN))
     end = angle[shut[np.argmin(lift[shut])]]
-    kept = (angle > end - TURN - 1e-9) & (angle < end + 1e-9)
-    return np.column_stack((angle[kept], lift[kept]))
+    retained = (angle > end - TURN - 1e-9) & (angle < end + 1e-9)
+    return np.column_stack((angle[retained], lift[retained]))
 
 
-def shift_flanks(curve, true, intended):
+def shift_flanks(curve: np.ndarray, true: tuple[float, float], intended: tuple[float, float]) -> np.ndarray:
     """Move each flank of a lift so that it crosses the lap where intended.
 
     The opening flank reaches until the lift leaves its peak for the last time, the closing flank from there on. Between
@@ -104,14 +133,21 @@ def shift_flanks(curve, true, intended):
     Parameters
     ----------
     curve : (n, 2) float array
-        Crank angle [rad] and lift [m], of one opening.
+        Crank angle [rad] and lift [m] of one opening.
     true, intended : pair of float
-        Angles at which the lift crosses the lap, opening and closing [rad].
+        Crank angles at which the lift crosses the lap, and is to cross it, opening and closing [rad].
 
     Returns
     -------
     (m, 2) float array
-        Within a turn, zero at both ends.
+        Crank angle [rad] and lift [m] within a turn, zero at both ends.
+
+    Examples
+    --------
+    >>> curve = np.array([[0.0, 0.0], [1.0, 9e-3], [3.0, 9e-3], [4.0, 0.0], [6.0, 0.0]])
+    >>> earlier = shift_flanks(curve, true=(0.5, 3.5), intended=(0.25, 3.0))
+    >>> earlier.round(4).tolist()
+    [[-0.25, 0.0], [0.75, 0.009], [2.5, 0.009], [2.75, 0.0067], [3.5, 0.0]]
     """
     angle, lift = curve.T
     opened = (angle > true[0]) & (angle < true[1])

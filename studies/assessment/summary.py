@@ -1,5 +1,8 @@
 """An assessment as tables on the terminal and as JSON."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 from rich.table import Table
 
@@ -55,18 +58,29 @@ EXPLAINED = (
 )
 
 
-def points_of(archive: Archive) -> list[dict]:
-    """Points of an assessment, for JSON.
+def points_of(archive: Archive) -> list[dict[str, Any]]:
+    """Lay an assessment out point by point, for JSON.
 
     Parameters
     ----------
     archive : Archive
+        Archive of an assessment.
 
     Returns
     -------
     list of dict
         For each point its scalars, ``valves`` with measures and exergy of each, ``losses`` with what each cause costs
-        in each order, and ``whole``.
+        in each order, and ``whole``, the losses of the real valve against the ideal one.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.assessment.grid import assess_speeds
+    >>> [point] = points_of(assess_speeds(Machine(), [94.0]))
+    >>> losses = point["losses"]["lateness_first"]
+    >>> lost = [losses[cause]["brake_torque_lost_Nm"] for cause in ("lateness", "finite_speed", "control_air")]
+    >>> bool(np.isclose(sum(lost), point["whole"]["brake_torque_lost_Nm"]))
+    True
     """
     v = {name: variable.values for name, variable in archive.variables.items()}
     points = []
@@ -80,28 +94,38 @@ def points_of(archive: Archive) -> list[dict]:
         }
         changes = zip(LOSSES.items(), MEASURES, strict=True)
         whole = {lost: sign * (v[name][run, -1] - v[name][run, 0]) for (lost, sign), name in changes}
-        told = {"outcome": Outcome(outcome).name.lower(), "valves": valves, "losses": losses, "whole": whole}
-        points.append(scalars | told)
+        compared = {"outcome": Outcome(outcome).name.lower(), "valves": valves, "losses": losses, "whole": whole}
+        points.append(scalars | compared)
     return points
 
 
 def tables_of(archive: Archive) -> list[Table]:
-    """Torque and specific air from the ideal to the real valve, what lateness is made of, and what stands beside.
+    """Lay out the tables that the console shows of an assessment.
 
     Parameters
     ----------
     archive : Archive
+        Archive of an assessment.
 
     Returns
     -------
     list of rich.table.Table
+        Torque and specific air from the ideal to the real valve, exergy, parts of the lateness, and what stands beside.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.assessment.grid import assess_speeds
+    >>> tables = tables_of(assess_speeds(Machine(), [94.0]))
+    >>> len(tables), str(tables[0].title)
+    (6, 'Brake torque, and what of it is lost [N m]')
     """
     v = {name: variable.values for name, variable in archive.variables.items()}
     speeds = [f"{speed:g}" for speed in v["speed_rpm"]]
 
     columns = [(v["order"].tolist().index(order), v["cause"].tolist().index(cause)) for order, cause in SHOWN]
 
-    def between(name, lost, digits):
+    def between(name: str, lost: str, digits: int) -> Iterator[list[str]]:
         for run, speed in enumerate(speeds):
             steps = [v[lost][run, order, cause] for order, cause in columns]
             values = np.array([v[name][run, 0], *steps, v[name][run, -1]]).round(digits) + 0.0  # no -0.00
@@ -121,24 +145,14 @@ def tables_of(archive: Archive) -> list[Table]:
     return [
         table_of("Brake torque, and what of it is lost [N m]", header, torque, left=()),
         table_of("All air over brake work, and what is added [kg/kWh]", header, air, left=()),
-        *exergy_tables(v),
+        *_exergy_tables(v),
         table_of(LATE_TITLE, ("r/min", *LATE_HEADINGS), late, left=()),
         table_of(BESIDE_TITLE, ("r/min", *(heading for *_, heading in BESIDE)), beside, left=()),
     ]
 
 
-def exergy_tables(v: dict[str, np.ndarray]) -> list[Table]:
-    """Tabulate where the exergy of a cycle goes with the ideal and with the real valve.
-
-    Parameters
-    ----------
-    v : dict of array
-        Columns of the archive.
-
-    Returns
-    -------
-    list of rich.table.Table
-    """
+def _exergy_tables(v: dict[str, np.ndarray]) -> list[Table]:
+    """Tabulate where the exergy of a cycle goes with the ideal and with the real valve."""
     tables = []
     for valve, names in EXERGY_SHOWN.items():
         at = v["valve"].tolist().index(valve)

@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 from math import nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
 from apesim.engine.cycle.state import engine_ledger
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
 from apesim.engine.indicators import JOULE_PER_KWH, indicators, ratio, valve_motion
-from apesim.engine.steady import run_steady
+from apesim.engine.machine import Machine
+from apesim.engine.steady import SteadyRun, run_steady
 from apesim.march.adaptive import Status
 from apesim.march.periodic import Drive
 from apesim.studies.assessment.causes import EXERGY, LATENESS, MEASURES, REAL, VALVES
@@ -19,7 +20,7 @@ from apesim.studies.assessment.lift import LIFT, constant_speed_lift, lift_curve
 from apesim.valve.groove import area_table, lap_of
 
 CYCLES = 8
-"""Over which the change from cycle to cycle is looked for."""
+"""Number of cycles over which the change from cycle to cycle is looked for."""
 LIFT_STEP = 0.25 * DEGREE
 
 
@@ -35,8 +36,8 @@ class Outcome(IntEnum):
     OUT_OF_REACH = 6
 
     @property
-    def remedy(self):
-        """What is the matter, and what to change."""
+    def remedy(self) -> str:
+        """What is the matter, and what to change, in words."""
         return REMEDIES[self]
 
 
@@ -59,36 +60,58 @@ class Assessment(NamedTuple):
     """The valves at an operating point."""
 
     speed: float
-    """[rad/s]"""
+    """Speed of the crankshaft [rad/s]."""
     energise: float
-    """Crank angle [rad]; NaN where there are no corrected ones."""
+    """Command angle of the energising [rad]; NaN where there are no corrected ones."""
     release: float
+    """Command angle of the release [rad]; NaN where there are no corrected ones."""
     outcome: Outcome
+    """Whether all valves could be compared."""
     valves: np.ndarray
     """`MEASURES` of `VALVES`, (7, 5); NaN: undefined."""
     exergy: np.ndarray
     """`EXERGY` of `VALVES`, (7, 8) [J]; NaN: undefined, and for late_real_lift where it is the real valve's run."""
-    real: dict
-    """Those of `REAL`."""
-    lateness: dict
+    real: dict[str, float]
+    """Indicators `REAL` of the real valve."""
+    lateness: dict[str, float]
     """`LATENESS` of the opening and of the closing, by names that begin with ``opening_`` and ``closing_``."""
     cycle_to_cycle: float
-    """See `cycle_to_cycle`."""
+    """Largest change of the indicated torque from a cycle to the next [N m], see `cycle_to_cycle`."""
 
 
-def with_ideal(machine, opens, closes):
-    """A machine with an ideal valve that opens and closes at two angles [rad]."""
+def _with_ideal(machine: Machine, opens: float, closes: float) -> Machine:
+    """Give a machine an ideal valve that opens and closes at two crank angles [rad]."""
     command = machine.command._replace(open_target=opens, close_target=closes)
     return machine._replace(command=command, engine=machine.engine._replace(intake=IDEAL_VALVE))
 
 
-def with_lift(machine, curve):
-    """A machine with a cam that lifts by a curve, (n, 2) [rad, m]."""
+def with_lift(machine: Machine, curve: np.ndarray) -> Machine:
+    """Give a machine a cam that lifts by a curve.
+
+    Parameters
+    ----------
+    machine : Machine
+        Machine whose intake is replaced.
+    curve : (n, 2) float array
+        Crank angle [rad] and lift [m].
+
+    Returns
+    -------
+    Machine
+        Machine with this cam.
+
+    Examples
+    --------
+    >>> curve = np.array([[0.0, 0.0], [0.6, 9e-3], [1.2, 0.0]])
+    >>> machine = with_lift(Machine(), curve)
+    >>> machine.engine.intake == CAM, machine.engine.cam.lift_curve is curve
+    (True, True)
+    """
     engine = machine.engine
     return machine._replace(engine=engine._replace(intake=CAM, cam=engine.cam._replace(lift_curve=curve)))
 
 
-def assess(machine, speed):
+def assess(machine: Machine, speed: float) -> Assessment:
     """Run the valves that are compared, each to its own periodic state.
 
     Where the real lift crosses the lap several times in a cycle, its true angles are those of the first rise and of the
@@ -96,14 +119,22 @@ def assess(machine, speed):
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-        Its intake is the electro-pneumatic valve, whatever it says.
+    machine : Machine
+        Machine whose intake is taken for the electro-pneumatic valve, whatever it says.
     speed : float
-        [rad/s]
+        Speed of the crankshaft [rad/s].
 
     Returns
     -------
     Assessment
+        Measures and exergy of each valve, and the lateness of the real one.
+
+    Examples
+    --------
+    >>> assessment = assess(Machine(), 94.0)
+    >>> brake_torque = dict(zip(VALVES, assessment.valves[:, 1].round(1).tolist()))  # [N m]
+    >>> brake_torque["ideal"], brake_torque["real"], assessment.outcome.name
+    (40.6, 37.3, 'COMPLETE')
     """
     machine = machine._replace(engine=machine.engine._replace(intake=EPV))
     run = run_steady(machine, speed, angle_step=LIFT_STEP)
@@ -115,14 +146,14 @@ def assess(machine, speed):
     valves = dict.fromkeys(VALVES, np.full(len(MEASURES), nan))
     ledgers = dict.fromkeys(VALVES, np.full(len(EXERGY), nan))
     if run.orbit.converged:
-        valves["real"], ledgers["real"] = measures(values), exergy_of(values)
-        if not acts_on_intake(run):
-            valves["late_real_lift"] = measures(values | {"control_air_kg_per_cycle": 0.0})
-    for name, other in others_of(machine, run, values, outcome).items():
+        valves["real"], ledgers["real"] = _measures(values), _exergy_of(values)
+        if not _acts_on_intake(run):
+            valves["late_real_lift"] = _measures(values | {"control_air_kg_per_cycle": 0.0})
+    for name, other in _others_of(machine, run, values, outcome).items():
         other_run = run_steady(other, speed)
         if other_run.status == Status.DONE and other_run.orbit.converged:
             other_values = indicators(other, other_run)
-            valves[name], ledgers[name] = measures(other_values), exergy_of(other_values)
+            valves[name], ledgers[name] = _measures(other_values), _exergy_of(other_values)
         else:
             outcome = outcome or Outcome.VALVE_NOT_PERIODIC
     return Assessment(
@@ -133,24 +164,45 @@ def assess(machine, speed):
         np.stack(list(valves.values())),
         np.stack(list(ledgers.values())),
         {name: values[name] for name in REAL},
-        lateness_of(machine, run, values),
+        _lateness_of(machine, run, values),
         cycle_to_cycle(machine, run),
     )
 
 
-def without_valves(speed, energise, release, outcome):
-    """An assessment that came to nothing."""
+def without_valves(speed: float, energise: float, release: float, outcome: Outcome) -> Assessment:
+    """Make the assessment of an operating point at which nothing could be compared.
+
+    Parameters
+    ----------
+    speed : float
+        Speed of the crankshaft [rad/s].
+    energise, release : float
+        Command angles [rad]; NaN where there are none.
+    outcome : Outcome
+        Reason why nothing could be compared.
+
+    Returns
+    -------
+    Assessment
+        Assessment whose results are NaN.
+
+    Examples
+    --------
+    >>> assessment = without_valves(94.0, nan, nan, Outcome.OUT_OF_REACH)
+    >>> bool(np.isnan(assessment.valves).all()), assessment.outcome.name
+    (True, 'OUT_OF_REACH')
+    """
     valves, exergy = np.full((len(VALVES), len(MEASURES)), nan), np.full((len(VALVES), len(EXERGY)), nan)
     real = dict.fromkeys(REAL, nan) | {"period_cycles": 0}
     lateness = {f"{stroke}_{name}": nan for stroke in ("opening", "closing") for name in LATENESS}
     return Assessment(speed, energise, release, outcome, valves, exergy, real, lateness, nan)
 
 
-def lateness_of(machine, run, values):
-    """What the lateness of both strokes is made of, see `LATENESS`; NaN where a stroke has no delay time."""
+def _lateness_of(machine: Machine, run: SteadyRun, values: dict[str, Any]) -> dict[str, float]:
+    """Find what the lateness of both strokes is made of, see `LATENESS`; NaN where a stroke has no delay time."""
     command = machine.command
     opening, closing, *_ = valve_motion(machine, run)
-    found = {}
+    parts_by_name: dict[str, float] = {}
     for stroke, measured, true_angle, target, edge in (
         ("opening", opening, values["valve_open_deg"], command.open_target, command.energise),
         ("closing", closing, values["valve_close_deg"], command.close_target, command.release),
@@ -158,17 +210,40 @@ def lateness_of(machine, run, values):
         delay, advance = measured.delay * run.cycle.speed / DEGREE, (target - edge) / DEGREE
         lateness = true_angle - target / DEGREE
         parts = (lateness, delay, lateness + advance - delay, advance, measured.delay)
-        found |= {f"{stroke}_{name}": part for name, part in zip(LATENESS, parts, strict=True)}
-    return found
+        parts_by_name |= {f"{stroke}_{name}": part for name, part in zip(LATENESS, parts, strict=True)}
+    return parts_by_name
 
 
-def acts_on_intake(run):
-    """Whether the control air is drawn from a receiver, and so lowers the pressure before the groove."""
-    return run.cycle.control_from_receiver and run.cycle.receiver_volume > 0.0
+def _acts_on_intake(run: SteadyRun) -> bool:
+    """Judge whether the control air is drawn from a receiver, and so lowers the pressure before the groove."""
+    return bool(run.cycle.control_from_receiver and run.cycle.receiver_volume > 0.0)
 
 
-def outcome_of(machine, run, values):
-    """Whether a real valve has one pair of true angles, and if not, why."""
+def outcome_of(machine: Machine, run: SteadyRun, values: dict[str, Any]) -> Outcome:
+    """Judge whether a real valve has one pair of true angles, and if not, why.
+
+    Parameters
+    ----------
+    machine : Machine
+        Machine of the run.
+    run : SteadyRun
+        Last cycle of the march.
+    values : dict of str
+        Indicators of the run, ``valve_open_deg`` and ``valve_close_deg`` among them.
+
+    Returns
+    -------
+    Outcome
+        COMPLETE, NOT_PERIODIC, NEVER_OPENS or NEVER_CLOSES.
+
+    Examples
+    --------
+    >>> run = run_steady(Machine(), 94.0)
+    >>> outcome_of(Machine(), run, {"valve_open_deg": 2.0, "valve_close_deg": 79.0}).name
+    'COMPLETE'
+    >>> outcome_of(Machine(), run, {"valve_open_deg": nan, "valve_close_deg": nan}).name
+    'NEVER_OPENS'
+    """
     if run.orbit.period != 1:
         return Outcome.NOT_PERIODIC
     if np.isnan(values["valve_open_deg"] + values["valve_close_deg"]):
@@ -177,36 +252,36 @@ def outcome_of(machine, run, values):
     return Outcome.COMPLETE
 
 
-def others_of(machine, run, values, outcome):
-    """The machines of the valves that have to be run, beside the real one, by name.
+def _others_of(machine: Machine, run: SteadyRun, values: dict[str, Any], outcome: Outcome) -> dict[str, Machine]:
+    """Make the machines of the valves that have to be run, beside the real one, by name.
 
     The real lift is among them only where its control air acts on the intake, so that not counting it is not enough.
     """
     targets = machine.command.open_target, machine.command.close_target
-    others = {"ideal": with_ideal(machine, *targets)}
+    others = {"ideal": _with_ideal(machine, *targets)}
     if outcome == Outcome.COMPLETE:
         true = values["valve_open_deg"] * DEGREE, values["valve_close_deg"] * DEGREE
         constant_speed = constant_speed_lift(machine, run, *true)
         opening = single_opening(lift_curve_of(machine, run), *true)
         others["on_time_constant_speed"] = with_lift(machine, shift_flanks(constant_speed, true, targets))
         others["on_time_real_lift"] = with_lift(machine, shift_flanks(opening, true, targets))
-        others["late_at_once"] = with_ideal(machine, *true)
+        others["late_at_once"] = _with_ideal(machine, *true)
         others["late_constant_speed"] = with_lift(machine, constant_speed)
-    if outcome != Outcome.NOT_PERIODIC and acts_on_intake(run):
+    if outcome != Outcome.NOT_PERIODIC and _acts_on_intake(run):
         others["late_real_lift"] = with_lift(machine, lift_curve_of(machine, run))
     return others
 
 
-def measures(values):
-    """`MEASURES` of an operating point from its indicators, (5,)."""
+def _measures(values: dict[str, Any]) -> np.ndarray:
+    """Compute `MEASURES` of an operating point from its indicators, (5,)."""
     air = values["engine_air_kg_per_cycle"] + values["control_air_kg_per_cycle"]
     torques = values["indicated_torque_Nm"], values["brake_torque_Nm"]
     indicated, brake = (ratio(air * JOULE_PER_KWH, TURN * torque) for torque in torques)
     return np.array([*torques, air, brake, indicated])
 
 
-def exergy_of(values):
-    """`EXERGY` of an operating point from its indicators [J], (8,)."""
+def _exergy_of(values: dict[str, Any]) -> np.ndarray:
+    """Collect `EXERGY` of an operating point from its indicators [J], (8,)."""
     # Heat from the walls is the only one of the terms under `other` that brings exergy.
     return np.array(
         [
@@ -216,10 +291,27 @@ def exergy_of(values):
     )
 
 
-def cycle_to_cycle(machine, run):
-    """Largest change of the indicated torque from a cycle to the next, over `CYCLES` that follow a run [N m].
+def cycle_to_cycle(machine: Machine, run: SteadyRun) -> float:
+    """Find the largest change of the indicated torque from a cycle to the next, over `CYCLES` that follow a run.
 
     In a periodic state it is the solver's error.
+
+    Parameters
+    ----------
+    machine : Machine
+        Machine of the run.
+    run : SteadyRun
+        Last cycle of the march, from whose end the march goes on.
+
+    Returns
+    -------
+    float
+        Change of the mean indicated torque [N m].
+
+    Examples
+    --------
+    >>> cycle_to_cycle(Machine(), run_steady(Machine(), 94.0)) < 1e-4
+    True
     """
     drive = Drive(*cycle_of(machine, run.cycle.speed), accuracy_at(run.cycle, run.tolerance))
     y, mode = run.orbit.y, run.orbit.mode

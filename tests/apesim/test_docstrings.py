@@ -24,7 +24,6 @@ UNDOCUMENTED = (
     "studies/tables.py",
     "studies/valve_map.py",
     "studies/valve_run.py",
-    "studies/assessment/",
     "studies/commands/",
     "studies/commands/archive/",
     "studies/commands/engine/",
