@@ -28,6 +28,15 @@ class Air(NamedTuple):
     heat_capacity_ratio: Annotated[float, Quantity("", 1.05, 1.67, "the paper's assumption; model = ideal only")] = 1.4
 
 
+class GasState(NamedTuple):
+    """State of the air at a place: its pressure and temperature, which travel together."""
+
+    pressure: float
+    """Pressure [Pa abs]."""
+    temperature: float
+    """Temperature [K]."""
+
+
 class Ambient(NamedTuple):
     """The surroundings: exhaust, vents, and what flows back through them."""
 

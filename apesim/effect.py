@@ -91,8 +91,7 @@ class Effect(NamedTuple):
     adjust: Callable | None = None
     """Slot: (parameters, machine, tables) -> machine, tables with other parameters, before the march."""
     volume: Callable | None = None
-    """Slot: parameters -> a gas volume more [m3], which the base model has a place for, and the effective area through
-    which it is fed [m2]."""
+    """Slot: parameters -> a gas volume more, which the base model has a place for, with its feed: a `FedVolume`."""
     sensor: Callable | None = None
     """Slot: (parameters, reading) -> reading that is taken otherwise, see `apesim.reading`; the march knows nothing."""
     off: float = 0.0
@@ -312,7 +311,16 @@ def chosen(library: Library, effects: Any, kind: int = 0) -> Any:
     return container(*(getattr(effects, name) for name in container._fields))  # type: ignore[attr-defined]
 
 
-def volume_of(library: Iterable[Effect], effects: Any) -> tuple[float, float]:
+class FedVolume(NamedTuple):
+    """Gas volume that an effect puts before a flow, with its feed; zeros where there is none."""
+
+    volume: float
+    """Gas volume [m3]."""
+    feed_area: float
+    """Effective area of its feed [m2]."""
+
+
+def volume_of(library: Iterable[Effect], effects: Any) -> FedVolume:
     """Return the gas volume that an effect of a library adds.
 
     Parameters
@@ -324,26 +332,24 @@ def volume_of(library: Iterable[Effect], effects: Any) -> tuple[float, float]:
 
     Returns
     -------
-    volume : float
-        Gas volume [m3]; 0 where there is none.
-    area : float
-        Effective area of its feed [m2]; 0 where there is none.
+    FedVolume
+        The volume and its feed; zeros where there is none.
 
     Examples
     --------
     >>> class Line(NamedTuple):
     ...     volume: float = 0.0
-    >>> line = Effect("line", Line, "V", "chosen", "", "", volume=lambda parameters: (parameters.volume, 1e-5))
+    >>> line = Effect("line", Line, "V", "chosen", "", "", volume=lambda parameters: FedVolume(parameters.volume, 1e-5))
     >>> class Effects(NamedTuple):
     ...     line: Line = Line()
-    >>> volume_of([line], Effects()), volume_of([line], Effects(Line(volume=1e-6)))
-    ((0.0, 0.0), (1e-06, 1e-05))
+    >>> volume_of([line], Effects(Line(volume=1e-6)))
+    FedVolume(volume=1e-06, feed_area=1e-05)
     """
     for effect in library:
         values = getattr(effects, effect.name)
         if effect.volume and effect.is_on(values):
-            return effect.volume(values)
-    return 0.0, 0.0
+            return FedVolume(*effect.volume(values))
+    return FedVolume(0.0, 0.0)
 
 
 def unserved(library: Iterable[Effect], effects: Any, marched: Mapping[str, type], served: Set[str]) -> Iterator[str]:

@@ -1,18 +1,28 @@
 """Exergy of air against the ambient: the work that a reversible machine would take from it.
 
-Equations: Bejan, Advanced Engineering Thermodynamics, 4th ed., chapters 3 and 5. A stream is a tuple of its mass flow
-[kg/s] and its temperature [K]; a restriction keeps the temperature.
+Equations: Bejan, Advanced Engineering Thermodynamics, 4th ed., chapters 3 and 5. The dead state is that of the
+ambient; a restriction keeps the temperature of a stream.
 """
 
 from math import log
+from typing import NamedTuple
 
-from apesim.air import Ambient, Gas, enthalpy, thermal_entropy
+from apesim.air import Gas, GasState, enthalpy, thermal_entropy
 from apesim.kernel import kernel
-from apesim.restriction import upstream_of
+from apesim.restriction import Sides, upstream_of
+
+
+class Stream(NamedTuple):
+    """Stream of air: how much flows, and how hot it is."""
+
+    mass: float
+    """Mass flow [kg/s]."""
+    temperature: float
+    """Temperature [K]."""
 
 
 @kernel
-def entropy_above(gas: Gas, ambient: Ambient, pressure: float, temperature: float) -> float:
+def entropy_above(gas: Gas, ambient: GasState, state: GasState) -> float:
     """Return the specific entropy above that of ambient air, ``s - s_0 = cp ln(T/T_0) - R ln(p/p_0)`` for constant cp.
 
     Entropy of an ideal gas [1]_, with the temperature T, the pressure p, the gas constant R and the heat capacity cp;
@@ -22,12 +32,10 @@ def entropy_above(gas: Gas, ambient: Ambient, pressure: float, temperature: floa
     ----------
     gas : apesim.air.Gas
         Working gas, as the kernels know it.
-    ambient : apesim.air.Ambient
-        Surroundings, the dead state.
-    pressure : float
-        Pressure [Pa abs].
-    temperature : float
-        Temperature [K].
+    ambient : apesim.air.GasState
+        State of the surroundings, the dead state.
+    state : apesim.air.GasState
+        Pressure and temperature.
 
     Returns
     -------
@@ -43,17 +51,17 @@ def entropy_above(gas: Gas, ambient: Ambient, pressure: float, temperature: floa
     --------
     -287.05 J/(kg K) * ln(10):
 
-    >>> from apesim.air import Air, Ambient, gas_of
-    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
-    >>> round(entropy_above(gas, ambient, 1e6, 300.0), 2)
+    >>> from apesim.air import Air, GasState, gas_of
+    >>> gas, ambient = gas_of(Air()), GasState(1e5, 300.0)
+    >>> round(entropy_above(gas, ambient, GasState(1e6, 300.0)), 2)
     -660.96
     """
-    thermal = thermal_entropy(gas, temperature) - thermal_entropy(gas, ambient.temperature)
-    return thermal - gas.gas_constant * log(pressure / ambient.pressure)
+    thermal = thermal_entropy(gas, state.temperature) - thermal_entropy(gas, ambient.temperature)
+    return thermal - gas.gas_constant * log(state.pressure / ambient.pressure)
 
 
 @kernel
-def flow_exergy(gas: Gas, ambient: Ambient, pressure: float, temperature: float) -> float:
+def flow_exergy(gas: Gas, ambient: GasState, state: GasState) -> float:
     """Return the specific exergy of a stream, ``e = h - h_0 - T_0 (s - s_0)``.
 
     h is the specific enthalpy, s the specific entropy, T_0 the ambient's temperature; index 0: the dead state [1]_.
@@ -63,12 +71,10 @@ def flow_exergy(gas: Gas, ambient: Ambient, pressure: float, temperature: float)
     ----------
     gas : apesim.air.Gas
         Working gas, as the kernels know it.
-    ambient : apesim.air.Ambient
-        Surroundings, the dead state.
-    pressure : float
-        Pressure [Pa abs].
-    temperature : float
-        Temperature [K].
+    ambient : apesim.air.GasState
+        State of the surroundings, the dead state.
+    state : apesim.air.GasState
+        Pressure and temperature.
 
     Returns
     -------
@@ -83,19 +89,17 @@ def flow_exergy(gas: Gas, ambient: Ambient, pressure: float, temperature: float)
     --------
     At ambient temperature it is R T_0 ln(p/p_0), 287.05 * 300 * ln(10) J/kg:
 
-    >>> from apesim.air import Air, Ambient, gas_of
-    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
-    >>> round(flow_exergy(gas, ambient, 1e6, 300.0) / 1e3, 2)
+    >>> from apesim.air import Air, GasState, gas_of
+    >>> gas, ambient = gas_of(Air()), GasState(1e5, 300.0)
+    >>> round(flow_exergy(gas, ambient, GasState(1e6, 300.0)) / 1e3, 2)
     198.29
     """
-    heat = enthalpy(gas, temperature) - enthalpy(gas, ambient.temperature)
-    return heat - ambient.temperature * entropy_above(gas, ambient, pressure, temperature)
+    heat = enthalpy(gas, state.temperature) - enthalpy(gas, ambient.temperature)
+    return heat - ambient.temperature * entropy_above(gas, ambient, state)
 
 
 @kernel
-def exergy_stored(
-    gas: Gas, ambient: Ambient, mass: float, energy: float, pressure: float, temperature: float, volume: float
-) -> float:
+def exergy_stored(gas: Gas, ambient: GasState, mass: float, energy: float, state: GasState, volume: float) -> float:
     """Return the exergy of the gas in a volume, ``U - m u_0 + p_0 (V - m v_0) - T_0 m (s - s_0)``.
 
     U is the internal energy, m the mass, V the volume, s the specific entropy, u and v are the specific internal energy
@@ -105,16 +109,14 @@ def exergy_stored(
     ----------
     gas : apesim.air.Gas
         Working gas, as the kernels know it.
-    ambient : apesim.air.Ambient
-        Surroundings, the dead state.
+    ambient : apesim.air.GasState
+        State of the surroundings, the dead state.
     mass : float
         Mass of the gas [kg].
     energy : float
         Internal energy of the gas [J].
-    pressure : float
-        Pressure [Pa abs].
-    temperature : float
-        Temperature [K].
+    state : apesim.air.GasState
+        Pressure and temperature.
     volume : float
         Volume [m3].
 
@@ -131,47 +133,46 @@ def exergy_stored(
     --------
     1 L at ten times the ambient pressure holds p V (ln(10) - 1 + 1/10) = 1000 J * 1.4026:
 
-    >>> from apesim.air import Air, Ambient, gas_of
-    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
+    >>> from apesim.air import Air, GasState, gas_of
+    >>> gas, ambient = gas_of(Air()), GasState(1e5, 300.0)
     >>> mass = 1e6 * 1e-3 / (gas.gas_constant * 300.0)
-    >>> round(exergy_stored(gas, ambient, mass, mass * 717.625 * 300.0, 1e6, 300.0, 1e-3), 1)
+    >>> round(exergy_stored(gas, ambient, mass, mass * 717.625 * 300.0, GasState(1e6, 300.0), 1e-3), 1)
     1402.6
     """
-    entropy = mass * entropy_above(gas, ambient, pressure, temperature)
+    entropy = mass * entropy_above(gas, ambient, state)
     dead = mass * enthalpy(gas, ambient.temperature)
     return energy + ambient.pressure * volume - ambient.temperature * entropy - dead
 
 
 @kernel
-def stream_through(regime: float, sides: tuple[float, float, float, float], mass_flow: float) -> tuple[float, float]:
+def stream_through(regime: float, sides: Sides, mass_flow: float) -> Stream:
     """Return the stream through a restriction: its mass flow and its upstream temperature.
 
     Parameters
     ----------
     regime : int
         Regime of the flow, see `apesim.restriction`; only its sign counts.
-    sides : tuple of float
-        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+    sides : apesim.restriction.Sides
+        State of the air on both sides.
     mass_flow : float
         Mass flow from side 1 to side 2 [kg/s].
 
     Returns
     -------
-    mass_flow : float
-        Mass flow [kg/s].
-    temperature : float
-        Temperature upstream [K].
+    Stream
+        Mass flow, and temperature upstream.
 
     Examples
     --------
-    >>> stream_through(-1, (1e5, 300.0, 2e5, 280.0), -0.01)
-    (-0.01, 280.0)
+    >>> stream_through(-1, Sides(GasState(1e5, 300.0), GasState(2e5, 280.0)), -0.01)
+    Stream(mass=-0.01, temperature=280.0)
     """
-    return mass_flow, upstream_of(regime, sides)[1]
+    _, temperature = upstream_of(regime, sides)
+    return Stream(mass_flow, temperature)
 
 
 @kernel
-def stream_exergy(gas: Gas, ambient: Ambient, stream: tuple[float, float], pressure: float) -> float:
+def stream_exergy(gas: Gas, ambient: GasState, stream: Stream, pressure: float) -> float:
     """Return the exergy that a stream carries at a pressure, ``mdot e(p, T)``.
 
     e is the specific flow exergy [1]_, see `flow_exergy`.
@@ -180,10 +181,10 @@ def stream_exergy(gas: Gas, ambient: Ambient, stream: tuple[float, float], press
     ----------
     gas : apesim.air.Gas
         Working gas, as the kernels know it.
-    ambient : apesim.air.Ambient
-        Surroundings, the dead state.
-    stream : tuple of float
-        Mass flow [kg/s] and temperature [K].
+    ambient : apesim.air.GasState
+        State of the surroundings, the dead state.
+    stream : Stream
+        Mass flow and temperature.
     pressure : float
         Pressure [Pa abs].
 
@@ -198,18 +199,16 @@ def stream_exergy(gas: Gas, ambient: Ambient, stream: tuple[float, float], press
 
     Examples
     --------
-    >>> from apesim.air import Air, Ambient, gas_of
-    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
-    >>> round(stream_exergy(gas, ambient, (0.01, 300.0), 1e6), 1)
+    >>> from apesim.air import Air, GasState, gas_of
+    >>> gas, ambient = gas_of(Air()), GasState(1e5, 300.0)
+    >>> round(stream_exergy(gas, ambient, Stream(0.01, 300.0), 1e6), 1)
     1982.9
     """
-    return stream[0] * flow_exergy(gas, ambient, pressure, stream[1])
+    return stream.mass * flow_exergy(gas, ambient, GasState(pressure, stream.temperature))
 
 
 @kernel
-def throttling_loss(
-    gas: Gas, ambient: Ambient, stream: tuple[float, float], pressure_1: float, pressure_2: float
-) -> float:
+def throttling_loss(gas: Gas, ambient: GasState, stream: Stream, pressure_1: float, pressure_2: float) -> float:
     """Return the exergy that a restriction destroys, ``T_0 mdot R ln(p_1/p_2)``.
 
     A loss of exergy is T_0 times the entropy made (theorem of Gouy and Stodola) [1]_; a throttle keeps the enthalpy,
@@ -219,10 +218,10 @@ def throttling_loss(
     ----------
     gas : apesim.air.Gas
         Working gas, as the kernels know it.
-    ambient : apesim.air.Ambient
-        Surroundings, the dead state.
-    stream : tuple of float
-        Mass flow from 1 to 2, negative the other way [kg/s], and temperature [K].
+    ambient : apesim.air.GasState
+        State of the surroundings, the dead state.
+    stream : Stream
+        Mass flow from 1 to 2, negative the other way, and temperature.
     pressure_1, pressure_2 : float
         Pressures on both sides [Pa abs].
 
@@ -239,16 +238,16 @@ def throttling_loss(
     --------
     From 1 MPa to ambient pressure a stream at ambient temperature loses all that it has:
 
-    >>> from apesim.air import Air, Ambient, gas_of
-    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
-    >>> round(throttling_loss(gas, ambient, (0.01, 300.0), 1e6, 1e5), 1)
+    >>> from apesim.air import Air, GasState, gas_of
+    >>> gas, ambient = gas_of(Air()), GasState(1e5, 300.0)
+    >>> round(throttling_loss(gas, ambient, Stream(0.01, 300.0), 1e6, 1e5), 1)
     1982.9
     """
-    return ambient.temperature * stream[0] * gas.gas_constant * log(pressure_1 / pressure_2)
+    return ambient.temperature * stream.mass * gas.gas_constant * log(pressure_1 / pressure_2)
 
 
 @kernel
-def mixing_loss(gas: Gas, ambient: Ambient, stream: tuple[float, float], temperature: float) -> float:
+def mixing_loss(gas: Gas, ambient: GasState, stream: Stream, temperature: float) -> float:
     """Return the exergy destroyed where a stream mixes with the gas of a volume at its pressure.
 
     ``T_0 mdot ((h_1 - h)/T - (s_1 - s))``, with the stream's state 1.
@@ -261,10 +260,10 @@ def mixing_loss(gas: Gas, ambient: Ambient, stream: tuple[float, float], tempera
     ----------
     gas : apesim.air.Gas
         Working gas, as the kernels know it.
-    ambient : apesim.air.Ambient
-        Surroundings, the dead state.
-    stream : tuple of float
-        Mass flow into the volume [kg/s] and its temperature [K]. One that leaves the volume has the temperature of the
+    ambient : apesim.air.GasState
+        State of the surroundings, the dead state.
+    stream : Stream
+        Mass flow into the volume and its temperature. One that leaves the volume has the temperature of the
         volume, and destroys nothing.
     temperature : float
         Temperature of the volume [K].
@@ -282,20 +281,18 @@ def mixing_loss(gas: Gas, ambient: Ambient, stream: tuple[float, float], tempera
     --------
     With twice the temperature, T_0 mdot cp (2 - 1 - ln(2)):
 
-    >>> from apesim.air import Air, Ambient, gas_of
-    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
-    >>> round(mixing_loss(gas, ambient, (0.01, 600.0), 300.0), 1)
+    >>> from apesim.air import Air, GasState, gas_of
+    >>> gas, ambient = gas_of(Air()), GasState(1e5, 300.0)
+    >>> round(mixing_loss(gas, ambient, Stream(0.01, 600.0), 300.0), 1)
     924.9
     """
-    heat = enthalpy(gas, stream[1]) - enthalpy(gas, temperature)
-    entropy = thermal_entropy(gas, stream[1]) - thermal_entropy(gas, temperature)
-    return ambient.temperature * stream[0] * (heat / temperature - entropy)
+    heat = enthalpy(gas, stream.temperature) - enthalpy(gas, temperature)
+    entropy = thermal_entropy(gas, stream.temperature) - thermal_entropy(gas, temperature)
+    return ambient.temperature * stream.mass * (heat / temperature - entropy)
 
 
 @kernel
-def exergy_brought(
-    gas: Gas, ambient: Ambient, mass_flow: float, energy_flow: float, pressure: float, temperature: float
-) -> float:
+def exergy_brought(gas: Gas, ambient: GasState, mass_flow: float, energy_flow: float, state: GasState) -> float:
     """Return by how much a flow of mass and energy raises the exergy of a volume, whatever carries it.
 
     ``E - T_0 (E - mu m)/T - g_0 m``, with mu = h - T s of the volume and g_0 of ambient air.
@@ -307,16 +304,14 @@ def exergy_brought(
     ----------
     gas : apesim.air.Gas
         Working gas, as the kernels know it.
-    ambient : apesim.air.Ambient
-        Surroundings, the dead state.
+    ambient : apesim.air.GasState
+        State of the surroundings, the dead state.
     mass_flow : float
         Mass flow into the volume [kg/s].
     energy_flow : float
         Energy flow into the volume [W].
-    pressure : float
-        Pressure of the volume [Pa abs].
-    temperature : float
-        Temperature of the volume [K].
+    state : apesim.air.GasState
+        Pressure and temperature of the volume.
 
     Returns
     -------
@@ -332,18 +327,18 @@ def exergy_brought(
     --------
     A stream in the state of the volume brings its flow exergy:
 
-    >>> from apesim.air import Air, Ambient, gas_of
-    >>> gas, ambient = gas_of(Air()), Ambient(pressure=1e5, temperature=300.0)
-    >>> round(exergy_brought(gas, ambient, 0.01, 0.01 * 1004.675 * 300.0, 1e6, 300.0), 1)
+    >>> from apesim.air import Air, GasState, gas_of
+    >>> gas, ambient = gas_of(Air()), GasState(1e5, 300.0)
+    >>> round(exergy_brought(gas, ambient, 0.01, 0.01 * 1004.675 * 300.0, GasState(1e6, 300.0)), 1)
     1982.9
     """
-    entropy = entropy_above(gas, ambient, pressure, temperature)
+    entropy, temperature = entropy_above(gas, ambient, state), state.temperature
     potential = ambient.temperature * (enthalpy(gas, temperature) / temperature - entropy)
     return heat_exergy(ambient, energy_flow, temperature) + mass_flow * (potential - enthalpy(gas, ambient.temperature))
 
 
 @kernel
-def heat_exergy(ambient: Ambient, heat: float, temperature: float) -> float:
+def heat_exergy(ambient: GasState, heat: float, temperature: float) -> float:
     """Return the exergy of a heat flow at a temperature, ``Q (1 - T_0/T)``.
 
     It is the work of a reversible engine between T and the ambient's T_0 [1]_; below T_0 it is negative for heat that
@@ -351,8 +346,8 @@ def heat_exergy(ambient: Ambient, heat: float, temperature: float) -> float:
 
     Parameters
     ----------
-    ambient : apesim.air.Ambient
-        Surroundings, the dead state.
+    ambient : apesim.air.GasState
+        State of the surroundings, the dead state.
     heat : float
         Heat flow [W].
     temperature : float
@@ -370,8 +365,8 @@ def heat_exergy(ambient: Ambient, heat: float, temperature: float) -> float:
 
     Examples
     --------
-    >>> from apesim.air import Ambient
-    >>> heat_exergy(Ambient(temperature=300.0), 100.0, 600.0)
+    >>> from apesim.air import GasState
+    >>> heat_exergy(GasState(1e5, 300.0), 100.0, 600.0)
     50.0
     """
     return heat * (1.0 - ambient.temperature / temperature)

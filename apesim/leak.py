@@ -5,13 +5,11 @@ import numpy as np
 from apesim.air import Gas
 from apesim.effect import note_branch
 from apesim.kernel import kernel
-from apesim.restriction import NEAR, flow_in, regime_between
+from apesim.restriction import NEAR, NO_FLOW, Flow, Sides, flow_in, regime_between
 
 
 @kernel
-def leak(
-    gas: Gas, area: float, sides: tuple[float, float, float, float], balance: np.ndarray, branch: int
-) -> tuple[float, float]:
+def leak(gas: Gas, area: float, sides: Sides, balance: np.ndarray, branch: int) -> Flow:
     """Return the flow of an effect between two volumes, and note its regime in the balance.
 
     ``mdot = S psi(r) p_up/sqrt(R T_up)``: the EPV paper (doi 10.1631/jzus.A0820373), Eq. 7.
@@ -22,8 +20,8 @@ def leak(
         Working gas, as the kernels know it.
     area : float
         Effective area S [m2]; 0 or less: nothing flows, nothing is noted.
-    sides : tuple of float
-        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+    sides : apesim.restriction.Sides
+        State of the air on both sides.
     balance : (n,) float array
         What the effect adds to; its element `branch` is changed.
     branch : int
@@ -31,22 +29,20 @@ def leak(
 
     Returns
     -------
-    mass_flow : float
-        From side 1 to side 2; negative the other way [kg/s].
-    enthalpy_flow : float
-        Enthalpy carried along, at the upstream temperature [W].
+    apesim.restriction.Flow
+        From side 1 to side 2, negative the other way, with the enthalpy of the air upstream.
 
     Examples
     --------
-    >>> from apesim.air import Air, gas_of
-    >>> gas = gas_of(Air())
+    >>> from apesim.air import Air, GasState, gas_of
+    >>> gas, sides = gas_of(Air()), Sides(GasState(1e6, 300.0), GasState(1e5, 287.0))
     >>> balance = np.zeros(1)
-    >>> mass_flow, _ = leak(gas, 1e-6, (1e6, 300.0, 1e5, 287.0), balance, 0)
-    >>> round(mass_flow * 1e3, 3), balance.tolist()
+    >>> flow = leak(gas, 1e-6, sides, balance, 0)
+    >>> round(flow.mass * 1e3, 3), balance.tolist()
     (2.333, [3.0])
     """
     if area <= 0.0:
-        return 0.0, 0.0
+        return NO_FLOW
     regime = regime_between(gas, sides)
     note_branch(balance, branch, NEAR if abs(regime) == NEAR else regime)
     return flow_in(gas, regime, area, sides)

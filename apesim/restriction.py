@@ -7,8 +7,9 @@ the ends, and ends the step where the regime ends.
 """
 
 from math import inf, sqrt
+from typing import NamedTuple
 
-from apesim.air import ANR_DENSITY, Gas, enthalpy, heat_capacity_ratio
+from apesim.air import ANR_DENSITY, Gas, GasState, enthalpy, heat_capacity_ratio
 from apesim.flow_function import (
     NEARLY_EQUAL,
     choked_flow_function,
@@ -25,6 +26,28 @@ ROOM = 1e-6
 that a flow does not chatter between two regimes."""
 AREA_OF_CONDUCTANCE = 5.02e-6 / 1e-8
 """Effective area of a sonic conductance, 5.02 mm2 for 1 dm3/(s bar) [m2 / (m3/(s Pa))]."""
+
+
+class Sides(NamedTuple):
+    """Both sides of a restriction; a flow is positive from the air before it to that behind it."""
+
+    before: GasState
+    """State of the air on side 1."""
+    behind: GasState
+    """State of the air on side 2."""
+
+
+class Flow(NamedTuple):
+    """Flow of air with the enthalpy that it carries; or both summed over time [kg, J]."""
+
+    mass: float
+    """Mass flow [kg/s]."""
+    enthalpy: float
+    """Enthalpy flow [W]."""
+
+
+NO_FLOW = Flow(0.0, 0.0)
+"""Flow of what is shut."""
 
 
 @kernel
@@ -156,7 +179,7 @@ def flow_function(gas: Gas, ratio: float, temperature: float) -> float:
 
 
 @kernel(inline=False)
-def regime_between(gas: Gas, sides: tuple[float, float, float, float]) -> int:
+def regime_between(gas: Gas, sides: Sides) -> int:
     """Return the regime of the flow between two volumes.
 
     Choked and subsonic are the two branches of Eq. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
@@ -165,8 +188,8 @@ def regime_between(gas: Gas, sides: tuple[float, float, float, float]) -> int:
     ----------
     gas : apesim.air.Gas
         Working gas, as the kernels know it.
-    sides : tuple of float
-        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+    sides : Sides
+        State of the air on both sides.
 
     Returns
     -------
@@ -177,12 +200,12 @@ def regime_between(gas: Gas, sides: tuple[float, float, float, float]) -> int:
     --------
     >>> from apesim.air import Air, gas_of
     >>> gas = gas_of(Air())
-    >>> regime_between(gas, (6e5, 287.0, 1e5, 287.0)) == CHOKED
+    >>> regime_between(gas, Sides(GasState(6e5, 287.0), GasState(1e5, 287.0))) == CHOKED
     True
-    >>> regime_between(gas, (1e5, 287.0, 1.2e5, 287.0)) == -SUBSONIC
+    >>> regime_between(gas, Sides(GasState(1e5, 287.0), GasState(1.2e5, 287.0))) == -SUBSONIC
     True
     """
-    direction = 1 if sides[0] >= sides[2] else -1
+    direction = 1 if sides.before.pressure >= sides.behind.pressure else -1
     ratio, temperature = upstream_of(direction, sides)
     if ratio > NEARLY_EQUAL:
         return direction * NEAR
@@ -192,15 +215,15 @@ def regime_between(gas: Gas, sides: tuple[float, float, float, float]) -> int:
 
 
 @kernel
-def upstream_of(regime: float, sides: tuple[float, float, float, float]) -> tuple[float, float]:
+def upstream_of(regime: float, sides: Sides) -> tuple[float, float]:
     """Return pressure ratio and upstream temperature in the direction of a regime.
 
     Parameters
     ----------
     regime : int
         Regime of the flow; only its sign counts.
-    sides : tuple of float
-        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+    sides : Sides
+        State of the air on both sides.
 
     Returns
     -------
@@ -211,16 +234,16 @@ def upstream_of(regime: float, sides: tuple[float, float, float, float]) -> tupl
 
     Examples
     --------
-    >>> upstream_of(CHOKED, (4e5, 300.0, 1e5, 287.0))
+    >>> upstream_of(CHOKED, Sides(GasState(4e5, 300.0), GasState(1e5, 287.0)))
     (0.25, 300.0)
     """
     if regime > 0.0:
-        return sides[2] / sides[0], sides[1]
-    return sides[0] / sides[2], sides[3]
+        return sides.behind.pressure / sides.before.pressure, sides.before.temperature
+    return sides.before.pressure / sides.behind.pressure, sides.behind.temperature
 
 
 @kernel(inline=False)
-def beyond_regime(gas: Gas, regime: float, sides: tuple[float, float, float, float]) -> float:
+def beyond_regime(gas: Gas, regime: float, sides: Sides) -> float:
     """Return by how much the pressure ratio lies outside a regime; above zero the flow has left it.
 
     Parameters
@@ -229,8 +252,8 @@ def beyond_regime(gas: Gas, regime: float, sides: tuple[float, float, float, flo
         Working gas, as the kernels know it.
     regime : int
         Regime that the flow is held in; negative from side 2 to side 1.
-    sides : tuple of float
-        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+    sides : Sides
+        State of the air on both sides.
 
     Returns
     -------
@@ -241,7 +264,7 @@ def beyond_regime(gas: Gas, regime: float, sides: tuple[float, float, float, flo
     --------
     >>> from apesim.air import Air, gas_of
     >>> gas = gas_of(Air())
-    >>> round(beyond_regime(gas, CHOKED, (1e6, 287.0, 6e5, 287.0)), 4)
+    >>> round(beyond_regime(gas, CHOKED, Sides(GasState(1e6, 287.0), GasState(6e5, 287.0))), 4)
     0.0717
     """
     if regime == SHUT:
@@ -252,7 +275,7 @@ def beyond_regime(gas: Gas, regime: float, sides: tuple[float, float, float, flo
 
 
 @kernel(inline=False)
-def next_regime(gas: Gas, regime: float, sides: tuple[float, float, float, float]) -> float:
+def next_regime(gas: Gas, regime: float, sides: Sides) -> float:
     """Return the regime that a flow goes over to where it leaves one.
 
     Parameters
@@ -261,8 +284,8 @@ def next_regime(gas: Gas, regime: float, sides: tuple[float, float, float, float
         Working gas, as the kernels know it.
     regime : int
         Regime that the flow leaves; negative from side 2 to side 1.
-    sides : tuple of float
-        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+    sides : Sides
+        State of the air on both sides.
 
     Returns
     -------
@@ -273,7 +296,7 @@ def next_regime(gas: Gas, regime: float, sides: tuple[float, float, float, float
     --------
     >>> from apesim.air import Air, gas_of
     >>> gas = gas_of(Air())
-    >>> next_regime(gas, CHOKED, (1e6, 287.0, 6e5, 287.0)) == SUBSONIC
+    >>> next_regime(gas, CHOKED, Sides(GasState(1e6, 287.0), GasState(6e5, 287.0))) == SUBSONIC
     True
     """
     direction = 1.0 if regime > 0.0 else -1.0
@@ -285,7 +308,7 @@ def next_regime(gas: Gas, regime: float, sides: tuple[float, float, float, float
 
 
 @kernel
-def flow_in(gas: Gas, regime: float, area: float, sides: tuple[float, float, float, float]) -> tuple[float, float]:
+def flow_in(gas: Gas, regime: float, area: float, sides: Sides) -> Flow:
     """Return the flow through a restriction between two volumes, held in a regime.
 
     ``mdot = S psi(r) p_up/sqrt(R T_up)``, Eq. 7 of the EPV paper [1]_, with the density p_up/(R T_up) of an ideal gas
@@ -302,15 +325,13 @@ def flow_in(gas: Gas, regime: float, area: float, sides: tuple[float, float, flo
         Regime of the flow; negative from side 2 to side 1.
     area : float
         Effective area S [m2].
-    sides : tuple of float
-        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+    sides : Sides
+        State of the air on both sides.
 
     Returns
     -------
-    mass_flow : float
-        From side 1 to side 2; negative the other way [kg/s].
-    enthalpy_flow : float
-        Enthalpy carried along, at the upstream temperature [W].
+    Flow
+        From side 1 to side 2, negative the other way, with the enthalpy of the air upstream.
 
     References
     ----------
@@ -323,22 +344,20 @@ def flow_in(gas: Gas, regime: float, area: float, sides: tuple[float, float, flo
 
     >>> from apesim.air import Air, gas_of
     >>> gas = gas_of(Air())
-    >>> mass_flow, _ = flow_in(gas, CHOKED, 1e-6, (1e6, 300.0, 1e5, 287.0))
-    >>> round(mass_flow * 1e3, 3)
+    >>> flow = flow_in(gas, CHOKED, 1e-6, Sides(GasState(1e6, 300.0), GasState(1e5, 287.0)))
+    >>> round(flow.mass * 1e3, 3)
     2.333
     """
     if regime == SHUT or area <= 0.0:
-        return 0.0, 0.0
+        return NO_FLOW
     ratio, temperature = upstream_of(regime, sides)
     mass = area * flow_function_in(gas, abs(regime), ratio, temperature) / sqrt(gas.gas_constant * temperature)
-    mass *= sides[0] if regime > 0.0 else -sides[2]
-    return mass, mass * enthalpy(gas, temperature)
+    mass *= sides.before.pressure if regime > 0.0 else -sides.behind.pressure
+    return Flow(mass, mass * enthalpy(gas, temperature))
 
 
 @kernel
-def flow_between(
-    gas: Gas, area: float, pressure_1: float, temperature_1: float, pressure_2: float, temperature_2: float
-) -> tuple[float, float]:
+def flow_between(gas: Gas, area: float, sides: Sides) -> Flow:
     """Return the flow through a restriction between two volumes, from the higher pressure to the lower.
 
     ``mdot = S psi(r) p_up/sqrt(R T_up)``, Eq. 7 of the EPV paper [1]_, with the density p_up/(R T_up) of an ideal gas
@@ -353,21 +372,13 @@ def flow_between(
         Working gas, as the kernels know it.
     area : float
         Effective area S [m2].
-    pressure_1 : float
-        Pressure on side 1 [Pa abs].
-    temperature_1 : float
-        Temperature on side 1 [K].
-    pressure_2 : float
-        Pressure on side 2 [Pa abs].
-    temperature_2 : float
-        Temperature on side 2 [K].
+    sides : Sides
+        State of the air on both sides.
 
     Returns
     -------
-    mass_flow : float
-        From side 1 to side 2; negative the other way [kg/s].
-    enthalpy_flow : float
-        Enthalpy carried along, at the upstream temperature [W].
+    Flow
+        From side 1 to side 2, negative the other way, with the enthalpy of the air upstream.
 
     References
     ----------
@@ -380,13 +391,12 @@ def flow_between(
 
     >>> from apesim.air import Air, gas_of
     >>> gas = gas_of(Air())
-    >>> mass_flow, enthalpy_flow = flow_between(gas, 1e-6, 1e6, 300.0, 1e5, 287.0)
-    >>> round(mass_flow * 1e3, 3), round(enthalpy_flow, 1)
+    >>> flow = flow_between(gas, 1e-6, Sides(GasState(1e6, 300.0), GasState(1e5, 287.0)))
+    >>> round(flow.mass * 1e3, 3), round(flow.enthalpy, 1)
     (2.333, 703.3)
     """
     if area <= 0.0:
-        return 0.0, 0.0
-    sides = pressure_1, temperature_1, pressure_2, temperature_2
+        return NO_FLOW
     return flow_in(gas, regime_between(gas, sides), area, sides)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
-from apesim.air import Ambient, Gas
+from apesim.air import Gas, GasState
 from apesim.engine.breathing import Cam, Exhaust, Receiver
 from apesim.engine.friction import Friction
 from apesim.kernel import kernel
@@ -66,22 +66,21 @@ class CylinderState(NamedTuple):
     """State of the cylinder at an instant, as the laws of its effects see it."""
 
     gas: Gas
-    ambient: Ambient
+    """Working gas."""
+    ambient: GasState
+    """State of the surroundings."""
     engine: Engine
+    """Keys of the engine."""
     speed: float
     """Speed of the crank [rad/s]."""
     angle: float
     """Crank angle [rad]."""
     volume: float
     """Volume of the cylinder [m3]."""
-    pressure: float
-    """Pressure in the cylinder [Pa abs]."""
-    temperature: float
-    """Temperature in the cylinder [K]."""
-    intake_pressure: float
-    """Pressure before the groove [Pa abs]."""
-    intake_temperature: float
-    """Temperature before the groove [K]."""
+    air: GasState
+    """State of the air in the cylinder."""
+    intake: GasState
+    """State of the air before the groove."""
 
 
 @kernel

@@ -10,7 +10,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from apesim.effect import Effect, contact, law
+from apesim.effect import Effect, FedVolume, contact, law
 from apesim.engine.angles import TURN
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
 from apesim.engine.cycle.state import cylinder_state, supply_of
@@ -120,7 +120,8 @@ def sample_state(layer: str) -> Any:
     p, _, _ = cycle_of(Machine(), SPEED)
     y, _ = charged_at_rest(p)
     if layer == "engine":
-        return cylinder_state(p, 0.0, y)[0]._replace(pressure=3.0 * p.actuator.ambient.pressure)
+        cylinder, _ = cylinder_state(p, 0.0, y)
+        return cylinder._replace(air=cylinder.air._replace(pressure=3.0 * p.actuator.ambient.pressure))
     state = state_of(p.actuator, y, supply_of(p, y))
     return state._replace(position=0.5 * p.actuator.valve.stroke, speed=PISTON_SPEED)
 
@@ -170,8 +171,8 @@ def _try_adjust(one: OutsideEffect) -> str:
 
 def _try_volume(one: OutsideEffect) -> str:
     assert one.effect.volume is not None
-    volume, area = one.effect.volume(strong(one.effect))
-    if not (0.0 < volume < np.inf and 0.0 < area < np.inf):
+    fed = FedVolume(*one.effect.volume(strong(one.effect)))
+    if not (0.0 < fed.volume < np.inf and 0.0 < fed.feed_area < np.inf):
         return "gives no volume [m3] and area of its feed [m2] above zero"
     return ""
 

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from apesim.engine.cycle.flows import effect_terms, exchange_flows, exchange_sides, pipe_flow
+from apesim.engine.cycle import exchange
+from apesim.engine.cycle.flows import effect_terms, exchange_flows, exchange_sides
 from apesim.engine.cycle.state import (
-    EXHAUST_FLOW,
-    FEED_FLOW,
-    GROOVE_FLOW,
-    PIPE_FLOW,
+    EXCHANGE,
     SIZE,
     Cycle,
     control_air,
@@ -147,45 +145,54 @@ def add_exergy_rates(
     """
     r: np.ndarray = zeros(RATES)  # type: ignore[call-arg]
     gas, ambient = p.actuator.gas, p.actuator.ambient
-    p_c, t_c = cylinder.pressure, cylinder.temperature
+    p_c, t_c = cylinder.air
     receiver = receiver_state(p, y)
     intake = intake_state(p, y, receiver)
     sides = exchange_sides(p, cylinder, receiver, intake)
-    groove, groove_enthalpy, exhaust, _, fed, _ = exchange_flows(p, y, mode, cylinder, receiver, intake)
-    mass, energy, past_groove, past_groove_enthalpy, heat, wall_exergy, _ = effect_terms(p, cylinder)
-    through = stream_through(mode[GROOVE_FLOW], sides[0], groove)
-    past = stream_through(past_groove, sides[0], past_groove)
-    out = stream_through(mode[EXHAUST_FLOW], sides[1], exhaust)
-    r[GROOVE] += throttling_loss(gas, ambient, through, intake[0], p_c)
-    r[GROOVE] += throttling_loss(gas, ambient, past, intake[0], p_c)
+    flows, terms = exchange_flows(p, y, mode, cylinder, sides), effect_terms(p, cylinder)
+    let_in, heat, past_groove = terms.let_in, terms.heat, terms.past_groove.mass
+    through = stream_through(mode[EXCHANGE + exchange.GROOVE], sides.groove, flows.groove.mass)
+    past = stream_through(past_groove, sides.groove, past_groove)
+    out = stream_through(mode[EXCHANGE + exchange.EXHAUST], sides.exhaust, flows.exhaust.mass)
+    r[GROOVE] += throttling_loss(gas, ambient, through, intake.pressure, p_c)
+    r[GROOVE] += throttling_loss(gas, ambient, past, intake.pressure, p_c)
     r[CYLINDER_MIXING] += mixing_loss(gas, ambient, through, t_c) + mixing_loss(gas, ambient, past, t_c)
     r[CYLINDER_MIXING] -= mixing_loss(gas, ambient, out, t_c)
     r[EXHAUST_VALVE] += throttling_loss(gas, ambient, out, p_c, ambient.pressure)
     r[EXHAUST_AIR] += stream_exergy(gas, ambient, out, ambient.pressure)
-    r[LEAKS] -= exergy_brought(gas, ambient, mass, energy - heat, p_c, t_c)
-    r[WALL_HEAT] += wall_exergy
-    r[HEAT_TRANSFER] += wall_exergy - heat_exergy(ambient, heat, t_c)
+    r[LEAKS] -= exergy_brought(gas, ambient, let_in.mass, let_in.enthalpy - heat, cylinder.air)
+    r[WALL_HEAT] += terms.wall_exergy
+    r[HEAT_TRANSFER] += terms.wall_exergy - heat_exergy(ambient, heat, t_c)
     control, mixing = 0.0, 0.0
     if p.engine.intake == EPV:
-        control, mixing = add_valve_rates(p.actuator, t, y, mode, control_air(p, y)[0], supply_of(p, y), r)
+        source, _ = control_air(p, y)
+        control, mixing = add_valve_rates(p.actuator, t, y, mode, source, supply_of(p, y), r)
     if has_pipe(p):
-        pipe, _ = pipe_flow(p, mode, receiver, intake, groove + past_groove, groove_enthalpy + past_groove_enthalpy)
-        drawn = stream_through(mode[PIPE_FLOW], sides[3], pipe)
-        r[FEED] += throttling_loss(gas, ambient, drawn, receiver[0], intake[0])
-        r[RECEIVER_MIXING] += mixing_loss(gas, ambient, drawn, intake[1])
-        r[RECEIVER_MIXING] -= mixing_loss(gas, ambient, through, intake[1]) + mixing_loss(gas, ambient, past, intake[1])
-        brought, back = stream_exergy(gas, ambient, drawn, receiver[0]), -mixing_loss(gas, ambient, drawn, receiver[1])
+        drawn = stream_through(mode[EXCHANGE + exchange.PIPE], sides.pipe, flows.pipe.mass)
+        r[FEED] += throttling_loss(gas, ambient, drawn, receiver.pressure, intake.pressure)
+        r[RECEIVER_MIXING] += mixing_loss(gas, ambient, drawn, intake.temperature)
+        r[RECEIVER_MIXING] -= mixing_loss(gas, ambient, through, intake.temperature) + mixing_loss(
+            gas, ambient, past, intake.temperature
+        )
+        brought, back = (
+            stream_exergy(gas, ambient, drawn, receiver.pressure),
+            -mixing_loss(gas, ambient, drawn, receiver.temperature),
+        )
     else:
-        brought = stream_exergy(gas, ambient, through, intake[0]) + stream_exergy(gas, ambient, past, intake[0])
-        back = -mixing_loss(gas, ambient, through, intake[1]) - mixing_loss(gas, ambient, past, intake[1])
+        brought = stream_exergy(gas, ambient, through, intake.pressure) + stream_exergy(
+            gas, ambient, past, intake.pressure
+        )
+        back = -mixing_loss(gas, ambient, through, intake.temperature) - mixing_loss(
+            gas, ambient, past, intake.temperature
+        )
     if p.receiver_volume > 0.0:
-        feed = stream_through(mode[FEED_FLOW], sides[2], fed)
-        r[FEED] += throttling_loss(gas, ambient, feed, p.supply[0], receiver[0])
-        r[RECEIVER_MIXING] += mixing_loss(gas, ambient, feed, receiver[1]) + back
-        brought = stream_exergy(gas, ambient, feed, p.supply[0])
+        feed = stream_through(mode[EXCHANGE + exchange.FEED], sides.feed, flows.feed.mass)
+        r[FEED] += throttling_loss(gas, ambient, feed, p.supply.pressure, receiver.pressure)
+        r[RECEIVER_MIXING] += mixing_loss(gas, ambient, feed, receiver.temperature) + back
+        brought = stream_exergy(gas, ambient, feed, p.supply.pressure)
         if p.control_from_receiver:
             r[RECEIVER_MIXING] += mixing
-            r[CONTROL_AIR] = control * flow_exergy(gas, ambient, p.supply[0], p.supply[1])
+            r[CONTROL_AIR] = control * flow_exergy(gas, ambient, p.supply)
             brought -= r[CONTROL_AIR]
     r[ENGINE_AIR] += brought
     for i in range(RATES):
@@ -226,13 +233,14 @@ def stored_exergy(p: Cycle, t: float, y: np.ndarray) -> float:
     gas, ambient = p.actuator.gas, p.actuator.ambient
     cylinder, _ = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
-    gases = [(*cylinder_gas(y), cylinder.pressure, cylinder.temperature, cylinder.volume)]
+    gases = [(*cylinder_gas(y), cylinder.air, cylinder.volume)]
     if p.receiver_volume > 0.0:
-        gases.append((*receiver_gas(y), *receiver, p.receiver_volume))
+        gases.append((*receiver_gas(y), receiver, p.receiver_volume))
     if has_pipe(p):
-        gases.append((*pipe_gas(y), *intake_state(p, y, receiver), p.pipe[0]))
+        gases.append((*pipe_gas(y), intake_state(p, y, receiver), p.pipe.volume))
     if has_line(p.actuator):
-        gases.append((*line_gas(y), *control_air(p, y)[1], p.actuator.line[0]))
+        _, before_solenoids = control_air(p, y)
+        gases.append((*line_gas(y), before_solenoids, p.actuator.line.volume))
     total = sum(exergy_stored(gas, ambient, *content) for content in gases)
     return total + (valve_stored(p.actuator, y, supply_of(p, y)) if p.engine.intake == EPV else 0.0)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from apesim.air import ANR_DENSITY, Gas, enthalpy, temperature_at_enthalpy, temperature_of
+from apesim.air import ANR_DENSITY, Gas, GasState, enthalpy, temperature_at_enthalpy, temperature_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.breathing import cam_angles
 from apesim.engine.cycle.state import (
@@ -268,7 +268,7 @@ def peak_pressure(run: SteadyRun) -> float:
     pressures = []
     for row in log:
         volume, _ = cylinder_volume(run.cycle.crank, run.cycle.start + run.cycle.speed * row[0])
-        pressures.append(chamber_state(gas, *cylinder_gas(row[LOG_HEAD:]), volume)[0])
+        pressures.append(chamber_state(gas, *cylinder_gas(row[LOG_HEAD:]), volume).pressure)
     return max(pressures)
 
 
@@ -298,7 +298,7 @@ def receiver_range(run: SteadyRun) -> float:
     p = run.cycle
     if p.receiver_volume == 0.0:
         return 0.0
-    pressures = [receiver_state(p, row[LOG_HEAD:])[0] for row in (*run.log, *run.extrema)]
+    pressures = [receiver_state(p, row[LOG_HEAD:]).pressure for row in (*run.log, *run.extrema)]
     return max(pressures) - min(pressures)
 
 
@@ -487,7 +487,7 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     """
     p, orbit = run.cycle, run.orbit
     ledger, control = engine_ledger(run.end), control_ledger(run.end)
-    gas, ambient, supply = p.actuator.gas, machine.ambient, machine.supply
+    gas, ambient = p.actuator.gas, p.actuator.ambient
     turns = p.speed / TURN
     work = ledger.work
     swept = swept_volume(p.engine)
@@ -499,12 +499,12 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
 
     drawn = p.supply if p.control_from_receiver else p.control
 
-    def efficiency(law: Callable[[float, float], float]) -> float:
-        ideal = engine_air * law(supply.pressure, supply.temperature) + control_air * law(*drawn)
+    def efficiency(law: Callable[[GasState], float]) -> float:
+        ideal = engine_air * law(p.supply) + control_air * law(drawn)
         return ratio(brake, ideal) if brake > 0.0 else nan
 
     def expansion_efficiency(law: Callable[[Gas, float, float], float]) -> float:
-        return efficiency(lambda pressure, temperature: law(gas, temperature, pressure / ambient.pressure))
+        return efficiency(lambda state: law(gas, state.temperature, state.pressure / ambient.pressure))
 
     mass_closure, energy_closure = closure(run)
     exergy = exergy_ledger(run, fmep * swept)

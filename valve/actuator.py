@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.air import Ambient, Gas, gas_of, internal_energy
-from apesim.effect import NoEffects, add_laws, adjusted, chosen, library_for, volume_of
+from apesim.air import Gas, GasState, gas_of, internal_energy
+from apesim.effect import FedVolume, NoEffects, add_laws, adjusted, chosen, library_for, volume_of
 from apesim.kernel import kernel
-from apesim.restriction import flow_in
+from apesim.restriction import NO_FLOW, Flow, flow_in
 from apesim.stack_array import zeros
 from apesim.valve.chamber import chamber_state
 from apesim.valve.effects import VALVE_LIBRARY, ValveLaws, ValveTables
 from apesim.valve.groove import area_table
-from apesim.valve.ledger import valve_states
+from apesim.valve.ledger import ValveStates, valve_states
 from apesim.valve.piston import (
     Valve,
     dry_friction_force,
@@ -27,6 +27,7 @@ from apesim.valve.piston import (
 )
 from apesim.valve.solenoid import breakpoints_of, opening_curve
 from apesim.valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
+from apesim.valve.supply import ValveSupply
 from apesim.valve.terms import DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, MASS_A, MASS_B, TERMS, ValveState
 
 STATES = 6
@@ -50,8 +51,8 @@ class Actuator(NamedTuple):
 
     gas: Gas
     """Working gas."""
-    ambient: Ambient
-    """Surroundings."""
+    ambient: GasState
+    """State of the surroundings."""
     valve: Valve
     """Dimensions of the valve; its opening curve is in the tables."""
     control_pressure: float
@@ -60,8 +61,8 @@ class Actuator(NamedTuple):
     """Pressure behind the vents of the solenoids [Pa abs]."""
     stretch: float
     """Factor on 1 - r in the flow function of the solenoids, with the pressure ratio r; 1: Eq. 8 of the EPV paper."""
-    line: tuple[float, float]
-    """Volume [m3] and feed [m2] of a supply line before the solenoids, see `apesim.effect.volume_of`."""
+    line: FedVolume
+    """Supply line before the solenoids, where an effect puts one there."""
     effects: ValveLaws | ValveTables | NoEffects  # type: ignore[valid-type]
     """Parameters of the effects that act within the march."""
 
@@ -150,9 +151,9 @@ def actuator_of(
     library = library_for(machine.effects, VALVE_LIBRARY, "valve")
     actuator = Actuator(
         gas_of(machine.air),
-        machine.ambient,
+        GasState(*machine.ambient),
         valve._replace(solenoid=valve.solenoid._replace(opening_curve=None)),
-        machine.supply.control()[0],
+        machine.supply.control().pressure,
         machine.ambient.pressure,
         1.0,
         volume_of(library.effects, machine.effects),
@@ -163,10 +164,11 @@ def actuator_of(
     return adjusted(library.effects, machine.effects, actuator, tables)
 
 
-def closed_at_rest(actuator: Actuator, supply: tuple[float, ...]) -> np.ndarray:
+def closed_at_rest(actuator: Actuator, control: GasState) -> np.ndarray:
     """Return the state of a piston at rest, closed.
 
-    Chamber A is at supply pressure, chamber B at the pressure of the vents, both at the temperature of the supply.
+    Chamber A is at the pressure of the control air, chamber B at that of the vents, both at the control air's
+    temperature.
 
     Masses follow from ``p V = m R T``, Eq. 3 of the EPV paper (doi 10.1631/jzus.A0820373).
 
@@ -174,8 +176,8 @@ def closed_at_rest(actuator: Actuator, supply: tuple[float, ...]) -> np.ndarray:
     ----------
     actuator : Actuator
         Valve as the kernels take it.
-    supply : tuple of float
-        Control air: pressure [Pa abs], temperature [K].
+    control : apesim.air.GasState
+        State of the control air.
 
     Returns
     -------
@@ -188,12 +190,12 @@ def closed_at_rest(actuator: Actuator, supply: tuple[float, ...]) -> np.ndarray:
 
     >>> import apesim
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=np.inf)
-    >>> y = closed_at_rest(actuator, (1e6, 300.0))
+    >>> y = closed_at_rest(actuator, GasState(1e6, 300.0))
     >>> round(float(y[2]) * 1e3, 4)
     0.2507
     """
     gas, valve = actuator.gas, actuator.valve
-    pressure, temperature = supply[:2]
+    pressure, temperature = control
     energy = internal_energy(gas, temperature)
     mass_a = pressure * volume_a(valve, valve.stroke) / (gas.gas_constant * temperature)
     mass_b = actuator.vent_pressure * volume_b(valve, valve.stroke) / (gas.gas_constant * temperature)
@@ -203,36 +205,24 @@ def closed_at_rest(actuator: Actuator, supply: tuple[float, ...]) -> np.ndarray:
 class ActuatorRates(NamedTuple):
     """Rates of the valve's states and of its ledger."""
 
-    position: float
-    """Speed of the piston dL/dt [m/s]."""
-    speed: float
-    """Acceleration of the piston [m/s2]."""
-    mass_a: float
-    """Mass flow into chamber A [kg/s]."""
-    energy_a: float
-    """Rate of the energy of chamber A [W]."""
-    mass_b: float
-    """Mass flow into chamber B [kg/s]."""
-    energy_b: float
-    """Rate of the energy of chamber B [W]."""
-    supplied: float
-    """Control air through the supply sides of both solenoids [kg/s]."""
-    supplied_enthalpy: float
-    """Enthalpy of the control air [W]."""
-    vented: float
-    """Air through the vents of both solenoids [kg/s]."""
-    vented_enthalpy: float
-    """Enthalpy of the vented air [W]."""
-    other_mass: float
-    """Mass flow into the chambers by effects [kg/s]."""
-    other_energy: float
-    """Energy flow into the chambers by effects [W]."""
+    states: ValveStates
+    """Rates of the states: speed [m/s] and acceleration [m/s2] of the piston, masses [kg/s] and energies [W]."""
+    supplied: Flow
+    """Control air through the supply sides of both solenoids."""
+    vented: Flow
+    """Air through the vents of both solenoids."""
+    let_in: Flow
+    """Mass and energy that effects let into the chambers."""
     work: float
     """Power of both chambers on the piston [W]."""
 
 
+AT_REST = ActuatorRates(ValveStates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), NO_FLOW, NO_FLOW, NO_FLOW, 0.0)
+"""Rates of a valve that does nothing."""
+
+
 @kernel
-def state_of(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, float]) -> ValveState:
+def state_of(actuator: Actuator, y: np.ndarray, supply: ValveSupply) -> ValveState:
     """Return the valve's state as the laws see it.
 
     Parameters
@@ -241,8 +231,8 @@ def state_of(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, floa
         Valve as the kernels take it.
     y : (>= 6,) float array
         Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
-    supply : tuple of float
-        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+    supply : apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove.
 
     Returns
     -------
@@ -255,33 +245,27 @@ def state_of(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, floa
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> state = state_of(actuator, y, supply)
-    >>> round(float(state.pressure_a)), round(float(state.temperature_b), 6)
+    >>> round(float(state.chamber_a.pressure)), round(float(state.chamber_b.temperature), 6)
     (1000000, 300.0)
     """
     valve = actuator.valve
     states = valve_states(y)
     v_a = volume_a(valve, states.position)
     v_b = volume_b(valve, states.position)
-    p_a, t_a = chamber_state(actuator.gas, states.mass_a, states.energy_a, v_a)
-    p_b, t_b = chamber_state(actuator.gas, states.mass_b, states.energy_b, v_b)
     return ValveState(
         actuator.gas,
         actuator.ambient,
         valve,
         states.position,
         states.speed,
-        p_a,
-        t_a,
+        chamber_state(actuator.gas, states.mass_a, states.energy_a, v_a),
         v_a,
-        p_b,
-        t_b,
+        chamber_state(actuator.gas, states.mass_b, states.energy_b, v_b),
         v_b,
-        supply[0],
-        supply[1],
-        supply[2],
+        supply,
         actuator.vent_pressure,
         actuator.stretch,
     )
@@ -309,8 +293,8 @@ def in_domain(actuator: Actuator, y: np.ndarray) -> bool:
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> bool(in_domain(actuator, y)), bool(in_domain(actuator, -y))
     (True, False)
     """
@@ -326,9 +310,7 @@ def in_domain(actuator: Actuator, y: np.ndarray) -> bool:
 
 
 @kernel
-def solenoid_flows(
-    actuator: Actuator, t: float, mode: np.ndarray, state: ValveState
-) -> tuple[tuple[float, float], ...]:
+def solenoid_flows(actuator: Actuator, t: float, mode: np.ndarray, state: ValveState) -> tuple[Flow, ...]:
     """Return the flows through the solenoids, without the shares of effects.
 
     ``mdot = S x psi(r) p/sqrt(R T)``, Eq. 7 of the EPV paper [1]_, with the open share x of each flow.
@@ -346,8 +328,8 @@ def solenoid_flows(
 
     Returns
     -------
-    tuple of tuple of float
-        For each flow, from SUPPLY_A to VENT_B, mass flow [kg/s] and enthalpy flow [W].
+    tuple of apesim.restriction.Flow
+        Flows from SUPPLY_A to VENT_B.
 
     References
     ----------
@@ -362,13 +344,13 @@ def solenoid_flows(
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.restriction import CHOKED
     >>> mode = np.zeros(MODES)
     >>> mode[X_B], mode[REGIME + SUPPLY_B] = 1.0, CHOKED
     >>> flows = solenoid_flows(actuator, 0.0, mode, state_of(actuator, y, supply))
-    >>> round(float(flows[SUPPLY_B][0]) * 1e3, 2)
+    >>> round(float(flows[SUPPLY_B].mass) * 1e3, 2)
     21.0
     """
     gas, area, sides = actuator.gas, actuator.valve.solenoid.effective_area, solenoid_sides(state)
@@ -383,34 +365,34 @@ def solenoid_flows(
 
 
 @kernel
-def _larger(flow: tuple[float, float], share: float) -> tuple[float, float]:
-    """Return a mass flow and an enthalpy flow, both larger by a share."""
-    return (1.0 + share) * flow[0], (1.0 + share) * flow[1]
+def _larger(flow: Flow, share: float) -> Flow:
+    """Return a flow that is larger by a share."""
+    return Flow((1.0 + share) * flow.mass, (1.0 + share) * flow.enthalpy)
 
 
 @kernel
-def with_shares(flows: tuple[tuple[float, float], ...], balance: np.ndarray) -> tuple[tuple[float, float], ...]:
+def with_shares(flows: tuple[Flow, ...], balance: np.ndarray) -> tuple[Flow, ...]:
     """Return the flows through the solenoids with the shares by which effects make them larger.
 
     Parameters
     ----------
-    flows : tuple of tuple of float
-        For each flow, from SUPPLY_A to VENT_B, mass flow [kg/s] and enthalpy flow [W].
+    flows : tuple of apesim.restriction.Flow
+        Flows from SUPPLY_A to VENT_B.
     balance : (TERMS,) float array
         Balance of the valve, see `apesim.valve.terms`.
 
     Returns
     -------
-    tuple of tuple of float
+    tuple of apesim.restriction.Flow
         Flows in the same order.
 
     Examples
     --------
     >>> balance = np.zeros(TERMS)
     >>> balance[FLOW_SHARE + VENT_A] = 0.5
-    >>> flows = with_shares(((1.0, 10.0), (2.0, 20.0), (3.0, 30.0), (4.0, 40.0)), balance)
-    >>> [(float(mass), float(enthalpy)) for mass, enthalpy in flows]
-    [(1.0, 10.0), (3.0, 30.0), (3.0, 30.0), (4.0, 40.0)]
+    >>> flows = with_shares((Flow(1.0, 10.0), Flow(2.0, 20.0), Flow(3.0, 30.0), Flow(4.0, 40.0)), balance)
+    >>> [float(flow.mass) for flow in flows]
+    [1.0, 3.0, 3.0, 4.0]
     """
     return (
         _larger(flows[SUPPLY_A], balance[FLOW_SHARE + SUPPLY_A]),
@@ -421,9 +403,7 @@ def with_shares(flows: tuple[tuple[float, float], ...], balance: np.ndarray) -> 
 
 
 @kernel
-def actuator_rates(
-    actuator: Actuator, t: float, y: np.ndarray, mode: np.ndarray, supply: tuple[float, float, float]
-) -> ActuatorRates:
+def actuator_rates(actuator: Actuator, t: float, y: np.ndarray, mode: np.ndarray, supply: ValveSupply) -> ActuatorRates:
     """Return the rates of the valve's states and ledger.
 
     Balances of momentum, mass and energy: Eqs. 1 to 8 of the EPV paper [1]_. The energy balance
@@ -442,8 +422,8 @@ def actuator_rates(
         Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
-    supply : tuple of float
-        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+    supply : apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove.
 
     Returns
     -------
@@ -463,12 +443,12 @@ def actuator_rates(
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.piston import TO_CLOSED
     >>> mode = np.zeros(MODES)
     >>> mode[PHASE] = TO_CLOSED
-    >>> round(float(actuator_rates(actuator, 0.0, y, mode, supply).speed * actuator.valve.moving_mass), 2)
+    >>> round(float(actuator_rates(actuator, 0.0, y, mode, supply).states.speed * actuator.valve.moving_mass), 2)
     1002.74
     >>> round(1134.1e-6 * (1e6 - 101325.0) - 1828.0 * 9e-3, 2)
     1002.74
@@ -477,7 +457,7 @@ def actuator_rates(
     phase = mode[PHASE]
     state = state_of(actuator, y, supply)
     flows = solenoid_flows(actuator, t, mode, state)
-    force = smooth_force(valve, state.position, state.speed, state.pressure_a, state.pressure_b)
+    force = smooth_force(valve, state.position, state.speed, state.chamber_a.pressure, state.chamber_b.pressure)
     speed = acceleration = mass_a = mass_b = energy_a = energy_b = 0.0
     if len(actuator.effects) > 0:
         balance = zeros(TERMS)
@@ -489,21 +469,20 @@ def actuator_rates(
     if is_moving(phase):
         speed = state.speed
         acceleration = force / valve.moving_mass
-    (in_a, in_energy_a), (out_a, out_energy_a), (in_b, in_energy_b), (out_b, out_energy_b) = flows
-    work_a = state.pressure_a * valve.piston_area * speed
-    work_b = -state.pressure_b * valve.piston_area * speed
+    in_a, out_a, in_b, out_b = flows
+    work_a = state.chamber_a.pressure * valve.piston_area * speed
+    work_b = -state.chamber_b.pressure * valve.piston_area * speed
     return ActuatorRates(
-        speed,
-        acceleration,
-        in_a - out_a + mass_a,
-        in_energy_a - out_energy_a - work_a + energy_a,
-        in_b - out_b + mass_b,
-        in_energy_b - out_energy_b - work_b + energy_b,
-        in_a + in_b,
-        in_energy_a + in_energy_b,
-        out_a + out_b,
-        out_energy_a + out_energy_b,
-        mass_a + mass_b,
-        energy_a + energy_b,
+        ValveStates(
+            speed,
+            acceleration,
+            in_a.mass - out_a.mass + mass_a,
+            in_a.enthalpy - out_a.enthalpy - work_a + energy_a,
+            in_b.mass - out_b.mass + mass_b,
+            in_b.enthalpy - out_b.enthalpy - work_b + energy_b,
+        ),
+        Flow(in_a.mass + in_b.mass, in_a.enthalpy + in_b.enthalpy),
+        Flow(out_a.mass + out_b.mass, out_a.enthalpy + out_b.enthalpy),
+        Flow(mass_a + mass_b, energy_a + energy_b),
         work_a + work_b,
     )

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from apesim.air import GasState
 from apesim.kernel import kernel
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
 from apesim.march.error_bounds import closure_of
@@ -51,6 +52,7 @@ from apesim.valve.line import (
 from apesim.valve.measures import Stroke, Travel, closing_stroke, opening_stroke, travel_of
 from apesim.valve.motion import actuator_events, actuator_zero_crossings, handle_actuator_event, start_actuator_segment
 from apesim.valve.piston import HELD_CLOSED, is_moving
+from apesim.valve.supply import ValveSupply
 
 LINE = STATES
 """Element of the state vector at which the supply line's gas begins; without a line it is not controlled."""
@@ -74,8 +76,8 @@ class Bench(NamedTuple):
 
     actuator: Actuator
     """Valve as the kernels take it."""
-    supply: tuple[float, float, float]
-    """Control air: pressure [Pa abs], temperature [K]; pressure before the groove [Pa abs]."""
+    supply: ValveSupply
+    """Control air at its source, and pressure before the groove."""
 
 
 class BenchRun(NamedTuple):
@@ -130,7 +132,7 @@ def bench_ledger(y: np.ndarray) -> ControlLedger:
 
 
 @kernel
-def control_air(p: Bench, y: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
+def control_air(p: Bench, y: np.ndarray) -> tuple[GasState, GasState]:
     """Return the state of the control air at its source and before the solenoids.
 
     Parameters
@@ -142,23 +144,23 @@ def control_air(p: Bench, y: np.ndarray) -> tuple[tuple[float, float], tuple[flo
 
     Returns
     -------
-    source, before : tuple of float
-        Pressure [Pa abs] and temperature [K].
+    source, before : apesim.air.GasState
+        Pressure and temperature.
 
     Examples
     --------
     >>> import apesim
     >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
     >>> y, mode = closed_at_start(p)
-    >>> control_air(p, y)[0]
-    (1101325.0, 287.0)
+    >>> source, before = control_air(p, y)
+    >>> source
+    GasState(pressure=1101325.0, temperature=287.0)
     """
-    source = p.supply[0], p.supply[1]
-    return source, before_solenoids(p.actuator, y, LINE, source)
+    return p.supply.control, before_solenoids(p.actuator, y, LINE, p.supply.control)
 
 
 @kernel
-def supply_of(p: Bench, y: np.ndarray) -> tuple[float, float, float]:
+def supply_of(p: Bench, y: np.ndarray) -> ValveSupply:
     """Return the air before the solenoids and before the groove.
 
     Parameters
@@ -170,19 +172,19 @@ def supply_of(p: Bench, y: np.ndarray) -> tuple[float, float, float]:
 
     Returns
     -------
-    tuple of float
-        Pressure [Pa abs] and temperature [K] before the solenoids, pressure before the groove [Pa abs].
+    apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove.
 
     Examples
     --------
     >>> import apesim
     >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
     >>> y, mode = closed_at_start(p)
-    >>> supply_of(p, y)
-    (1101325.0, 287.0, 101325.0)
+    >>> supply_of(p, y).control
+    GasState(pressure=1101325.0, temperature=287.0)
     """
-    pressure, temperature = control_air(p, y)[1]
-    return pressure, temperature, p.supply[2]
+    _, before = control_air(p, y)
+    return ValveSupply(before, p.supply.intake_pressure)
 
 
 @rates.for_type(Bench)
@@ -228,10 +230,10 @@ def bench_rates(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
         if mass <= 0.0 or energy <= 0.0:
             return False
     r = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
-    fed, fed_enthalpy = line_feed(p.actuator, mode, *control_air(p, y), r)
-    update_part(dy, 0, r[:STATES])
-    update_part(dy, LINE, (fed - r.supplied, fed_enthalpy - r.supplied_enthalpy))
-    update_part(dy, LEDGER, control_rates(r, fed, fed_enthalpy, r.other_mass, r.other_energy))
+    fed = line_feed(p.actuator, mode, *control_air(p, y), r)
+    update_part(dy, 0, r.states)
+    update_part(dy, LINE, (fed.mass - r.supplied.mass, fed.enthalpy - r.supplied.enthalpy))
+    update_part(dy, LEDGER, control_rates(r, fed, r.let_in))
     return True
 
 
@@ -398,7 +400,7 @@ def bench_power(p: Bench, t: float, y: np.ndarray) -> float:
     0.0
     """
     state = state_of(p.actuator, y, p.supply)
-    return (state.pressure_a - state.pressure_b) * p.actuator.valve.piston_area * state.speed
+    return (state.chamber_a.pressure - state.chamber_b.pressure) * p.actuator.valve.piston_area * state.speed
 
 
 @observe.for_type(Bench)
@@ -432,8 +434,8 @@ def observe_bench(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, row: np.n
     state = state_of(p.actuator, y, p.supply)
     row[0] = p.actuator.valve.stroke - state.position
     row[1] = -state.speed if is_moving(mode[PHASE]) else 0.0
-    row[2], row[3] = state.pressure_a, state.pressure_b
-    row[4], row[5] = state.temperature_a, state.temperature_b
+    row[2], row[3] = state.chamber_a.pressure, state.chamber_b.pressure
+    row[4], row[5] = state.chamber_a.temperature, state.chamber_b.temperature
 
 
 def bench_of(
@@ -469,12 +471,12 @@ def bench_of(
     --------
     >>> import apesim
     >>> p, _ = bench_of(apesim.Machine(), edges=[0.0, 0.05])
-    >>> p.supply
-    (1101325.0, 287.0, 101325.0)
+    >>> p.supply.control, p.supply.intake_pressure
+    (GasState(pressure=1101325.0, temperature=287.0), 101325.0)
     """
     actuator, tables = actuator_of(machine, edges, period, edges_b)
     before_groove = machine.ambient.pressure if intake_pressure is None else intake_pressure
-    return Bench(actuator, (*machine.supply.control(), before_groove)), tables
+    return Bench(actuator, ValveSupply(machine.supply.control(), before_groove)), tables
 
 
 def accuracy_of(p: Bench, tolerance: float = TOLERANCE) -> Accuracy:
@@ -527,8 +529,8 @@ def closed_at_start(p: Bench) -> tuple[np.ndarray, np.ndarray]:
     (0.009, 2.0)
     """
     y, mode = np.zeros(SIZE), np.zeros(MODES)
-    update_part(y, 0, closed_at_rest(p.actuator, p.supply))
-    update_part(y, LINE, filled(p.actuator.gas, p.actuator.line[0], *p.supply[:2]))
+    update_part(y, 0, closed_at_rest(p.actuator, p.supply.control))
+    update_part(y, LINE, filled(p.actuator.gas, p.actuator.line.volume, p.supply.control))
     mode[PHASE] = HELD_CLOSED
     return y, mode
 

@@ -4,12 +4,12 @@ Equations: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 3-6. Its balance of t
 one of the internal energy, which is the same law.
 """
 
-from apesim.air import Gas, internal_energy, temperature_of
+from apesim.air import Gas, GasState, internal_energy, temperature_of
 from apesim.kernel import kernel
 
 
 @kernel
-def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> tuple[float, float]:
+def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> GasState:
     """Return pressure and temperature of a uniform gas volume.
 
     ``u(T) = U/m`` and ``p V = m R T`` (Eq. 3 of the EPV paper [1]_).
@@ -32,10 +32,8 @@ def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> tuple[
 
     Returns
     -------
-    pressure : float
-        Pressure [Pa abs].
-    temperature : float
-        Temperature [K].
+    apesim.air.GasState
+        Pressure and temperature.
 
     References
     ----------
@@ -50,17 +48,17 @@ def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> tuple[
 
     >>> from apesim.air import Air, gas_of
     >>> gas = gas_of(Air())
-    >>> pressure, temperature = chamber_state(gas, 1e-3, 215.2875, 1e-3)
-    >>> round(pressure, 1), round(temperature, 6)
+    >>> state = chamber_state(gas, 1e-3, 215.2875, 1e-3)
+    >>> round(state.pressure, 1), round(state.temperature, 6)
     (86115.0, 300.0)
     """
     temperature = temperature_of(gas, energy / mass)
     if gas.perfect:
-        return mass * gas.gas_constant * temperature / volume, temperature
-    return (gas.heat_capacity_ratio - 1.0) * energy / volume, temperature
+        return GasState(mass * gas.gas_constant * temperature / volume, temperature)
+    return GasState((gas.heat_capacity_ratio - 1.0) * energy / volume, temperature)
 
 
-def filled(gas: Gas, volume: float, pressure: float, temperature: float) -> tuple[float, float]:
+def filled(gas: Gas, volume: float, state: GasState) -> tuple[float, float]:
     """Return mass and internal energy of the gas in a volume.
 
     ``m = p V/(R T)`` (Eq. 3 of the EPV paper [1]_) and ``U = m u(T)``.
@@ -71,10 +69,8 @@ def filled(gas: Gas, volume: float, pressure: float, temperature: float) -> tupl
         Working gas, as the kernels know it.
     volume : float
         Volume [m3].
-    pressure : float
-        Pressure [Pa abs].
-    temperature : float
-        Temperature [K].
+    state : apesim.air.GasState
+        Pressure and temperature of the gas.
 
     Returns
     -------
@@ -92,9 +88,9 @@ def filled(gas: Gas, volume: float, pressure: float, temperature: float) -> tupl
     --------
     >>> from apesim.air import Air, gas_of
     >>> gas = gas_of(Air())
-    >>> mass, energy = filled(gas, 1e-3, 86115.0, 300.0)
+    >>> mass, energy = filled(gas, 1e-3, GasState(86115.0, 300.0))
     >>> round(mass, 9), round(energy, 4)
     (0.001, 215.2875)
     """
-    mass = pressure * volume / (gas.gas_constant * temperature)
-    return mass, mass * internal_energy(gas, temperature)
+    mass = state.pressure * volume / (gas.gas_constant * state.temperature)
+    return mass, mass * internal_energy(gas, state.temperature)

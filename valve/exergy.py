@@ -5,6 +5,7 @@ Equations: Bejan, Advanced Engineering Thermodynamics, 4th ed., chapters 3 and 5
 
 import numpy as np
 
+from apesim.air import GasState
 from apesim.effect import add_laws, restitution
 from apesim.exergy import (
     exergy_brought,
@@ -17,7 +18,7 @@ from apesim.exergy import (
 )
 from apesim.kernel import kernel
 from apesim.march.adaptive import LOG_HEAD
-from apesim.restriction import flow_in
+from apesim.restriction import Sides, flow_in
 from apesim.stack_array import zeros
 from apesim.valve.actuator import LINE_REGIME, PHASE, REGIME, Actuator, solenoid_flows, state_of, with_shares
 from apesim.valve.ledger import valve_states
@@ -25,6 +26,7 @@ from apesim.valve.line import has_line
 from apesim.valve.motion import MET_CLOSED, MET_OPEN
 from apesim.valve.piston import HELD_CLOSED, HELD_OPEN, dry_friction_force, is_moving, land
 from apesim.valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
+from apesim.valve.supply import ValveSupply
 from apesim.valve.terms import (
     DRY,
     ENERGY_A,
@@ -60,8 +62,8 @@ def add_valve_rates(
     t: float,
     y: np.ndarray,
     mode: np.ndarray,
-    source: tuple[float, float],
-    supply: tuple[float, float, float],
+    source: GasState,
+    supply: ValveSupply,
     r: np.ndarray,
 ) -> tuple[float, float]:
     """Add the valve's part of the exergy ledger.
@@ -78,10 +80,10 @@ def add_valve_rates(
         Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
-    source : tuple of float
-        Pressure [Pa abs] and temperature [K] of the control air before its line.
-    supply : tuple of float
-        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+    source : apesim.air.GasState
+        State of the control air before its line.
+    supply : apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove.
     r : (>= VALVE_RATES,) float array
         Ledger that is added to [W].
 
@@ -105,11 +107,12 @@ def add_valve_rates(
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
     >>> r = np.zeros(VALVE_RATES)
-    >>> add_valve_rates(actuator, 0.0, y, np.zeros(MODES), (1e6, 300.0), supply, r)[0]
+    >>> control_air, mixing = add_valve_rates(actuator, 0.0, y, np.zeros(MODES), supply.control, supply, r)
+    >>> control_air
     0.0
     """
     gas, ambient, valve = actuator.gas, actuator.ambient, actuator.valve
@@ -119,12 +122,12 @@ def add_valve_rates(
     if len(actuator.effects) > 0:
         add_laws(actuator.effects, state, balance)
         flows = with_shares(flows, balance)
-    in_a = stream_through(mode[REGIME + SUPPLY_A], sides[SUPPLY_A], flows[SUPPLY_A][0])
-    out_a = stream_through(mode[REGIME + VENT_A], sides[VENT_A], flows[VENT_A][0])
-    in_b = stream_through(mode[REGIME + SUPPLY_B], sides[SUPPLY_B], flows[SUPPLY_B][0])
-    out_b = stream_through(mode[REGIME + VENT_B], sides[VENT_B], flows[VENT_B][0])
-    p_a, t_a, p_b, t_b = state.pressure_a, state.temperature_a, state.pressure_b, state.temperature_b
-    before, vent = state.supply_pressure, actuator.vent_pressure
+    in_a = stream_through(mode[REGIME + SUPPLY_A], sides[SUPPLY_A], flows[SUPPLY_A].mass)
+    out_a = stream_through(mode[REGIME + VENT_A], sides[VENT_A], flows[VENT_A].mass)
+    in_b = stream_through(mode[REGIME + SUPPLY_B], sides[SUPPLY_B], flows[SUPPLY_B].mass)
+    out_b = stream_through(mode[REGIME + VENT_B], sides[VENT_B], flows[VENT_B].mass)
+    (p_a, t_a), (p_b, t_b), line = state.chamber_a, state.chamber_b, supply.control
+    before, vent = line.pressure, actuator.vent_pressure
     r[SOLENOIDS] += throttling_loss(gas, ambient, in_a, before, p_a) + throttling_loss(gas, ambient, in_b, before, p_b)
     r[VENTS] += throttling_loss(gas, ambient, out_a, p_a, vent) + throttling_loss(gas, ambient, out_b, p_b, vent)
     r[VENTED_AIR] += stream_exergy(gas, ambient, out_a, vent) + stream_exergy(gas, ambient, out_b, vent)
@@ -134,25 +137,29 @@ def add_valve_rates(
         force = balance[FORCE] + dry_friction_force(mode[PHASE], balance[DRY])
         r[VALVE_FRICTION] += state.speed * (valve.viscous_friction * state.speed - force)
     heat_a, heat_b = balance[HEAT_A], balance[HEAT_B]
-    r[LEAKS] -= exergy_brought(gas, ambient, balance[MASS_A], balance[ENERGY_A] - heat_a, p_a, t_a)
-    r[LEAKS] -= exergy_brought(gas, ambient, balance[MASS_B], balance[ENERGY_B] - heat_b, p_b, t_b)
+    r[LEAKS] -= exergy_brought(gas, ambient, balance[MASS_A], balance[ENERGY_A] - heat_a, state.chamber_a)
+    r[LEAKS] -= exergy_brought(gas, ambient, balance[MASS_B], balance[ENERGY_B] - heat_b, state.chamber_b)
     r[WALL_HEAT] += balance[WALL_EXERGY]
     r[HEAT_TRANSFER] += balance[WALL_EXERGY] - heat_exergy(ambient, heat_a, t_a) - heat_exergy(ambient, heat_b, t_b)
     if has_line(actuator):
-        line = before, state.supply_temperature
-        mass, _ = flow_in(gas, mode[LINE_REGIME], actuator.line[1], (*source, *line))
-        drawn = stream_through(mode[LINE_REGIME], (*source, *line), mass)
-        r[SOLENOIDS] += throttling_loss(gas, ambient, drawn, source[0], before)
-        r[CHAMBER_MIXING] += mixing_loss(gas, ambient, drawn, line[1])
-        r[CHAMBER_MIXING] -= mixing_loss(gas, ambient, in_a, line[1]) + mixing_loss(gas, ambient, in_b, line[1])
-        r[CONTROL_AIR] += stream_exergy(gas, ambient, drawn, source[0])
-        return mass, -mixing_loss(gas, ambient, drawn, source[1])
-    r[CONTROL_AIR] += stream_exergy(gas, ambient, in_a, source[0]) + stream_exergy(gas, ambient, in_b, source[0])
-    mixing = -mixing_loss(gas, ambient, in_a, source[1]) - mixing_loss(gas, ambient, in_b, source[1])
-    return in_a[0] + in_b[0], mixing
+        feed = Sides(source, line)
+        mass = flow_in(gas, mode[LINE_REGIME], actuator.line.feed_area, feed).mass
+        drawn = stream_through(mode[LINE_REGIME], feed, mass)
+        r[SOLENOIDS] += throttling_loss(gas, ambient, drawn, source.pressure, before)
+        r[CHAMBER_MIXING] += mixing_loss(gas, ambient, drawn, line.temperature)
+        r[CHAMBER_MIXING] -= mixing_loss(gas, ambient, in_a, line.temperature) + mixing_loss(
+            gas, ambient, in_b, line.temperature
+        )
+        r[CONTROL_AIR] += stream_exergy(gas, ambient, drawn, source.pressure)
+        return mass, -mixing_loss(gas, ambient, drawn, source.temperature)
+    r[CONTROL_AIR] += stream_exergy(gas, ambient, in_a, source.pressure) + stream_exergy(
+        gas, ambient, in_b, source.pressure
+    )
+    mixing = -mixing_loss(gas, ambient, in_a, source.temperature) - mixing_loss(gas, ambient, in_b, source.temperature)
+    return in_a.mass + in_b.mass, mixing
 
 
-def valve_stored(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, float]) -> float:
+def valve_stored(actuator: Actuator, y: np.ndarray, supply: ValveSupply) -> float:
     """Return the exergy that the valve holds: air of both chambers, springs and motion.
 
     The springs hold ``K L (L - L_max)``, their energy but for a constant; the motion holds ``M v^2/2``.
@@ -166,8 +173,8 @@ def valve_stored(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, 
         Valve as the kernels take it.
     y : (>= 6,) float array
         Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
-    supply : tuple of float
-        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+    supply : apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove.
 
     Returns
     -------
@@ -188,8 +195,8 @@ def valve_stored(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, 
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> moving = y.copy()
     >>> moving[1] = 1.0
     >>> round(float(valve_stored(actuator, moving, supply) - valve_stored(actuator, y, supply)), 5)
@@ -200,12 +207,8 @@ def valve_stored(actuator: Actuator, y: np.ndarray, supply: tuple[float, float, 
     springs = valve.spring_rate * state.position * (state.position - valve.stroke)
     motion = 0.5 * valve.moving_mass * state.speed**2
     states = valve_states(y)
-    a = exergy_stored(
-        gas, ambient, states.mass_a, states.energy_a, state.pressure_a, state.temperature_a, state.volume_a
-    )
-    b = exergy_stored(
-        gas, ambient, states.mass_b, states.energy_b, state.pressure_b, state.temperature_b, state.volume_b
-    )
+    a = exergy_stored(gas, ambient, states.mass_a, states.energy_a, state.chamber_a, state.volume_a)
+    b = exergy_stored(gas, ambient, states.mass_b, states.energy_b, state.chamber_b, state.volume_b)
     return a + b + springs + motion
 
 
@@ -238,8 +241,8 @@ def impact_loss(actuator: Actuator, log: np.ndarray) -> float:
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> round(float(impact_loss(actuator, np.array([[0.0, MET_OPEN, 0.0, 0.0, -2.0, *y[2:]]]))), 6)
     0.229
     """

@@ -11,6 +11,7 @@ import numpy as np
 
 from apesim.kernel import kernel
 from apesim.march.adaptive import LOG_HEAD
+from apesim.restriction import Flow
 
 if TYPE_CHECKING:
     from apesim.valve.actuator import ActuatorRates
@@ -191,23 +192,17 @@ def control_ledger_at(y: np.ndarray, first: int) -> ControlLedger:
 
 
 @kernel
-def control_rates(
-    valve: "ActuatorRates", line_fed: float, line_fed_enthalpy: float, other_mass: float, other_energy: float
-) -> ControlLedger:
+def control_rates(valve: "ActuatorRates", line_fed: Flow, let_in: Flow) -> ControlLedger:
     """Rates of the control air's ledger.
 
     Parameters
     ----------
     valve : apesim.valve.actuator.ActuatorRates
         Rates of the valve.
-    line_fed : float
-        Flow of control air from its source [kg/s].
-    line_fed_enthalpy : float
-        Enthalpy flow of control air from its source [W].
-    other_mass : float
-        Mass flow that effects let in, into the chambers and elsewhere [kg/s].
-    other_energy : float
-        Energy flow that effects let in, into the chambers and elsewhere [W].
+    line_fed : apesim.restriction.Flow
+        Flow of control air from its source.
+    let_in : apesim.restriction.Flow
+        Mass and energy that effects let in, into the chambers and elsewhere.
 
     Returns
     -------
@@ -216,20 +211,19 @@ def control_rates(
 
     Examples
     --------
-    >>> from apesim.valve.actuator import ActuatorRates
-    >>> valve = ActuatorRates(*range(13))
-    >>> control_rates(valve, 0.1, 20.0, 0.2, 30.0).supplied == valve.supplied
-    True
+    >>> from apesim.valve.actuator import AT_REST
+    >>> control_rates(AT_REST, Flow(0.1, 20.0), Flow(0.2, 30.0)).other_mass
+    0.2
     """
     return ControlLedger(
-        line_fed,
-        line_fed_enthalpy,
-        valve.supplied,
-        valve.supplied_enthalpy,
-        valve.vented,
-        valve.vented_enthalpy,
-        other_mass,
-        other_energy,
+        line_fed.mass,
+        line_fed.enthalpy,
+        valve.supplied.mass,
+        valve.supplied.enthalpy,
+        valve.vented.mass,
+        valve.vented.enthalpy,
+        let_in.mass,
+        let_in.enthalpy,
         valve.work,
     )
 

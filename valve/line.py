@@ -6,8 +6,9 @@ Its balances are those of a chamber, its flow that of a restriction: the EPV pap
 
 import numpy as np
 
+from apesim.air import GasState
 from apesim.kernel import kernel
-from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
+from apesim.restriction import SHUT, Flow, Sides, beyond_regime, flow_in, next_regime, regime_between
 from apesim.valve.actuator import LINE_REGIME, Actuator, ActuatorRates
 from apesim.valve.chamber import chamber_state
 from apesim.valve.ledger import gas_of_volume
@@ -36,17 +37,18 @@ def has_line(actuator: Actuator) -> bool:
     >>> import apesim
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> has_line(actuator)
     False
     """
-    return len(actuator.effects) > 0 and actuator.line[1] > 0.0
+    return len(actuator.effects) > 0 and actuator.line.feed_area > 0.0
 
 
 @kernel
-def before_solenoids(actuator: Actuator, y: np.ndarray, first: int, source: tuple[float, float]) -> tuple[float, float]:
+def before_solenoids(actuator: Actuator, y: np.ndarray, first: int, source: GasState) -> GasState:
     """Return the state of the control air before the solenoids.
 
     Parameters
@@ -57,36 +59,33 @@ def before_solenoids(actuator: Actuator, y: np.ndarray, first: int, source: tupl
         State; without a line it may end before the line's.
     first : int
         Element of the state that is the mass of the air in the line [kg]; the next one is the energy [J].
-    source : tuple of float
-        Pressure [Pa abs] and temperature [K] of the control air; also the answer where there is no line.
+    source : apesim.air.GasState
+        State of the control air; also the answer where there is no line.
 
     Returns
     -------
-    pressure : float
-        Pressure [Pa abs].
-    temperature : float
-        Temperature [K].
+    apesim.air.GasState
+        State of the air in the line.
 
     Examples
     --------
     >>> import apesim
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
-    >>> before_solenoids(actuator, y, 6, (1e6, 300.0))
-    (1000000.0, 300.0)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
+    >>> before_solenoids(actuator, y, 6, supply.control)
+    GasState(pressure=1000000.0, temperature=300.0)
     """
     if has_line(actuator):
-        return chamber_state(actuator.gas, *gas_of_volume(y, first), actuator.line[0])
+        return chamber_state(actuator.gas, *gas_of_volume(y, first), actuator.line.volume)
     return source
 
 
 @kernel
-def line_feed(
-    actuator: Actuator, mode: np.ndarray, source: tuple[float, float], line: tuple[float, float], valve: ActuatorRates
-) -> tuple[float, float]:
+def line_feed(actuator: Actuator, mode: np.ndarray, source: GasState, line: GasState, valve: ActuatorRates) -> Flow:
     """Return the control air from its source: into the line, or to the solenoids where there is none.
 
     ``mdot = S psi(r) p/sqrt(R T)``, Eq. 7 of the EPV paper (doi 10.1631/jzus.A0820373), with the area of the feed.
@@ -97,53 +96,50 @@ def line_feed(
         Valve as the kernels take it.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
-    source : tuple of float
-        Pressure [Pa abs] and temperature [K] of the control air before its line.
-    line : tuple of float
-        Pressure [Pa abs] and temperature [K] before the solenoids.
+    source : apesim.air.GasState
+        State of the control air before its line.
+    line : apesim.air.GasState
+        State of the control air before the solenoids.
     valve : apesim.valve.actuator.ActuatorRates
         Rates of the valve.
 
     Returns
     -------
-    mass_flow : float
-        Mass flow [kg/s].
-    enthalpy_flow : float
-        Enthalpy flow [W].
+    apesim.restriction.Flow
+        Flow of control air from its source.
 
     Examples
     --------
     >>> import apesim
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES, actuator_rates
     >>> mode = np.zeros(MODES)
     >>> rates = actuator_rates(actuator, 0.0, y, mode, supply)
-    >>> line_feed(actuator, mode, (1e6, 300.0), (1e6, 300.0), rates)
-    (0.0, 0.0)
+    >>> line_feed(actuator, mode, supply.control, supply.control, rates)
+    Flow(mass=0.0, enthalpy=0.0)
     """
     if has_line(actuator):
-        return flow_in(actuator.gas, mode[LINE_REGIME], actuator.line[1], (*source, *line))
-    return valve.supplied, valve.supplied_enthalpy
+        return flow_in(actuator.gas, mode[LINE_REGIME], actuator.line.feed_area, Sides(source, line))
+    return valve.supplied
 
 
 @kernel
-def start_line_segment(
-    actuator: Actuator, source: tuple[float, float], line: tuple[float, float], mode: np.ndarray
-) -> None:
+def start_line_segment(actuator: Actuator, source: GasState, line: GasState, mode: np.ndarray) -> None:
     """Write the regime of the feed at the start of a smooth stretch into the modes.
 
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
         Valve as the kernels take it.
-    source : tuple of float
-        Pressure [Pa abs] and temperature [K] of the control air before its line.
-    line : tuple of float
-        Pressure [Pa abs] and temperature [K] before the solenoids.
+    source : apesim.air.GasState
+        State of the control air before its line.
+    line : apesim.air.GasState
+        State of the control air before the solenoids.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
 
@@ -154,30 +150,31 @@ def start_line_segment(
     >>> import apesim
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
     >>> mode = np.ones(MODES)
-    >>> start_line_segment(actuator, (1e6, 300.0), (1e6, 300.0), mode)
+    >>> start_line_segment(actuator, supply.control, supply.control, mode)
     >>> float(mode[LINE_REGIME])
     0.0
     """
-    mode[LINE_REGIME] = regime_between(actuator.gas, (*source, *line)) if has_line(actuator) else SHUT
+    mode[LINE_REGIME] = regime_between(actuator.gas, Sides(source, line)) if has_line(actuator) else SHUT
 
 
 @kernel
-def line_event(actuator: Actuator, source: tuple[float, float], line: tuple[float, float], mode: np.ndarray) -> float:
+def line_event(actuator: Actuator, source: GasState, line: GasState, mode: np.ndarray) -> float:
     """Return by how much the feed has left its regime; above zero it has.
 
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
         Valve as the kernels take it.
-    source : tuple of float
-        Pressure [Pa abs] and temperature [K] of the control air before its line.
-    line : tuple of float
-        Pressure [Pa abs] and temperature [K] before the solenoids.
+    source : apesim.air.GasState
+        State of the control air before its line.
+    line : apesim.air.GasState
+        State of the control air before the solenoids.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
 
@@ -191,30 +188,29 @@ def line_event(actuator: Actuator, source: tuple[float, float], line: tuple[floa
     >>> import apesim
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
-    >>> line_event(actuator, (1e6, 300.0), (1e6, 300.0), np.zeros(MODES))
+    >>> line_event(actuator, supply.control, supply.control, np.zeros(MODES))
     -1.0
     """
-    return beyond_regime(actuator.gas, mode[LINE_REGIME], (*source, *line)) if has_line(actuator) else -1.0
+    return beyond_regime(actuator.gas, mode[LINE_REGIME], Sides(source, line)) if has_line(actuator) else -1.0
 
 
 @kernel
-def change_line_regime(
-    actuator: Actuator, source: tuple[float, float], line: tuple[float, float], mode: np.ndarray
-) -> None:
+def change_line_regime(actuator: Actuator, source: GasState, line: GasState, mode: np.ndarray) -> None:
     """Take the feed over into the regime that follows.
 
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
         Valve as the kernels take it.
-    source : tuple of float
-        Pressure [Pa abs] and temperature [K] of the control air before its line.
-    line : tuple of float
-        Pressure [Pa abs] and temperature [K] before the solenoids.
+    source : apesim.air.GasState
+        State of the control air before its line.
+    line : apesim.air.GasState
+        State of the control air before the solenoids.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
 
@@ -225,14 +221,15 @@ def change_line_regime(
     >>> import apesim
     >>> import numpy as np
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.restriction import CHOKED, SUBSONIC
     >>> from apesim.valve.actuator import MODES
     >>> mode = np.full(MODES, float(CHOKED))
-    >>> change_line_regime(actuator, (1e6, 300.0), (8e5, 300.0), mode)
+    >>> change_line_regime(actuator, supply.control, GasState(8e5, 300.0), mode)
     >>> bool(mode[LINE_REGIME] == SUBSONIC)
     True
     """
-    mode[LINE_REGIME] = next_regime(actuator.gas, mode[LINE_REGIME], (*source, *line))
+    mode[LINE_REGIME] = next_regime(actuator.gas, mode[LINE_REGIME], Sides(source, line))

@@ -47,6 +47,7 @@ from apesim.valve.solenoid_flow import (
     solenoid_events,
     start_solenoid_segment,
 )
+from apesim.valve.supply import ValveSupply
 from apesim.valve.terms import BRANCH, BREAKAWAY, FORCE, TERMS, ValveState
 
 MET_CLOSED, MET_OPEN, LEFT, TURNED, CORNER, FLOW = range(6)
@@ -86,15 +87,18 @@ def rest_forces(actuator: Actuator, state: ValveState) -> tuple[float, float]:
     --------
     >>> import apesim
     >>> import numpy as np
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> force, breakaway = rest_forces(actuator, state_of(actuator, y, supply))
     >>> round(float(force), 2), breakaway
     (1002.74, 0.0)
     """
-    force = smooth_force(actuator.valve, state.position, state.speed, state.pressure_a, state.pressure_b)
+    force = smooth_force(
+        actuator.valve, state.position, state.speed, state.chamber_a.pressure, state.chamber_b.pressure
+    )
     if len(actuator.effects) > 0:
         balance = zeros(TERMS)
         add_laws(actuator.effects, state, balance)
@@ -122,10 +126,11 @@ def branches_of(actuator: Actuator, state: ValveState) -> float:
     --------
     >>> import apesim
     >>> import numpy as np
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> branches_of(actuator, state_of(actuator, y, supply))
     0.0
     """
@@ -137,9 +142,7 @@ def branches_of(actuator: Actuator, state: ValveState) -> float:
 
 
 @kernel
-def actuator_events(
-    actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: tuple[float, float, float], g: np.ndarray
-) -> None:
+def actuator_events(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: ValveSupply, g: np.ndarray) -> None:
     """Write the values of the valve's events, which happen where they rise above zero.
 
     Parameters
@@ -150,8 +153,8 @@ def actuator_events(
         Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
-    supply : tuple of float
-        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+    supply : apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove.
     g : (>= BRANCHED + 1,) float array
         Values of the events; filled.
 
@@ -161,10 +164,11 @@ def actuator_events(
 
     >>> import apesim
     >>> import numpy as np
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
     >>> from apesim.valve.piston import HELD_CLOSED
     >>> mode, g = np.zeros(MODES), np.zeros(BRANCHED + 1)
@@ -194,7 +198,7 @@ def actuator_events(
 
 
 @kernel
-def set_free(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: tuple[float, float, float]) -> None:
+def set_free(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: ValveSupply) -> None:
     """Let a piston at rest start where the force on it exceeds what holds it.
 
     Parameters
@@ -205,8 +209,8 @@ def set_free(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: tuple[
         Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
-    supply : tuple of float
-        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+    supply : apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove.
 
     Examples
     --------
@@ -214,14 +218,15 @@ def set_free(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: tuple[
 
     >>> import apesim
     >>> import numpy as np
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
     >>> mode = np.zeros(MODES)
     >>> mode[PHASE] = HELD_CLOSED
-    >>> set_free(actuator, closed_at_rest(actuator, (101325.0, 300.0)), mode, supply)
+    >>> set_free(actuator, closed_at_rest(actuator, GasState(101325.0, 300.0)), mode, supply)
     >>> bool(mode[PHASE] == TO_OPEN)
     True
     """
@@ -237,7 +242,7 @@ def handle_actuator_event(
     event: int,
     y: np.ndarray,
     mode: np.ndarray,
-    supply: tuple[float, float, float],
+    supply: ValveSupply,
 ) -> None:
     """Change state and modes at an event of the valve.
 
@@ -253,8 +258,8 @@ def handle_actuator_event(
         Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
-    supply : tuple of float
-        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+    supply : apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove.
 
     Examples
     --------
@@ -262,10 +267,11 @@ def handle_actuator_event(
 
     >>> import apesim
     >>> import numpy as np
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
     >>> from apesim.valve.piston import TO_CLOSED
     >>> mode = np.zeros(MODES)
@@ -313,10 +319,11 @@ def take_piece(tables: ActuatorTables, mode: np.ndarray) -> None:
 
     >>> import apesim
     >>> import numpy as np
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
     >>> mode = np.zeros(MODES)
     >>> mode[PIECE] = 1
@@ -355,10 +362,11 @@ def actuator_zero_crossings(
 
     >>> import apesim
     >>> import numpy as np
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> w = np.zeros(3)
     >>> actuator_zero_crossings(actuator, y, 0.0, np.zeros(20), w)
     >>> round(float(w[ONE_PERCENT]) * 1e3, 6)
@@ -379,7 +387,7 @@ def start_actuator_segment(
     t_end: float,
     y: np.ndarray,
     mode: np.ndarray,
-    supply: tuple[float, float, float],
+    supply: ValveSupply,
 ) -> None:
     """Write what is constant over a smooth stretch into the modes.
 
@@ -398,8 +406,8 @@ def start_actuator_segment(
         Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
-    supply : tuple of float
-        Control air: pressure [Pa abs] and temperature [K]; pressure before the groove [Pa abs].
+    supply : apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove.
 
     Examples
     --------
@@ -407,10 +415,11 @@ def start_actuator_segment(
 
     >>> import apesim
     >>> import numpy as np
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> supply = 1e6, 300.0, 1e5
-    >>> y = closed_at_rest(actuator, supply)
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
     >>> mode = np.zeros(MODES)
     >>> start_actuator_segment(actuator, tables, 1.5e-3, 3e-3, y, mode, supply)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from apesim.air import GasState
 from apesim.kernel import kernel
-from apesim.restriction import SHUT, beyond_regime, next_regime, regime_between
+from apesim.restriction import SHUT, Sides, beyond_regime, next_regime, regime_between
 
 if TYPE_CHECKING:
     from apesim.valve.terms import ValveState
@@ -19,7 +20,7 @@ SUPPLY_A, VENT_A, SUPPLY_B, VENT_B, FLOWS = range(5)
 
 
 @kernel
-def stretched(stretch: float, sides: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+def stretched(stretch: float, sides: Sides) -> Sides:
     """Return the sides of a flow with the pressure difference times a factor, seen from the higher pressure.
 
     ``r' = 1 - stretch (1 - r)``: the flow function of the stretched ratio chokes at another pressure ratio; chosen.
@@ -28,27 +29,27 @@ def stretched(stretch: float, sides: tuple[float, float, float, float]) -> tuple
     ----------
     stretch : float
         Factor; 1 changes nothing.
-    sides : tuple of float
-        Pressure and temperature on side 1, then on side 2 [Pa abs, K, Pa abs, K].
+    sides : apesim.restriction.Sides
+        State of the air on both sides.
 
     Returns
     -------
-    tuple of float
-        Pressures and temperatures in the same order.
+    apesim.restriction.Sides
+        State on both sides with the lower pressure changed.
 
     Examples
     --------
-    >>> stretched(2.0, (4e5, 300.0, 3e5, 287.0))
-    (400000.0, 300.0, 200000.0, 287.0)
+    >>> stretched(2.0, Sides(GasState(4e5, 300.0), GasState(3e5, 287.0))).behind
+    GasState(pressure=200000.0, temperature=287.0)
     """
-    p_1, t_1, p_2, t_2 = sides
+    (p_1, t_1), (p_2, t_2) = sides
     if p_1 >= p_2:
-        return p_1, t_1, p_1 - stretch * (p_1 - p_2), t_2
-    return p_2 - stretch * (p_2 - p_1), t_1, p_2, t_2
+        return Sides(sides.before, GasState(p_1 - stretch * (p_1 - p_2), t_2))
+    return Sides(GasState(p_2 - stretch * (p_2 - p_1), t_1), sides.behind)
 
 
 @kernel
-def solenoid_sides(state: "ValveState") -> tuple[tuple[float, float, float, float], ...]:
+def solenoid_sides(state: "ValveState") -> tuple[Sides, ...]:
     """Return pressures and temperatures before and behind each flow through the solenoids.
 
     They are stretched where the solenoids choke at another pressure ratio than Eq. 8 of the EPV paper says.
@@ -60,24 +61,24 @@ def solenoid_sides(state: "ValveState") -> tuple[tuple[float, float, float, floa
 
     Returns
     -------
-    tuple of tuple of float
-        For each flow, from SUPPLY_A to VENT_B, its two sides [Pa abs, K, Pa abs, K].
+    tuple of apesim.restriction.Sides
+        Both sides of each flow, from SUPPLY_A to VENT_B.
 
     Examples
     --------
     >>> import apesim
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
-    >>> [round(float(x), 3) for x in solenoid_sides(state)[SUPPLY_B]]
-    [1000000.0, 300.0, 101325.0, 300.0]
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
+    >>> sides = solenoid_sides(state)[SUPPLY_B]
+    >>> round(float(sides.before.pressure), 3), round(float(sides.behind.pressure), 3)
+    (1000000.0, 101325.0)
     """
-    supply, ambient = (state.supply_pressure, state.supply_temperature), state.ambient
-    a, b = (state.pressure_a, state.temperature_a), (state.pressure_b, state.temperature_b)
-    fill_a = supply[0], supply[1], a[0], a[1]
-    vent_a = a[0], a[1], state.vent_pressure, ambient.temperature
-    fill_b = supply[0], supply[1], b[0], b[1]
-    vent_b = b[0], b[1], state.vent_pressure, ambient.temperature
+    control, vent = state.supply.control, GasState(state.vent_pressure, state.ambient.temperature)
+    fill_a, vent_a = Sides(control, state.chamber_a), Sides(state.chamber_a, vent)
+    fill_b, vent_b = Sides(control, state.chamber_b), Sides(state.chamber_b, vent)
     if state.stretch == 1.0:
         return fill_a, vent_a, fill_b, vent_b
     stretch = state.stretch
@@ -136,8 +137,10 @@ def start_solenoid_segment(
 
     >>> import apesim
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> mode = np.zeros(4)
     >>> start_solenoid_segment(state, open_shares(0.0, 0.0), open_shares(0.0, 0.0), 0, mode)
     >>> mode.tolist()
@@ -172,8 +175,10 @@ def solenoid_events(state: "ValveState", mode: np.ndarray, first: int, g: np.nda
 
     >>> import apesim
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> g = np.zeros(4)
     >>> solenoid_events(state, np.full(4, SHUT), 0, g, 0)
     >>> g.tolist()
@@ -205,11 +210,13 @@ def change_solenoid_regime(state: "ValveState", flow: int, first: int, mode: np.
 
     >>> import apesim
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> from apesim.restriction import CHOKED, SUBSONIC
     >>> mode = np.full(4, float(CHOKED))
-    >>> change_solenoid_regime(state._replace(pressure_a=1.1e5), VENT_A, 0, mode)
+    >>> change_solenoid_regime(state._replace(chamber_a=GasState(1.1e5, 300.0)), VENT_A, 0, mode)
     >>> bool(mode[VENT_A] == SUBSONIC)
     True
     """

@@ -3,6 +3,7 @@
 from math import isnan
 from typing import Annotated, NamedTuple
 
+from apesim.air import GasState
 from apesim.quantities import Choice, Pressure, Quantity
 
 REGULATOR, RECEIVER = 0, 1
@@ -21,20 +22,42 @@ class Supply(NamedTuple):
         float, Pressure(0.02, 30, "of control air from the regulator", show="gauge", text="the supply's", optional=True)
     ] = float("nan")
 
-    def control(self) -> tuple[float, float]:
+    def engine_air(self) -> GasState:
+        """Return the state of the engine air before the receiver.
+
+        Returns
+        -------
+        apesim.air.GasState
+            Pressure and temperature of the supply.
+
+        Examples
+        --------
+        >>> Supply(pressure=1e6, temperature=290.0).engine_air()
+        GasState(pressure=1000000.0, temperature=290.0)
+        """
+        return GasState(self.pressure, self.temperature)
+
+    def control(self) -> GasState:
         """Return the state of control air from the regulator.
 
         Returns
         -------
-        pressure : float
-            Control pressure, or the supply's where none is given [Pa abs].
-        temperature : float
-            Temperature of the supply [K].
+        apesim.air.GasState
+            Control pressure, or the supply's where none is given; temperature of the supply.
 
         Examples
         --------
         >>> Supply(pressure=1e6, temperature=290.0).control()
-        (1000000.0, 290.0)
+        GasState(pressure=1000000.0, temperature=290.0)
         """
         pressure = self.pressure if isnan(self.control_pressure) else self.control_pressure
-        return pressure, self.temperature
+        return GasState(pressure, self.temperature)
+
+
+class ValveSupply(NamedTuple):
+    """Air that is fed to the valve at an instant."""
+
+    control: GasState
+    """State of the control air before the solenoids."""
+    intake_pressure: float
+    """Pressure of the air before the groove [Pa abs]."""

@@ -2,9 +2,10 @@
 
 from typing import NamedTuple
 
-from apesim.air import Ambient, Gas
+from apesim.air import Gas, GasState
 from apesim.valve.piston import Valve
 from apesim.valve.solenoid_flow import FLOWS
+from apesim.valve.supply import ValveSupply
 
 FORCE, DRY, BREAKAWAY, MASS_A, ENERGY_A, MASS_B, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY, BRANCH, FLOW_SHARE = range(12)
 """Elements of a balance: force on the piston [N], to closed; dry friction while moving and what holds at rest [N], both
@@ -21,32 +22,24 @@ class ValveState(NamedTuple):
 
     gas: Gas
     """Working gas."""
-    ambient: Ambient
-    """Surroundings."""
+    ambient: GasState
+    """State of the surroundings."""
     valve: Valve
     """Dimensions of the valve."""
     position: float
     """Position L of the piston, 0 at fully open [m]."""
     speed: float
     """Speed dL/dt, positive to closed [m/s]."""
-    pressure_a: float
-    """Pressure of chamber A [Pa abs]."""
-    temperature_a: float
-    """Temperature of chamber A [K]."""
+    chamber_a: GasState
+    """State of the air in chamber A."""
     volume_a: float
     """Volume of chamber A [m3]."""
-    pressure_b: float
-    """Pressure of chamber B [Pa abs]."""
-    temperature_b: float
-    """Temperature of chamber B [K]."""
+    chamber_b: GasState
+    """State of the air in chamber B."""
     volume_b: float
     """Volume of chamber B [m3]."""
-    supply_pressure: float
-    """Pressure of the control air before the solenoids [Pa abs]."""
-    supply_temperature: float
-    """Temperature of the control air before the solenoids [K]."""
-    intake_pressure: float
-    """Pressure of the air before the groove [Pa abs]."""
+    supply: ValveSupply
+    """Control air before the solenoids, and pressure before the groove."""
     vent_pressure: float
     """Pressure behind the vents of the solenoids [Pa abs]."""
     stretch: float

@@ -170,8 +170,8 @@ def judge_bench(run: "BenchRun") -> dict[BenchWarning, str]:
         lifts = stroke - logged_motion(run.log)[0]
         lowest = lifts.min() if orbit else lifts[-1]  # a single run starts closed
         told[BenchWarning[run.travel.name]] = travel_text(run.travel, stroke, lowest, lifts.max())
-    if run.p.supply[0] < actuator.vent_pressure:
-        told[BenchWarning.CONTROL_BELOW_AMBIENT] = control_text(run.p.supply[0], actuator.vent_pressure)
+    if run.p.supply.control.pressure < actuator.vent_pressure:
+        told[BenchWarning.CONTROL_BELOW_AMBIENT] = control_text(run.p.supply.control.pressure, actuator.vent_pressure)
     if max(closure["mass"], closure["energy"]) > MAX_CLOSURE:
         told[BenchWarning.CLOSURE] = closure_text(closure["mass"], closure["energy"])
     if closure["work"] > MAX_QUADRATURE_CHANGE:

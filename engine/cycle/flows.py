@@ -4,20 +4,19 @@ It also holds the regimes of these flows, and the sums of what effects let into 
 Eq. 7 of the EPV paper (doi 10.1631/jzus.A0820373), see `apesim.restriction`.
 """
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
+from apesim.air import GasState
 from apesim.effect import add_laws
 from apesim.engine.breathing import raised_cosine
+from apesim.engine.cycle.exchange import EXHAUST, FEED, FLOWS, GROOVE, PIPE, Exchange
 from apesim.engine.cycle.state import (
-    EXHAUST_FLOW,
-    FEED_FLOW,
-    GROOVE_FLOW,
+    EXCHANGE,
     INTAKE_OPEN,
     LIFT,
     LIFT_SLOPE,
-    PIPE_FLOW,
     Cycle,
     cylinder_state,
     has_pipe,
@@ -38,16 +37,30 @@ from apesim.engine.cylinder import (
     CylinderState,
 )
 from apesim.kernel import kernel
-from apesim.restriction import SHUT, beyond_regime, flow_in, next_regime, regime_between
+from apesim.restriction import NO_FLOW, SHUT, Flow, Sides, beyond_regime, flow_in, next_regime, regime_between
 from apesim.stack_array import zeros
 from apesim.valve.actuator import AREA, AREA_SLOPE
 from apesim.valve.ledger import valve_states
 from apesim.valve.ports import ports_area
 
-Sides: TypeAlias = tuple[float, float, float, float]
-"""Pressure [Pa abs] and temperature [K] before a flow, then pressure and temperature behind it."""
-FLOWS = PIPE_FLOW - GROOVE_FLOW + 1
-"""Number of the flows whose regimes are modes: GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, PIPE_FLOW."""
+
+class EffectTerms(NamedTuple):
+    """What effects let into the cylinder at an instant."""
+
+    let_in: Flow
+    """Mass and energy from outside; out of the cylinder below zero."""
+    past_groove: Flow
+    """Air that passes beside the groove into the cylinder."""
+    heat: float
+    """Part of the energy from outside that is heat [W]."""
+    wall_exergy: float
+    """Exergy of that heat at the temperature of its wall [W]."""
+    branches: float
+    """Branches of the effects' laws, see `apesim.effect.note_branch`."""
+
+
+NO_EFFECTS = EffectTerms(NO_FLOW, NO_FLOW, 0.0, 0.0, 0.0)
+"""Terms of a cylinder without effects."""
 
 
 @kernel
@@ -129,10 +142,8 @@ def intake_area(p: Cycle, angle: float, y: np.ndarray, mode: np.ndarray) -> floa
 
 
 @kernel
-def exchange_sides(
-    p: Cycle, cylinder: CylinderState, receiver: tuple[float, float], intake: tuple[float, float]
-) -> tuple[Sides, Sides, Sides, Sides]:
-    """Pressures and temperatures before and behind the flows of the gas exchange.
+def exchange_sides(p: Cycle, cylinder: CylinderState, receiver: GasState, intake: GasState) -> Exchange[Sides]:
+    """States of the air before and behind the flows of the gas exchange.
 
     Parameters
     ----------
@@ -140,15 +151,15 @@ def exchange_sides(
         Machine at a speed.
     cylinder : apesim.engine.cylinder.CylinderState
         State of the cylinder.
-    receiver : tuple of float
-        Pressure [Pa abs] and temperature [K] in the receiver.
-    intake : tuple of float
-        Pressure [Pa abs] and temperature [K] before the groove.
+    receiver : apesim.air.GasState
+        State of the air in the receiver.
+    intake : apesim.air.GasState
+        State of the air before the groove.
 
     Returns
     -------
-    groove, exhaust, feed, pipe : tuple of float
-        Pressure [Pa abs] and temperature [K] before each flow, then pressure and temperature behind it.
+    apesim.engine.cycle.exchange.Exchange
+        Sides of each flow.
 
     Examples
     --------
@@ -157,29 +168,90 @@ def exchange_sides(
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
     >>> cylinder, _ = cylinder_state(cycle, 0.0, y)
-    >>> groove, exhaust, feed, pipe = exchange_sides(cycle, cylinder, (1e6, 290.0), (0.9e6, 280.0))
-    >>> groove[:2], pipe
-    ((900000.0, 280.0), (1000000.0, 290.0, 900000.0, 280.0))
+    >>> receiver, intake = GasState(1e6, 290.0), GasState(0.9e6, 280.0)
+    >>> sides = exchange_sides(cycle, cylinder, receiver, intake)
+    >>> sides.groove.before == intake, sides.pipe == (receiver, intake)
+    (True, True)
     """
-    ambient = p.actuator.ambient
-    return (
-        (intake[0], intake[1], cylinder.pressure, cylinder.temperature),
-        (cylinder.pressure, cylinder.temperature, ambient.pressure, ambient.temperature),
-        (p.supply[0], p.supply[1], receiver[0], receiver[1]),
-        (receiver[0], receiver[1], intake[0], intake[1]),
+    return Exchange(
+        groove=Sides(intake, cylinder.air),
+        exhaust=Sides(cylinder.air, p.actuator.ambient),
+        feed=Sides(p.supply, receiver),
+        pipe=Sides(receiver, intake),
+    )
+
+
+@kernel
+def exhaust_share(p: Cycle, angle: float) -> float:
+    """Share of the full opening of the exhaust valve.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    angle : float
+        Crank angle [rad].
+
+    Returns
+    -------
+    float
+        Share, from 0 to 1.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, _, _ = cycle_of(Machine(), 100.0)
+    >>> exhaust_share(cycle, 0.0), exhaust_share(cycle, 4.0)
+    (0.0, 1.0)
+    """
+    valve = p.engine.exhaust
+    return raised_cosine(angle, valve.opens, valve.closes, valve.flank)
+
+
+@kernel
+def exchange_areas(p: Cycle, angle: float, y: np.ndarray, mode: np.ndarray) -> Exchange[float]:
+    """Effective areas of the flows of the gas exchange.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    angle : float
+        Crank angle [rad].
+    y : (>= STATES,) float array
+        State vector.
+    mode : (MODES,) float array
+        Modes of the smooth segment.
+
+    Returns
+    -------
+    apesim.engine.cycle.exchange.Exchange
+        Effective area of each flow [m2].
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> areas = exchange_areas(cycle, 4.0, y, mode)
+    >>> round(areas.exhaust * 1e6, 6), areas.pipe
+    (500.0, 0.0)
+    """
+    return Exchange(
+        groove=intake_area(p, angle, y, mode),
+        exhaust=p.engine.exhaust.effective_area * exhaust_share(p, angle),
+        feed=p.engine.receiver.feed_area,
+        pipe=p.pipe.feed_area,
     )
 
 
 @kernel
 def exchange_flows(
-    p: Cycle,
-    y: np.ndarray,
-    mode: np.ndarray,
-    cylinder: CylinderState,
-    receiver: tuple[float, float],
-    intake: tuple[float, float],
-) -> tuple[float, float, float, float, float, float]:
-    """Flows through groove, exhaust valve and feed of the receiver, each with its enthalpy.
+    p: Cycle, y: np.ndarray, mode: np.ndarray, cylinder: CylinderState, sides: Exchange[Sides]
+) -> Exchange[Flow]:
+    """Flows of the gas exchange through their restrictions, without what effects let past the groove.
 
     ``mdot = S psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper [1]_), in the regime that the mode holds, with the effective
     area S, the flow function psi of the pressure ratio r, the gas constant R, and pressure p and temperature T
@@ -195,19 +267,13 @@ def exchange_flows(
         Modes of the smooth segment.
     cylinder : apesim.engine.cylinder.CylinderState
         State of the cylinder.
-    receiver : tuple of float
-        Pressure [Pa abs] and temperature [K] in the receiver.
-    intake : tuple of float
-        Pressure [Pa abs] and temperature [K] before the groove.
+    sides : apesim.engine.cycle.exchange.Exchange
+        Sides of each flow, see `exchange_sides`.
 
     Returns
     -------
-    groove, groove_enthalpy : float
-        Flow into the cylinder through the groove [kg/s], and its enthalpy [W].
-    exhaust, exhaust_enthalpy : float
-        Flow out of the cylinder through the exhaust valve [kg/s], and its enthalpy [W].
-    fed, fed_enthalpy : float
-        Flow from the supply into the receiver [kg/s], and its enthalpy [W].
+    apesim.engine.cycle.exchange.Exchange
+        Each flow; that of the pipe is zero where there is none.
 
     References
     ----------
@@ -224,20 +290,20 @@ def exchange_flows(
     With all flows shut nothing flows:
 
     >>> cylinder, _ = cylinder_state(cycle, 0.0, y)
-    >>> exchange_flows(cycle, y, mode, cylinder, (1e6, 290.0), (1e6, 290.0))
-    (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    >>> exchange_flows(cycle, y, mode, cylinder, exchange_sides_at(cycle, 0.0, y)).exhaust
+    Flow(mass=0.0, enthalpy=0.0)
     """
-    gas, valve, sides = p.actuator.gas, p.engine.exhaust, exchange_sides(p, cylinder, receiver, intake)
-    area = intake_area(p, cylinder.angle, y, mode)
-    groove, groove_enthalpy = flow_in(gas, mode[GROOVE_FLOW], area, sides[0])
-    area = valve.effective_area * raised_cosine(cylinder.angle, valve.opens, valve.closes, valve.flank)
-    exhaust, exhaust_enthalpy = flow_in(gas, mode[EXHAUST_FLOW], area, sides[1])
-    fed, fed_enthalpy = flow_in(gas, mode[FEED_FLOW], p.engine.receiver.feed_area, sides[2])
-    return groove, groove_enthalpy, exhaust, exhaust_enthalpy, fed, fed_enthalpy
+    gas, areas = p.actuator.gas, exchange_areas(p, cylinder.angle, y, mode)
+    return Exchange(
+        groove=flow_in(gas, mode[EXCHANGE + GROOVE], areas.groove, sides.groove),
+        exhaust=flow_in(gas, mode[EXCHANGE + EXHAUST], areas.exhaust, sides.exhaust),
+        feed=flow_in(gas, mode[EXCHANGE + FEED], areas.feed, sides.feed),
+        pipe=flow_in(gas, mode[EXCHANGE + PIPE], areas.pipe, sides.pipe) if has_pipe(p) else NO_FLOW,
+    )
 
 
 @kernel
-def effect_terms(p: Cycle, cylinder: CylinderState) -> tuple[float, float, float, float, float, float, float]:
+def effect_terms(p: Cycle, cylinder: CylinderState) -> EffectTerms:
     """Sum what effects let into the cylinder.
 
     Parameters
@@ -249,14 +315,8 @@ def effect_terms(p: Cycle, cylinder: CylinderState) -> tuple[float, float, float
 
     Returns
     -------
-    mass, energy : float
-        Flow of mass [kg/s] and of energy [W] from outside.
-    groove_mass, groove_energy : float
-        Flow of mass [kg/s] and of energy [W] past the groove.
-    heat, wall_exergy : float
-        Part of the energy that is heat [W], and its exergy at the wall's temperature [W].
-    branches : float
-        Branches of the effects' laws, see `apesim.effect.note_branch`.
+    EffectTerms
+        Sums over all effects.
 
     Examples
     --------
@@ -264,34 +324,26 @@ def effect_terms(p: Cycle, cylinder: CylinderState) -> tuple[float, float, float
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
-    >>> effect_terms(cycle, cylinder_state(cycle, 0.0, y)[0])
-    (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    >>> cylinder, _ = cylinder_state(cycle, 0.0, y)
+    >>> effect_terms(cycle, cylinder).past_groove
+    Flow(mass=0.0, enthalpy=0.0)
     """
     if len(p.effects) > 0:
         balance = zeros(TERMS)
         add_laws(p.effects, cylinder, balance)
-        return (
-            balance[MASS],
-            balance[ENERGY],
-            balance[GROOVE_MASS],
-            balance[GROOVE_ENERGY],
-            balance[HEAT],
-            balance[WALL_EXERGY],
-            balance[BRANCH],
+        return EffectTerms(
+            let_in=Flow(balance[MASS], balance[ENERGY]),
+            past_groove=Flow(balance[GROOVE_MASS], balance[GROOVE_ENERGY]),
+            heat=balance[HEAT],
+            wall_exergy=balance[WALL_EXERGY],
+            branches=balance[BRANCH],
         )
-    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    return NO_EFFECTS
 
 
 @kernel
-def pipe_flow(
-    p: Cycle,
-    mode: np.ndarray,
-    receiver: tuple[float, float],
-    intake: tuple[float, float],
-    groove: float,
-    groove_enthalpy: float,
-) -> tuple[float, float]:
-    """Flow of engine air out of the receiver: into the intake pipe, or where there is none, to the groove.
+def with_past_groove(p: Cycle, flows: Exchange[Flow], past: Flow) -> Exchange[Flow]:
+    """Flows of the gas exchange with what effects let past the groove.
 
     Into a pipe it is Eq. 7 of the EPV paper (doi 10.1631/jzus.A0820373), with the area of the pipe's feed.
 
@@ -299,41 +351,32 @@ def pipe_flow(
     ----------
     p : apesim.engine.cycle.state.Cycle
         Machine at a speed.
-    mode : (MODES,) float array
-        Modes of the smooth segment.
-    receiver : tuple of float
-        Pressure [Pa abs] and temperature [K] in the receiver.
-    intake : tuple of float
-        Pressure [Pa abs] and temperature [K] before the groove.
-    groove : float
-        Flow through and past the groove [kg/s].
-    groove_enthalpy : float
-        Enthalpy of the flow through and past the groove [W].
+    flows : apesim.engine.cycle.exchange.Exchange
+        Flows through the restrictions alone, see `exchange_flows`.
+    past : apesim.restriction.Flow
+        Flow past the groove, see `effect_terms`.
 
     Returns
     -------
-    mass_flow : float
-        Flow out of the receiver [kg/s].
-    enthalpy_flow : float
-        Enthalpy of that flow [W].
+    apesim.engine.cycle.exchange.Exchange
+        Each flow; out of the receiver, where there is no intake pipe, flows what goes through and past the groove.
 
     Examples
     --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.cycle.operating_point import cycle_of
     >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> pipe_flow(cycle, mode, (1e6, 290.0), (1e6, 290.0), 0.05, 14e3)
-    (0.05, 14000.0)
+    >>> cycle, _, _ = cycle_of(Machine(), 100.0)
+    >>> flows = Exchange(Flow(0.5, 14e3), NO_FLOW, NO_FLOW, NO_FLOW)
+    >>> with_past_groove(cycle, flows, Flow(0.25, 3e3)).pipe
+    Flow(mass=0.75, enthalpy=17000.0)
     """
-    if has_pipe(p):
-        return flow_in(p.actuator.gas, mode[PIPE_FLOW], p.pipe[1], (*receiver, *intake))
-    return groove, groove_enthalpy
+    groove = Flow(flows.groove.mass + past.mass, flows.groove.enthalpy + past.enthalpy)
+    return Exchange(groove, flows.exhaust, flows.feed, flows.pipe if has_pipe(p) else groove)
 
 
 @kernel
-def exchange_sides_at(p: Cycle, t: float, y: np.ndarray) -> tuple[Sides, Sides, Sides, Sides]:
-    """Pressures and temperatures before and behind the flows of the gas exchange, from a state vector.
+def exchange_sides_at(p: Cycle, t: float, y: np.ndarray) -> Exchange[Sides]:
+    """States of the air before and behind the flows of the gas exchange, from a state vector.
 
     Parameters
     ----------
@@ -346,7 +389,7 @@ def exchange_sides_at(p: Cycle, t: float, y: np.ndarray) -> tuple[Sides, Sides, 
 
     Returns
     -------
-    groove, exhaust, feed, pipe : tuple of float
+    apesim.engine.cycle.exchange.Exchange
         Sides of each flow, see `exchange_sides`.
 
     Examples
@@ -355,8 +398,8 @@ def exchange_sides_at(p: Cycle, t: float, y: np.ndarray) -> tuple[Sides, Sides, 
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
-    >>> groove, exhaust, feed, pipe = exchange_sides_at(cycle, 0.0, y)
-    >>> print(round(groove[0]), "Pa to", round(groove[2]), "Pa")
+    >>> groove = exchange_sides_at(cycle, 0.0, y).groove
+    >>> print(round(groove.before.pressure), "Pa to", round(groove.behind.pressure), "Pa")
     1101325 Pa to 101325 Pa
     """
     cylinder, _ = cylinder_state(p, t, y)
@@ -396,7 +439,7 @@ def exchange_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.n
     """
     sides = exchange_sides_at(p, t, y)
     for i in range(FLOWS):
-        g[first_event + i] = beyond_regime(p.actuator.gas, mode[GROOVE_FLOW + i], sides[i])
+        g[first_event + i] = beyond_regime(p.actuator.gas, mode[EXCHANGE + i], sides[i])
 
 
 @kernel
@@ -412,7 +455,7 @@ def change_exchange_regime(p: Cycle, t: float, y: np.ndarray, i: int, mode: np.n
     y : (>= SIZE,) float array
         State vector.
     i : int
-        Number of the flow, from 0 for the groove.
+        Number of the flow, see `apesim.engine.cycle.exchange`.
     mode : (MODES,) float array
         Modes of the smooth segment; changed.
 
@@ -426,48 +469,40 @@ def change_exchange_regime(p: Cycle, t: float, y: np.ndarray, i: int, mode: np.n
     From a pressure ratio below the end of subsonic flow the exhaust goes over to choked flow:
 
     >>> from apesim.restriction import CHOKED, SUBSONIC
-    >>> mode[EXHAUST_FLOW] = SUBSONIC
+    >>> mode[EXCHANGE + EXHAUST] = SUBSONIC
     >>> y[6:8] *= 5.0
-    >>> change_exchange_regime(cycle, 0.0, y, EXHAUST_FLOW - GROOVE_FLOW, mode)
-    >>> print(mode[EXHAUST_FLOW] == CHOKED)
+    >>> change_exchange_regime(cycle, 0.0, y, EXHAUST, mode)
+    >>> print(mode[EXCHANGE + EXHAUST] == CHOKED)
     True
     """
-    mode[GROOVE_FLOW + i] = next_regime(p.actuator.gas, mode[GROOVE_FLOW + i], exchange_sides_at(p, t, y)[i])
+    mode[EXCHANGE + i] = next_regime(p.actuator.gas, mode[EXCHANGE + i], exchange_sides_at(p, t, y)[i])
 
 
 @kernel
-def groove_regime(p: Cycle, sides: Sides, mode: np.ndarray) -> int:
-    """Find the regime of the flow through the groove; it is shut on a piece of the table without area.
+def is_groove_open(mode: np.ndarray) -> bool:
+    """Check whether the groove has an area: not on a piece of its table without one.
 
     Parameters
     ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    sides : tuple of float
-        Pressure [Pa abs] and temperature [K] before the groove, then behind it.
     mode : (MODES,) float array
         Modes of the smooth segment.
 
     Returns
     -------
-    int
-        Regime, see `apesim.restriction.regime_between`.
+    bool
+        Whether air can flow through the groove.
 
     Examples
     --------
-    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
-    >>> y, mode = charged_at_rest(cycle)
-    >>> from apesim.restriction import CHOKED
-    >>> groove_regime(cycle, (1e6, 290.0, 1e5, 290.0), mode) == SHUT
-    True
+    >>> from apesim.engine.cycle.state import MODES
+    >>> mode = np.zeros(MODES)
+    >>> bool(is_groove_open(mode))
+    False
     >>> mode[AREA] = 1e-4
-    >>> groove_regime(cycle, (1e6, 290.0, 1e5, 290.0), mode) == CHOKED
+    >>> bool(is_groove_open(mode))
     True
     """
-    is_open = mode[INTAKE_OPEN] != 0.0 or mode[AREA] != 0.0 or mode[AREA_SLOPE] != 0.0
-    return regime_between(p.actuator.gas, sides) if is_open else SHUT
+    return mode[INTAKE_OPEN] != 0.0 or mode[AREA] != 0.0 or mode[AREA_SLOPE] != 0.0
 
 
 @kernel
@@ -494,10 +529,46 @@ def start_groove_segment(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray) ->
     >>> from apesim.restriction import CHOKED
     >>> mode[AREA] = 1e-4
     >>> start_groove_segment(cycle, 0.0, y, mode)
-    >>> print(mode[GROOVE_FLOW] == CHOKED)
+    >>> print(mode[EXCHANGE + GROOVE] == CHOKED)
     True
     """
-    mode[GROOVE_FLOW] = groove_regime(p, exchange_sides_at(p, t, y)[0], mode)
+    sides = exchange_sides_at(p, t, y).groove
+    mode[EXCHANGE + GROOVE] = regime_between(p.actuator.gas, sides) if is_groove_open(mode) else SHUT
+
+
+@kernel
+def open_flows(p: Cycle, angle: float, mode: np.ndarray) -> Exchange[bool]:
+    """Check which flows of the gas exchange are open in a smooth segment.
+
+    Parameters
+    ----------
+    p : apesim.engine.cycle.state.Cycle
+        Machine at a speed.
+    angle : float
+        Crank angle in the middle of the segment [rad].
+    mode : (MODES,) float array
+        Modes of the smooth segment.
+
+    Returns
+    -------
+    apesim.engine.cycle.exchange.Exchange
+        Whether each flow has an area.
+
+    Examples
+    --------
+    >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+    >>> from apesim.engine.machine import Machine
+    >>> cycle, _, _ = cycle_of(Machine(), 100.0)
+    >>> y, mode = charged_at_rest(cycle)
+    >>> [bool(is_open) for is_open in open_flows(cycle, 0.0, mode)]
+    [False, False, True, False]
+    """
+    return Exchange(
+        groove=is_groove_open(mode),
+        exhaust=exhaust_share(p, angle) > 0.0,
+        feed=p.receiver_volume > 0.0,
+        pipe=has_pipe(p),
+    )
 
 
 @kernel
@@ -528,13 +599,9 @@ def start_exchange_segment(p: Cycle, t: float, t_end: float, y: np.ndarray, mode
 
     >>> from apesim.restriction import NEAR
     >>> start_exchange_segment(cycle, 0.0, 1e-3, y, mode)
-    >>> print(mode[EXHAUST_FLOW] == SHUT, mode[FEED_FLOW] == NEAR)
+    >>> print(mode[EXCHANGE + EXHAUST] == SHUT, mode[EXCHANGE + FEED] == NEAR)
     True True
     """
-    gas, valve, sides = p.actuator.gas, p.engine.exhaust, exchange_sides_at(p, t, y)
-    middle = p.start + p.speed * 0.5 * (t + t_end)
-    exhaust_open = raised_cosine(middle, valve.opens, valve.closes, valve.flank) > 0.0
-    mode[GROOVE_FLOW] = groove_regime(p, sides[0], mode)
-    mode[EXHAUST_FLOW] = regime_between(gas, sides[1]) if exhaust_open else SHUT
-    mode[FEED_FLOW] = regime_between(gas, sides[2]) if p.receiver_volume > 0.0 else SHUT
-    mode[PIPE_FLOW] = regime_between(gas, sides[3]) if has_pipe(p) else SHUT
+    sides, is_open = exchange_sides_at(p, t, y), open_flows(p, p.start + p.speed * 0.5 * (t + t_end), mode)
+    for i in range(FLOWS):
+        mode[EXCHANGE + i] = regime_between(p.actuator.gas, sides[i]) if is_open[i] else SHUT

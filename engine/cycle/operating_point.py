@@ -71,7 +71,7 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
     infinite = isinf(engine.receiver.volume)
     p = Cycle(
         actuator,
-        (machine.supply.pressure, machine.supply.temperature),
+        machine.supply.engine_air(),
         machine.supply.control(),
         int(machine.supply.control_air == RECEIVER),
         0.0 if infinite else engine.receiver.volume,
@@ -179,7 +179,7 @@ def with_exergy(p: Cycle, accuracy: Accuracy) -> Accuracy:
     >>> len(with_exergy(cycle, accuracy_at(cycle)).scale) == SIZE + RATES
     True
     """
-    energy = EXERGY_SCALE * max(p.supply[0], p.actuator.ambient.pressure) * swept_volume(p.engine)
+    energy = EXERGY_SCALE * max(p.supply.pressure, p.actuator.ambient.pressure) * swept_volume(p.engine)
     others = np.full(SIZE - len(accuracy.scale), NOT_HELD)
     scale = np.concatenate((accuracy.scale, others, np.full(RATES, energy)))
     return accuracy._replace(scale=scale)
@@ -218,10 +218,10 @@ def charged_at_rest(p: Cycle) -> tuple[np.ndarray, np.ndarray]:
     update_states(
         y,
         closed_at_rest(p.actuator, control),
-        filled(gas, volume, *ambient),
-        filled(gas, p.receiver_volume, *p.supply),
-        filled(gas, p.actuator.line[0], *control),
-        filled(gas, p.pipe[0], *p.supply),
+        filled(gas, volume, ambient),
+        filled(gas, p.receiver_volume, p.supply),
+        filled(gas, p.actuator.line.volume, control),
+        filled(gas, p.pipe.volume, p.supply),
     )
     mode[PHASE] = HELD_CLOSED
     return y, mode

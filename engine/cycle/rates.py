@@ -5,16 +5,17 @@ import numpy as np
 from apesim.air import heat_capacity
 from apesim.engine.angles import TURN
 from apesim.engine.breathing import lift_line
+from apesim.engine.cycle.exchange import FLOWS
 from apesim.engine.cycle.flows import (
-    FLOWS,
     change_exchange_regime,
     effect_terms,
     exchange_events,
     exchange_flows,
+    exchange_sides,
     intake_lift,
-    pipe_flow,
     start_exchange_segment,
     start_groove_segment,
+    with_past_groove,
 )
 from apesim.engine.cycle.state import (
     BRANCHES,
@@ -42,8 +43,9 @@ from apesim.engine.cylinder import CAM, EPV, indicated_power
 from apesim.engine.exergy import add_exergy_rates
 from apesim.kernel import kernel
 from apesim.march.hybrid_system import events, handle_event, observe, power, rates, start_segment, zero_crossings
+from apesim.restriction import NO_FLOW, Flow
 from apesim.valve import actuator as valve_actuator
-from apesim.valve.actuator import PHASE, PIECE, ActuatorRates, actuator_rates, state_of
+from apesim.valve.actuator import AT_REST, PHASE, PIECE, actuator_rates, state_of
 from apesim.valve.groove import piece_of
 from apesim.valve.ledger import control_rates, valve_states
 from apesim.valve.line import LINE_FLOW, change_line_regime, has_line, line_event, line_feed, start_line_segment
@@ -163,7 +165,8 @@ def effect_branches(p: Cycle, t: float, y: np.ndarray) -> float:
     0.0
     """
     if len(p.effects) > 0:
-        return effect_terms(p, cylinder_state(p, t, y)[0])[6]
+        cylinder, _ = cylinder_state(p, t, y)
+        return effect_terms(p, cylinder).branches
     return 0.0
 
 
@@ -220,47 +223,46 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
     intake = intake_state(p, y, receiver)
-    flows = exchange_flows(p, y, mode, cylinder, receiver, intake)
-    groove, groove_enthalpy, exhaust, exhaust_enthalpy, fed, fed_enthalpy = flows
-    valve = ActuatorRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    flows = exchange_flows(p, y, mode, cylinder, exchange_sides(p, cylinder, receiver, intake))
+    valve = AT_REST
     if p.engine.intake == EPV:
         if not valve_actuator.in_domain(p.actuator, y):
             return False
         valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
-    line, line_enthalpy = line_feed(p.actuator, mode, *control_air(p, y), valve)
-    mass, energy, past_groove, past_groove_enthalpy, _, _, _ = effect_terms(p, cylinder)
-    groove += past_groove
-    groove_enthalpy += past_groove_enthalpy
-    pipe, pipe_enthalpy = pipe_flow(p, mode, receiver, intake, groove, groove_enthalpy)
-    work = cylinder.pressure * slope * p.speed
-    drawn = drawn_enthalpy = 0.0
+    line = line_feed(p.actuator, mode, *control_air(p, y), valve)
+    terms = effect_terms(p, cylinder)
+    let_in = terms.let_in
+    flows = with_past_groove(p, flows, terms.past_groove)
+    groove, exhaust, feed, pipe = flows
+    work = cylinder.air.pressure * slope * p.speed
+    drawn = NO_FLOW
     if p.receiver_volume > 0.0:
-        drawn, drawn_enthalpy = pipe, pipe_enthalpy
+        drawn = pipe
         if p.control_from_receiver:
-            drawn += line
-            drawn_enthalpy += line_enthalpy
+            drawn = Flow(pipe.mass + line.mass, pipe.enthalpy + line.enthalpy)
     update_states(
         dy,
-        valve[: valve_actuator.STATES],
-        (groove - exhaust + mass, groove_enthalpy - exhaust_enthalpy - work + energy),
-        (fed - drawn, fed_enthalpy - drawn_enthalpy),
-        (line - valve.supplied, line_enthalpy - valve.supplied_enthalpy),
-        (pipe - groove, pipe_enthalpy - groove_enthalpy),
+        valve.states,
+        (groove.mass - exhaust.mass + let_in.mass, groove.enthalpy - exhaust.enthalpy - work + let_in.enthalpy),
+        (feed.mass - drawn.mass, feed.enthalpy - drawn.enthalpy),
+        (line.mass - valve.supplied.mass, line.enthalpy - valve.supplied.enthalpy),
+        (pipe.mass - groove.mass, pipe.enthalpy - groove.enthalpy),
     )
+    all_let_in = Flow(valve.let_in.mass + let_in.mass, valve.let_in.enthalpy + let_in.enthalpy)
     update_ledgers(
         dy,
-        control_rates(valve, line, line_enthalpy, valve.other_mass + mass, valve.other_energy + energy),
+        control_rates(valve, line, all_let_in),
         EngineLedger(
-            pipe,
-            pipe_enthalpy,
-            groove,
-            groove_enthalpy,
-            max(0.0, -groove),
-            exhaust,
-            exhaust_enthalpy,
-            max(0.0, -exhaust),
-            fed,
-            fed_enthalpy,
+            pipe.mass,
+            pipe.enthalpy,
+            groove.mass,
+            groove.enthalpy,
+            max(0.0, -groove.mass),
+            exhaust.mass,
+            exhaust.enthalpy,
+            max(0.0, -exhaust.mass),
+            feed.mass,
+            feed.enthalpy,
             work,
         ),
     )
@@ -437,12 +439,12 @@ def cycle_zero_crossings(p: Cycle, t: float, y: np.ndarray, dy: np.ndarray, mode
     if p.engine.intake == EPV:
         actuator_zero_crossings(p.actuator, y, valve_states(dy).speed, mode, w)
     cylinder, slope = cylinder_state(p, t, y)
-    (mass, _), (mass_rate, _), t_c = cylinder_gas(y), cylinder_gas(dy), cylinder.temperature
+    (mass, _), (mass_rate, _), t_c = cylinder_gas(y), cylinder_gas(dy), cylinder.air.temperature
     warming = temperature_rate(p, cylinder_gas(y), cylinder_gas(dy), t_c)
     w[PRESSURE_EXTREMUM] = mass_rate / mass + warming / t_c - slope * p.speed / cylinder.volume
     w[TEMPERATURE_EXTREMUM] = warming
     if p.receiver_volume > 0.0:
-        temperature = receiver_state(p, y)[1]
+        temperature = receiver_state(p, y).temperature
         (mass, _), (mass_rate, _) = receiver_gas(y), receiver_gas(dy)
         warming = temperature_rate(p, receiver_gas(y), receiver_gas(dy), temperature)
         w[RECEIVER_EXTREMUM] = mass_rate / mass + warming / temperature
@@ -535,7 +537,7 @@ def cycle_power(p: Cycle, t: float, y: np.ndarray) -> float:
     True
     """
     cylinder, slope = cylinder_state(p, t, y)
-    return cylinder.pressure * slope * p.speed
+    return cylinder.air.pressure * slope * p.speed
 
 
 @observe.for_type(Cycle)
@@ -569,18 +571,19 @@ def observe_cycle(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, row: np.n
     """
     cylinder, slope = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
-    groove, _, exhaust, _, _, _ = exchange_flows(p, y, mode, cylinder, receiver, intake_state(p, y, receiver))
-    row[0], row[1] = cylinder.pressure, cylinder.temperature
+    sides = exchange_sides(p, cylinder, receiver, intake_state(p, y, receiver))
+    flows = exchange_flows(p, y, mode, cylinder, sides)
+    row[0], row[1] = cylinder.air.pressure, cylinder.air.temperature
     if p.engine.intake == EPV:
         valve = state_of(p.actuator, y, supply_of(p, y))
         row[2] = p.actuator.valve.stroke - valve.position
         row[3] = -valve.speed if is_moving(mode[PHASE]) else 0.0
-        row[4], row[5] = valve.pressure_a, valve.pressure_b
+        row[4], row[5] = valve.chamber_a.pressure, valve.chamber_b.pressure
     else:
         row[2] = p.actuator.valve.stroke * mode[INTAKE_OPEN]
         row[3] = row[4] = row[5] = np.nan
         if p.engine.intake == CAM:
             row[2] = intake_lift(p, cylinder.angle, y, mode)
-    row[6] = groove + effect_terms(p, cylinder)[2]
-    row[7] = indicated_power(cylinder.pressure, p.actuator.ambient.pressure, slope, 1.0)
-    row[8], row[9], row[10] = receiver[0], exhaust, cylinder.volume
+    row[6] = flows.groove.mass + effect_terms(p, cylinder).past_groove.mass
+    row[7] = indicated_power(cylinder.air.pressure, p.actuator.ambient.pressure, slope, 1.0)
+    row[8], row[9], row[10] = receiver.pressure, flows.exhaust.mass, cylinder.volume

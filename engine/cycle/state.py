@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.effect import NoEffects
+from apesim.air import GasState
+from apesim.effect import FedVolume, NoEffects
+from apesim.engine.cycle.exchange import FLOWS
 from apesim.engine.cylinder import CylinderState, Engine
 from apesim.engine.effects import EngineLaws, EngineTables
 from apesim.engine.kinematics import Crank, cylinder_volume
@@ -21,6 +23,7 @@ from apesim.valve.ledger import (
 )
 from apesim.valve.line import before_solenoids
 from apesim.valve.ports import Ports
+from apesim.valve.supply import ValveSupply
 
 CYLINDER, RECEIVER = valve_actuator.STATES, valve_actuator.STATES + 2
 """Elements of the state vector at which the gas of the cylinder and of the receiver begins."""
@@ -63,14 +66,13 @@ class EngineLedger(NamedTuple):
 
 SIZE = ENGINE_LEDGER + len(EngineLedger._fields)
 """Elements of the state vector of an engine."""
-INTAKE_OPEN, GROOVE_FLOW, EXHAUST_FLOW, FEED_FLOW, PIPE_FLOW, LIFT, LIFT_SLOPE, BRANCHES, MODES = range(
-    valve_actuator.MODES, valve_actuator.MODES + 9
-)
+INTAKE_OPEN, LIFT, LIFT_SLOPE, BRANCHES, EXCHANGE = range(valve_actuator.MODES, valve_actuator.MODES + 5)
+MODES = EXCHANGE + FLOWS
 """Modes of a smooth segment, behind those of the valve.
 
-INTAKE_OPEN says whether the ideal valve is open. GROOVE_FLOW to PIPE_FLOW hold the regimes of the flows. LIFT [m] and
-LIFT_SLOPE [m/rad] are the line of a cam's lift curve, from crank angle 0. BRANCHES holds the branches of the effects'
-laws; MODES is how many modes there are."""
+INTAKE_OPEN says whether the ideal valve is open. LIFT [m] and LIFT_SLOPE [m/rad] are the line of a cam's lift curve,
+from crank angle 0. BRANCHES holds the branches of the effects' laws. From EXCHANGE on they hold the regimes of the
+flows, in the order of `apesim.engine.cycle.exchange.Exchange`; MODES is how many modes there are."""
 SCALE = valve_actuator.SCALE + 4 * (valve_actuator.GAS_SCALE,)
 """Scale of the error of each state beside its own size, without supply line and intake pipe."""
 
@@ -80,10 +82,10 @@ class Cycle(NamedTuple):
 
     actuator: Actuator
     """Valve with what surrounds it."""
-    supply: tuple[float, float]
-    """Pressure [Pa abs] and temperature [K] of the engine air in its supply."""
-    control: tuple[float, float]
-    """Pressure [Pa abs] and temperature [K] of the control air from the regulator."""
+    supply: GasState
+    """State of the engine air in its supply."""
+    control: GasState
+    """State of the control air from the regulator."""
     control_from_receiver: int
     """1: control air comes from the receiver, 0: from the regulator."""
     receiver_volume: float
@@ -110,8 +112,8 @@ class Cycle(NamedTuple):
     """Ports of the groove."""
     has_lift_curve: int
     """1: the cam's lift is that of its curve, 0: that of its flanks."""
-    pipe: tuple[float, float]
-    """Volume of the intake pipe [m3] and effective area of its feed [m2], see `apesim.effect.volume_of`."""
+    pipe: FedVolume
+    """Intake pipe before the groove, where an effect puts one there."""
     effects: EngineLaws | EngineTables | NoEffects  # type: ignore[valid-type]
     """Parameters of the effects that act on the cylinder."""
 
@@ -337,8 +339,8 @@ def update_ledgers(y: np.ndarray, control: ControlLedger, engine: EngineLedger) 
 
 
 @kernel
-def receiver_state(p: Cycle, y: np.ndarray) -> tuple[float, float]:
-    """Pressure and temperature in the receiver.
+def receiver_state(p: Cycle, y: np.ndarray) -> GasState:
+    """State of the air in the receiver.
 
     Parameters
     ----------
@@ -349,10 +351,8 @@ def receiver_state(p: Cycle, y: np.ndarray) -> tuple[float, float]:
 
     Returns
     -------
-    pressure : float
-        Pressure in the receiver [Pa abs]; that of the supply where the receiver is infinite.
-    temperature : float
-        Temperature in the receiver [K].
+    apesim.air.GasState
+        State of the air in the receiver; that of the supply where the receiver is infinite.
 
     Examples
     --------
@@ -360,8 +360,8 @@ def receiver_state(p: Cycle, y: np.ndarray) -> tuple[float, float]:
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
-    >>> pressure, temperature = receiver_state(cycle, y)
-    >>> print(round(pressure), "Pa,", round(temperature, 6), "K")
+    >>> state = receiver_state(cycle, y)
+    >>> print(round(state.pressure), "Pa,", round(state.temperature, 6), "K")
     1101325 Pa, 287.0 K
     """
     if p.receiver_volume > 0.0:
@@ -391,12 +391,12 @@ def has_pipe(p: Cycle) -> bool:
     >>> has_pipe(cycle)
     False
     """
-    return len(p.effects) > 0 and p.pipe[1] > 0.0
+    return len(p.effects) > 0 and p.pipe.feed_area > 0.0
 
 
 @kernel
-def intake_state(p: Cycle, y: np.ndarray, receiver: tuple[float, float]) -> tuple[float, float]:
-    """Pressure and temperature before the groove: in the intake pipe, or where there is none, in the receiver.
+def intake_state(p: Cycle, y: np.ndarray, receiver: GasState) -> GasState:
+    """State of the air before the groove: in the intake pipe, or where there is none, in the receiver.
 
     Parameters
     ----------
@@ -404,15 +404,13 @@ def intake_state(p: Cycle, y: np.ndarray, receiver: tuple[float, float]) -> tupl
         Machine at a speed.
     y : (>= SIZE,) float array
         State vector.
-    receiver : tuple of float
-        Pressure [Pa abs] and temperature [K] in the receiver.
+    receiver : apesim.air.GasState
+        State of the air in the receiver.
 
     Returns
     -------
-    pressure : float
-        Pressure before the groove [Pa abs].
-    temperature : float
-        Temperature before the groove [K].
+    apesim.air.GasState
+        State of the air before the groove.
 
     Examples
     --------
@@ -420,11 +418,11 @@ def intake_state(p: Cycle, y: np.ndarray, receiver: tuple[float, float]) -> tupl
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
-    >>> intake_state(cycle, y, (1e6, 290.0))
-    (1000000.0, 290.0)
+    >>> intake_state(cycle, y, GasState(1e6, 290.0))
+    GasState(pressure=1000000.0, temperature=290.0)
     """
     if has_pipe(p):
-        return chamber_state(p.actuator.gas, *pipe_gas(y), p.pipe[0])
+        return chamber_state(p.actuator.gas, *pipe_gas(y), p.pipe.volume)
     return receiver
 
 
@@ -455,22 +453,20 @@ def cylinder_state(p: Cycle, t: float, y: np.ndarray) -> tuple[CylinderState, fl
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
     >>> state, slope = cylinder_state(cycle, 0.0, y)
-    >>> print(round(state.pressure), "Pa,", round(state.temperature, 6), "K")
+    >>> print(round(state.air.pressure), "Pa,", round(state.air.temperature, 6), "K")
     101325 Pa, 293.15 K
     """
     angle = p.start + p.speed * t
     volume, slope = cylinder_volume(p.crank, angle)
     gas = p.actuator.gas
-    pressure, temperature = chamber_state(gas, *cylinder_gas(y), volume)
+    air = chamber_state(gas, *cylinder_gas(y), volume)
     intake = intake_state(p, y, receiver_state(p, y)) if len(p.effects) > 0 else p.supply
-    return CylinderState(
-        gas, p.actuator.ambient, p.engine, p.speed, angle, volume, pressure, temperature, intake[0], intake[1]
-    ), slope
+    return CylinderState(gas, p.actuator.ambient, p.engine, p.speed, angle, volume, air, intake), slope
 
 
 @kernel
-def control_air(p: Cycle, y: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Pressure and temperature of the control air at its source and before the solenoids.
+def control_air(p: Cycle, y: np.ndarray) -> tuple[GasState, GasState]:
+    """State of the control air at its source and before the solenoids.
 
     Parameters
     ----------
@@ -481,10 +477,10 @@ def control_air(p: Cycle, y: np.ndarray) -> tuple[tuple[float, float], tuple[flo
 
     Returns
     -------
-    source : tuple of float
-        Pressure [Pa abs] and temperature [K] in the receiver or behind the regulator.
-    before_solenoids : tuple of float
-        Pressure [Pa abs] and temperature [K] in the supply line, or where there is none, those of the source.
+    source : apesim.air.GasState
+        State of the air in the receiver or behind the regulator.
+    before_solenoids : apesim.air.GasState
+        State of the air in the supply line, or where there is none, that of the source.
 
     Examples
     --------
@@ -492,16 +488,17 @@ def control_air(p: Cycle, y: np.ndarray) -> tuple[tuple[float, float], tuple[flo
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
-    >>> control_air(cycle, y)
-    ((1101325.0, 287.0), (1101325.0, 287.0))
+    >>> source, before = control_air(cycle, y)
+    >>> source
+    GasState(pressure=1101325.0, temperature=287.0)
     """
     source = receiver_state(p, y) if p.control_from_receiver else p.control
     return source, before_solenoids(p.actuator, y, LINE, source)
 
 
 @kernel
-def supply_of(p: Cycle, y: np.ndarray) -> tuple[float, float, float]:
-    """State of the air around the valve, as `apesim.valve.actuator.state_of` takes it.
+def supply_of(p: Cycle, y: np.ndarray) -> ValveSupply:
+    """State of the air that is fed to the valve.
 
     Parameters
     ----------
@@ -512,12 +509,9 @@ def supply_of(p: Cycle, y: np.ndarray) -> tuple[float, float, float]:
 
     Returns
     -------
-    pressure : float
-        Pressure of the control air before the solenoids [Pa abs].
-    temperature : float
-        Temperature of the control air before the solenoids [K].
-    before_groove : float
-        Pressure before the groove [Pa abs]; that of the supply where no effect of the valve asks for it.
+    apesim.valve.supply.ValveSupply
+        Control air before the solenoids, and pressure before the groove; that of the supply where no effect of the
+        valve asks for it.
 
     Examples
     --------
@@ -525,11 +519,11 @@ def supply_of(p: Cycle, y: np.ndarray) -> tuple[float, float, float]:
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
-    >>> supply_of(cycle, y)
-    (1101325.0, 287.0, 1101325.0)
+    >>> supply_of(cycle, y).intake_pressure
+    1101325.0
     """
-    pressure, temperature = control_air(p, y)[1]
-    before_groove = p.supply[0]
+    _, before = control_air(p, y)
+    intake = p.supply
     if len(p.actuator.effects) > 0:
-        before_groove = intake_state(p, y, receiver_state(p, y))[0]
-    return pressure, temperature, before_groove
+        intake = intake_state(p, y, receiver_state(p, y))
+    return ValveSupply(before, intake.pressure)

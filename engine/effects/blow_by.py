@@ -9,6 +9,7 @@ from apesim.engine.cylinder import BRANCH, ENERGY, MASS, CylinderState
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
+from apesim.restriction import Sides
 
 
 class BlowBy(NamedTuple):
@@ -41,13 +42,14 @@ def blow_by(effect: BlowBy, state: CylinderState, balance: np.ndarray) -> None:
 
     Examples
     --------
+    >>> from apesim.air import GasState
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.cycle.state import cylinder_state
     >>> from apesim.engine.cylinder import TERMS
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
     >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
-    >>> state, balance = state._replace(pressure=2.5e5, temperature=300.0), np.zeros(TERMS)
+    >>> state, balance = state._replace(air=GasState(2.5e5, 300.0)), np.zeros(TERMS)
 
     A choked flow, 1 mm2 * 0.6847 * 0.25 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.583 g/s, leaves the cylinder:
 
@@ -55,10 +57,9 @@ def blow_by(effect: BlowBy, state: CylinderState, balance: np.ndarray) -> None:
     >>> print(round(balance[MASS] * 1e3, 3))
     -0.583
     """
-    sides = state.pressure, state.temperature, state.ambient.pressure, state.ambient.temperature
-    mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
-    balance[MASS] -= mass
-    balance[ENERGY] -= energy
+    out = leak(state.gas, effect.area, Sides(state.air, state.ambient), balance, BRANCH)
+    balance[MASS] -= out.mass
+    balance[ENERGY] -= out.enthalpy
 
 
 EFFECT = Effect(

@@ -179,12 +179,12 @@ def nusselt(state: CylinderState, piston_speed: float, a: float, b: float, c: fl
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
     >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
-    >>> print(round(nusselt(state._replace(temperature=300.0), 3.0, 1.0, 0.0, 0.0), 3))
+    >>> print(round(nusselt(state._replace(air=state.air._replace(temperature=300.0)), 3.0, 1.0, 0.0, 0.0), 3))
     0.307
     """
-    mu = viscosity(state.temperature)
-    density = state.pressure / (state.gas.gas_constant * state.temperature)
-    conductivity = mu * heat_capacity(state.gas, state.temperature) / PRANDTL
+    mu = viscosity(state.air.temperature)
+    density = state.air.pressure / (state.gas.gas_constant * state.air.temperature)
+    conductivity = mu * heat_capacity(state.gas, state.air.temperature) / PRANDTL
     reynolds = density * piston_speed * state.engine.bore / mu
     return a * reynolds**b * PRANDTL**c * conductivity / state.engine.bore
 
@@ -226,15 +226,15 @@ def correlated_coefficient(effect: CylinderWallHeat, state: CylinderState) -> fl
     >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
     >>> speed = state.engine.stroke * state.speed / pi
     >>> effect = CylinderWallHeat(correlation=HOHENBERG)
-    >>> expected = hohenberg(state.pressure, state.temperature, state.volume, speed)
+    >>> expected = hohenberg(state.air.pressure, state.air.temperature, state.volume, speed)
     >>> print(correlated_coefficient(effect, state) / expected)
     1.0
     """
     speed = state.engine.stroke * state.speed / pi
     if effect.correlation == WOSCHNI:
-        return woschni(state.pressure, state.temperature, state.engine.bore, speed)
+        return woschni(state.air.pressure, state.air.temperature, state.engine.bore, speed)
     if effect.correlation == HOHENBERG:
-        return hohenberg(state.pressure, state.temperature, state.volume, speed)
+        return hohenberg(state.air.pressure, state.air.temperature, state.volume, speed)
     if effect.correlation == ANNAND:
         return nusselt(state, speed, 0.5, 0.7, 0.0)
     return nusselt(state, speed, 0.053, 0.8, 0.6)
@@ -272,7 +272,7 @@ def cylinder_wall_heat(effect: CylinderWallHeat, state: CylinderState, balance: 
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
     >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
-    >>> state, balance = state._replace(temperature=200.0), np.zeros(TERMS)
+    >>> state, balance = state._replace(air=state.air._replace(temperature=200.0)), np.zeros(TERMS)
     >>> cylinder_wall_heat(CylinderWallHeat(h=100.0, wall_temperature=300.0), state, balance)
     >>> area = 2.0 * piston_face(state.engine) + 4.0 * state.volume / state.engine.bore
     >>> print(round(balance[HEAT] / area, 6))
@@ -282,7 +282,7 @@ def cylinder_wall_heat(effect: CylinderWallHeat, state: CylinderState, balance: 
     if effect.factor > 0.0:
         h += effect.factor * correlated_coefficient(effect, state)
     area = 2.0 * piston_face(state.engine) + 4.0 * state.volume / state.engine.bore
-    heat = h * area * (effect.wall_temperature - state.temperature)
+    heat = h * area * (effect.wall_temperature - state.air.temperature)
     balance[ENERGY] += heat
     balance[HEAT] += heat
     balance[WALL_EXERGY] += heat_exergy(state.ambient, heat, effect.wall_temperature)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
-from apesim.effect import Effect
+from apesim.effect import Effect, FedVolume
 from apesim.quantities import Quantity
 
 MIN_AREA = 30e-6
@@ -35,7 +35,7 @@ class IntakePipeLoss(NamedTuple):
             yield "area", "starves the engine", "30 to 500 mm^2, or 0 for no pipe"
 
 
-def volume(effect: IntakePipeLoss) -> tuple[float, float]:
+def volume(effect: IntakePipeLoss) -> FedVolume:
     """Get the gas volume of the pipe and the effective area of its feed.
 
     The pipe is a volume with the balances of a chamber, Eqs. 3 to 8 of the EPV paper (doi 10.1631/jzus.A0820373).
@@ -47,17 +47,15 @@ def volume(effect: IntakePipeLoss) -> tuple[float, float]:
 
     Returns
     -------
-    volume : float
-        Gas volume of the pipe [m3].
-    area : float
-        Effective area of its feed from the receiver [m2].
+    apesim.effect.FedVolume
+        Volume of the pipe, and effective area of its feed from the receiver.
 
     Examples
     --------
     >>> volume(IntakePipeLoss(area=100e-6, volume=0.2e-3))
-    (0.0002, 0.0001)
+    FedVolume(volume=0.0002, feed_area=0.0001)
     """
-    return effect.volume, effect.area
+    return FedVolume(effect.volume, effect.area)
 
 
 EFFECT = Effect(

@@ -9,6 +9,7 @@ from apesim.engine.cylinder import BRANCH, GROOVE_ENERGY, GROOVE_MASS, CylinderS
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
+from apesim.restriction import Sides
 
 
 class SeatLeak(NamedTuple):
@@ -41,13 +42,14 @@ def seat_leak(effect: SeatLeak, state: CylinderState, balance: np.ndarray) -> No
 
     Examples
     --------
+    >>> from apesim.air import GasState
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.cycle.state import cylinder_state
     >>> from apesim.engine.cylinder import TERMS
     >>> from apesim.engine.machine import Machine
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
     >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
-    >>> state = state._replace(intake_pressure=1e6, intake_temperature=300.0, pressure=1e5)
+    >>> state = state._replace(intake=GasState(1e6, 300.0), air=GasState(1e5, 300.0))
     >>> balance = np.zeros(TERMS)
 
     A choked flow, 1 mm2 * 0.6847 * 1 MPa/sqrt(287.05 J/(kg K) * 300 K) = 2.333 g/s, enters the cylinder:
@@ -56,10 +58,9 @@ def seat_leak(effect: SeatLeak, state: CylinderState, balance: np.ndarray) -> No
     >>> print(round(balance[GROOVE_MASS] * 1e3, 3))
     2.333
     """
-    sides = state.intake_pressure, state.intake_temperature, state.pressure, state.temperature
-    mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
-    balance[GROOVE_MASS] += mass
-    balance[GROOVE_ENERGY] += energy
+    past = leak(state.gas, effect.area, Sides(state.intake, state.air), balance, BRANCH)
+    balance[GROOVE_MASS] += past.mass
+    balance[GROOVE_ENERGY] += past.enthalpy
 
 
 EFFECT = Effect(

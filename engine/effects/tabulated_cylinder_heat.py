@@ -47,14 +47,14 @@ def tabulated_cylinder_heat(effect: tuple[float, ...], state: CylinderState, bal
     >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
     >>> effect, balance = TabulatedCylinderHeat(*[0.1] * len(PLACES)), np.zeros(TERMS)
     >>> tabulated_cylinder_heat(effect, state, balance)
-    >>> print(round(balance[HEAT] / (state.pressure * state.volume * state.speed), 9))
+    >>> print(round(balance[HEAT] / (state.air.pressure * state.volume * state.speed), 9))
     0.1
     """
     share = interpolate_periodic(effect, state.angle * 6.0 / pi)
-    heat = share * state.pressure * state.volume * state.speed
+    heat = share * state.air.pressure * state.volume * state.speed
     balance[ENERGY] += heat
     balance[HEAT] += heat
-    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat, state.temperature)
+    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat, state.air.temperature)
 
 
 EFFECT = Effect(

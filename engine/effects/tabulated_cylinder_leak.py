@@ -10,6 +10,7 @@ from apesim.engine.cylinder import BRANCH, ENERGY, GROOVE_ENERGY, GROOVE_MASS, M
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
+from apesim.restriction import Sides
 
 PLACES = range(0, 360, 30)
 """Crank angles of the nodes of the leak to ambient [deg]."""
@@ -44,6 +45,7 @@ def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, bal
 
     Examples
     --------
+    >>> from apesim.air import GasState
     >>> from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
     >>> from apesim.engine.cycle.state import cylinder_state
     >>> from apesim.engine.cylinder import TERMS
@@ -51,7 +53,7 @@ def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, bal
     >>> cycle, _, _ = cycle_of(Machine(), speed=100.0)
     >>> state, _ = cylinder_state(cycle, 0.0, charged_at_rest(cycle)[0])
     >>> effect = TabulatedCylinderLeak(*[1e-6] * len(PLACES), *[0.0] * len(QUARTERS))
-    >>> state, balance = state._replace(pressure=2.5e5, temperature=300.0), np.zeros(TERMS)
+    >>> state, balance = state._replace(air=GasState(2.5e5, 300.0)), np.zeros(TERMS)
 
     A choked flow, 1 mm2 * 0.6847 * 0.25 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.583 g/s, leaves the cylinder:
 
@@ -62,16 +64,13 @@ def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, bal
     turns = 0.5 * state.angle / pi
     out = interpolate_periodic(effect[:12], 12.0 * turns)
     sign = -1.0 if out < 0.0 else 1.0
-    cylinder, ambient = (state.pressure, state.temperature), (state.ambient.pressure, state.ambient.temperature)
-    mass, energy = leak(state.gas, abs(out), (*cylinder, *ambient), balance, BRANCH)
-    balance[MASS] -= sign * mass
-    balance[ENERGY] -= sign * energy
-    intake = state.intake_pressure, state.intake_temperature
-    mass, energy = leak(
-        state.gas, interpolate_periodic(effect[12:], 4.0 * turns), (*intake, *cylinder), balance, BRANCH
-    )
-    balance[GROOVE_MASS] += mass
-    balance[GROOVE_ENERGY] += energy
+    leaving = leak(state.gas, abs(out), Sides(state.air, state.ambient), balance, BRANCH)
+    balance[MASS] -= sign * leaving.mass
+    balance[ENERGY] -= sign * leaving.enthalpy
+    area = interpolate_periodic(effect[12:], 4.0 * turns)
+    past = leak(state.gas, area, Sides(state.intake, state.air), balance, BRANCH)
+    balance[GROOVE_MASS] += past.mass
+    balance[GROOVE_ENERGY] += past.enthalpy
 
 
 EFFECT = Effect(

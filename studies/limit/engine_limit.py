@@ -341,7 +341,7 @@ def map_engine_limit(
     supply, command_angles = machine.supply, machine.command
     grid = [(p, t, d, p) for p in pressures for t in temperatures for d in durations]
     duration = command_angles.close_target - command_angles.open_target
-    grid, kinds = with_own(grid, (supply.pressure, supply.temperature, duration, supply.control()[0]))
+    grid, kinds = with_own(grid, (supply.pressure, supply.temperature, duration, supply.control().pressure))
     machines = [
         machine if kind == Point.OWN else lasting(with_supply(machine, p, t), d)
         for kind, (p, t, d, _) in zip(kinds, grid, strict=True)

@@ -7,9 +7,9 @@ the tests are to show. Seeded noise is put on its pressure; what is made of the 
 
 import numpy as np
 
-from apesim.air import gas_of, internal_energy, temperature_of
+from apesim.air import GasState, gas_of, internal_energy, temperature_of
 from apesim.engine.machine import Machine
-from apesim.restriction import flow_between
+from apesim.restriction import Sides, flow_between
 from apesim.studies.discharge import Record, Vessel
 from apesim.valve.solenoid import followed, opening_curve
 
@@ -80,7 +80,7 @@ def emptied(machine: Machine, vessel: Vessel, initial_pressure: float, times: np
     from scipy.integrate import solve_ivp
 
     gas, solenoid = vessel.gas, machine.valve.solenoid
-    curve = opening_curve(solenoid)
+    curve, outside = opening_curve(solenoid), GasState(vessel.ambient_pressure, vessel.temperature)
     r_per_volume = gas.gas_constant / vessel.volume
 
     def rates(t: float, y: np.ndarray) -> tuple[float, float]:
@@ -88,7 +88,7 @@ def emptied(machine: Machine, vessel: Vessel, initial_pressure: float, times: np
         temperature = temperature_of(gas, energy / mass)
         area = solenoid.effective_area * followed(curve, t)
         pressure = mass * temperature * r_per_volume
-        out, carried = flow_between(gas, area, pressure, temperature, vessel.ambient_pressure, vessel.temperature)
+        out, carried = flow_between(gas, area, Sides(GasState(pressure, temperature), outside))
         return -out, -carried
 
     mass = initial_pressure / (r_per_volume * vessel.temperature)

@@ -50,12 +50,14 @@ def archive_of(machine, results, spacing, cost, command="", solenoids=SOLENOIDS)
     Archive
     """
     openings = [result for result in results if result.task.stroke == OPENING]
-    supplies = np.array([result.task.machine.supply.control() for result in openings])
+    controls = [result.task.machine.supply.control() for result in openings]
+    pressures = np.array([control.pressure for control in controls])
+    temperatures = np.array([control.temperature for control in controls])
     added = np.arange(0.0, max(STEP, _max_added(results)) + STEP, STEP)
     variables = {
         "run": run_axis(len(openings), "number of the pressure"),
-        "supply_pressure": column(supplies[:, 0], "Pa abs", "pressure of the control air", coordinate=True),
-        "supply_temperature": column(supplies[:, 1], "K", "temperature of the control air", coordinate=True),
+        "supply_pressure": column(pressures, "Pa abs", "pressure of the control air", coordinate=True),
+        "supply_temperature": column(temperatures, "K", "temperature of the control air", coordinate=True),
         "added_time": Variable(("added_time",), added, "s", "time added to a stroke by its brake, at most"),
         "spacing": Variable(("spacing",), SPACINGS, "s", "time between two edges of a solenoid, at least"),
         "pressure_factor": Variable(("pressure_factor",), np.array(FACTORS), "1", "of the gauge pressure"),

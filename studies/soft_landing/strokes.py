@@ -63,7 +63,7 @@ class Result(NamedTuple):
     @property
     def gauge(self):
         """Gauge pressure of the control air [Pa]."""
-        return self.task.machine.supply.control()[0] - self.task.machine.ambient.pressure
+        return self.task.machine.supply.control().pressure - self.task.machine.ambient.pressure
 
     @property
     def best(self):

@@ -40,7 +40,7 @@ def network(run, supply_temperature):
     cylinder = ct.IdealGasReactor(air(temperature[0], pressure[0]), clone=False, energy="on")
     cylinder.volume = cylinder_volume(p.crank, p.start)[0]
     cylinder.chemistry_enabled = False
-    supply = ct.Reservoir(air(supply_temperature, p.supply[0]), clone=False)
+    supply = ct.Reservoir(air(supply_temperature, p.supply.pressure), clone=False)
     outside = ct.Reservoir(air(ambient.temperature, ambient.pressure), clone=False)
     piston = ct.Wall(cylinder, ct.Reservoir(air(300.0, 1e5), clone=False), A=p.crank.face)
     piston.velocity = lambda t: cylinder_volume(p.crank, p.start + speed * t)[1] * speed / p.crank.face

@@ -7,7 +7,7 @@ import numba
 import numpy as np
 import pytest
 
-from apesim.air import Air, Ambient, gas_of
+from apesim.air import Air, Ambient, GasState, gas_of
 from apesim.effect import (
     Effect,
     Library,
@@ -24,8 +24,9 @@ from apesim.effect import (
 )
 from apesim.engine.effects import EngineLaws, EngineTables
 from apesim.kernel import kernel
-from apesim.restriction import flow_between
+from apesim.restriction import Sides, flow_between
 from apesim.valve.effects import ValveLaws, ValveTables
+from apesim.valve.supply import ValveSupply
 from apesim.valve.terms import MASS_A, TERMS, ValveState
 from tests.folders import ROOT
 
@@ -285,8 +286,10 @@ def test_the_effect_of_the_readme_is_one(tmp_path):
     (tmp_path / "leakage_a.py").write_text(code, encoding="utf-8")
     names = runpy.run_path(tmp_path / "leakage_a.py")
     effect, leakage = names["EFFECT"], names["leakage_a"]
-    chambers = 6e5, 290.0, 2e-5, 1e5, 290.0, 2e-5
-    state = ValveState(gas_of(Air()), Ambient(), None, 4e-3, 0.0, *chambers, 1.1e6, 287.0, 1e5, 101325.0, 1.0)
+    a, ambient = GasState(6e5, 290.0), GasState(*Ambient())
+    chambers = a, 2e-5, GasState(1e5, 290.0), 2e-5
+    supply = ValveSupply(GasState(1.1e6, 287.0), 1e5)
+    state = ValveState(gas_of(Air()), ambient, None, 4e-3, 0.0, *chambers, supply, 101325.0, 1.0)
     balance = np.zeros(TERMS)
     leakage(effect.parameters(1e-7), state, balance)
-    assert balance[MASS_A] == -flow_between(gas_of(Air()), 1e-7, 6e5, 290.0, 101325.0, 293.15)[0] < 0.0
+    assert balance[MASS_A] == -flow_between(gas_of(Air()), 1e-7, Sides(a, ambient)).mass < 0.0

@@ -5,15 +5,17 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from apesim.air import ANR_DENSITY, CANTERA, Air, enthalpy, gas_of, heat_capacity_ratio
+from apesim.air import ANR_DENSITY, CANTERA, Air, GasState, enthalpy, gas_of, heat_capacity_ratio
 from apesim.flow_function import NEARLY_EQUAL, critical_ratio, subsonic_flow_function, subsonic_slope
 from apesim.restriction import (
     AREA_OF_CONDUCTANCE,
     CHOKED,
     NEAR,
+    NO_FLOW,
     ROOM,
     SHUT,
     SUBSONIC,
+    Sides,
     beyond_regime,
     flow_between,
     flow_function,
@@ -86,22 +88,24 @@ PRESSURES, TEMPERATURES = st.floats(1e3, 3e6), st.floats(150.0, 600.0)
 @settings(deadline=None)
 @given(p1=PRESSURES, t1=TEMPERATURES, p2=PRESSURES, t2=TEMPERATURES)
 def test_flow_is_antisymmetric_and_runs_to_the_lower_pressure_with_the_upstream_enthalpy(gas, p1, t1, p2, t2):
-    mass, energy = flow_between(gas, 1e-5, p1, t1, p2, t2)
-    assert flow_between(gas, 1e-5, p2, t2, p1, t1) == (-mass, -energy)
+    one, other = GasState(p1, t1), GasState(p2, t2)
+    mass, energy = flow_between(gas, 1e-5, Sides(one, other))
+    assert flow_between(gas, 1e-5, Sides(other, one)) == (-mass, -energy)
     assert np.sign(mass) == np.sign(p1 - p2)
     assert energy == mass * enthalpy(gas, t1 if p1 > p2 else t2)
 
 
 @GASES
 def test_nothing_flows_at_equal_pressure_or_through_no_area(gas):
-    assert flow_between(gas, 1e-5, 1e5, 300.0, 1e5, 400.0) == (0.0, 0.0)
-    assert flow_between(gas, 0.0, 2e5, 300.0, 1e5, 300.0) == (0.0, 0.0)
+    assert flow_between(gas, 1e-5, Sides(GasState(1e5, 300.0), GasState(1e5, 400.0))) == NO_FLOW
+    assert flow_between(gas, 0.0, Sides(GasState(2e5, 300.0), GasState(1e5, 300.0))) == NO_FLOW
 
 
 @settings(deadline=None)
 @given(PRESSURES, TEMPERATURES, st.floats(0.0, 0.99))
 def test_flow_is_equation_7(pressure, temperature, ratio):
-    mass, _ = flow_between(IDEAL_GAS, 3e-6, pressure, temperature, ratio * pressure, 290.0)
+    sides = Sides(GasState(pressure, temperature), GasState(ratio * pressure, 290.0))
+    mass, _ = flow_between(IDEAL_GAS, 3e-6, sides)
     expected = 3e-6 * naive_flow_function(ratio, 1.4) * pressure / sqrt(287.05 * temperature)
     assert mass == pytest.approx(expected, rel=1e-11)
 
@@ -124,41 +128,43 @@ def test_iso_6358_chokes_below_its_critical_ratio_and_falls_with_temperature():
 
 
 def test_an_effective_area_of_5_02_mm2_passes_the_choked_flow_of_1_dm3_per_s_and_bar():
-    mass, _ = flow_between(IDEAL_GAS, 1e-8 * AREA_OF_CONDUCTANCE, 6e5, 293.15, 1e5, 293.15)
+    sides = Sides(GasState(6e5, 293.15), GasState(1e5, 293.15))
+    mass, _ = flow_between(IDEAL_GAS, 1e-8 * AREA_OF_CONDUCTANCE, sides)
     assert mass == pytest.approx(iso6358_flow(1e-8, 0.3, 6e5, 1e5), rel=0.005 / 5.02)
 
 
 # --- regimes ---
 
-SIDES = st.tuples(PRESSURES, TEMPERATURES)
+STATES = st.builds(GasState, PRESSURES, TEMPERATURES)
 FORWARD = [CHOKED, SUBSONIC, NEAR, -NEAR, -SUBSONIC, -CHOKED]
 
 
-def beside(ratio, regime, high=(1e6, 300.0), low_temperature=250.0):
+def beside(ratio, regime):
     """Both sides of a restriction at a pressure ratio in the direction of a regime."""
-    low = ratio * high[0], low_temperature
-    return (*high, *low) if regime > 0 else (*low, *high)
+    high, low = GasState(1e6, 300.0), GasState(ratio * 1e6, 250.0)
+    return Sides(high, low) if regime > 0 else Sides(low, high)
 
 
 @GASES
 @settings(deadline=None)
-@given(up=SIDES, down=SIDES)
-def test_the_law_in_the_regime_of_its_pressures_is_the_law(gas, up, down):
-    regime = regime_between(gas, (*up, *down))
-    assert flow_in(gas, regime, 1e-5, (*up, *down)) == flow_between(gas, 1e-5, *up, *down)
-    assert beyond_regime(gas, regime, (*up, *down)) <= -ROOM
+@given(sides=st.builds(Sides, STATES, STATES))
+def test_the_law_in_the_regime_of_its_pressures_is_the_law(gas, sides):
+    regime = regime_between(gas, sides)
+    assert flow_in(gas, regime, 1e-5, sides) == flow_between(gas, 1e-5, sides)
+    assert beyond_regime(gas, regime, sides) <= -ROOM
 
 
 @GASES
 def test_as_the_pressure_ratio_rises_and_falls_the_regimes_follow_one_another(gas):
     """A march lives by this: each regime ends where the next has begun, there and back, and none chatters."""
+    before = GasState(1e6, 300.0)
     pressures = np.concatenate((np.linspace(0.2e6, 1.1e6, 90001), np.linspace(1.1e6, 5e6, 40001)))
     for ascending in (True, False):
         path = pressures if ascending else pressures[::-1]
-        regime = regime_between(gas, (1e6, 300.0, path[0], 250.0))
+        regime = regime_between(gas, Sides(before, GasState(path[0], 250.0)))
         met = [regime]
         for pressure in path:
-            sides = 1e6, 300.0, pressure, 250.0
+            sides = Sides(before, GasState(pressure, 250.0))
             for _ in range(6):
                 if beyond_regime(gas, regime, sides) <= 0.0:
                     break
@@ -193,5 +199,6 @@ def test_a_flow_held_in_a_regime_takes_the_upstream_side_of_that_regime(regime):
 
 
 def test_what_is_shut_neither_passes_anything_nor_leaves_its_regime():
-    assert flow_in(IDEAL_GAS, SHUT, 1e-5, (1e6, 300.0, 1e5, 300.0)) == (0.0, 0.0)
-    assert beyond_regime(IDEAL_GAS, SHUT, (1e6, 300.0, 1e5, 300.0)) < 0.0
+    sides = Sides(GasState(1e6, 300.0), GasState(1e5, 300.0))
+    assert flow_in(IDEAL_GAS, SHUT, 1e-5, sides) == NO_FLOW
+    assert beyond_regime(IDEAL_GAS, SHUT, sides) < 0.0

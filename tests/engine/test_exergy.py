@@ -9,21 +9,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from apesim.air import CANTERA, Air, Ambient, enthalpy, gas_of
+from apesim.air import CANTERA, Air, GasState, enthalpy, gas_of
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.exergy import LEAVES, TERMS, exergy_closure, exergy_ledger
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import run_steady
-from apesim.exergy import exergy_brought, exergy_stored, flow_exergy, mixing_loss, throttling_loss
+from apesim.exergy import Stream, exergy_brought, exergy_stored, flow_exergy, mixing_loss, throttling_loss
 from apesim.valve.chamber import chamber_state, filled
 from tests.machines import AMBIENT, RPM, changed, machine, settled, turned_on
 
 R, CP = 287.05, 3.5 * 287.05
 IDEAL_GAS, PERFECT_GAS = gas_of(Air()), gas_of(Air(model=CANTERA))
 GASES = pytest.mark.parametrize("gas", [IDEAL_GAS, PERFECT_GAS], ids=["ideal", "cantera"])
-ROOM = Ambient(100e3, 310.0)
+ROOM = GasState(100e3, 310.0)
 """Within the range of the polynomial of air.yaml."""
 CLOSURE = 1e-6
 
@@ -41,36 +41,36 @@ def test_flow_exergy_with_cp_of_t_is_canteras(temperature, ratio):
     dead = air.enthalpy_mass - ROOM.temperature * air.entropy_mass
     air.TP = temperature, ratio * ROOM.pressure
     expected = air.enthalpy_mass - ROOM.temperature * air.entropy_mass - dead
-    found = flow_exergy(PERFECT_GAS, ROOM, ratio * ROOM.pressure, temperature)
+    found = flow_exergy(PERFECT_GAS, ROOM, GasState(ratio * ROOM.pressure, temperature))
     assert found == pytest.approx(expected, rel=1e-7, abs=0.1)
 
 
 def test_flow_exergy_with_constant_cp_is_the_textbook_formula():
     expected = CP * (287.0 - 310.0) - 310.0 * (CP * log(287.0 / 310.0) - R * log(8.0))
-    assert flow_exergy(IDEAL_GAS, ROOM, 8.0 * ROOM.pressure, 287.0) == pytest.approx(expected, rel=1e-12)
-    assert flow_exergy(IDEAL_GAS, ROOM, *ROOM) == 0.0
+    assert flow_exergy(IDEAL_GAS, ROOM, GasState(8.0 * ROOM.pressure, 287.0)) == pytest.approx(expected, rel=1e-12)
+    assert flow_exergy(IDEAL_GAS, ROOM, ROOM) == 0.0
 
 
 @GASES
 def test_a_stream_that_is_throttled_and_mixed_brings_what_is_left_of_its_exergy(gas):
     """From 8 bar and 250 K through a restriction into 3 bar and 400 K."""
-    stream, volume = (0.1, 250.0), (3e5, 400.0)
-    brought = exergy_brought(gas, ROOM, 0.1, 0.1 * enthalpy(gas, 250.0), *volume)
+    stream, volume = Stream(0.1, 250.0), GasState(3e5, 400.0)
+    brought = exergy_brought(gas, ROOM, 0.1, 0.1 * enthalpy(gas, 250.0), volume)
     lost = throttling_loss(gas, ROOM, stream, 8e5, 3e5) + mixing_loss(gas, ROOM, stream, 400.0)
-    assert brought == pytest.approx(0.1 * flow_exergy(gas, ROOM, 8e5, 250.0) - lost, rel=1e-12)
+    assert brought == pytest.approx(0.1 * flow_exergy(gas, ROOM, GasState(8e5, 250.0)) - lost, rel=1e-12)
     assert mixing_loss(gas, ROOM, stream, 400.0) > 0.0
     assert mixing_loss(gas, ROOM, stream, 250.0) == 0.0
 
 
 @GASES
 def test_what_is_brought_is_how_the_exergy_of_a_volume_rises(gas):
-    volume, mass_more, energy_more = 1e-3, 1e-9, 5e-4
-    mass, energy = filled(gas, volume, 3e5, 400.0)
+    volume, state, mass_more, energy_more = 1e-3, GasState(3e5, 400.0), 1e-9, 5e-4
+    mass, energy = filled(gas, volume, state)
     before, after = (
-        exergy_stored(gas, ROOM, m, u, *chamber_state(gas, m, u, volume), volume)
+        exergy_stored(gas, ROOM, m, u, chamber_state(gas, m, u, volume), volume)
         for m, u in ((mass, energy), (mass + mass_more, energy + energy_more))
     )
-    assert after - before == pytest.approx(exergy_brought(gas, ROOM, mass_more, energy_more, 3e5, 400.0), rel=1e-4)
+    assert after - before == pytest.approx(exergy_brought(gas, ROOM, mass_more, energy_more, state), rel=1e-4)
 
 
 # --- the ledger of a cycle ---
@@ -166,7 +166,7 @@ def test_terms_are_those_of_the_trace():
         return CP * (one - other) / other - CP * np.log(one / other)
 
     rates = {
-        "engine_air": into * flow_exergy(IDEAL_GAS, a_machine.ambient, supply.pressure, supply.temperature),
+        "engine_air": into * flow_exergy(IDEAL_GAS, a_machine.ambient, supply.engine_air()),
         "groove": into * ambient * R * np.log(supply.pressure / pressure),
         "cylinder_mixing": ambient * into * mixed(supply.temperature, temperature),
         "exhaust_valve": out * ambient * R * np.log(pressure / AMBIENT),

@@ -291,7 +291,7 @@ def test_the_trace_ends_at_the_end_and_its_velocity_is_the_slope_of_the_lift():
 
 def test_the_kernels_view_holds_the_state_at_rest():
     p, tables = bench_of(DEFAULT, [0.0, 1e-3])
-    y = closed_at_rest(p.actuator, p.supply)
+    y = closed_at_rest(p.actuator, p.supply.control)
     assert len(y) == STATES
     assert tables.breakpoints(0.0, 10e-3) == pytest.approx([1e-3, 1.5e-3, 2.5e-3, 3e-3, 4e-3, 10e-3])
     assert actuator_of(DEFAULT, [0.0, 1e-3], np.inf)[0].effects == NoEffects()

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from apesim.air import CANTERA, Air, Ambient, enthalpy, gas_of, internal_energy
+from apesim.air import CANTERA, Air, GasState, enthalpy, gas_of, internal_energy
 from apesim.effect import NoEffects
-from apesim.restriction import SHUT, flow_between, flow_in, regime_between
+from apesim.restriction import SHUT, Sides, flow_between, flow_in, regime_between
 from apesim.valve.actuator import (
     MODES,
     PHASE,
@@ -26,18 +26,19 @@ from apesim.valve.bench import bench_of
 from apesim.valve.chamber import chamber_state
 from apesim.valve.piston import HELD_CLOSED, TO_CLOSED, TO_OPEN
 from apesim.valve.solenoid_flow import SUPPLY_A, VENT_A, solenoid_sides, start_solenoid_segment
+from apesim.valve.supply import ValveSupply
 from apesim.valve.terms import ValveState
 from tests.valve.test_bench import BenchMachine
 
 GASES = pytest.mark.parametrize("air", [Air(), Air(model=CANTERA)], ids=["ideal", "cantera"])
 VOLUME = 2e-5
-SUPPLY, AMBIENT = (1.1e6, 290.0), (1.0e5, 300.0)
+SUPPLY, AMBIENT = GasState(1.1e6, 290.0), GasState(1.0e5, 300.0)
 
 
 def flow(gas, which, area, pressure, temperature, regime=None):
     """A flow through solenoid A, its chamber at a pressure and temperature."""
-    ambient, own = Ambient(*AMBIENT), (pressure, temperature, VOLUME)
-    state = ValveState(gas, ambient, None, 4e-3, 0.0, *own, *own, *SUPPLY, AMBIENT[0], AMBIENT[0], 1.0)
+    own, supply = (GasState(pressure, temperature), VOLUME), ValveSupply(SUPPLY, AMBIENT.pressure)
+    state = ValveState(gas, AMBIENT, None, 4e-3, 0.0, *own, *own, supply, AMBIENT.pressure, 1.0)
     sides = solenoid_sides(state)[which]
     return flow_in(gas, regime_between(gas, sides) if regime is None else regime, area, sides)
 
@@ -65,8 +66,8 @@ def test_a_closed_chamber_follows_the_isentrope(air):
     steps = 20000
     volumes = np.linspace(VOLUME, 4.0 * VOLUME, steps + 1)
     for low, high in pairwise(volumes):
-        middle = energy - 0.5 * (high - low) * chamber_state(gas, mass, energy, low)[0]
-        energy -= (high - low) * chamber_state(gas, mass, middle, 0.5 * (low + high))[0]
+        middle = energy - 0.5 * (high - low) * chamber_state(gas, mass, energy, low).pressure
+        energy -= (high - low) * chamber_state(gas, mass, middle, 0.5 * (low + high)).pressure
     pressure, temperature = chamber_state(gas, mass, energy, volumes[-1])
     # The midpoint rule: off by about (dV/V)^2 = (3/20000)^2, some times over.
     near = 10.0 * (3.0 / steps) ** 2
@@ -120,7 +121,7 @@ def test_energy_of_a_chamber_changes_by_enthalpy_and_work_alone(air, phase, x):
     actuator, gas = bench.actuator, bench.actuator.gas
     position, speed = 4e-3, 1.5 * phase
     volumes = 11382e-9 + 1134.1e-6 * position, 11382e-9 + 1134.1e-6 * (9e-3 - position)
-    states = (7e5, 310.0), (3e5, 260.0)
+    states = GasState(7e5, 310.0), GasState(3e5, 260.0)
     y = np.zeros(13)
     y[:2] = position, speed
     for i, ((p, t), volume) in enumerate(zip(states, volumes, strict=True)):
@@ -133,25 +134,25 @@ def test_energy_of_a_chamber_changes_by_enthalpy_and_work_alone(air, phase, x):
     start_solenoid_segment(state_of(actuator, y, bench.supply), (1.0,) * 4, (1.0,) * 4, REGIME, mode)
     r = actuator_rates(actuator, 0.5, y, mode, bench.supply)
     moving = 0.0 if phase == HELD_CLOSED else speed
-    ambient = actuator.ambient.pressure, actuator.ambient.temperature
     into, out = (9e-6 * (1.0 - x), 9e-6 * x), (9e-6 * x, 9e-6 * (1.0 - x))
     flows_a, flows_b = (
-        flow_between(gas, supply, *bench.supply[:2], *own) + flow_between(gas, vent, *own, *ambient)
+        flow_between(gas, supply, Sides(bench.supply.control, own))
+        + flow_between(gas, vent, Sides(own, actuator.ambient))
         for own, supply, vent in zip(states, into, out, strict=True)
     )
     for mass, energy, (m_in, h_in, m_out, h_out), (p, _), growth in (
-        (r.mass_a, r.energy_a, flows_a, states[0], 1134.1e-6 * moving),
-        (r.mass_b, r.energy_b, flows_b, states[1], -1134.1e-6 * moving),
+        (r.states.mass_a, r.states.energy_a, flows_a, states[0], 1134.1e-6 * moving),
+        (r.states.mass_b, r.states.energy_b, flows_b, states[1], -1134.1e-6 * moving),
     ):
         assert mass == pytest.approx(m_in - m_out, rel=1e-9)
         assert energy == pytest.approx(h_in - h_out - p * growth, rel=1e-9)
-    assert r.position == moving
+    assert r.states.position == moving
     assert r.work == pytest.approx((7e5 - 3e5) * 1134.1e-6 * moving, rel=1e-12)
     if phase != HELD_CLOSED:
         force = 4e5 * 1134.1e-6 + 1828.0 * (9e-3 - 2.0 * position) - 111.08 * speed
-        assert r.speed == pytest.approx(force / 0.1145, rel=1e-12)
+        assert r.states.speed == pytest.approx(force / 0.1145, rel=1e-12)
     else:
-        assert r.speed == 0.0
+        assert r.states.speed == 0.0
 
 
 def test_an_effect_at_strength_zero_is_not_even_looked_at():

@@ -175,7 +175,9 @@ def test_on_entering_a_stretch_the_solenoids_lines_run_from_end_to_end():
     breakpoints = np.append(0.0, tables.breakpoints(0.0, 30e-3))
     for t, t_end in pairwise(breakpoints):
         mode = np.zeros(MODES)
-        start_actuator_segment(p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply), mode, p.supply)
+        start_actuator_segment(
+            p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply.control), mode, p.supply
+        )
         assert mode[START] == t
         for x, slope, edges, curve in (
             (X_A, X_A_SLOPE, own_a, tables.curve_a),
@@ -221,7 +223,7 @@ def test_flows_change_their_regime_where_their_pressures_say_so(tolerance):
     met = {flow: [] for flow in range(FLOWS)}
     for row in changes:
         flow = int(row[1]) - FLOW
-        p_1, _, p_2, _ = solenoid_sides(state_of(p.actuator, row[LOG_HEAD:], p.supply))[flow]
+        (p_1, _), (p_2, _) = solenoid_sides(state_of(p.actuator, row[LOG_HEAD:], p.supply))[flow]
         away = np.abs(ends - min(p_1, p_2) / max(p_1, p_2))
         # The state at the event is that of the step, not of the interpolant that located it.
         assert away.min() < 1.1 * ROOM + 10.0 * tolerance

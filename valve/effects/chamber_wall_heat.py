@@ -47,10 +47,13 @@ def chamber_wall_heat(effect: ChamberWallHeat, state: ValveState, balance: np.nd
     Chamber A, 21 589 mm3 over 38 mm of bore, has a wall of 4541 mm2; 100 W/(m2 K) times 20 K give 9.08 W:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> chamber_wall_heat(ChamberWallHeat(h=100.0, wall_temperature=320.0), state, balance)
     >>> round(float(balance[HEAT_A]), 2)
@@ -61,8 +64,8 @@ def chamber_wall_heat(effect: ChamberWallHeat, state: ValveState, balance: np.nd
         diameter = sqrt(4.0 * valve.piston_area / pi)
         area_a = 2.0 * valve.piston_area + 4.0 * state.volume_a / diameter
         area_b = 2.0 * valve.piston_area + 4.0 * state.volume_b / diameter
-        heat_a = effect.h * area_a * (effect.wall_temperature - state.temperature_a)
-        heat_b = effect.h * area_b * (effect.wall_temperature - state.temperature_b)
+        heat_a = effect.h * area_a * (effect.wall_temperature - state.chamber_a.temperature)
+        heat_b = effect.h * area_b * (effect.wall_temperature - state.chamber_b.temperature)
         balance[ENERGY_A] += heat_a
         balance[ENERGY_B] += heat_b
         balance[HEAT_A] += heat_a

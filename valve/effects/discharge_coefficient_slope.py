@@ -46,16 +46,20 @@ def discharge_coefficient_slope(effect: DischargeCoefficientSlope, state: ValveS
     Supply and chamber A are at one pressure, so that the flow between them loses the whole share:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> discharge_coefficient_slope(DischargeCoefficientSlope(fall=0.2), state, balance)
     >>> round(float(balance[FLOW_SHARE + SUPPLY_A]), 6), round(float(balance[FLOW_SHARE + SUPPLY_B]), 6)
     (-0.2, -0.020265)
     """
-    supply, vent, a, b = state.supply_pressure, state.vent_pressure, state.pressure_a, state.pressure_b
+    supply, vent = state.supply.control.pressure, state.vent_pressure
+    a, b = state.chamber_a.pressure, state.chamber_b.pressure
     balance[FLOW_SHARE + SUPPLY_A] -= effect.fall * (min(supply, a) / max(supply, a))
     balance[FLOW_SHARE + VENT_A] -= effect.fall * (min(vent, a) / max(vent, a))
     balance[FLOW_SHARE + SUPPLY_B] -= effect.fall * (min(supply, b) / max(supply, b))

@@ -39,10 +39,13 @@ def end_cushion(effect: EndCushion, state: ValveState, balance: np.ndarray) -> N
     Halfway into the cushion of the open stop, half of 100 N s/m against 1 m/s:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> state = state._replace(position=0.25e-3, speed=-1.0)
     >>> end_cushion(EndCushion(damping=100.0, length=0.5e-3), state, balance)

@@ -42,17 +42,20 @@ def intake_flow_force(effect: IntakeFlowForce, state: ValveState, balance: np.nd
     100 mm2 times 0.4 MPa:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
-    >>> state = state._replace(intake_pressure=state.ambient.pressure + 4e5)
+    >>> state = state._replace(supply=supply._replace(intake_pressure=state.ambient.pressure + 4e5))
     >>> intake_flow_force(IntakeFlowForce(area=100e-6), state, balance)
     >>> round(float(balance[FORCE]), 6)
     40.0
     """
-    balance[FORCE] += effect.area * (state.intake_pressure - state.ambient.pressure)
+    balance[FORCE] += effect.area * (state.supply.intake_pressure - state.ambient.pressure)
 
 
 EFFECT = Effect(

@@ -8,6 +8,7 @@ from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
+from apesim.restriction import Sides
 from apesim.valve.terms import BRANCH, ENERGY_A, MASS_A, ValveState
 
 
@@ -46,19 +47,21 @@ def leakage_a(effect: LeakageA, state: ValveState, balance: np.ndarray) -> None:
     0.1 mm2 * 0.6847 * 1 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.2333 g/s leave the chamber:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> leakage_a(LeakageA(area=0.1e-6), state, balance)
     >>> round(float(balance[MASS_A]) * 1e3, 4)
     -0.2333
     """
-    sides = state.pressure_a, state.temperature_a, state.ambient.pressure, state.ambient.temperature
-    mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
-    balance[MASS_A] -= mass
-    balance[ENERGY_A] -= energy
+    out = leak(state.gas, effect.area, Sides(state.chamber_a, state.ambient), balance, BRANCH)
+    balance[MASS_A] -= out.mass
+    balance[ENERGY_A] -= out.enthalpy
 
 
 EFFECT = Effect(

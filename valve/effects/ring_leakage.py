@@ -8,6 +8,7 @@ from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
+from apesim.restriction import Sides
 from apesim.valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B, ValveState
 
 
@@ -46,21 +47,23 @@ def ring_leakage(effect: RingLeakage, state: ValveState, balance: np.ndarray) ->
     0.1 mm2 * 0.6847 * 1 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.2333 g/s:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> ring_leakage(RingLeakage(area=0.1e-6), state, balance)
     >>> round(float(balance[MASS_B]) * 1e3, 4), round(float(balance[MASS_A] + balance[MASS_B]), 9)
     (0.2333, 0.0)
     """
-    sides = state.pressure_a, state.temperature_a, state.pressure_b, state.temperature_b
-    mass, energy = leak(state.gas, effect.area, sides, balance, BRANCH)
-    balance[MASS_A] -= mass
-    balance[ENERGY_A] -= energy
-    balance[MASS_B] += mass
-    balance[ENERGY_B] += energy
+    flow = leak(state.gas, effect.area, Sides(state.chamber_a, state.chamber_b), balance, BRANCH)
+    balance[MASS_A] -= flow.mass
+    balance[ENERGY_A] -= flow.enthalpy
+    balance[MASS_B] += flow.mass
+    balance[ENERGY_B] += flow.enthalpy
 
 
 EFFECT = Effect(

@@ -46,18 +46,21 @@ def seal_friction(effect: SealFriction, state: ValveState, balance: np.ndarray) 
     10 N/MPa times 0.5 MPa; chamber B is at ambient pressure:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
-    >>> state = state._replace(pressure_a=state.ambient.pressure + 5e5)
+    >>> state = state._replace(chamber_a=GasState(state.ambient.pressure + 5e5, 300.0))
     >>> seal_friction(SealFriction(coefficient=1e-5), state, balance)
     >>> round(float(balance[DRY]), 6)
     5.0
     """
     ambient = state.ambient.pressure
-    force = effect.coefficient * (abs(state.pressure_a - ambient) + abs(state.pressure_b - ambient))
+    force = effect.coefficient * (abs(state.chamber_a.pressure - ambient) + abs(state.chamber_b.pressure - ambient))
     balance[DRY] += force
     balance[BREAKAWAY] += force
 

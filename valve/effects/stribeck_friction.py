@@ -45,10 +45,13 @@ def stribeck_friction(effect: StribeckFriction, state: ValveState, balance: np.n
     At the speed v_s a share 1/e = 0.3679 is left:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> stribeck_friction(StribeckFriction(force=2.0, speed=0.05), state._replace(speed=0.05), balance)
     >>> round(float(balance[DRY]), 4), float(balance[BREAKAWAY])

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
-from apesim.effect import Effect
+from apesim.effect import Effect, FedVolume
 from apesim.quantities import Quantity
 
 MIN_AREA = 2e-6
@@ -33,7 +33,7 @@ class SupplyDroop(NamedTuple):
             yield "feed_area", "starves the solenoids", "2 to 50 mm^2, or 0 for no line"
 
 
-def volume(effect: SupplyDroop) -> tuple[float, float]:
+def volume(effect: SupplyDroop) -> FedVolume:
     """Return the gas volume of the supply line and its feed.
 
     The line is a volume with the balances of a chamber, Eqs. 3 to 8 of the EPV paper (doi 10.1631/jzus.A0820373).
@@ -45,17 +45,15 @@ def volume(effect: SupplyDroop) -> tuple[float, float]:
 
     Returns
     -------
-    volume : float
-        Volume of the line [m3].
-    area : float
-        Effective area of its feed [m2].
+    apesim.effect.FedVolume
+        Volume of the line, and effective area of its feed.
 
     Examples
     --------
     >>> volume(SupplyDroop(feed_area=5e-6, volume=0.2e-3))
-    (0.0002, 5e-06)
+    FedVolume(volume=0.0002, feed_area=5e-06)
     """
-    return effect.volume, effect.feed_area
+    return FedVolume(effect.volume, effect.feed_area)
 
 
 EFFECT = Effect(

@@ -59,16 +59,20 @@ def tabulated_area(effect: tuple[float, ...], state: ValveState, balance: np.nda
     Examples
     --------
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> tabulated_area(TabulatedArea(filling_at_100=0.2), state, balance)
     >>> [round(float(share), 6) for share in balance[FLOW_SHARE : FLOW_SHARE + 4]]
     [0.2, 0.0, 0.0, 0.0]
     """
-    supply, vent, a, b = state.supply_pressure, state.vent_pressure, state.pressure_a, state.pressure_b
+    supply, vent = state.supply.control.pressure, state.vent_pressure
+    a, b = state.chamber_a.pressure, state.chamber_b.pressure
     balance[FLOW_SHARE + SUPPLY_A] += interpolate_clamped(effect[:5], ratio_node(supply, a))
     balance[FLOW_SHARE + VENT_A] += interpolate_clamped(effect[5:], ratio_node(vent, a))
     balance[FLOW_SHARE + SUPPLY_B] += interpolate_clamped(effect[:5], ratio_node(supply, b))

@@ -42,17 +42,20 @@ def tabulated_damping(effect: tuple[float, ...], state: ValveState, balance: np.
     Examples
     --------
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> tabulated_damping(TabulatedDamping(friction_at_100=3.0), state._replace(speed=-0.1), balance)
     >>> round(float(balance[DRY]), 6), float(balance[BREAKAWAY])
     (3.0, 0.0)
     """
     ambient = state.ambient.pressure
-    seal = effect[6] * 1e-6 * (abs(state.pressure_a - ambient) + abs(state.pressure_b - ambient))
+    seal = effect[6] * 1e-6 * (abs(state.chamber_a.pressure - ambient) + abs(state.chamber_b.pressure - ambient))
     balance[DRY] += seal + interpolate_clamped(effect[:6], log2(1.0 + abs(state.speed) / 0.1))
     balance[BREAKAWAY] += max(0.0, seal + effect[0])
 

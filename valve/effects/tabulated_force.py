@@ -38,10 +38,13 @@ def tabulated_force(effect: tuple[float, ...], state: ValveState, balance: np.nd
     At rest, closed, the lift is 0:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> tabulated_force(TabulatedForce(force_at_0=3.0, friction_at_0=2.0), state, balance)
     >>> float(balance[FORCE]), float(balance[DRY]), float(balance[BREAKAWAY])

@@ -37,25 +37,28 @@ def tabulated_heat(effect: tuple[float, ...], state: ValveState, balance: np.nda
     Examples
     --------
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
-    >>> state = state._replace(temperature_a=state.ambient.temperature + 40.0)
+    >>> state = state._replace(chamber_a=GasState(1e6, state.ambient.temperature + 40.0))
     >>> tabulated_heat(TabulatedHeat(a_at_40=-7.0), state, balance)
     >>> round(float(balance[HEAT_A]), 6)
     -7.0
     """
     ambient = state.ambient.temperature
-    heat_a = interpolate_clamped(effect[:5], 2.0 + (state.temperature_a - ambient) / 40.0)
-    heat_b = interpolate_clamped(effect[5:], 2.0 + (state.temperature_b - ambient) / 40.0)
+    heat_a = interpolate_clamped(effect[:5], 2.0 + (state.chamber_a.temperature - ambient) / 40.0)
+    heat_b = interpolate_clamped(effect[5:], 2.0 + (state.chamber_b.temperature - ambient) / 40.0)
     balance[ENERGY_A] += heat_a
     balance[ENERGY_B] += heat_b
     balance[HEAT_A] += heat_a
     balance[HEAT_B] += heat_b
-    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat_a, state.temperature_a)
-    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat_b, state.temperature_b)
+    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat_a, state.chamber_a.temperature)
+    balance[WALL_EXERGY] += heat_exergy(state.ambient, heat_b, state.chamber_b.temperature)
 
 
 EFFECT = Effect(

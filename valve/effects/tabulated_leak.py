@@ -7,6 +7,7 @@ from apesim.effect import Effect, law
 from apesim.kernel import kernel
 from apesim.leak import leak
 from apesim.quantities import Quantity
+from apesim.restriction import Sides
 from apesim.valve.terms import BRANCH, ENERGY_A, ENERGY_B, MASS_A, MASS_B, ValveState
 
 PLACES = 0, 50, 100
@@ -39,25 +40,27 @@ def tabulated_leak(effect: tuple[float, ...], state: ValveState, balance: np.nda
     0.1 mm2 * 0.6847 * 1 MPa/sqrt(287.05 J/(kg K) * 300 K) = 0.2333 g/s leave chamber A:
 
     >>> import apesim
+    >>> from apesim.air import GasState
     >>> from apesim.valve.actuator import actuator_of, closed_at_rest, state_of
+    >>> from apesim.valve.supply import ValveSupply
     >>> from apesim.valve.terms import TERMS
     >>> actuator, _ = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
-    >>> state = state_of(actuator, closed_at_rest(actuator, (1e6, 300.0)), (1e6, 300.0, 1e5))
+    >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
+    >>> state = state_of(actuator, closed_at_rest(actuator, supply.control), supply)
     >>> balance = np.zeros(TERMS)
     >>> tabulated_leak(TabulatedLeak(a_at_0=0.1e-6), state, balance)
     >>> round(float(balance[MASS_A]) * 1e3, 4)
     -0.2333
     """
     place = 2.0 * (1.0 - state.position / state.valve.stroke)
-    a, b = (state.pressure_a, state.temperature_a), (state.pressure_b, state.temperature_b)
-    ambient = state.ambient.pressure, state.ambient.temperature
-    mass_a, energy_a = leak(state.gas, interpolate_clamped(effect[:3], place), (*a, *ambient), balance, BRANCH)
-    mass_b, energy_b = leak(state.gas, interpolate_clamped(effect[3:6], place), (*b, *ambient), balance, BRANCH)
-    mass, energy = leak(state.gas, interpolate_clamped(effect[6:], place), (*a, *b), balance, BRANCH)
-    balance[MASS_A] -= mass_a + mass
-    balance[ENERGY_A] -= energy_a + energy
-    balance[MASS_B] += mass - mass_b
-    balance[ENERGY_B] += energy - energy_b
+    gas, a, b, ambient = state.gas, state.chamber_a, state.chamber_b, state.ambient
+    out_a = leak(gas, interpolate_clamped(effect[:3], place), Sides(a, ambient), balance, BRANCH)
+    out_b = leak(gas, interpolate_clamped(effect[3:6], place), Sides(b, ambient), balance, BRANCH)
+    between = leak(gas, interpolate_clamped(effect[6:], place), Sides(a, b), balance, BRANCH)
+    balance[MASS_A] -= out_a.mass + between.mass
+    balance[ENERGY_A] -= out_a.enthalpy + between.enthalpy
+    balance[MASS_B] += between.mass - out_b.mass
+    balance[ENERGY_B] += between.enthalpy - out_b.enthalpy
 
 
 EFFECT = Effect(

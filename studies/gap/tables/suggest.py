@@ -6,6 +6,7 @@ derivatives of noise. It suggests, and names nothing.
 
 import numpy as np
 
+from apesim.air import GasState
 from apesim.effect import law
 from apesim.engine.angles import DEGREE
 from apesim.studies.estimation.parameters import put
@@ -14,6 +15,7 @@ from apesim.studies.measured.prediction import run_of
 from apesim.valve.actuator import actuator_of
 from apesim.valve.bench import run_bench
 from apesim.valve.piston import volume_a, volume_b
+from apesim.valve.supply import ValveSupply
 from apesim.valve.terms import DRY, ENERGY_A, ENERGY_B, FORCE, TERMS, ValveState
 
 LOST = 0.05
@@ -192,7 +194,8 @@ def _states(machine, run, name):
     """Speed to closed, lift [mm], pressures [MPa] and temperatures above ambient, force and heats of a table."""
     bench = run_bench(machine, run.pulse, float(run.times[-1]), sample=np.linspace(0.0, run.times[-1], POINTS))
     actuator, _ = actuator_of(machine, [0.0, run.pulse], np.inf)
-    ambient, effect = machine.ambient, getattr(machine.effects, name)
+    ambient, effect = actuator.ambient, getattr(machine.effects, name)
+    supply = ValveSupply(machine.supply.control(), ambient.pressure)
     for lift, velocity, p_a, p_b, t_a, t_b in bench.trace:
         position, speed = actuator.valve.stroke - lift, -velocity
         state = ValveState(
@@ -201,14 +204,11 @@ def _states(machine, run, name):
             actuator.valve,
             position,
             speed,
-            p_a,
-            t_a,
+            GasState(p_a, t_a),
             volume_a(actuator.valve, position),
-            p_b,
-            t_b,
+            GasState(p_b, t_b),
             volume_b(actuator.valve, position),
-            *machine.supply.control(),
-            ambient.pressure,
+            supply,
             actuator.vent_pressure,
             actuator.stretch,
         )

@@ -7,14 +7,13 @@ import pytest
 
 from apesim.engine.angles import DEGREE
 from apesim.engine.breathing import raised_cosine
+from apesim.engine.cycle.exchange import EXHAUST, FEED, GROOVE
 from apesim.engine.cycle.flows import start_exchange_segment
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
 from apesim.engine.cycle.rates import TRACE, cycle_rates, handle_cycle_event, start_cycle_segment
 from apesim.engine.cycle.state import (
     CYLINDER,
-    EXHAUST_FLOW,
-    FEED_FLOW,
-    GROOVE_FLOW,
+    EXCHANGE,
     RECEIVER,
     control_ledger,
     cylinder_gas,
@@ -154,13 +153,13 @@ def test_where_the_groove_begins_to_open_as_the_exhaust_does_the_exhaust_stays_o
     y[CYLINDER : CYLINDER + 2] *= 5.0 * cylinder_volume(p.crank, opens)[0] / cylinder_volume(p.crank, p.start)[0]
     t = (opens - p.start) / p.speed
     start_cycle_segment(p, tables, t, breakpoints[breakpoints > t + 1e-9][0], y, mode)
-    mode[PIECE], mode[GROOVE_FLOW] = 0.0, SHUT
+    mode[PIECE], mode[EXCHANGE + GROOVE] = 0.0, SHUT
     before = mode.copy()
-    assert before[EXHAUST_FLOW] == CHOKED
+    assert before[EXCHANGE + EXHAUST] == CHOKED
     handle_cycle_event(p, tables, CORNER, t, y, mode)
-    assert mode[GROOVE_FLOW] != SHUT
-    assert mode[EXHAUST_FLOW] == before[EXHAUST_FLOW]
-    assert mode[FEED_FLOW] == before[FEED_FLOW]
+    assert mode[EXCHANGE + GROOVE] != SHUT
+    assert mode[EXCHANGE + EXHAUST] == before[EXCHANGE + EXHAUST]
+    assert mode[EXCHANGE + FEED] == before[EXCHANGE + FEED]
 
 
 def test_a_cylinder_without_gas_is_out_of_the_domain():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from apesim.air import Ambient, gas_of
+from apesim.air import GasState, gas_of
 from apesim.effect import law
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
@@ -25,8 +25,9 @@ SPEED = 1000.0 * RPM
 
 def cylinder(pressure, temperature, volume):
     a_machine = machine()
-    own, intake = (0.3, volume, pressure, temperature), (1.1e6, 287.0)
-    return CylinderState(gas_of(a_machine.air), Ambient(), a_machine.engine, SPEED, *own, *intake)
+    air, intake = GasState(pressure, temperature), GasState(1.1e6, 287.0)
+    ambient = GasState(*a_machine.ambient)
+    return CylinderState(gas_of(a_machine.air), ambient, a_machine.engine, SPEED, 0.3, volume, air, intake)
 
 
 def added(effect, pressure=5e5, temperature=280.0, volume=200e-6):

@@ -44,7 +44,7 @@ def force_at_start(effects):
     (row,) = log[log[:, 1] == LEFT]
     p, _ = bench_of(machine_with(**effects), [0.0, PULSE])
     state = state_of(p.actuator, row[LOG_HEAD:], p.supply)
-    return (state.pressure_b - state.pressure_a) * 1134.1e-6 + 1828.0 * 9e-3
+    return (state.chamber_b.pressure - state.chamber_a.pressure) * 1134.1e-6 + 1828.0 * 9e-3
 
 
 @pytest.mark.parametrize(("force", "breakaway", "holds"), [(3.0, 0.0, 3.0), (3.0, 2.0, 3.0), (3.0, 8.0, 8.0)])
@@ -54,13 +54,18 @@ def test_the_piston_starts_where_the_force_exceeds_the_larger_of_friction_and_br
     assert force_at_start({}) == pytest.approx(0.0, abs=1e-5)
 
 
+def without_acceleration(rates):
+    """Rates of the valve, the acceleration of its piston left out."""
+    return rates._replace(states=rates.states._replace(speed=0.0))
+
+
 @pytest.mark.parametrize(("phase", "sign"), [(TO_CLOSED, -1.0), (TO_OPEN, 1.0), (HELD_OPEN, 0.0), (HELD_CLOSED, 0.0)])
 def test_friction_decelerates_by_force_over_mass(phase, sign):
     _, _, with_it = rates_at(phase, machine_with(coulomb_friction=CoulombFriction(3.0, 9.0)))
     _, _, without = rates_at(phase, machine_with())
     # Accelerations of some 1e4 m/s2, rounded at 1e-16 of them.
-    assert with_it.speed - without.speed == pytest.approx(sign * 3.0 / 0.1145, abs=1e-10)
-    assert with_it._replace(speed=0.0) == without._replace(speed=0.0)
+    assert with_it.states.speed - without.states.speed == pytest.approx(sign * 3.0 / 0.1145, abs=1e-10)
+    assert without_acceleration(with_it) == without_acceleration(without)
 
 
 def force_of(phase, position=4e-3, speed=1.2, intake_pressure=None, **effects):
@@ -68,8 +73,8 @@ def force_of(phase, position=4e-3, speed=1.2, intake_pressure=None, **effects):
     at = {"position": position, "speed": speed, "intake_pressure": intake_pressure}
     _, _, with_it = rates_at(phase, machine_with(**effects), **at)
     _, _, without = rates_at(phase, machine_with(), **at)
-    assert with_it._replace(speed=0.0) == without._replace(speed=0.0)
-    return (with_it.speed - without.speed) * MASS
+    assert without_acceleration(with_it) == without_acceleration(without)
+    return (with_it.states.speed - without.states.speed) * MASS
 
 
 # --- friction that fades with speed, and that grows with pressure ---
@@ -103,7 +108,7 @@ def test_seal_friction_holds_the_piston_by_the_pressures_at_its_start():
     (row,) = log[log[:, 1] == LEFT]
     p, _ = bench_of(machine_with(**effects), [0.0, PULSE])
     state = state_of(p.actuator, row[LOG_HEAD:], p.supply)
-    holds = 1e-5 * (abs(state.pressure_a - 101325.0) + abs(state.pressure_b - 101325.0))
+    holds = 1e-5 * (abs(state.chamber_a.pressure - 101325.0) + abs(state.chamber_b.pressure - 101325.0))
     assert holds > 1.0
     assert force_at_start(effects) == pytest.approx(holds, abs=1e-5)
 
@@ -201,6 +206,6 @@ def test_stiffer_springs_start_sooner():
 def test_a_heavier_piston_is_slower_by_its_mass():
     _, _, heavy = rates_at(TO_OPEN, machine_with(moving_mass_error=MovingMassError(0.1)))
     _, _, plain = rates_at(TO_OPEN, machine_with())
-    assert heavy.speed == pytest.approx(plain.speed / 1.1, rel=1e-12)
+    assert heavy.states.speed == pytest.approx(plain.states.speed / 1.1, rel=1e-12)
     contacts = [run_with(moving_mass_error=MovingMassError(share)).opening.contact for share in (-0.15, 0.0, 0.15)]
     assert contacts[0] < contacts[1] < contacts[2]

@@ -25,7 +25,7 @@ from tests.valve.test_bench import numbers
 def added(effect, position=4e-3, speed=1.2):
     """What a table adds to the balances just after the energising, chamber A charged, B vented."""
     p, _ = bench_of(machine_with(), [0.0, PULSE])
-    y = closed_at_rest(p.actuator, p.supply)
+    y = closed_at_rest(p.actuator, p.supply.control)
     y[0], y[1] = position, speed
     balance = np.zeros(TERMS)
     law(effect, state_of(p.actuator, y, p.supply), balance)

@@ -37,7 +37,7 @@ def run_with(**effects):
 def rates_at(phase, machine, position=4e-3, speed=1.2, intake_pressure=None):
     """Bench, state and rates just after the energising, chamber A charged, B vented; speed in the phase's sense."""
     p, tables = bench_of(machine, [0.0, PULSE], intake_pressure=intake_pressure)
-    y = np.append(closed_at_rest(p.actuator, p.supply), np.zeros(7))
+    y = np.append(closed_at_rest(p.actuator, p.supply.control), np.zeros(7))
     y[0], y[1] = position, speed * np.sign(phase)
     mode = np.zeros(MODES)
     mode[PHASE] = phase

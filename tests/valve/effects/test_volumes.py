@@ -132,8 +132,8 @@ def rates_at(a_machine, receiver, line, pipe):
     gas = p.actuator.gas
     for mass, (pressure, temperature), volume in (
         (RECEIVER, receiver, p.receiver_volume),
-        (LINE, line, p.actuator.line[0]),
-        (PIPE, pipe, p.pipe[0]),
+        (LINE, line, p.actuator.line.volume),
+        (PIPE, pipe, p.pipe.volume),
     ):
         y[mass] = pressure * volume / (gas.gas_constant * temperature)
         y[mass + 1] = pressure * volume / (gas.heat_capacity_ratio - 1.0)
@@ -211,7 +211,7 @@ def test_scipy_finds_the_same_flight_with_a_line():
     assert run.opening.contact == pytest.approx(marks[-1], rel=1e-7)
     assert run.opening.seating_speed == pytest.approx(-y[1], rel=1e-6)
     p, _ = bench_of(with_line(FEED, VOLUME), [0.0, 20e-3])
-    assert y[6] < 0.9 * p.supply[0]
+    assert y[6] < 0.9 * p.supply.control.pressure
 
 
 # --- steps ---
