@@ -4,7 +4,7 @@ import gc
 import os
 import signal
 import sys
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -32,7 +32,7 @@ register(app, "machine", print_machine)
 register(app, "paper", repeat_paper)
 
 
-def show_version(asked: bool):
+def _show_version(asked: bool) -> None:
     """Print the version and end, where it was asked for."""
     if asked:
         from importlib.metadata import version
@@ -42,22 +42,32 @@ def show_version(asked: bool):
 
 
 @app.callback()
-def options(
+def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=show_version, is_eager=True, help="Print the version.")
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version.")
     ] = False,
-):
+) -> None:
     """Options of apesim itself."""
 
 
-def _interrupt(*_):
+def _interrupt(*_: object) -> None:
     """Raise it; and if whoever was at work took no notice, end at once when it comes again."""
     signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
     raise KeyboardInterrupt
 
 
-def main():
-    """Entry point of the command `apesim`."""
+def main() -> NoReturn:
+    r"""Run the command line `apesim` on the arguments of the process, and end the process with its exit code.
+
+    Examples
+    --------
+    >>> import subprocess
+    >>> code = "from apesim.studies.cli import main; main()"
+    >>> command = [sys.executable, "-c", code, "machine", "--set", "engine.boar=90 mm"]
+    >>> ended = subprocess.run(command, capture_output=True, text=True)
+    >>> ended.returncode, ended.stderr
+    (2, '--set: engine.boar: unknown key; did you mean engine.bore?\n')
+    """
     # A fifth of the start would be the collector's, which finds nothing among what is imported.
     gc.set_threshold(100_000, 20, 20)
     # Matrices are small here: several threads only wait for one another.

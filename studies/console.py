@@ -65,6 +65,13 @@ class Console:
             What JSON shows, see `plain`.
         *renderables : str or rich.table.Table
             What readers are shown instead.
+
+        Examples
+        --------
+        >>> Console(as_json=True).result({"torque_Nm": 31.2, "angles_deg": (float("nan"), 70.0)}, "torque 31.2 N m")
+        {"torque_Nm": 31.2, "angles_deg": [null, 70.0]}
+        >>> Console().result({"torque_Nm": 31.2}, "torque 31.2 N m")
+        torque 31.2 N m
         """
         if self.as_json:
             print(json.dumps(plain(data), allow_nan=False))  # ASCII, so that any terminal and encoding can take it
@@ -78,12 +85,21 @@ class Console:
         print(captured.get(), end="")  # rich itself would end the process where nobody listens any more
 
     def message(self, text: object) -> None:
-        """Write a line on standard error, unless the console is quiet.
+        r"""Write a line on standard error, unless the console is quiet.
 
         Parameters
         ----------
         text : object
             Something that has a text.
+
+        Examples
+        --------
+        >>> import io
+        >>> with contextlib.redirect_stderr(io.StringIO()) as lines:
+        ...     Console().message("warning: one point failed")
+        ...     Console(quiet=True).message("warning: one point failed")
+        >>> lines.getvalue()
+        'warning: one point failed\n'
         """
         if not self.quiet:
             _tell(text)
@@ -101,6 +117,14 @@ class Console:
         ------
         function
             To be called with how much is done, and how much there is in all.
+
+        Examples
+        --------
+        Nothing is shown where standard error is no terminal, or to a quiet console:
+
+        >>> with Console(quiet=True).progress("sweep") as report:
+        ...     for done in range(3):
+        ...         report(done + 1, 3)
         """
         if self.quiet or not sys.stderr.isatty():
             yield lambda done, total: None
@@ -122,6 +146,13 @@ class Console:
         ------
         function
             To be called with the name of the stage, how much of it is done, and how much of it there is.
+
+        Examples
+        --------
+        Nothing is shown where standard error is no terminal, or to a quiet console:
+
+        >>> with Console(quiet=True).stages("paper") as report:
+        ...     report("frictions", 1, 3)
         """
         if self.quiet or not sys.stderr.isatty():
             yield lambda stage, done, total: None
@@ -145,6 +176,7 @@ class Console:
         what : str
             Name of the work, shown on a terminal with the time it has taken, where it takes longer than `PATIENCE`.
         function : function
+            Work to do.
         *arguments, **options
             What it is called with.
 
@@ -152,6 +184,11 @@ class Console:
         -------
         object
             What the function returns.
+
+        Examples
+        --------
+        >>> Console(quiet=True).run("powers", pow, 2, exp=10)
+        1024
         """
         future = call_in_thread(function, *arguments, **options)
         wait([future], PATIENCE)
@@ -166,8 +203,20 @@ class Console:
             return future.result()
 
     @contextlib.contextmanager
-    def compiling_told(self) -> Iterator[None]:
-        """Say once, while within, where something has to be compiled, as that takes long."""
+    def announce_compiling(self) -> Iterator[None]:
+        """Say once, while within, where something has to be compiled, as that takes long.
+
+        Yields
+        ------
+        None
+            A context in which functions are called that may compile.
+
+        Examples
+        --------
+        >>> with Console(quiet=True).announce_compiling():
+        ...     print("marching")
+        marching
+        """
         from apesim.kernel import when_compiling
 
         with when_compiling(lambda: self.message(COMPILING)):
@@ -179,15 +228,23 @@ class Console:
         Parameters
         ----------
         march : function
+            March to run.
         *arguments, **options
             What it is called with.
+
+        Examples
+        --------
+        >>> marches = []
+        >>> Console(quiet=True).warm_up(marches.append, "from rest")
+        >>> marches
+        ['from rest']
         """
-        with self.compiling_told():
+        with self.announce_compiling():
             self.run("first march", march, *arguments, **options)
 
 
 def plain(data: Any) -> Any:
-    """Data as JSON knows it: NaN and infinity are null, NumPy's numbers Python's.
+    """Turn data into what JSON knows: NaN and infinity become null, NumPy's numbers Python's.
 
     Parameters
     ----------
@@ -197,6 +254,7 @@ def plain(data: Any) -> Any:
     Returns
     -------
     object
+        Dicts, lists, numbers, texts and None.
 
     Examples
     --------
@@ -215,17 +273,31 @@ def plain(data: Any) -> Any:
 
 
 def main_of(app: typer.Typer) -> int:
-    """Run a command line and say how it ended.
+    """Run a command line on the arguments of the process, and say how it ended.
 
     Parameters
     ----------
     app : typer.Typer
+        Commands; what one returns is the exit code, None for 0.
 
     Returns
     -------
     int
         0 done, 1 a fault of ours, 2 bad input, 3 the work ended with points failed or archives differ or are damaged,
         130 interrupted.
+
+    Examples
+    --------
+    >>> app = typer.Typer(add_completion=False)
+    >>> @app.command()
+    ... def count(number: int) -> int:
+    ...     print(*range(number))
+    ...     return DONE
+    >>> arguments, sys.argv = sys.argv, ["apesim", "3"]
+    >>> main_of(app)
+    0 1 2
+    0
+    >>> sys.argv = arguments
     """
     if sys.stderr is None:  # closed: what is printed to None goes to standard output
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
@@ -262,7 +334,21 @@ class OutputError(Exception):
 
 
 def progress_bar() -> "Progress":
-    """A bar with the name of what is at work, how much is done, and the time left."""
+    """Make a bar with the name of what is at work, how much is done, and the time left.
+
+    Returns
+    -------
+    rich.progress.Progress
+        Bar on standard error; a context manager that shows it.
+
+    Examples
+    --------
+    >>> bar = progress_bar()
+    >>> task = bar.add_task("sweep", total=40)
+    >>> bar.update(task, completed=10)
+    >>> bar.tasks[0].percentage
+    25.0
+    """
     from rich.console import Console as Terminal
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

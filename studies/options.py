@@ -5,7 +5,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -59,6 +59,11 @@ class Common(NamedTuple):
         ------
         InputError
             The file or a setting is invalid; the error names every fault.
+
+        Examples
+        --------
+        >>> Common(Console(), settings=["engine.bore=90 mm"]).load_machine().engine.bore
+        0.09
         """
         from apesim.engine.machine import Machine
 
@@ -83,7 +88,31 @@ def common(
     json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output, nothing else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages on standard error.")] = False,
 ) -> Common:
-    """The options that every command takes, and what becomes of them."""
+    """The options that every command takes, and what becomes of them.
+
+    Parameters
+    ----------
+    machine_file : path, optional
+        Machine file (TOML); the embedded one if left out.
+    settings : list of str, optional
+        Keys of the machine, each ``key=value``.
+    effect_files : list of path, optional
+        Python files with effects from outside; they become settings, before the others.
+    json : bool
+        One JSON object on standard output, nothing else.
+    quiet : bool
+        No progress and no messages on standard error.
+
+    Returns
+    -------
+    Common
+        Console and machine of the command line.
+
+    Examples
+    --------
+    >>> common(settings=["engine.bore=90 mm"], effect_files=[Path("seal.py")]).settings
+    ['effects.files=seal.py', 'engine.bore=90 mm']
+    """
     named = [f"{EFFECT_FILES}={path}" for path in effect_files or ()]
     return Common(Console(json, quiet), machine_file, [*named, *(settings or ())] if named else settings)
 
@@ -101,10 +130,25 @@ def as_options(function: str, **names: str) -> Iterator[None]:
     **names : str
         Option of an argument, where it is not ``--`` and the argument's name.
 
+    Yields
+    ------
+    None
+        A context in which the public function is called.
+
     Raises
     ------
     InputError
         The public function raised one.
+
+    Examples
+    --------
+    >>> from apesim.quantities import Fault, InputError
+    >>> try:
+    ...     with as_options("optimise_commands", goal="--for"):
+    ...         raise InputError([Fault("optimise_commands()", "goal", "is no goal", "write torque")])
+    ... except InputError as error:
+    ...     print(error)
+    command line: --for: is no goal; write torque
     """
     from apesim.quantities import Fault, InputError
 
@@ -122,10 +166,13 @@ def as_options(function: str, **names: str) -> Iterator[None]:
 
 
 COMMON = inspect.signature(common).parameters
+"""Options of `common`, by name."""
+SECTION = re.compile(r"^\w[\w ]*\n-+$", re.MULTILINE)
+"""Head of a section of a docstring: a name, underlined."""
 
 
-def group(about: str, commands: dict[str, Callable]) -> typer.Typer:
-    """A group of the command line, such as ``apesim valve``.
+def group(about: str, commands: dict[str, Callable[..., Any]]) -> typer.Typer:
+    r"""Make a group of the command line, such as ``apesim valve``.
 
     Parameters
     ----------
@@ -138,6 +185,15 @@ def group(about: str, commands: dict[str, Callable]) -> typer.Typer:
     -------
     typer.Typer
         The group; without a command it shows its help.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> def greet(common: Common) -> None:
+    ...     '''Say hello.'''
+    ...     common.console.result({}, "hello")
+    >>> CliRunner().invoke(group("Greetings.", {"greet": greet, "bow": greet}), ["greet"]).stdout
+    'hello\n'
     """
     app = typer.Typer(no_args_is_help=True, help=about)
     for name, function in commands.items():
@@ -145,8 +201,8 @@ def group(about: str, commands: dict[str, Callable]) -> typer.Typer:
     return app
 
 
-def register(app: typer.Typer, name: str, function: Callable) -> None:
-    """Register a command; behind its own options it takes those of `common`.
+def register(app: typer.Typer, name: str, function: Callable[..., Any]) -> None:
+    r"""Register a command; behind its own options it takes those of `common`.
 
     Parameters
     ----------
@@ -155,14 +211,56 @@ def register(app: typer.Typer, name: str, function: Callable) -> None:
     name : str
         Name of the command on the command line.
     function : function
-        Takes `Common`, and its own options by keyword. Its docstring is the help, what it returns the exit code, None
-        for 0. It imports what it computes with itself, so that ``--help`` answers at once.
+        Takes `Common`, and its own options by keyword. Its docstring is the help, see `help_of`; what it returns is the
+        exit code, None for 0. It imports what it computes with itself, so that ``--help`` answers at once.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> def show_bore(common: Common) -> None:
+    ...     '''Show the bore.'''
+    ...     common.console.result({"bore_m": common.load_machine().engine.bore})
+    >>> app = typer.Typer()
+    >>> register(app, "bore", show_bore)
+    >>> CliRunner().invoke(app, ["--set", "engine.bore=90 mm", "--json"]).stdout
+    '{"bore_m": 0.09}\n'
     """
-    _, *own = inspect.signature(function).parameters.values()
+    _, *parameters = inspect.signature(function).parameters.values()
 
-    def run(**given):
-        shared = {key: given.pop(key) for key in COMMON}
-        return function(common(**shared), **given)
+    def run(**arguments: Any) -> Any:
+        shared = {key: arguments.pop(key) for key in COMMON}
+        return function(common(**shared), **arguments)
 
-    run.__signature__ = inspect.Signature([*own, *COMMON.values()])  # type: ignore[attr-defined]
-    app.command(name, help=inspect.getdoc(function))(run)
+    run.__signature__ = inspect.Signature([*parameters, *COMMON.values()])  # type: ignore[attr-defined]
+    app.command(name, help=help_of(function))(run)
+
+
+def help_of(function: Callable[..., Any]) -> str:
+    r"""Take the help of a command from its docstring: all that stands before the first section.
+
+    Parameters
+    ----------
+    function : function
+        Function of a command; its docstring is numpydoc.
+
+    Returns
+    -------
+    str
+        Summary and description; "" without a docstring.
+
+    Examples
+    --------
+    >>> def run_engine(speed: float) -> None:
+    ...     '''Run the engine.
+    ...
+    ...     To its periodic state.
+    ...
+    ...     Parameters
+    ...     ----------
+    ...     speed : float
+    ...         Speed [rad/s].
+    ...     '''
+    >>> help_of(run_engine)
+    'Run the engine.\n\nTo its periodic state.'
+    """
+    return SECTION.split(inspect.getdoc(function) or "", maxsplit=1)[0].rstrip()

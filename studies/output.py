@@ -18,11 +18,24 @@ def refuse_to_replace(out: str | PathLike[str]) -> None:
     Parameters
     ----------
     out : path
+        File that is to be written.
 
     Raises
     ------
     ArchiveError
         It exists, or is a folder.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     refuse_to_replace(f"{folder}/sweep.h5")
+    ...     _ = Path(folder, "sweep.h5").write_text("mine")
+    ...     try:
+    ...         refuse_to_replace(f"{folder}/sweep.h5")
+    ...     except ArchiveError as error:
+    ...         print(str(error).partition(": ")[2])
+    exists already; give --overwrite to compute it again, or choose another --out
     """
     refuse_folder(out)
     if Path(out).exists():
@@ -48,11 +61,20 @@ def refuse_folder(out: str | PathLike[str]) -> None:
     Parameters
     ----------
     out : path
+        File that is to be written.
 
     Raises
     ------
     ArchiveError
         It is a folder.
+
+    Examples
+    --------
+    >>> refuse_folder("sweep.h5")
+    >>> refuse_folder(".")
+    Traceback (most recent call last):
+    ...
+    apesim.archive.untrusted.ArchiveError: .: is a folder; give the name of a file, e.g. sweep.h5
     """
     if Path(out).is_dir():
         raise ArchiveError(out, "is a folder", "give the name of a file, e.g. sweep.h5")
@@ -64,6 +86,7 @@ def make_folder(folder: str | PathLike[str], overwrite: bool) -> None:
     Parameters
     ----------
     folder : path
+        Folder, and those above it.
     overwrite : bool
         Whether what it holds may be replaced.
 
@@ -71,6 +94,14 @@ def make_folder(folder: str | PathLike[str], overwrite: bool) -> None:
     ------
     ArchiveError
         It cannot be made, or holds something that is not to be replaced.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     make_folder(f"{folder}/paper/figures", overwrite=False)
+    ...     Path(folder, "paper", "figures").is_dir()
+    True
     """
     folder = Path(folder)
     try:
@@ -87,7 +118,9 @@ def publish(archive: Archive, out: str | PathLike[str], overwrite: bool = False)
     Parameters
     ----------
     archive : Archive
+        What is written.
     out : path
+        File to write.
     overwrite : bool
         Whether to replace one that is there.
 
@@ -95,6 +128,15 @@ def publish(archive: Archive, out: str | PathLike[str], overwrite: bool = False)
     ------
     ArchiveError
         It exists, or another process writes it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.archive.columns import run_axis
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     publish(Archive("bore = 1", {}, {"run": run_axis(3)}), f"{folder}/sweep.h5")
+    ...     len(read_digest(f"{folder}/sweep.h5"))
+    64
     """
     refuse_folder(out)
     with lock(out):
@@ -104,24 +146,58 @@ def publish(archive: Archive, out: str | PathLike[str], overwrite: bool = False)
 
 
 def written_json(out: Path, drawn: Iterable[Path], wall_time: float) -> dict:
-    """Place of an archive and its figures, and the time it took, for JSON."""
+    """Say where an archive and its figures lie, and how long they took, for JSON.
+
+    Parameters
+    ----------
+    out : path
+        Archive, which was written.
+    drawn : iterable of path
+        Figures.
+    wall_time : float
+        Computing time [s].
+
+    Returns
+    -------
+    dict
+        ``archive``, ``content_sha256``, ``figures`` and ``wall_time_s``.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.archive.columns import run_axis
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     out = Path(folder, "sweep.h5")
+    ...     publish(Archive("bore = 1", {}, {"run": run_axis(3)}), out)
+    ...     written = written_json(out, [], 0.5)
+    >>> written["figures"], written["wall_time_s"]
+    ([], 0.5)
+    """
     written = {"archive": str(out), "content_sha256": read_digest(out), "figures": [str(path) for path in drawn]}
     return written | {"wall_time_s": wall_time}
 
 
 def written_text(written: dict, count: str) -> str:
-    """Lines that say what was computed, in which time, where it lies, and by which digest it is known.
+    """Say what was computed, in which time, where it lies, and by which digest it is known.
 
     Parameters
     ----------
     written : dict
-        What `compute_archive` returns of it.
+        Result of `written_json`.
     count : str
         What was computed, e.g. "40 runs".
 
     Returns
     -------
     str
+        Two lines.
+
+    Examples
+    --------
+    >>> written = {"archive": "a.h5", "content_sha256": "6e40e2ad", "figures": [], "wall_time_s": 0.5}
+    >>> print(written_text(written, "40 runs"))
+    a.h5: 40 runs in 0.50 s
+    SHA-256 of its content: 6e40e2ad
     """
     line = f"{written['archive']}: {count} in {written['wall_time_s']:.2f} s"
     if written["figures"]:
@@ -130,7 +206,7 @@ def written_text(written: dict, count: str) -> str:
 
 
 def digest_line(digest: str | None) -> str:
-    """A line with the root digest of an archive.
+    """Make the line with the root digest of an archive.
 
     Parameters
     ----------
@@ -140,6 +216,7 @@ def digest_line(digest: str | None) -> str:
     Returns
     -------
     str
+        Line for the terminal.
 
     Examples
     --------
@@ -155,8 +232,9 @@ def write_traces(path: str | PathLike[str], header: Iterable[str], rows: np.ndar
     Parameters
     ----------
     path : path
+        CSV to write; one that is there is replaced.
     header : sequence of str
-        Names with units, ``name [unit]``.
+        Names with units, ``name [unit]``, m of them.
     rows : (n, m) float array
         Values in these units.
 
@@ -164,6 +242,15 @@ def write_traces(path: str | PathLike[str], header: Iterable[str], rows: np.ndar
     ------
     ArchiveError
         The file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "traces.csv")
+    ...     write_traces(path, ("time [s]", "lift [m]"), np.array([[0.0, 0.0], [1e-3, 4.5e-3]]))
+    ...     path.read_text().splitlines()
+    ['time [s],lift [m]', '0.0,0.0', '0.001,0.0045']
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

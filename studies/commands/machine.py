@@ -12,7 +12,28 @@ def print_machine(
     common: Common,
     check: Annotated[Path | None, typer.Option("--check", metavar="FILE", help="Check a machine file.")] = None,
 ) -> None:
-    """Print the machine, every key commented; or check a machine file."""
+    """Print the machine, every key commented; or check a machine file.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    check : path, optional
+        Machine file to check instead.
+
+    Raises
+    ------
+    InputError
+        The machine or the file to check cannot be used.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> text = CliRunner().invoke(app, ["machine", "--set", "engine.bore=90 mm"]).stdout
+    >>> next(line.split("#")[0].strip() for line in text.splitlines() if line.startswith("bore"))
+    'bore = "90 mm"'
+    """
     if check:
         _check_file(common, check)
         return

@@ -26,7 +26,47 @@ def compare_archives(
     atol: Annotated[float, typer.Option(min=0.0, help="Absolute difference that counts as none, in SI.")] = 0.0,
     show_all: Annotated[bool, typer.Option("--all", help="Show every difference, not only the first 20.")] = False,
 ) -> int:
-    """Compare two archives by the coordinates of their runs, a summary first; exit code 3 if they differ."""
+    """Compare two archives by the coordinates of their runs, a summary first; exit code 3 if they differ.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line; keys in which the archives were made with another machine are shown.
+    path, other : path
+        Archives to compare.
+    rtol : float
+        Relative difference that counts as none [-].
+    atol : float
+        Absolute difference that counts as none [SI].
+    show_all : bool
+        Show every difference, not only the first `MAX_SHOWN`.
+
+    Returns
+    -------
+    int
+        Exit code: 0 where they are the same, 3 where they differ.
+
+    Raises
+    ------
+    ArchiveError
+        One of them cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from typer.testing import CliRunner
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> from apesim.studies.cli import app
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     paths = [f"{folder}/{name}.h5" for name in "ab"]
+    ...     for path, torque in zip(paths, (20.0, 21.0)):
+    ...         variables = {"run": run_axis(1), "torque": column([torque], "N m", "brake torque")}
+    ...         _ = write(Archive("bore = 1", {}, variables), path)
+    ...     output = CliRunner().invoke(app, ["archive", "diff", *paths]).stdout
+    >>> print(output.splitlines()[0])
+    1 runs compared: 0 variables the same, 1 differ; largest relative difference 0.048: torque
+    """
     from apesim.archive.comparison import diff, provenance_differences, summarise
     from apesim.archive.inspection import info
     from apesim.studies.commands.archive.machine_differences import difference_lines, differences_from_given
@@ -44,7 +84,7 @@ def compare_archives(
         "provenance": [row._asdict() for row in provenance],
         "machine_differences": others,
     }
-    told: list[str | Table] = [
+    shown_lines: list[str | Table] = [
         _headline(compared, summary),
         f"no differences; {len(provenance)} entries of provenance differ",
     ]
@@ -52,10 +92,10 @@ def compare_archives(
         units = {v["name"]: v["unit"] for file in (other, path) for v in info(file)["variables"]}
         rows = sorted(rows, key=lambda row: row.kind == "run")  # which run is missing comes last
         shown = rows if show_all else rows[:MAX_SHOWN]
-        told[1:] = [_summary_table(summary, units), _difference_table(shown, path, other)]
+        shown_lines[1:] = [_summary_table(summary, units), _difference_table(shown, path, other)]
         if len(rows) > MAX_SHOWN and not show_all:
-            told.append(f"{MAX_SHOWN} of {len(rows)} differences; --all shows every one, --json holds them")
-    common.console.result(data, *told, *difference_lines(others))
+            shown_lines.append(f"{MAX_SHOWN} of {len(rows)} differences; --all shows every one, --json holds them")
+    common.console.result(data, *shown_lines, *difference_lines(others))
     return INCOMPLETE if rows or others else DONE
 
 

@@ -5,7 +5,39 @@ from apesim.studies.options import ArchivePath, Common
 
 
 def show_info(common: Common, path: ArchivePath) -> int:
-    """What an archive holds and where it comes from."""
+    """What an archive holds and where it comes from.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line; keys in which the archive was made with another machine are shown.
+    path : path
+        Archive.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where runs are missing or the archive was made with another machine.
+
+    Raises
+    ------
+    ArchiveError
+        The archive cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from typer.testing import CliRunner
+    >>> from apesim.archive import Archive, write
+    >>> from apesim.archive.columns import column, run_axis
+    >>> from apesim.studies.cli import app
+    >>> variables = {"run": run_axis(1), "torque": column([20.0], "N m", "brake torque")}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = write(Archive("bore = 1", {}, variables), f"{folder}/a.h5")
+    ...     output = CliRunner().invoke(app, ["archive", "info", f"{folder}/a.h5"]).stdout
+    >>> next(line for line in output.splitlines() if line.startswith("runs"))
+    'runs          1'
+    """
     from apesim.archive.inspection import info
     from apesim.archive.migration import MIGRATED
     from apesim.archive.shards import gaps_in_words
@@ -30,8 +62,8 @@ def show_info(common: Common, path: ArchivePath) -> int:
         ("command", data["provenance"].get("command", "")),
         *[(name, value) for name, value in data["provenance"].items() if name == MIGRATED],
         *[
-            ("needed", f"effect {one.get('effect')} of {one.get('file')}, sha256 {one.get('sha256')}")
-            for one in data["outside_effects"]
+            ("needed", f"effect {effect.get('effect')} of {effect.get('file')}, sha256 {effect.get('sha256')}")
+            for effect in data["outside_effects"]
         ],
     ]
     lines = [f"{name:13} {visible(value)}" for name, value in facts]

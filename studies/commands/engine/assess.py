@@ -24,6 +24,40 @@ def assess_valve(
     """What the valve's lateness, finite speed, fluctuation and control air cost in torque and air.
 
     What lateness and finite speed cost depends on which of them comes first: both orders, and their mean.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    speed : str
+        Range or list of speeds, with its unit.
+    timing : {"fixed", "corrected"}
+        Commands of the machine, or those that meet its targets.
+    out : path
+        Archive to write.
+    overwrite : bool
+        Replace one that is there.
+    figures : bool
+        Draw the figures.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where points failed.
+
+    Raises
+    ------
+    InputError
+        The machine or an option cannot be used.
+    ArchiveError
+        The archive exists.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["engine", "assess", "--timing", "late"]).exception)
+    command line: --timing: 'late' is no timing; write fixed or corrected
     """
     import sys
 
@@ -33,8 +67,8 @@ def assess_valve(
     from apesim.studies.output import written_json, written_text
 
     console, machine = common.console, common.load_machine()
-    with console.compiling_told(), as_options("assess_valve"), console.progress("assessment") as report:
-        found = comparison.assess_valve(
+    with console.announce_compiling(), as_options("assess_valve"), console.progress("assessment") as report:
+        result = comparison.assess_valve(
             machine,
             speed=speed,
             timing=timing,
@@ -43,10 +77,10 @@ def assess_valve(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
-    drawn = found.draw(out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, found["wall_time"])
-    lines = written_text(written, f"{found['runs']} points")
-    console.result(found.to_dict() | written, *tables_of(found.archive), EXPLAINED, lines)
-    for line in (*found.failed, *found.warnings):
+    drawn = result.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, result["wall_time"])
+    lines = written_text(written, f"{result['runs']} points")
+    console.result(result.to_dict() | written, *tables_of(result.archive), EXPLAINED, lines)
+    for line in (*result.failed, *result.warnings):
         console.message(f"warning: {line}")
-    return INCOMPLETE if found.failed else DONE
+    return INCOMPLETE if result.failed else DONE

@@ -39,6 +39,42 @@ def find_engine_limit(
     """The highest speed at which the valve opens and closes at its targets, with complete strokes.
 
     For the machine's own supply and targets, and over a grid; with the time from lap to lap that decides it.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    pressure, temperature : str
+        Range or list of the supply's pressures and temperatures, with its unit.
+    duration : str
+        Range or list of the angles from the target opening to the target closing, with its unit.
+    out : path
+        Archive to write.
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
+    overwrite : bool
+        Replace one that is there.
+    figures : bool
+        Draw the figures.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where points failed.
+
+    Raises
+    ------
+    InputError
+        The machine or an option cannot be used.
+    ArchiveError
+        The archive exists.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["engine", "limit", "--duration", "75"]).exception)
+    command line: --duration: '75' has no unit; write e.g. "75 deg"
     """
     import sys
 
@@ -51,8 +87,8 @@ def find_engine_limit(
     from apesim.studies.tables import table_of
 
     console, machine = common.console, common.load_machine()
-    with console.compiling_told(), as_options("find_engine_limit"), console.progress("limit") as report:
-        found = engine_limit_map.find_engine_limit(
+    with console.announce_compiling(), as_options("find_engine_limit"), console.progress("limit") as report:
+        result = engine_limit_map.find_engine_limit(
             machine,
             pressure=pressure,
             temperature=temperature,
@@ -63,19 +99,23 @@ def find_engine_limit(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
-    drawn = found.draw(out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, found["wall_time"])
-    data, columns, ambient = found.to_dict(), values_of(found.archive), found.ambient_pressure
-    own, lowest, points = own_run(columns), lowest_run(columns), data["points"]
-    marks = {lowest: "lowest"} | {own: "own" if own != lowest else "own, lowest"}
+    drawn = result.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, result["wall_time"])
+    data, columns, ambient = result.to_dict(), values_of(result.archive), result.ambient_pressure
+    own_point, lowest_point, points = own_run(columns), lowest_run(columns), data["points"]
+    marks = {lowest_point: "lowest"} | {own_point: "own" if own_point != lowest_point else "own, lowest"}
     rows = [(*_row(point, ambient), marks.get(run, "")) for run, point in enumerate(points)]
-    places = {name: _place(points[run], ambient) for name, run in (("own", own), ("lowest", lowest)) if run is not None}
+    conditions = {
+        name: _conditions(points[run], ambient)
+        for name, run in (("own", own_point), ("lowest", lowest_point))
+        if run is not None
+    }
     table = table_of("Highest speed at which the targets are met", HEADER, rows, left=(6, 9))
-    lines = summary_lines(data, data["criterion"], places)
+    lines = summary_lines(data, data["criterion"], conditions)
     console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
-    for fault in found.failed:
+    for fault in result.failed:
         console.message(f"warning: {fault}")
-    return INCOMPLETE if found.failed else DONE
+    return INCOMPLETE if result.failed else DONE
 
 
 def _row(point: dict, ambient_pressure: float) -> tuple[str, ...]:
@@ -95,7 +135,7 @@ def _row(point: dict, ambient_pressure: float) -> tuple[str, ...]:
     )
 
 
-def _place(point: dict, ambient_pressure: float) -> str:
+def _conditions(point: dict, ambient_pressure: float) -> str:
     """Conditions at which a limit holds, in words."""
     pressure, temperature, duration, *_ = _row(point, ambient_pressure)
     return f"{pressure} MPa gauge, {temperature} K and window of {duration} deg"

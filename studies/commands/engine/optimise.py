@@ -29,6 +29,44 @@ def optimise_commands(
 
     In the coupled periodic state. For both, the Pareto front stands beside the two optima: commands than which no
     others give more torque with no more air. Exit code 3 where no commands give brake work.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    goal : {"torque", "air", "both"}
+        What is best: the most torque, the least specific air, or both.
+    speed : str
+        Range or list of speeds, with its unit.
+    free : str, optional
+        Supply pressure to optimise as well, with its bounds: ``supply.pressure=LOW:HIGH``.
+    out : path
+        Archive to write.
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
+    overwrite : bool
+        Replace one that is there.
+    figures : bool
+        Draw the figures.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where points failed.
+
+    Raises
+    ------
+    InputError
+        The machine or an option cannot be used.
+    ArchiveError
+        The archive exists.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["engine", "optimise", "--for", "power"]).exception)
+    command line: --for: 'power' is no option; write "torque", "air" or "both"
     """
     import sys
 
@@ -39,8 +77,8 @@ def optimise_commands(
 
     console, machine = common.console, common.load_machine()
     named = as_options("optimise_commands", goal="--for")
-    with console.compiling_told(), named, console.progress("optimise") as report:
-        found = optimisation.optimise_commands(
+    with console.announce_compiling(), named, console.progress("optimise") as report:
+        result = optimisation.optimise_commands(
             machine,
             goal=goal,
             speed=speed,
@@ -51,11 +89,11 @@ def optimise_commands(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
-    drawn = found.draw(out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, found["wall_time"])
-    counts = f"{found['runs']} speeds, {found['all_sketches']} sketches, {found['all_full_runs']} runs,"
-    table = optimum_table(found.optima, found.ambient_pressure)
-    console.result(found.to_dict() | written, table, *end_lines(found.optima), written_text(written, counts))
-    for fault in found.failed:
+    drawn = result.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, result["wall_time"])
+    counts = f"{result['runs']} speeds, {result['all_sketches']} sketches, {result['all_full_runs']} runs,"
+    table = optimum_table(result.optima, result.ambient_pressure)
+    console.result(result.to_dict() | written, table, *end_lines(result.optima), written_text(written, counts))
+    for fault in result.failed:
         console.message(f"warning: {fault}")
-    return INCOMPLETE if found.failed else DONE
+    return INCOMPLETE if result.failed else DONE

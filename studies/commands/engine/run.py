@@ -42,7 +42,36 @@ SHOWN = (
 def run_engine(
     common: Common, speed: Annotated[str, typer.Option(metavar="N", help='E.g. "1000 rpm".')], csv: Traces = None
 ) -> int:
-    """One operating point at its periodic steady state."""
+    """One operating point at its periodic steady state.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    speed : str
+        Speed with its unit, e.g. "1000 rpm".
+    csv : path, optional
+        CSV to write the traces to.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where the state has not become periodic.
+
+    Raises
+    ------
+    InputError
+        The machine or an option cannot be used.
+    ArchiveError
+        The CSV cannot be written.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["engine", "run", "--speed", "1000"]).exception)
+    command line: --speed: '1000' has no unit; write e.g. "1000 rpm"
+    """
     import numpy as np
 
     from apesim.engine.cycle.rates import TRACE
@@ -53,7 +82,7 @@ def run_engine(
 
     console, machine = common.console, common.load_machine()
     try:
-        with console.compiling_told(), as_options("run_engine"):
+        with console.announce_compiling(), as_options("run_engine"):
             run = console.run("to the periodic state", engine_run.run_engine, machine, speed=speed)
     except NotConverged as error:
         run = error.result
@@ -70,24 +99,16 @@ def run_engine(
         f"tolerance {run['work_tolerance_change']:.1e}, air {run['air_tolerance_change']:.1e}; "
         f"tolerance {run.march.tolerance:g}; {run['wall_time'] * 1e3:.0f} ms"
     )
-    console.result(data, table_of(title, ("", "value", "unit"), rows), exergy_table(data["exergy_J_per_cycle"]), closes)
+    console.result(
+        data, table_of(title, ("", "value", "unit"), rows), _exergy_table(data["exergy_J_per_cycle"]), closes
+    )
     for warning in run.warnings:
         console.message(f"warning: {warning}")
     return DONE if run.converged else INCOMPLETE
 
 
-def exergy_table(ledger: dict[str, float]) -> "Table":
-    """Table of an exergy ledger; a term of less than a millionth of what enters is left out.
-
-    Parameters
-    ----------
-    ledger : dict
-        See `apesim.engine.exergy.exergy_ledger`.
-
-    Returns
-    -------
-    rich.table.Table
-    """
+def _exergy_table(ledger: dict[str, float]) -> "Table":
+    """Table of an exergy ledger; a term of less than a millionth of what enters is left out."""
     from apesim.engine.exergy import ENTERS, LEAVES, exergy_entering
     from apesim.studies.tables import table_of
 

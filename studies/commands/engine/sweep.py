@@ -38,7 +38,54 @@ def sweep_engine(
     overwrite: Overwrite = False,
     figures: Figures = True,
 ) -> int:
-    """The main job: speeds, intakes, timings and any keys into an archive, figures and a table."""
+    """The main job: speeds, intakes, timings and any keys into an archive, figures and a table.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    speed : str
+        Range or list of speeds, with its unit.
+    varied : list of str, optional
+        Keys of the machine that are varied as well, each ``key=range``.
+    timing : {"fixed", "corrected", "both"}
+        Command angles of the electro-pneumatic intake: the machine's, or those that meet its targets.
+    intake : str
+        List of "epv", "cam" and "ideal".
+    out : path
+        Archive to write.
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
+    dask : str, optional
+        Address of the scheduler of a cluster to compute on.
+    shard : str, optional
+        Share of the points, e.g. "1/4": only every fourth from the first.
+    resume : bool
+        Go on with an interrupted sweep.
+    overwrite : bool
+        Replace an archive that is there.
+    figures : bool
+        Draw the figures.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where points failed.
+
+    Raises
+    ------
+    InputError
+        The machine or an option cannot be used.
+    ArchiveError
+        The archive exists, or is no part of this sweep.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["engine", "sweep", "--shard", "5/4"]).exception)
+    command line: --shard: '5/4' is no share of the work; write e.g. 1/4
+    """
     import sys
 
     from apesim.archive import command_line
@@ -52,8 +99,8 @@ def sweep_engine(
     console, machine = common.console, common.load_machine()
     variation = vary(varied, common.machine_file, common.settings or ()) if varied else None
     try:
-        with console.compiling_told(), as_options("sweep"), console.progress("sweep") as report:
-            found = study.sweep(
+        with console.announce_compiling(), as_options("sweep"), console.progress("sweep") as report:
+            result = study.sweep(
                 machine,
                 speed,
                 intake=intake,
@@ -71,22 +118,22 @@ def sweep_engine(
     except KeyboardInterrupt:
         console.message("interrupted; what is done is kept, go on with the same command and --resume")
         raise
-    drawn = sweep_figures(found.archive, out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, found["wall_time"])
+    drawn = sweep_figures(result.archive, out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, result["wall_time"])
     data = {
         **{key: written[key] for key in ("archive", "content_sha256", "figures")},
-        "runs": found["runs"],
-        "axes": axes_of(found.archive),
-        "faults": found.failed,
-        "warnings": found.warnings,
-        "was_finished": found.was_finished,
+        "runs": result["runs"],
+        "axes": axes_of(result.archive),
+        "faults": result.failed,
+        "warnings": result.warnings,
+        "was_finished": result.was_finished,
         "wall_time_s": written["wall_time_s"],
     }
     runs = f"{data['runs']} runs"
-    told = f"finished already, its {runs} checked" if found.was_finished else runs
-    if found.made_by:
-        told = f"{told}, made by `{visible(found.made_by)}`,"
-    console.result(data, sweep_table(found.archive), written_text(data, told))
-    for line in (*found.failed, *found.warnings):
+    count = f"finished already, its {runs} checked" if result.was_finished else runs
+    if result.made_by:
+        count = f"{count}, made by `{visible(result.made_by)}`,"
+    console.result(data, sweep_table(result.archive), written_text(data, count))
+    for line in (*result.failed, *result.warnings):
         console.message(f"warning: {line}")
-    return INCOMPLETE if found.failed and not found.was_finished else DONE
+    return INCOMPLETE if result.failed and not result.was_finished else DONE

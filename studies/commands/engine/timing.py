@@ -35,7 +35,45 @@ def correct_timing(
     overwrite: Overwrite = False,
     figures: Figures = True,
 ) -> int:
-    """Command angles that make the valve really open and close at its targets."""
+    """Command angles that make the valve really open and close at its targets.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    target : str, optional
+        Angles of opening and closing, e.g. "-5 deg, 70 deg"; the machine's if left out.
+    speed, pressure, temperature : str
+        Range or list of speeds, and of the supply's pressures and temperatures, with its unit.
+    out : path
+        Archive to write; CSV, JSON and C header stand beside it.
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
+    overwrite : bool
+        Replace an archive that is there.
+    figures : bool
+        Draw the figures.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where points failed.
+
+    Raises
+    ------
+    InputError
+        The machine or an option cannot be used.
+    ArchiveError
+        The archive exists.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> error = CliRunner().invoke(app, ["engine", "timing", "--target", "70 deg"]).exception
+    >>> str(error).partition(";")[0]
+    "command line: --target: '70 deg' is not an opening and a closing"
+    """
     import sys
 
     from apesim.archive import command_line
@@ -45,8 +83,8 @@ def correct_timing(
     from apesim.studies.timing.summary import LEGEND, error_line, law_lines, timing_table
 
     console, machine = common.console, common.load_machine()
-    with console.compiling_told(), as_options("correct_timing"), console.progress("timing") as report:
-        found = correction.correct_timing(
+    with console.announce_compiling(), as_options("correct_timing"), console.progress("timing") as report:
+        result = correction.correct_timing(
             machine,
             target=target,
             speed=speed,
@@ -58,14 +96,14 @@ def correct_timing(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
-    drawn = found.draw(out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, found["wall_time"])
+    drawn = result.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, result["wall_time"])
     exports = exports_of(out)
-    data = found.to_dict() | written | {"exports": [str(path) for path in exports], "faults": found.failed}
-    where = written_text(written, f"{found['runs']} points") + "; " + ", ".join(path.name for path in exports)
-    laws = law_lines(found.map.laws, found.ambient_pressure)
-    table = timing_table(found.map, found.ambient_pressure)
-    console.result(data, table, LEGEND, *laws, error_line(found.map), where)
-    for fault in found.failed:
+    data = result.to_dict() | written | {"exports": [str(path) for path in exports], "faults": result.failed}
+    where = written_text(written, f"{result['runs']} points") + "; " + ", ".join(path.name for path in exports)
+    laws = law_lines(result.map.laws, result.ambient_pressure)
+    table = timing_table(result.map, result.ambient_pressure)
+    console.result(data, table, LEGEND, *laws, error_line(result.map), where)
+    for fault in result.failed:
         console.message(f"warning: {fault}")
-    return INCOMPLETE if found.failed else DONE
+    return INCOMPLETE if result.failed else DONE

@@ -1,11 +1,23 @@
 """Command `apesim gap explain`."""
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from apesim.studies.console import DONE, INCOMPLETE, StageReport
 from apesim.studies.options import Common, Jobs, MeasuredFolder, Overwrite, Without
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from apesim.studies.gap.explanation import Explanation
+
+MARCHES = 4000
+"""Marches that a search takes, or more."""
+MAX_SHOWN = 8
+"""Effects whose scores are shown: those behind them have explained nothing."""
 
 
 def explain_gap(
@@ -19,15 +31,92 @@ def explain_gap(
     jobs: Jobs = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink."""
-    from apesim.studies.commands.gap_explain import explain_command
+    """Find where measurements and model disagree, name the effect that is missing, add it, show the gap shrink.
 
-    return explain_command(
-        common,
-        folder=folder,
-        out=out,
-        without=without or (),
-        tolerance=tolerance,
-        jobs=jobs,
-        overwrite=overwrite,
-    )
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    folder : path
+        Measured data: a folder with a ``measured.toml``.
+    out : path
+        Folder to write the verdict, the extended machine and the report into.
+    without : list of str, optional
+        Effects that are not to be considered.
+    tolerance : float, optional
+        Size of a gap, over the noise, that does not matter [-]; `TOLERANCE` of `apesim.studies.gap.thresholds` if left
+        out.
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
+    overwrite : bool
+        Write into a folder that holds something.
+
+    Returns
+    -------
+    int
+        Exit code: 0 where something is concluded, a refusal too; 3 where a simulation ended early.
+
+    Raises
+    ------
+    InputError
+        Machine, effects or measured data cannot be used.
+    ArchiveError
+        The folder holds something that is not to be replaced.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> error = CliRunner().invoke(app, ["gap", "explain", "no_folder", "--out", "report"]).exception
+    >>> str(error).partition("; ")[2]
+    'give a folder with measured.toml and the CSV files that it names'
+    """
+    from dataclasses import replace
+
+    from apesim.studies.commands.gap.inputs import read_inputs, read_parent, time_march
+    from apesim.studies.estimation.residuals import EndedEarly
+    from apesim.studies.execution.own_thread import call_in_thread
+    from apesim.studies.execution.pool import workers_for
+    from apesim.studies.gap.thresholds import TOLERANCE
+    from apesim.studies.gap.workflow import explain
+    from apesim.studies.output import make_folder
+
+    console = common.console
+    machine, measured = read_inputs(common, folder, without or ())
+    make_folder(out, overwrite)
+    workers = workers_for(MARCHES * time_march(console, machine, measured), jobs)
+    threshold = TOLERANCE if tolerance is None else tolerance
+    parent_text = read_parent(machine, common.machine_file, common.settings)
+
+    def explain_and_write(progress: StageReport) -> "tuple[Explanation, dict[str, Any]]":
+        explanation = explain(
+            machine, measured, without=without or (), tolerance=threshold, jobs=workers, progress=progress
+        )
+        explanation = replace(explanation, parent_text=parent_text)
+        return explanation, explanation.write(out, overwrite=overwrite, progress=progress)
+
+    try:
+        with console.stages("explaining") as progress:
+            explanation, data = call_in_thread(explain_and_write, progress).result()
+    except EndedEarly as error:
+        console.message(f"{error}; nothing is concluded")
+        return INCOMPLETE
+    console.result(data, *_shown(data), f"{out}/report.html, machine.toml, verdict.json: {data['wall_time_s']:.1f} s")
+    for warning in explanation.warnings:
+        console.message(f"warning: {warning}")
+    return DONE
+
+
+def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
+    """The verdict on a terminal: in a line, the next test, and the scores of the effects."""
+    from apesim.studies.gap.design.isolability import limit_text
+    from apesim.studies.tables import table_of
+
+    yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
+    rows = [
+        [row["effect"], f"{row['deviations']:.1f}", limit_text(data["detection_limits"].get(row["effect"]))]
+        for row in data["scores"][:MAX_SHOWN]
+    ]
+    yield f"Next test: {data['next_test']['text']}"
+    if rows:
+        yield table_of("", ("effect", "score [deviations]", "visible from (5 deviations)"), rows, left=(0,))

@@ -1,10 +1,96 @@
 """Command `apesim gap isolability`."""
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from apesim.studies.console import DONE, INCOMPLETE
 from apesim.studies.options import Common, MeasuredFolder, Without
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from apesim.studies.gap.design.isolability import Isolability
+
+HEADER = ("effect", "seen from (5 deviations)", "kept", "hardly told from", "what would help")
 
 
 def show_isolability(common: Common, folder: MeasuredFolder, without: Without = None) -> int:
-    """Tell which effects the sensors and runs of a folder could show, from which size on, and what would help."""
-    from apesim.studies.commands.gap_isolability import isolability_command
+    """Tell which effects the sensors and runs of a folder could show, from which size on, and what would help.
 
-    return isolability_command(common, folder=folder, without=without or ())
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    folder : path
+        Measured data: a folder with a ``measured.toml``.
+    without : list of str, optional
+        Effects that are not to be considered.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where a simulation ended early.
+
+    Raises
+    ------
+    InputError
+        Machine, effects or measured data cannot be used.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["gap", "isolability", "no_folder", "--without", "ring_leak"]).exception)
+    command line: --without: 'ring_leak' is no effect; see apesim gap effects
+    """
+    from apesim.studies.commands.gap.inputs import read_inputs, time_march
+    from apesim.studies.estimation.residuals import EndedEarly
+    from apesim.studies.execution.own_thread import call_in_thread
+    from apesim.studies.gap.design.isolability import find_isolability
+
+    console, ignored = common.console, without or ()
+    machine, measured = read_inputs(common, folder, ignored)
+    time_march(console, machine, measured)
+    try:
+        with console.stages("isolability") as progress:
+            call = call_in_thread(find_isolability, machine, measured, without=ignored, progress=progress)
+            isolability = call.result()
+    except EndedEarly as error:
+        console.message(f"{error}; nothing is concluded")
+        return INCOMPLETE
+    console.result(isolability.to_dict(), *_shown(isolability))
+    for warning in isolability.warnings:
+        console.message(f"warning: {warning}")
+    return DONE
+
+
+def _shown(isolability: "Isolability") -> "Iterator[Table | str]":
+    """A table, the effects that are seen first, and how many they are."""
+    from apesim.studies.gap.design.isolability import limit_text
+    from apesim.studies.tables import table_of
+
+    rows = isolability.effects
+    ordered = sorted(rows, key=lambda row: row["limit"] is None)
+    table = table_of(
+        "",
+        HEADER,
+        [
+            (
+                row["effect"],
+                limit_text(row),
+                f"{100.0 * row['kept']:.0f} %",
+                ", ".join(row["class"]) or "-",
+                row["helped_by"]["text"] if row["helped_by"] else _without_help(row),
+            )
+            for row in ordered
+        ],
+        left=(0, 3, 4),
+    )
+    table.columns[0].no_wrap, table.columns[0].min_width = True, max(len(row["effect"]) for row in rows)
+    yield table
+    yield repr(isolability).removeprefix("Isolability: ")
+
+
+def _without_help(row: dict[str, Any]) -> str:
+    """Text for an effect that no experiment of the list helps: "-" where it needs none."""
+    return "-" if row["limit"] is not None and not row["class"] else "nothing of the list"

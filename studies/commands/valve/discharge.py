@@ -20,13 +20,51 @@ def evaluate_discharge(
     overwrite: Overwrite = False,
     figures: Figures = True,
 ) -> int:
-    """Effective area of a solenoid valve from discharge tests (Eq. 10), with its uncertainty."""
+    """Effective area of a solenoid valve from discharge tests (Eq. 10), with its uncertainty.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line; the machine's gas and ambient air are those of the tests.
+    files : list of path
+        Discharge tests: CSV of time and pressure.
+    volume : str
+        Volume of the vessel with its unit, e.g. "50 cm^3".
+    temperature : str, optional
+        Temperature of the air at the start with its unit; the ambient one if left out.
+    out : path
+        Curve to write, as CSV.
+    overwrite : bool
+        Replace one that is there.
+    figures : bool
+        Draw the figures.
+
+    Returns
+    -------
+    int
+        Exit code: 0.
+
+    Raises
+    ------
+    InputError
+        The machine, an option or a file cannot be used, or the tests are too noisy.
+    ArchiveError
+        The curve exists.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["valve", "discharge", "no_test.csv", "--volume", "50"]).exception)
+    command line: --volume: '50' has no unit; write e.g. "50 cm^3"
+    no_test.csv: there is no file 'no_test.csv'; give a CSV with the header "time [ms],pressure [kPa abs]"
+    """
     from apesim.studies.discharge import effective_area
     from apesim.studies.discharge.summary import discharge_lines
 
     console, machine = common.console, common.load_machine()
     with as_options("evaluate_discharge", files="FILE"), console.progress("discharge") as report:
-        found = effective_area.evaluate_discharge(
+        result = effective_area.evaluate_discharge(
             machine,
             files,
             volume=volume,
@@ -35,10 +73,10 @@ def evaluate_discharge(
             overwrite=overwrite,
             progress=report,
         )
-    drawn = found.draw(out.with_suffix(".figures")) if figures else []
+    drawn = result.draw(out.with_suffix(".figures")) if figures else []
     paths = [str(path) for path in drawn]
-    data = found.to_dict() | {"curve": str(out), "figures": paths, "wall_time_s": found["wall_time"]}
-    console.result(data, *discharge_lines(found.evaluation, data))
-    for warning in found.warnings:
+    data = result.to_dict() | {"curve": str(out), "figures": paths, "wall_time_s": result["wall_time"]}
+    console.result(data, *discharge_lines(result.evaluation, data))
+    for warning in result.warnings:
         console.message(f"warning: {warning}")
     return DONE

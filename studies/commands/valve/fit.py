@@ -31,6 +31,34 @@ def fit_valve(
 
     Runs of the role "fit" are fitted. Those of the role "gate" are not: one that contradicts the fitted model beyond
     noise refuses it (exit code 3; the parameters are told all the same). Those of the role "check" are only reported.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    folder : path
+        Measured data: a folder with a ``measured.toml``.
+    free : list of str
+        Keys of the machine to identify, each with its bounds if wanted: ``key=low:high``.
+    method : {"least-squares", "ga"}
+        Least squares, or the paper's genetic algorithm.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where the fit has not converged, or a run refuses the model.
+
+    Raises
+    ------
+    InputError
+        Machine, options or measured data cannot be used.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["valve", "fit", "measured", "--free", "valve.friction"]).exception)
+    command line: --free: 'valve.friction' is no key of a quantity; give one, e.g. valve.viscous_friction
     """
     from apesim.quantities import Choice, parse
     from apesim.studies.execution.own_thread import call_in_thread
@@ -45,45 +73,45 @@ def fit_valve(
     measured = read_measured(folder, machine.ambient.pressure, VALVE)
     console.warm_up(run_bench, machine, 10e-3)
     with console.progress("simulations") as report:
-        found = call_in_thread(
+        result = call_in_thread(
             fit, measured, free, machine=machine, method=method, progress=lambda stage, done, total: report(done, total)
         ).result()
-    console.result(found.to_dict(), *_shown(found))
-    for warning in found.warnings:
+    console.result(result.to_dict(), *_shown(result))
+    for warning in result.warnings:
         console.message(f"warning: {warning}")
-    refusing = [one for one in found.gates if one.contradicted]
-    for one in refusing:
+    refusing = [run for run in result.gates if run.contradicted]
+    for run in refusing:
         console.message(
-            f"{one.run}: refuses the model: what is left is {one.residual_over_noise:.3g} times the noise, "
-            f"beyond the {one.limit:.3g} that noise and the parameters' uncertainty allow"
+            f"{run.run}: refuses the model: what is left is {run.residual_over_noise:.3g} times the noise, "
+            f"beyond the {run.limit:.3g} that noise and the parameters' uncertainty allow"
         )
-    return DONE if found.converged and not refusing else INCOMPLETE
+    return DONE if result.converged and not refusing else INCOMPLETE
 
 
-def _shown(found: "Fit") -> "Iterator[Table | str]":
+def _shown(result: "Fit") -> "Iterator[Table | str]":
     """Tables and a line for the terminal."""
     from apesim.quantities import unit
     from apesim.studies.measured import CHECK, GATE
     from apesim.studies.tables import table_of
 
     rows = []
-    for key, value in found.parameters.items():
-        declared = found.declared[key]
+    for key, value in result.parameters.items():
+        declared = result.declared[key]
         factor = float(unit(declared.unit).factor)
-        texts = ["-" if v is None else f"{v / factor:.6g}" for v in (value, *(found.interval_95[key] or (None, None)))]
+        texts = ["-" if v is None else f"{v / factor:.6g}" for v in (value, *(result.interval_95[key] or (None, None)))]
         rows.append((key, *texts, f"{declared.unit}{declared.suffix}" or "-"))
     yield table_of("Parameters", ("", "value", "95 % from", "to", "unit"), rows)
-    for role, runs in ((GATE, found.gates), (CHECK, found.checks)):
+    for role, runs in ((GATE, result.gates), (CHECK, result.checks)):
         if runs:
             rows = [
                 (
-                    one.run,
-                    f"{one.time_shift_s * 1e3:.4g}",
-                    f"{one.noise_limit_s * 1e3:.4g}",
-                    f"{one.residual_over_noise:.3g}",
-                    f"{one.limit:.3g}",
+                    run.run,
+                    f"{run.time_shift_s * 1e3:.4g}",
+                    f"{run.noise_limit_s * 1e3:.4g}",
+                    f"{run.residual_over_noise:.3g}",
+                    f"{run.limit:.3g}",
                 )
-                for one in runs
+                for run in runs
             ]
             yield table_of(f"{role.capitalize()} runs, not fitted", HEADER, rows)
-    yield f"objective {found.objective * 1e3:.5g} mm (Eq. 11); {found.evaluations} simulations"
+    yield f"objective {result.objective * 1e3:.5g} mm (Eq. 11); {result.evaluations} simulations"

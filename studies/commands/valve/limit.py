@@ -24,6 +24,42 @@ def find_valve_limits(
     """The highest rate at which every stroke is complete, in periodic operation.
 
     For the machine's own control air and commands, whose duty is their share of a turn, and over a grid.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    pressure, temperature : str
+        Range or list of pressures and temperatures of the control air, with its unit.
+    duty : str
+        Range or list of the share of the period energised [-].
+    out : path
+        Archive to write.
+    jobs : int, optional
+        Processes; as many as the work is worth if left out.
+    overwrite : bool
+        Replace one that is there.
+    figures : bool
+        Draw the figures.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where points failed.
+
+    Raises
+    ------
+    InputError
+        The machine or an option cannot be used.
+    ArchiveError
+        The archive exists.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["valve", "limit", "--duty", "1.5"]).exception)
+    command line: --duty: '1.5' is out of range; allowed: 0.01 to 0.99
     """
     import sys
 
@@ -37,8 +73,8 @@ def find_valve_limits(
     from apesim.studies.tables import table_over_supplies
 
     console, machine = common.console, common.load_machine()
-    with console.compiling_told(), as_options("find_valve_limit"), console.progress("limit") as report:
-        found = valve_limit.find_valve_limit(
+    with console.announce_compiling(), as_options("find_valve_limit"), console.progress("limit") as report:
+        result = valve_limit.find_valve_limit(
             machine,
             pressure=pressure,
             temperature=temperature,
@@ -49,9 +85,9 @@ def find_valve_limits(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
-    drawn = limit_figures(found.archive, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, found["wall_time"])
-    v = values_of(found.archive)
+    drawn = limit_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, result["wall_time"])
+    v = values_of(result.archive)
     keys = {
         "supply_pressure_Pa": "supply_pressure",
         "supply_temperature_K": "supply_temperature",
@@ -59,21 +95,21 @@ def find_valve_limits(
     }
     points = [{key: v[name][run] for key, name in keys.items()} for run in range(len(v["run"]))]
     stated = summary_json(v, "duty")
-    data = stated | {"criterion": found.criterion, "points": points, "faults": found.failed}
-    own, lowest = own_run(v), lowest_run(v)
-    marks = {lowest: "lowest"} | {own: "own" if own != lowest else "own, lowest"}
+    data = stated | {"criterion": result.criterion, "points": points, "faults": result.failed}
+    own_point, lowest_point = own_run(v), lowest_run(v)
+    marks = {lowest_point: "lowest"} | {own_point: "own" if own_point != lowest_point else "own, lowest"}
     rows = [(*_row(point), marks.get(run, "")) for run, point in enumerate(points)]
     table = table_over_supplies("Highest working rate", machine.ambient.pressure, columns=v, header=HEADER, rows=rows)
-    places = {
-        name: _place(points[run], machine.ambient.pressure)
-        for name, run in (("own", own), ("lowest", lowest))
+    conditions = {
+        name: _conditions(points[run], machine.ambient.pressure)
+        for name, run in (("own", own_point), ("lowest", lowest_point))
         if run is not None
     }
-    lines = summary_lines(stated, found.criterion, places)
+    lines = summary_lines(stated, result.criterion, conditions)
     console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
-    for fault in found.failed:
+    for fault in result.failed:
         console.message(f"warning: {fault}")
-    return INCOMPLETE if found.failed else DONE
+    return INCOMPLETE if result.failed else DONE
 
 
 def _row(point: dict) -> tuple[str, ...]:
@@ -89,7 +125,7 @@ def _row(point: dict) -> tuple[str, ...]:
     )
 
 
-def _place(point: dict, ambient_pressure: float) -> str:
+def _conditions(point: dict, ambient_pressure: float) -> str:
     """Conditions at which a limit holds, in words."""
     pressure = f"{(point['supply_pressure_Pa'] - ambient_pressure) / 1e6:.3g} MPa gauge"
     return f"{pressure}, {point['supply_temperature_K']:g} K and duty of {point['duty']:.3g}"

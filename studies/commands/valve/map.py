@@ -22,7 +22,42 @@ def map_valve_strokes(
     overwrite: Overwrite = False,
     figures: Figures = True,
 ) -> int:
-    """Delay time, stroke time, seating speed, fluctuation over pressure and temperature."""
+    """Delay time, stroke time, seating speed, fluctuation over pressure and temperature.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    pressure, temperature : str
+        Range or list of pressures and temperatures of the control air, with its unit.
+    pulse : str
+        Time for which the solenoids are energised, with its unit.
+    out : path
+        Archive to write.
+    overwrite : bool
+        Replace one that is there.
+    figures : bool
+        Draw the figures.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where points failed.
+
+    Raises
+    ------
+    InputError
+        The machine or an option cannot be used.
+    ArchiveError
+        The archive exists.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["valve", "map", "--pressure", "0.4 MPa"]).exception)
+    command line: --pressure: '0.4 MPa' says neither gauge nor abs; write "0.4 MPa gauge" or "0.4 MPa abs"
+    """
     import sys
 
     from apesim.archive import command_line
@@ -33,8 +68,8 @@ def map_valve_strokes(
     from apesim.studies.tables import number, table_over_supplies
 
     console, machine = common.console, common.load_machine()
-    with console.compiling_told(), as_options("map_valve"), console.progress("map") as report:
-        found = valve_map.map_valve(
+    with console.announce_compiling(), as_options("map_valve"), console.progress("map") as report:
+        result = valve_map.map_valve(
             machine,
             pressure=pressure,
             temperature=temperature,
@@ -44,15 +79,15 @@ def map_valve_strokes(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
-    drawn = map_figures(found.archive, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, found["wall_time"])
-    v = values_of(found.archive)
+    drawn = map_figures(result.archive, machine.ambient.pressure, out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, result["wall_time"])
+    v = values_of(result.archive)
     values = [1e3 * v[name] for name in TIMES] + [v[name] for name in SPEEDS]
     rows = [[number(value, ".4f") for value in row] for row in zip(*values, strict=True)]
     title = "The valve over pressure and temperature"
     table = table_over_supplies(title, machine.ambient.pressure, columns=v, header=HEADER, rows=rows)
-    data = {"runs": len(rows), "faults": found.failed} | written
+    data = {"runs": len(rows), "faults": result.failed} | written
     console.result(data, table, written_text(written, f"{len(rows)} runs"))
-    for fault in found.failed:
+    for fault in result.failed:
         console.message(f"warning: {fault}")
-    return INCOMPLETE if found.failed else DONE
+    return INCOMPLETE if result.failed else DONE

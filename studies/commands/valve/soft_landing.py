@@ -33,6 +33,48 @@ def find_soft_landing(
     counted from the command edge of their stroke. Brakes are given for the spacing the solenoids can do, and
     for any spacing; the softest, and the sturdiest at 5 % more and less pressure and 10 K more and less. Exit code 3
     where no brake within the spacing lowers the seating speed at that cost.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    pressure : str
+        Range or list of control pressures, with its unit.
+    temperature : str
+        Temperature of the control air, with its unit.
+    cost : str
+        Time that a stroke may take longer, with its unit.
+    spacing : str, optional
+        Time between two edges of a solenoid, at least; that of 120 Hz if left out.
+    solenoids : {"both", "a", "b", "any"}
+        Solenoids that a brake switches.
+    pulse : str
+        Time from each command edge to the next, with its unit.
+    out : path
+        Archive to write.
+    overwrite : bool
+        Replace one that is there.
+    figures : bool
+        Draw the figures.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 3 where points failed.
+
+    Raises
+    ------
+    InputError
+        The machine or an option cannot be used.
+    ArchiveError
+        The archive exists.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> print(CliRunner().invoke(app, ["valve", "soft-landing", "--solenoids", "c"]).exception)
+    command line: --solenoids: 'c' is no option; write "both", "a", "b" or "any"
     """
     import sys
 
@@ -42,8 +84,8 @@ def find_soft_landing(
     from apesim.studies.soft_landing.summary import landing_tables
 
     console, machine = common.console, common.load_machine()
-    with console.compiling_told(), as_options("find_soft_landing"), console.progress("soft landing") as report:
-        found = study.find_soft_landing(
+    with console.announce_compiling(), as_options("find_soft_landing"), console.progress("soft landing") as report:
+        result = study.find_soft_landing(
             machine,
             pressure=pressure,
             temperature=temperature,
@@ -56,10 +98,10 @@ def find_soft_landing(
             progress=report,
             call=command_line(["apesim", *sys.argv[1:]]),
         )
-    drawn = found.draw(out.with_suffix(".figures")) if figures else []
-    written = written_json(out, drawn, found["wall_time"])
-    tables = landing_tables(found.strokes, found.spacing, found.cost)
-    console.result(found.to_dict() | written, *tables, written_text(written, f"{len(found.strokes)} strokes"))
-    for fault in found.failed:
+    drawn = result.draw(out.with_suffix(".figures")) if figures else []
+    written = written_json(out, drawn, result["wall_time"])
+    tables = landing_tables(result.strokes, result.spacing, result.cost)
+    console.result(result.to_dict() | written, *tables, written_text(written, f"{len(result.strokes)} strokes"))
+    for fault in result.failed:
         console.message(f"warning: {fault}")
-    return INCOMPLETE if found.failed else DONE
+    return INCOMPLETE if result.failed else DONE

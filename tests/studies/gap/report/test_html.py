@@ -11,7 +11,7 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
-from apesim.studies.commands.gap_explain import parent_of
+from apesim.studies.commands.gap.inputs import read_parent
 from apesim.studies.console import Console
 from apesim.studies.estimation.residuals import Block
 from apesim.studies.figures.gap import draw_gap
@@ -224,9 +224,9 @@ def test_a_parent_is_the_file_unless_something_is_set_besides(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text('# mine\n[valve]\nstroke = "8 mm"\n')
     plain, cut = (Machine.load(file, settings) for settings in ([], ["valve.stroke=7 mm"]))
-    assert parent_of(plain, file, []) == file.read_text()
-    assert parent_of(cut, file, ["valve.stroke=7 mm"]) == dumps(cut) != dumps(plain)
-    assert parent_of(Machine(), None, []) == dumps(Machine())
+    assert read_parent(plain, file, []) == file.read_text()
+    assert read_parent(cut, file, ["valve.stroke=7 mm"]) == dumps(cut) != dumps(plain)
+    assert read_parent(Machine(), None, []) == dumps(Machine())
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,126 @@
+"""What the commands of the missing effect read and march first: the machine, the measured data, one run of them."""
+
+import time
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+
+from apesim.engine.machine import Machine
+from apesim.engine.outside_machine import outside_effects_of, switched_on
+from apesim.quantities import Fault, InputError
+from apesim.quantities.settings import dumps
+from apesim.studies.console import COMMAND_LINE, Console
+from apesim.studies.gap.input_checks import check_input
+from apesim.studies.gap.search.library import faults_of
+from apesim.studies.measured import Measured, read_measured
+from apesim.studies.measured.prediction import predict, run_of, with_value
+from apesim.studies.options import Common
+
+
+def read_parent(machine: Machine, machine_file: str | PathLike[str] | None, settings: Sequence[str] | None) -> str:
+    """Read the machine file that a search begins with, as text: as it stands, where nothing is set besides.
+
+    Parameters
+    ----------
+    machine : Machine
+        Machine of the file and the settings.
+    machine_file : path or None
+        File of the option ``--machine``; None: the embedded machine.
+    settings : sequence of str or None
+        Options ``--set``, each ``key=value``.
+
+    Returns
+    -------
+    str
+        TOML: the file with its comments; written anew where something was set, or there is no file.
+
+    Examples
+    --------
+    >>> machine = Machine().with_(engine_bore="90 mm")
+    >>> lines = read_parent(machine, None, ["engine.bore=90 mm"]).splitlines()
+    >>> next(line for line in lines if line.startswith("bore"))
+    'bore = "90 mm" # 5 to 1000 mm; chosen'
+    """
+    return Path(machine_file).read_text(encoding="utf-8") if machine_file and not settings else dumps(machine)
+
+
+def read_inputs(common: Common, folder: str | PathLike[str], without: Sequence[str]) -> tuple[Machine, Measured]:
+    """Read machine and measured data of a command; what cannot be used is refused before anything is compiled.
+
+    Parameters
+    ----------
+    common : Common
+        Machine file and settings of the command line.
+    folder : path
+        Folder of the measured data.
+    without : sequence of str
+        Effects that are not to be considered.
+
+    Returns
+    -------
+    machine : Machine
+        Machine that the command line describes.
+    measured : Measured
+        Runs of the folder.
+
+    Raises
+    ------
+    InputError
+        An effect is unknown, or a file cannot be used; the error names every fault.
+
+    Examples
+    --------
+    >>> read_inputs(Common(Console()), "measured", ["ring_leak"])
+    Traceback (most recent call last):
+    ...
+    apesim.quantities.input_errors.InputError: command line: --without: 'ring_leak' is no effect; see apesim gap effects
+    """
+    machine = common.load_machine()
+    faults = faults_of(without, machine)
+    if faults:
+        raise InputError([Fault(COMMAND_LINE, f"--{name}", wrong, right) for name, wrong, right in faults])
+    measured = read_measured(folder, machine.ambient.pressure)
+    check_input(measured)
+    return machine, measured
+
+
+def time_march(console: Console, machine: Machine, measured: Measured) -> float:
+    """Simulate a run, as it is, with an effect and with a table, so that what is timed after it is compiled.
+
+    Parameters
+    ----------
+    console : Console
+        Says that something is compiled.
+    machine : Machine
+        Model of the bench.
+    measured : Measured
+        Measured data; the first run is simulated.
+
+    Returns
+    -------
+    float
+        Time that a run takes then [s].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.studies.measured import MeasuredRun
+    >>> times = np.array([0.0, 5e-3])
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 4e-3, "fit", times, {"lift": np.zeros(2)})
+    >>> 0.0 < time_march(Console(quiet=True), Machine(), Measured("measured", {}, (run,))) < 10.0
+    True
+    """
+    run = measured.runs[0]
+    nominal = run_of(machine, run)
+
+    def march() -> None:
+        predict(nominal, run)
+        for key in ("effects.side_force.force", "effects.tabulated_force.force_at_50"):
+            predict(with_value(nominal, key, 1.0), run)
+        for effect in outside_effects_of(machine):
+            predict(switched_on(nominal, effect), run)
+
+    console.warm_up(march)
+    start = time.perf_counter()
+    predict(nominal, run)
+    return time.perf_counter() - start
