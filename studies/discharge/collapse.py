@@ -25,6 +25,8 @@ class Collapse(NamedTuple):
 def collapse_of(fits, end, full_area):
     """How well the curves of several tests, at the same knots, fall on one another.
 
+    The question is that of Fig. 4 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     fits : sequence of AreaFit

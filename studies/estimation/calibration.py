@@ -51,6 +51,8 @@ def calibrate(machine: Machine, measured: Measured) -> tuple[Model, list[str]]:
     It minimises ``|e(x)|^2 + |x|^2`` from x = 0, with the whitened residuals e and the nuisances x in prior standard
     deviations.
 
+    It is the most probable point under Gaussian noise and priors [1]_.
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -67,6 +69,11 @@ def calibrate(machine: Machine, measured: Measured) -> tuple[Model, list[str]]:
     ------
     apesim.studies.estimation.residuals.EndedEarly
         The machine cannot be simulated.
+
+    References
+    ----------
+    .. [1] A. Tarantola, "Inverse Problem Theory and Methods for Model Parameter Estimation", SIAM, 2005,
+       doi 10.1137/1.9780898717921, chapter 3.
     """
     residuals, warnings = uncalibrated(machine, measured)
     fitted = descend(residuals, np.zeros(len(residuals.parameters)))

@@ -91,6 +91,9 @@ def find_soft_landing(
 ) -> SoftLanding:
     """Find pulse patterns that lower the seating speed: a braking re-switch in each stroke.
 
+    Soft landing by control is the further study that the EPV paper (doi 10.1631/jzus.A0820373) ends with; the patterns
+    are ours.
+
     Parameters
     ----------
     machine : Machine

@@ -101,7 +101,16 @@ def _repeat_differences(pairs):
 
 
 def rough_noise(problem, stated):
-    """White noise, from the second differences where it is not stated."""
+    """White noise, from the second differences where it is not stated.
+
+    The variance is the mean square of second differences over 6: a difference-based estimate as that of Gasser and
+    others [1]_.
+
+    References
+    ----------
+    .. [1] T. Gasser, L. Sroka and C. Jennen-Steinmetz, "Residual variance and residual pattern in nonlinear
+       regression", Biometrika 73, 1986, pp. 625-633.
+    """
     noise = {}
     for sensor in dict.fromkeys(problem.sensors):
         bends = np.concatenate([np.diff(run.channels[sensor], 2) for run, of in problem.blocks if of == sensor])

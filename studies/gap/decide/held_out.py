@@ -253,6 +253,8 @@ def compared(pairs: Sequence[Sequence[LeftOver]]) -> HeldOut:
 def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
     """Judge two models by each operating point in turn, both fitted anew to all the others.
 
+    It is cross-validation [1]_ over operating points.
+
     Parameters
     ----------
     base : apesim.studies.estimation.model.Model
@@ -265,6 +267,11 @@ def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
     -------
     HeldOut or None
         The sum over all operating points; None: there is one point alone.
+
+    References
+    ----------
+    .. [1] M. Stone, "Cross-validatory choice and assessment of statistical predictions", J. R. Statist. Soc. B 36,
+       1974, pp. 111-147, doi 10.1111/j.2517-6161.1974.tb00994.x.
     """
     points = points_of(base.residuals.runs)
     if len(points) < 2:

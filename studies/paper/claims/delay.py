@@ -16,6 +16,8 @@ KNEE = 0.7e6
 def delay_rises_with_pressure(grid: Grid) -> Claim:
     """Judge the claim that t_d increases with p_in (Fig. 8).
 
+    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     grid : apesim.studies.paper.claims.claim.Grid
@@ -40,6 +42,8 @@ def delay_rises_with_pressure(grid: Grid) -> Claim:
 
 def delay_levels_off(grid: Grid) -> Claim:
     """Judge the claim that t_d rises steeply below 0.7 MPa and little above.
+
+    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -69,6 +73,8 @@ def delay_levels_off(grid: Grid) -> Claim:
 
 def delay_and_temperature(machine: Machine, grid: Grid) -> Claim:
     """Judge the claim that t_d increases with T_0 (Fig. 8).
+
+    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -136,6 +142,8 @@ def emptying_times(machine: Machine) -> dict[float, float]:
 def size_of_temperature(grid: Grid, chosen: bool) -> Claim:
     """Judge the claim that the delay time changes by 0.41 ms at most over 250 to 322 K (Fig. 8).
 
+    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     grid : apesim.studies.paper.claims.claim.Grid
@@ -165,6 +173,8 @@ def size_of_temperature(grid: Grid, chosen: bool) -> Claim:
 
 def delay_is_linear(grid: Grid) -> Claim:
     """Judge the claim that t_d over T_0 is almost linear.
+
+    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------

@@ -23,6 +23,8 @@ HEAT = 200.0
 def working_frequency(machine: Machine) -> Claim:
     """Judge the claim that the valve reaches about 30 Hz.
 
+    The claim stands in the abstract and in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -51,6 +53,8 @@ def working_frequency(machine: Machine) -> Claim:
 def works_at_30_hz(machine: Machine) -> Claim:
     """Judge the claim of `working_frequency` alone, without computing its limits.
 
+    The claim stands in the abstract and in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -67,6 +71,8 @@ def works_at_30_hz(machine: Machine) -> Claim:
 
 def frequency_claim(ours: str, values: dict[str, float], holds: bool) -> Claim:
     """Make the claim that the valve reaches about 30 Hz, with the model's answer.
+
+    The claim stands in the abstract and in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -96,6 +102,8 @@ def frequency_claim(ours: str, values: dict[str, float], holds: bool) -> Claim:
 def engine_speed() -> Claim:
     """Judge the claim that 30 Hz are 2000 r/min.
 
+    The claim stands in the abstract and in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Returns
     -------
     Claim
@@ -115,6 +123,9 @@ def engine_speed() -> Claim:
 
 def friction_is_small(machine: Machine) -> Claim:
     """Judge the claim that Coulomb friction below 1.1 N is negligible.
+
+    The claim stands in the section on simulation setting and experimental validation of the EPV paper
+    (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -143,6 +154,8 @@ def friction_is_small(machine: Machine) -> Claim:
 
 def heat_is_small(machine: Machine) -> Claim:
     """Judge the claim that heat from the walls can be left out (Eq. 6).
+
+    The claim stands in the text above Eq. 6 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -178,6 +191,8 @@ def heat_is_small(machine: Machine) -> Claim:
 def springs_soften(machine: Machine) -> Claim:
     """Judge the claim that the springs' main function is to soften the impact.
 
+    The claim stands in the section on system dynamics of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -208,6 +223,8 @@ def time_error() -> Claim:
     """State the claim that simulated and measured lift differ by less than 1.2 ms, which cannot be computed.
 
     The paper does not give its measurements as numbers.
+
+    The claim stands in the discussion of Fig. 6 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Returns
     -------

@@ -88,6 +88,8 @@ def min_window(meets: Callable[[float], bool]) -> float:
 def speed_demand(machine: Machine) -> Claim:
     """Judge the claim that 30 Hz satisfy the engine's speed demand.
 
+    The claim stands in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -128,6 +130,8 @@ def speed_demand(machine: Machine) -> Claim:
 
 def correction(machine: Machine) -> Claim:
     """Judge the claim that it is easy to correct the engine's advance and delay angles for temperature.
+
+    The claim stands in the discussion of Fig. 8 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------

@@ -38,6 +38,8 @@ class Emptying:
 def gauge_pressures(machine: Machine) -> Claim:
     """Judge the claim that the pressures are gauge; Eqs. 7 to 10 need absolute ones.
 
+    The claim stands in the text on Figs. 2 and 3 and in Eqs. 7 to 10 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -74,6 +76,8 @@ def gauge_pressures(machine: Machine) -> Claim:
 def exponents_of_eq_10(machine: Machine) -> Claim:
     """Judge the exponents of the pressures in Eq. 10 by vessels that are emptied without it.
 
+    The claim stands in Eq. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -108,6 +112,8 @@ def exponents_of_eq_10(machine: Machine) -> Claim:
 def curves_collapse(found: Discharge) -> Claim:
     """Judge the claim that S(t) from several initial pressures is approximately the same (Fig. 4).
 
+    The claim stands in the discussion of Fig. 4 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     found : apesim.studies.discharge.Discharge
@@ -138,6 +144,8 @@ def curves_collapse(found: Discharge) -> Claim:
 
 def sign_of_outflow(machine: Machine) -> Claim:
     """Judge the sign in Eq. 4, which adds dm_out.
+
+    The claim stands in Eq. 4 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------

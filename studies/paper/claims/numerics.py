@@ -74,6 +74,9 @@ def fixed_step_opening(machine: Machine, step: float) -> tuple[float, float, flo
 def fixed_step(machine: Machine) -> Claim:
     """Judge the paper's Runge-Kutta of order 4 with a step of 0.01 ms by the march with located events.
 
+    The claim stands in the section on simulation setting and experimental validation of the EPV paper
+    (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -105,6 +108,8 @@ def fixed_step(machine: Machine) -> Claim:
 
 def evaluation_function(machine: Machine) -> Claim:
     """Judge Eq. 11, which falls with the number of samples, as n - 1 stands outside the root.
+
+    The claim stands in Eq. 11 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------

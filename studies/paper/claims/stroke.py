@@ -98,6 +98,8 @@ def min_difference(run: BenchRun) -> float:
 def fluctuation_rises(grid: Grid) -> Claim:
     """Judge the claim that the velocity fluctuates as pressure rises (Fig. 9).
 
+    The claim stands in the discussion of Fig. 9 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     grid : apesim.studies.paper.claims.claim.Grid
@@ -127,6 +129,8 @@ def fluctuation_rises(grid: Grid) -> Claim:
 def piston_rebounds(grid: Grid) -> Claim:
     """Judge the claim that the piston may even rebound.
 
+    The claim stands in the discussion of Fig. 9 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     grid : apesim.studies.paper.claims.claim.Grid
@@ -151,6 +155,8 @@ def piston_rebounds(grid: Grid) -> Claim:
 
 def not_monotonic(grid: Grid, where: str, key: str, measure: str, name: str, unit: str, factor: float) -> Claim:
     """Judge the claim that a measure does not only rise or only fall with pressure (Figs. 10, 11).
+
+    The claim stands in the discussion of Figs. 9 to 11 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -201,6 +207,8 @@ def not_monotonic(grid: Grid, where: str, key: str, measure: str, name: str, uni
 def stroke_time_falls_with_temperature(grid: Grid) -> Claim:
     """Judge the claim that t_f falls with T_0.
 
+    The claim stands in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     grid : apesim.studies.paper.claims.claim.Grid
@@ -225,6 +233,8 @@ def stroke_time_falls_with_temperature(grid: Grid) -> Claim:
 
 def strokes_alike(machine: Machine, grid: Grid) -> Claim:
     """Judge the claim that opening and closing are almost the same.
+
+    The claim stands in the text on Fig. 7 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -263,6 +273,8 @@ def strokes_alike(machine: Machine, grid: Grid) -> Claim:
 def response_over_pressure(grid: Grid) -> Claim:
     """Judge the claim that more pressure alone does not make the valve respond faster (conclusion).
 
+    The claim stands in the conclusion of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     grid : apesim.studies.paper.claims.claim.Grid
@@ -292,6 +304,8 @@ def response_over_pressure(grid: Grid) -> Claim:
 
 def pressure_to_be_optimised(grid: Grid) -> Claim:
     """Judge the claim that at one temperature some pressure gives a fast response and a low seating speed.
+
+    The claim stands in the discussion of Fig. 11 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
@@ -331,6 +345,8 @@ def pressure_to_be_optimised(grid: Grid) -> Claim:
 def fluctuation_from_limited_area(machine: Machine) -> Claim:
     """Judge the claim that the fluctuation comes from the solenoids' limited area, and only at high pressure.
 
+    The claim stands in the discussion of Fig. 9 of the EPV paper (doi 10.1631/jzus.A0820373).
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -361,6 +377,8 @@ def fluctuation_from_limited_area(machine: Machine) -> Claim:
 
 def pressures_cross(machine: Machine) -> Claim:
     """Judge the claim that the piston brakes until the pressure behind it exceeds that before it again.
+
+    The claim stands in the discussion of Fig. 9 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------

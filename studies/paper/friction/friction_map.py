@@ -80,6 +80,8 @@ def map_friction(
 ) -> FrictionMap:
     """Judge opening strokes over friction, area and ramp of the solenoids, temperature and pressure, by the statements.
 
+    The statements are those of the EPV paper (doi 10.1631/jzus.A0820373) on its Figs. 9 to 11.
+
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
@@ -135,6 +137,9 @@ def _held(machine: Machine, temperatures: Sequence[float], pressures: Sequence[f
 
 def viscous_friction(found: FrictionMap) -> Claim:
     """Judge the published 111.08 N s/m by what the text says of the figures.
+
+    The number and how it was found stand in the section on simulation setting and experimental validation of the EPV
+    paper (doi 10.1631/jzus.A0820373), the search in its Table 2.
 
     Parameters
     ----------

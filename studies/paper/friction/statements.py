@@ -9,7 +9,10 @@ from apesim.studies.paper.claims.stroke import fluctuates_more, gets_slower, tur
 
 
 class Statement(NamedTuple):
-    """What the text says of the motion over pressure."""
+    """What the text says of the motion over pressure.
+
+    The statements are those of the EPV paper (doi 10.1631/jzus.A0820373) on its Figs. 9 to 11.
+    """
 
     key: str
     """Name in tables and in ``claims.json``."""
