@@ -17,7 +17,11 @@ REST_SPEED = 1e-3
 
 
 class Valve(NamedTuple):
-    """The electro-pneumatic valve (EPV): a piston between two chambers."""
+    """The electro-pneumatic valve (EPV): a piston between two chambers.
+
+    Its dimensions, mass and springs are those of Table 1 of the EPV paper (doi 10.1631/jzus.A0820373), its viscous
+    friction is the one identified there.
+    """
 
     stroke: Annotated[float, Quantity("mm", 0.5, 100, "paper, Table 1 (L_max)")] = 9.0e-3
     moving_mass: Annotated[float, Quantity("kg", 0.0001, 10, "paper, Table 1 (M)")] = 0.1145

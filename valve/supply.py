@@ -11,7 +11,10 @@ REGULATOR, RECEIVER = 0, 1
 
 
 class Supply(NamedTuple):
-    """Compressed air behind its regulator."""
+    """Compressed air behind its regulator.
+
+    The temperature is T_0 of Table 1 of the EPV paper (doi 10.1631/jzus.A0820373).
+    """
 
     pressure: Annotated[float, Pressure(0.02, 30, "chosen: 1.0 MPa gauge", show="gauge")] = 1.101325e6
     temperature: Annotated[float, Quantity("K", 150, 600, "paper, Table 1 (T_0)")] = 287.0

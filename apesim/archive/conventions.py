@@ -30,6 +30,8 @@ DEFAULT_TITLE = "Simulated runs of an air-powered engine or its electro-pneumati
 def cf_unit(unit: str) -> tuple[str, str]:
     """Return the unit of a variable as other programs parse it, and what it is measured from.
 
+    Units are those of the CF conventions [1]_, in the form that pint parses, too.
+
     Parameters
     ----------
     unit : str
@@ -41,6 +43,11 @@ def cf_unit(unit: str) -> tuple[str, str]:
         Unit as both UDUNITS and pint parse it.
     reference : str
         "absolute" or "gauge" for a pressure that says so; "" for all others.
+
+    References
+    ----------
+    .. [1] "NetCDF Climate and Forecast (CF) Metadata Conventions", version 1.11, https://cfconventions.org,
+       section 3.1.
 
     Examples
     --------
@@ -80,6 +87,8 @@ def our_unit(unit: str, reference: str) -> str:
 def flag_word(meaning: str) -> str:
     """Return the meaning of a code as one word of the characters that ``flag_meanings`` may have.
 
+    The characters are those of the CF conventions [1]_.
+
     Parameters
     ----------
     meaning : str
@@ -89,6 +98,11 @@ def flag_word(meaning: str) -> str:
     -------
     str
         Word with underscores for what may not stand in it.
+
+    References
+    ----------
+    .. [1] "NetCDF Climate and Forecast (CF) Metadata Conventions", version 1.11, https://cfconventions.org,
+       section 3.5.
 
     Examples
     --------
@@ -101,6 +115,9 @@ def flag_word(meaning: str) -> str:
 def own_attributes(variable: Variable) -> dict[str, Attribute]:
     """Return the attributes of a variable by itself: unit, what it is, meanings of its codes.
 
+    ``units``, ``long_name``, ``flag_values`` and ``flag_meanings`` are attributes of the CF conventions [1]_,
+    ``reference`` and ``meanings`` ours.
+
     Parameters
     ----------
     variable : Variable
@@ -110,6 +127,11 @@ def own_attributes(variable: Variable) -> dict[str, Attribute]:
     -------
     dict of str to str or tuple of int
         Attributes by name: texts, and the codes of ``flag_values``.
+
+    References
+    ----------
+    .. [1] "NetCDF Climate and Forecast (CF) Metadata Conventions", version 1.11, https://cfconventions.org, sections
+       3.1, 3.2 and 3.5.
 
     Examples
     --------
@@ -136,6 +158,8 @@ def own_attributes(variable: Variable) -> dict[str, Attribute]:
 def dataset_attributes(name: str, variables: Mapping[str, Variable]) -> dict[str, Attribute]:
     """Return the attributes of the dataset of a variable.
 
+    ``coordinates`` is an attribute of the CF conventions [1]_; ``axes``, ``finite`` and ``coordinate`` are ours.
+
     Parameters
     ----------
     name : str
@@ -147,6 +171,10 @@ def dataset_attributes(name: str, variables: Mapping[str, Variable]) -> dict[str
     -------
     dict of str to str, int or tuple of int
         Those of `own_attributes`, its axes and coordinates, and 1 for each of `FLAG_ATTRIBUTES` that it has.
+
+    References
+    ----------
+    .. [1] "NetCDF Climate and Forecast (CF) Metadata Conventions", version 1.11, https://cfconventions.org, chapter 5.
 
     Examples
     --------
@@ -243,6 +271,8 @@ def variable_from(values: np.ndarray, attributes: Mapping[str, Attribute]) -> Va
 def global_attributes(provenance: Mapping[str, str]) -> dict[str, str]:
     """Return the attributes of a whole file, from the provenance of its archive.
 
+    The attributes are those of the CF conventions [1]_.
+
     Parameters
     ----------
     provenance : mapping of str to str
@@ -252,6 +282,11 @@ def global_attributes(provenance: Mapping[str, str]) -> dict[str, str]:
     -------
     dict of str to str
         ``Conventions``, ``title``, ``source`` and ``history``; one that is longer than `ATTRIBUTE_BYTES` is left out.
+
+    References
+    ----------
+    .. [1] "NetCDF Climate and Forecast (CF) Metadata Conventions", version 1.11, https://cfconventions.org,
+       section 2.6.
 
     Examples
     --------

@@ -29,6 +29,8 @@ Attribute = str | int | tuple[int, ...]
 def dataset_digest(path: str, values: np.ndarray, attributes: Mapping[str, Attribute]) -> str:
     """Return the SHA-256 digest of one dataset.
 
+    The hash is SHA-256 [1]_; what is hashed is defined in `apesim.archive.digests`.
+
     Parameters
     ----------
     path : str
@@ -42,6 +44,10 @@ def dataset_digest(path: str, values: np.ndarray, attributes: Mapping[str, Attri
     -------
     str
         64 hexadecimal digits.
+
+    References
+    ----------
+    .. [1] "Secure Hash Standard (SHS)", NIST FIPS 180-4, 2015, doi 10.6028/NIST.FIPS.180-4.
 
     Examples
     --------
@@ -79,6 +85,8 @@ def digest_list(digests: Mapping[str, str]) -> str:
 def root_digest(attributes: Mapping[str, Attribute], listed: str) -> str:
     """Return the SHA-256 digest of a whole archive.
 
+    The hash is SHA-256 [1]_; what is hashed is defined in `apesim.archive.digests`.
+
     Parameters
     ----------
     attributes : mapping of str to str, int or tuple of int
@@ -90,6 +98,10 @@ def root_digest(attributes: Mapping[str, Attribute], listed: str) -> str:
     -------
     str
         64 hexadecimal digits.
+
+    References
+    ----------
+    .. [1] "Secure Hash Standard (SHS)", NIST FIPS 180-4, 2015, doi 10.6028/NIST.FIPS.180-4.
 
     Examples
     --------

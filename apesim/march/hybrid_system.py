@@ -5,6 +5,9 @@ beside the states and act on nothing. ``mode`` holds what jumps between smooth s
 the phase of a contact, the piece of a table in use. A machine's parameters ``p`` are numbers only; its arrays travel
 apart, as ``tables``, and are looked at on entering a stretch: a reference counted array in a tuple that is handed
 from law to law costs more than the laws.
+
+Systems that flow and jump: Goebel, Sanfelice and Teel, Hybrid dynamical systems, IEEE Control Systems Magazine 29,
+2009, 28, doi 10.1109/MCS.2008.931718.
 """
 
 from typing import Any

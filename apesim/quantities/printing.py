@@ -19,6 +19,8 @@ def dumps(tree: Any, folder: Any = None) -> str:
 
     An optional section that is as its class has it by default is a comment.
 
+    The format is TOML [1]_.
+
     Parameters
     ----------
     tree : NamedTuple
@@ -31,6 +33,10 @@ def dumps(tree: Any, folder: Any = None) -> str:
     -------
     str
         Text of TOML.
+
+    References
+    ----------
+    .. [1] "TOML", version 1.0.0, https://toml.io/en/v1.0.0.
 
     Examples
     --------

@@ -243,6 +243,8 @@ def differences(tree: Any) -> Iterator[tuple[str, str]]:
 def toml_of(path: Any) -> dict:
     r"""Return the data of a TOML file.
 
+    The format is TOML [1]_.
+
     Parameters
     ----------
     path : path
@@ -257,6 +259,10 @@ def toml_of(path: Any) -> dict:
     ------
     InputError
         The file cannot be read or is no TOML; holds one fault.
+
+    References
+    ----------
+    .. [1] "TOML", version 1.0.0, https://toml.io/en/v1.0.0.
 
     Examples
     --------

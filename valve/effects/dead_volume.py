@@ -54,7 +54,7 @@ EFFECT = Effect(
     "dead_volume",
     DeadVolume,
     equation="V_A,B = V_A,B + volume",
-    source="EPV paper (doi 10.1631/jzus.A0820373), Eq. 6",
+    source="EPV paper (doi 10.1631/jzus.A0820373), Table 1: the clearance volume",
     seen_in="delay and flight; confused with the effective area",
     isolated_by="filling a chamber with liquid, or a discharge test at both ends of the stroke",
     adjust=adjust,

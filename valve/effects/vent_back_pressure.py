@@ -58,7 +58,7 @@ EFFECT = Effect(
     "vent_back_pressure",
     VentBackPressure,
     equation="p_vent = p_0 + pressure",
-    source="ISO 6358-1: an exhaust restriction in series, as a constant pressure",
+    source="ISO 6358-3: restrictions in series, here as a constant pressure",
     seen_in="tail of the venting chamber; chamber pressure at rest",
     isolated_by="chamber pressures after a long dwell, with and without silencers",
     adjust=adjust,
