@@ -6,26 +6,30 @@ Nothing noisy is differentiated: S(t), straight between knots, is fitted through
 - Smoothing: S is a random walk from S(0) = 0, whose steps have the variance ``rate * h``. The rate is that of the
   largest marginal likelihood (empirical Bayes, fixed-point iteration), times `UNDERSMOOTHED`, so that smoothing takes
   less off the corners of a ramp than the noise puts on. It fades as 1/t^2 once the valve has opened.
-- Noise: of each test's own deviation, the root mean square of what the fit leaves, but not less than before the valve
+- Noise: of each test's own deviation, the root mean square of the residuals, but not less than before the valve
   is switched; colour (AR(1)) found there counts as fewer samples.
 - Band: 95 % of a normal distribution with the deviation of the estimate under the noise, and with a bias, which is what
   smoothing does to the estimate itself, made monotone, times `BIAS_LOST`.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.studies.discharge.records import noise_before
-from apesim.studies.discharge.vessel import Descent
+from apesim.studies.discharge.records import Record, noise_before
+from apesim.studies.discharge.vessel import Descent, Vessel
 
-DEVIATIONS = 1.959964
-"""Half the width of a 95 % interval, in standard deviations."""
+NORMAL_95 = 1.959964
+"""Half the width of a 95 % interval of a normal distribution, in standard deviations."""
 BIAS_LOST = 2.0
 """A second smoothing takes about half of what the first took off a corner, for the first has rounded it."""
 UNDERSMOOTHED = 4.0
-ROUNDS = 40
+"""Factor on the rate of the random walk: smoothing then takes less off a corner than the noise puts on."""
+MAX_ROUNDS = 40
+"""Rounds of the fixed point, which ends as soon as it is `SETTLED`."""
 PILOT_KNOTS, KNOTS = 80, 120
+"""Intervals between knots: of the pilot fit in all, of the fit until the valve has opened."""
 SETTLED = 1e-4
 """Largest change of S over its largest value at which the fit is done."""
 
@@ -43,13 +47,13 @@ class AreaFit(NamedTuple):
     """Covariance of the estimate under the noise [m4], shape (j, j)."""
     noise: np.ndarray
     """Standard deviation of each test [Pa]."""
-    pressures: list
+    pressures: list[np.ndarray]
     """Fitted, at the samples of each test [Pa abs]."""
     rate: float
     """Rate of the random walk before the valve is open [m4/s]."""
 
 
-def integrals(times, knots):
+def integrals(times: np.ndarray, knots: np.ndarray) -> np.ndarray:
     """Matrix that turns a curve at knots 1, 2, ... (0 at the first, straight between) into its integral up to times.
 
     Parameters
@@ -63,6 +67,11 @@ def integrals(times, knots):
     -------
     (n, j - 1) float array
         [s]
+
+    Examples
+    --------
+    >>> integrals(np.array([0.5, 2.0]), np.array([0.0, 1.0, 2.0])).tolist()
+    [[0.125, 0.0], [1.0, 0.5]]
     """
     h = np.diff(knots)
     halves = np.tril(np.ones((len(knots), len(h))), -1) * h / 2.0  # of all intervals before a knot
@@ -75,7 +84,7 @@ def integrals(times, knots):
     return matrix[:, 1:]
 
 
-def _knots(end, opened):
+def _knots(end: float, opened: float) -> np.ndarray:
     """Knots [s]: evenly spaced until the valve has opened, then ever farther apart, as the random walk fades."""
     if end <= opened:
         return np.linspace(0.0, end, KNOTS + 1)
@@ -83,25 +92,28 @@ def _knots(end, opened):
     return np.append(np.linspace(0.0, opened, KNOTS + 1), np.geomspace(opened, end, more + 1)[1:])
 
 
-class _Problem:
+class _Tests:
     """Tests, and knots at which their common area is sought."""
 
-    def __init__(self, vessel, records, knots, opened):
+    def __init__(self, vessel: Vessel, records: Sequence[Record], knots: np.ndarray, opened: float) -> None:
         self.knots, self.steps = knots, np.diff(knots)
         self.fading = np.minimum(1.0, opened / knots[1:]) ** 2
         self.records = records
-        self.descents, self.matrices, self.noise, self.samples_lost = [], [], [], []
+        self.descents: list[Descent] = []
+        self.matrices: list[np.ndarray] = []
+        self.noise: list[float] = []
+        self.samples_lost: list[float] = []
         for number, record in enumerate(records):
             self.descents.append(Descent(vessel, record.pressures[record.times <= 0.0].mean()))
-            own = np.zeros((len(record.times), len(records)))
-            own[:, number] = 1.0  # what the initial pressure, known from few samples, is wrong by
-            self.matrices.append(np.hstack((integrals(record.times, knots), own)))
+            offsets = np.zeros((len(record.times), len(records)))
+            offsets[:, number] = 1.0  # what the initial pressure, known from few samples, is wrong by
+            self.matrices.append(np.hstack((integrals(record.times, knots), offsets)))
             deviation, colour = noise_before(record)
             self.noise.append(deviation)
             self.samples_lost.append((1.0 + colour) / (1.0 - colour))
         self.min_noise = self.noise.copy()
 
-    def linear(self, unknowns):
+    def linear(self, unknowns: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
         """Information matrix and vector of the law, linear about the unknowns, and the fitted pressures."""
         size, fitted = self.matrices[0].shape[1], []
         information, vector = np.zeros((size, size)), np.zeros(size)
@@ -114,7 +126,7 @@ class _Problem:
             fitted.append(pressure)
         return information, vector, fitted
 
-    def penalty(self, rate):
+    def penalty(self, rate: float) -> np.ndarray:
         """Inverse covariance of the random walk, bordered by zeros for the initial pressures."""
         count = len(self.steps)
         walk = np.eye(count) - np.eye(count, k=-1)
@@ -122,89 +134,109 @@ class _Problem:
         whole[:count, :count] = (walk.T / (rate * self.fading * self.steps)) @ walk
         return whole
 
-    def reestimate(self, fitted, freedom):
-        """Noise from what the fit leaves."""
+    def update_noise(self, fitted: Sequence[np.ndarray], freedom: float) -> None:
+        """Estimate the noise from the residuals of the fit."""
         share = 1.0 - freedom / sum(len(record.times) for record in self.records)
         for i, record in enumerate(self.records):
-            left = np.sqrt(np.mean((record.pressures - fitted[i]) ** 2) / max(share, 0.1))
-            self.noise[i] = max(left, self.min_noise[i])
+            rms = np.sqrt(np.mean((record.pressures - fitted[i]) ** 2) / max(share, 0.1))
+            self.noise[i] = max(float(rms), self.min_noise[i])
 
 
-def _inverse(matrix):
+def _inverse(matrix: np.ndarray) -> np.ndarray:
     """Inverse of a positive matrix of very unequal scales."""
     scale = np.sqrt(np.diag(matrix))
     return np.linalg.inv(matrix / np.outer(scale, scale)) / np.outer(scale, scale)
 
 
-def _solve(problem):
+def _solve(tests: _Tests) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, list[np.ndarray]]:
     """Unknowns, their gain matrix (covariance of the Bayesian), information, rate and fitted pressures."""
-    count, unknowns = len(problem.steps), None
-    pairs = zip(problem.descents, problem.records, strict=True)
+    count = len(tests.steps)
+    unknowns: np.ndarray | None = None
+    pairs = zip(tests.descents, tests.records, strict=True)
     scale = np.mean([descent.passed_at(r.pressures[-1]) / r.times[-1] for descent, r in pairs])  # a mean area
-    rate = scale**2 / problem.knots[-1]
+    rate = scale**2 / tests.knots[-1]
     min_rate = 1e-9 * rate
-    for round_ in range(ROUNDS):
-        information, vector, fitted = problem.linear(unknowns)
-        penalty = problem.penalty(rate)
+    for round_ in range(MAX_ROUNDS):
+        information, vector, fitted = tests.linear(unknowns)
+        penalty = tests.penalty(rate)
         gain = _inverse(information + penalty)
         freedom = np.sum(gain * information)
-        found = gain @ vector
+        solution = gain @ vector
         if round_:
-            problem.reestimate(fitted, freedom)
-        rate = max(rate * (found @ penalty @ found) / max(freedom - len(problem.records), 0.5), min_rate)
-        change = np.inf if unknowns is None else np.abs(found - unknowns)[:count].max()
-        unknowns = found
-        if round_ > 3 and change < SETTLED * np.abs(found[:count]).max():
+            tests.update_noise(fitted, freedom)
+        rate = max(rate * (solution @ penalty @ solution) / max(freedom - len(tests.records), 0.5), min_rate)
+        change = np.inf if unknowns is None else np.abs(solution - unknowns)[:count].max()
+        unknowns = solution
+        if round_ > 3 and change < SETTLED * np.abs(solution[:count]).max():
             break
     rate *= UNDERSMOOTHED
     for _ in range(3):
-        information, vector, fitted = problem.linear(unknowns)
-        gain = _inverse(information + problem.penalty(rate))
+        information, vector, fitted = tests.linear(unknowns)
+        gain = _inverse(information + tests.penalty(rate))
         unknowns = gain @ vector
     return unknowns, gain, information, rate, fitted
 
 
-def monotone(area, half_band):
-    """The nearest curve that never falls and is nowhere negative, weighted by the band; shape (j,).
+def monotone(area: np.ndarray, half_band: np.ndarray) -> np.ndarray:
+    """Find the nearest curve that never falls and is nowhere negative, weighted by the band.
 
     It is isotonic regression, from SciPy [1]_.
+
+    Parameters
+    ----------
+    area : (j,) float array
+        Effective area [m2].
+    half_band : (j,) float array
+        Half the width of its band [m2].
+
+    Returns
+    -------
+    (j,) float array
+        [m2]
 
     References
     ----------
     .. [1] F. M. T. A. Busing, "Monotone regression: a simple and fast O(n) PAVA implementation", J. Statist. Softw.
        102, 2022, code snippet 1, doi 10.18637/jss.v102.c01.
+
+    Examples
+    --------
+    >>> monotone(np.array([-1.0, 3.0, 2.0, 5.0]), np.ones(4)).tolist()
+    [0.0, 2.5, 2.5, 5.0]
     """
     from scipy.optimize import isotonic_regression
 
     return np.clip(isotonic_regression(area, weights=1.0 / half_band**2).x, 0.0, None)
 
 
-def _finished(problem, solution):
+def _finished(tests: _Tests, solution: tuple[Any, ...]) -> AreaFit:
     """The `AreaFit` of a solution."""
     from scipy.stats import ncx2
 
     unknowns, gain, information, rate, fitted = solution
-    count = len(problem.steps)
+    count = len(tests.steps)
     covariance = (gain @ information @ gain)[:count, :count]
     deviation = np.sqrt(np.diag(covariance))
-    smooth = np.append(monotone(unknowns[:count], deviation), np.zeros(len(problem.records)))
+    smooth = np.append(monotone(unknowns[:count], deviation), np.zeros(len(tests.records)))
     bias = BIAS_LOST * np.abs(gain @ (information @ smooth) - smooth)[:count] / deviation
     near = np.clip(bias, 1e-6, 5.0)
     half = deviation * np.where(bias < 5.0, np.sqrt(ncx2.ppf(0.95, 1, near**2)), bias + 1.645)
     whole = np.zeros((count + 1, count + 1))
     whole[1:, 1:] = covariance
     area = np.append(0.0, unknowns[:count])
-    return AreaFit(problem.knots, area, np.append(0.0, half), whole, np.array(problem.noise), fitted, rate)
+    return AreaFit(tests.knots, area, np.append(0.0, half), whole, np.array(tests.noise), fitted, rate)
 
 
-def opened_at(fit):
+def _opened_at(fit: AreaFit) -> float:
     """Twice the time at which an area has come to 95 % of its middle value over the later half [s]."""
     rising = monotone(fit.area[1:], fit.half_band[1:])
     level = np.median(rising[len(rising) // 2 :])
-    return 2.0 * fit.knots[1 + int(np.argmax(rising >= 0.95 * level))]
+    return 2.0 * float(fit.knots[1 + int(np.argmax(rising >= 0.95 * level))])
 
 
-def fit_area(vessel, records, knots=None, opened=None):
+def fit_area(
+    vessel: Vessel, records: Sequence[Record], knots: np.ndarray | None = None, opened: float | None = None
+) -> tuple[AreaFit, float]:
     """The effective area that explains all of some discharge tests.
 
     The law is Eq. 10 of the EPV paper [1]_, integrated; the rate of the random walk is found by the fixed point of the
@@ -231,11 +263,24 @@ def fit_area(vessel, records, knots=None, opened=None):
        Sci. A, doi 10.1631/jzus.A0820373, Eq. 10.
     .. [2] D. J. C. MacKay, "Bayesian interpolation", Neural Comput. 4, 1992, pp. 415-447,
        doi 10.1162/neco.1992.4.3.415.
+
+    Examples
+    --------
+    >>> from apesim.air import gas_of
+    >>> from apesim.engine.machine import Machine
+    >>> vessel = Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air))
+    >>> descent, times = Descent(vessel, 7e5), np.arange(-5e-3, 80e-3, 1e-3)
+    >>> opened = np.clip(times - 5e-3, 0.0, None)  # 9 mm^2 at once, after 5 ms
+    >>> pressures = descent.pressure(9e-6 * opened)[0] + 100.0 * np.random.default_rng(0).standard_normal(len(times))
+    >>> knots = np.linspace(0.0, 79e-3, 21)
+    >>> fit, _ = fit_area(vessel, [Record("p060", times, pressures)], knots, 10e-3)
+    >>> round(1e6 * float(np.median(fit.area)), 1)
+    9.0
     """
-    if knots is None:
+    if knots is None or opened is None:
         end = max(record.times[-1] for record in records)
-        pilot = _Problem(vessel, records, np.linspace(0.0, end, PILOT_KNOTS + 1), end)
-        opened = opened_at(_finished(pilot, _solve(pilot)))
+        pilot = _Tests(vessel, records, np.linspace(0.0, end, PILOT_KNOTS + 1), end)
+        opened = _opened_at(_finished(pilot, _solve(pilot)))
         knots = _knots(end, opened)
-    problem = _Problem(vessel, records, knots, opened)
-    return _finished(problem, _solve(problem)), opened
+    tests = _Tests(vessel, records, knots, opened)
+    return _finished(tests, _solve(tests)), opened

@@ -58,16 +58,62 @@ class EffectiveArea(Result):
     vessel: Vessel = field(kw_only=True)
 
     def to_dict(self) -> dict[str, Any]:
-        """The result under the keys of ``apesim valve discharge --json``; NaN where JSON says null."""
+        """Return the result under the keys of ``apesim valve discharge --json``; NaN where JSON says null.
+
+        Returns
+        -------
+        dict
+            See `apesim.studies.discharge.summary.discharge_json`; besides ``warnings``.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import apesim
+        >>> times = np.arange(-5.0, 60.0, 0.5)
+        >>> rows = np.column_stack((times, 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
+        >>> folder = tempfile.TemporaryDirectory()
+        >>> test, form = f"{folder.name}/p060.csv", "time [ms],pressure [MPa abs]"
+        >>> np.savetxt(test, rows, delimiter=",", header=form, comments="")
+        >>> area = apesim.evaluate_discharge(apesim.Machine(), [test], volume="500 cm^3")
+        >>> area.to_dict()["effective_area_mm2"] == area["effective_area_mm2"]
+        True
+        >>> folder.cleanup()
+        """
         return discharge_json(self.evaluation, self.vessel) | {"warnings": list(self.warnings)}
 
     def write(self, out: str | PathLike[str], *, overwrite: bool = False) -> Path:
         """Write the curve as CSV, which ``valve.solenoid.opening_curve`` takes.
 
+        Parameters
+        ----------
+        out : path
+            CSV to write.
+        overwrite : bool
+            Whether one that is there may be replaced.
+
+        Returns
+        -------
+        Path
+            The CSV.
+
         Raises
         ------
         ArchiveError
             There is one that is not to be replaced.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import apesim
+        >>> times = np.arange(-5.0, 60.0, 0.5)
+        >>> rows = np.column_stack((times, 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
+        >>> folder = tempfile.TemporaryDirectory()
+        >>> test, form = f"{folder.name}/p060.csv", "time [ms],pressure [MPa abs]"
+        >>> np.savetxt(test, rows, delimiter=",", header=form, comments="")
+        >>> area = apesim.evaluate_discharge(apesim.Machine(), [test], volume="500 cm^3")
+        >>> area.write(f"{folder.name}/curve.csv").read_text().splitlines()[0]
+        'time [ms],opening [-],effective_area [mm^2],low [mm^2],high [mm^2]'
+        >>> folder.cleanup()
         """
         if not overwrite:
             refuse_to_replace(out)
@@ -75,13 +121,63 @@ class EffectiveArea(Result):
         return Path(out)
 
     def draw(self, folder: str | PathLike[str]) -> list[Path]:
-        """Draw all figures into a folder, as PNG and PDF; returns their paths."""
+        """Draw all figures into a folder, as PNG and PDF.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it does not exist.
+
+        Returns
+        -------
+        list of Path
+            A PNG and a PDF of each figure.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import apesim
+        >>> times = np.arange(-5.0, 60.0, 0.5)
+        >>> rows = np.column_stack((times, 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
+        >>> folder = tempfile.TemporaryDirectory()
+        >>> test, form = f"{folder.name}/p060.csv", "time [ms],pressure [MPa abs]"
+        >>> np.savetxt(test, rows, delimiter=",", header=form, comments="")
+        >>> area = apesim.evaluate_discharge(apesim.Machine(), [test], volume="500 cm^3")
+        >>> [path.name for path in area.draw(f"{folder.name}/figures")]  # doctest: +SKIP
+        ['pressure.png', 'pressure.pdf', 'effective_area.png', 'effective_area.pdf']
+        >>> folder.cleanup()
+        """
         from apesim.studies.figures.discharge import discharge_figures
 
         return discharge_figures(self.vessel, self.evaluation, folder)
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the effective area over time, with its 95 % band; returns the axes."""
+        """Draw the effective area over time, with its 95 % band.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import apesim
+        >>> times = np.arange(-5.0, 60.0, 0.5)
+        >>> rows = np.column_stack((times, 0.1 + 0.6 * np.exp(-np.clip(times, 0.0, None) / 12.0)))
+        >>> folder = tempfile.TemporaryDirectory()
+        >>> test, form = f"{folder.name}/p060.csv", "time [ms],pressure [MPa abs]"
+        >>> np.savetxt(test, rows, delimiter=",", header=form, comments="")
+        >>> area = apesim.evaluate_discharge(apesim.Machine(), [test], volume="500 cm^3")
+        >>> area.plot().get_ylabel()
+        'effective area [mm²]'
+        >>> folder.cleanup()
+        """
         from apesim.studies.figures.axes import axes_for
 
         ax = axes_for(ax)
@@ -176,17 +272,17 @@ def evaluate_discharge(
     initial = ambient.temperature if temperature is None else float(temperature)
     vessel = Vessel(float(volume), initial, ambient.pressure, gas_of(machine.air))
     with shown(progress, "discharge") as report:
-        found = call_in_thread(discharge, vessel, records).result()
+        result = call_in_thread(discharge, vessel, records).result()
         report(len(records), len(records))
     values = {
-        "effective_area_mm2": 1e6 * found.full_area,
-        "effective_area_half_band_mm2": 1e6 * found.full_area_half_band,
-        "opens_s": found.curve[0, 0],
-        "open_s": found.curve[-1, 0],
-        "cut_off_s": found.end,
+        "effective_area_mm2": 1e6 * result.full_area,
+        "effective_area_half_band_mm2": 1e6 * result.full_area_half_band,
+        "opens_s": result.curve[0, 0],
+        "open_s": result.curve[-1, 0],
+        "cut_off_s": result.end,
         "wall_time_s": time.perf_counter() - start,
     }
-    times, *columns = found.curve.T
+    times, *columns = result.curve.T
     traces = {"time": Trace(("time",), times, "s", "time after the switch")}
     for (name, about), column in zip(CURVE.items(), columns, strict=True):
         traces[name] = Trace(("time",), column, *about)
@@ -195,9 +291,9 @@ def evaluate_discharge(
         scalars_of(values, NUMBERS),
         traces,
         conditions,
-        tuple(found.warnings),
+        tuple(result.warnings),
         machine=machine.to_toml(),
-        evaluation=found,
+        evaluation=result,
         vessel=vessel,
     )
     if out is not None:

@@ -1,16 +1,18 @@
 """Discharge tests evaluated: each alone, compared, pooled, and turned into a curve that the valve can be run with."""
 
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from apesim.quantities import Fault, InputError
 from apesim.studies.discharge.area import AreaFit, fit_area
-from apesim.studies.discharge.collapse import collapse_of
-from apesim.studies.discharge.opening import WIDEST, opening_curve, plateau, told_until
-from apesim.studies.discharge.records import MIN_RATIO, fitted_part, noise_before
+from apesim.studies.discharge.collapse import Collapse, collapse_of
+from apesim.studies.discharge.opening import MAX_HALF_BAND, find_cut_off, find_plateau, opening_curve
+from apesim.studies.discharge.records import MIN_RATIO, Record, fitted_part, noise_before
+from apesim.studies.discharge.vessel import Vessel
 
-CUT_OFF = f"told while p > {MIN_RATIO:g} p_ambient and half the 95 % band is below {WIDEST:.0%} of the full area"
+CUT_OFF = f"told while p > {MIN_RATIO:g} p_ambient and half the 95 % band is below {MAX_HALF_BAND:.0%} of the full area"
 METHOD = (
     "S(t), straight between knots, through Eq. 10 forward to all samples; a random walk of the largest marginal "
     "likelihood, undersmoothed; noise from before the switch and from what is left; 95 % point-wise with the bias of "
@@ -22,13 +24,13 @@ HEADER = ("time [ms]", "opening [-]", "effective_area [mm^2]", "low [mm^2]", "hi
 class Discharge(NamedTuple):
     """What discharge tests say of a valve."""
 
-    records: list
+    records: list[Record]
     """The tests as fitted, `Record`: down to `MIN_RATIO`, long ones averaged to at most `MAX_SAMPLES`."""
-    noise: list
+    noise: list[float]
     """Standard deviation of single samples before the valve is switched, by test [Pa]."""
-    fits: list
+    fits: list[AreaFit]
     """Fit of each test alone, `AreaFit`."""
-    ends: list
+    ends: list[float]
     """Until when each test tells [s]."""
     pooled: AreaFit
     end: float
@@ -39,12 +41,12 @@ class Discharge(NamedTuple):
     """[m2]"""
     curve: np.ndarray
     """Time [s], opening, effective area and ends of its band [m2], shape (m, 5)."""
-    collapse: Any
+    collapse: Collapse | None
     """`Collapse`; None of a single test."""
-    warnings: list
+    warnings: list[str]
 
 
-def discharge(vessel, records):
+def discharge(vessel: Vessel, records: Sequence[Record]) -> Discharge:
     """The effective area of a valve over the time after its switch, from discharge tests.
 
     Parameters
@@ -61,39 +63,53 @@ def discharge(vessel, records):
     ------
     InputError
         The tests are too noisy to tell anything.
+
+    Examples
+    --------
+    A valve of 9 mm^2 that opens at once, 5 ms after its switch:
+
+    >>> from apesim.air import gas_of
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.discharge.vessel import Descent
+    >>> vessel, times = Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)), np.arange(-20e-3, 100e-3, 5e-4)
+    >>> pressures = Descent(vessel, 7e5).pressure(9e-6 * np.clip(times - 5e-3, 0.0, None))[0]
+    >>> pressures += 50.0 * np.random.default_rng(0).standard_normal(len(times))
+    >>> result = discharge(vessel, [Record("p060", times, pressures)])
+    >>> f"{1e6 * result.full_area:.1f} mm^2"
+    '9.0 mm^2'
     """
     parts = [fitted_part(record, vessel.ambient_pressure) for record in records]
     pooled, opened = fit_area(vessel, parts)
     lasts = [part.times[-1] for part in parts]
     end = max(lasts)
-    for _ in range(2):  # what is told depends on the full area, and that on what is told
-        start, full_area, half = plateau(pooled, end)
-        end = told_until(pooled, max(lasts), full_area)
+    for _ in range(2):  # the cut-off depends on the full area, and that on the cut-off
+        start, full_area, half = find_plateau(pooled, end)
+        end = find_cut_off(pooled, max(lasts), full_area)
         if end < pooled.knots[1]:
-            wrong = f"too noisy: half the band of the area is nowhere below {WIDEST:.0%} of it"
+            wrong = f"too noisy: half the band of the area is nowhere below {MAX_HALF_BAND:.0%} of it"
             right = "give more tests, of less noise, higher pressure or a smaller vessel"
             raise InputError([Fault(", ".join(record.name for record in records), "pressure", wrong, right)])
     fits = [fit_area(vessel, [part], pooled.knots, opened)[0] for part in parts] if len(parts) > 1 else [pooled]
-    ends = [told_until(fit, last, full_area) for fit, last in zip(fits, lasts, strict=True)]
+    ends = [find_cut_off(fit, last, full_area) for fit, last in zip(fits, lasts, strict=True)]
     collapse = collapse_of(fits, min(ends), full_area) if len(parts) > 1 and min(ends) > pooled.knots[1] else None
     noise = [noise_before(record)[0] for record in records]
     curve = opening_curve(pooled, start, full_area)
-    found = Discharge(parts, noise, fits, ends, pooled, end, full_area, half, curve, collapse, [])
-    found.warnings.extend(_warnings(found, vessel))
-    return found
+    result = Discharge(parts, noise, fits, ends, pooled, end, full_area, half, curve, collapse, [])
+    result.warnings.extend(_warnings(result, vessel))
+    return result
 
 
-def _warnings(found, vessel):
+def _warnings(result: Discharge, vessel: Vessel) -> Iterator[str]:
     """What a user should know."""
-    if not 1.3 * found.curve[-1, 0] < found.end:
+    if not 1.3 * result.curve[-1, 0] < result.end:
         yield "the area is hardly told for longer than it rises: the full area may be larger; take a larger vessel"
-    if found.collapse and not found.collapse.agree:
+    if result.collapse and not result.collapse.agree:
         yield "the curves differ by more than their noise: check volume, pressures' zeros, temperature and time zero"
-    for record, raw, left in zip(found.records, found.noise, found.pooled.noise, strict=True):
+    for record, raw, noise in zip(result.records, result.noise, result.pooled.noise, strict=True):
         before = record.times <= 0.0
         expected = noise_before(record)[0]
-        if left > expected * (1.0 + 4.0 / np.sqrt(2.0 * before.sum())):
-            yield f"{record.name}: what the fit leaves, {left:.3g} Pa, is more than the noise before the switch"
+        if noise > expected * (1.0 + 4.0 / np.sqrt(2.0 * before.sum())):
+            yield f"{record.name}: what the fit leaves, {noise:.3g} Pa, is more than the noise before the switch"
         times, e = record.times[before], record.pressures[before]
         slope = np.polyfit(times - times.mean(), e, 1)[0]
         if abs(slope) * np.sqrt(np.sum((times - times.mean()) ** 2)) > 5.0 * max(expected, 1e-6 * e.mean()):
@@ -102,12 +118,12 @@ def _warnings(found, vessel):
             yield f"{record.name}: no noise before the switch: the band tells of the fit alone"
 
 
-def figure_arrays(found):
+def figure_arrays(result: Discharge) -> dict[str, Any]:
     """What a figure of discharge tests shows.
 
     Parameters
     ----------
-    found : Discharge
+    result : Discharge
 
     Returns
     -------
@@ -115,23 +131,32 @@ def figure_arrays(found):
         ``tests``: of each its ``name``, ``time`` [s], ``pressure`` and ``fitted`` [Pa abs], and up to where it tells
         ``knots`` [s], ``area``, ``low`` and ``high`` [m2]; ``pooled``: the last four of all tests together; ``curve``:
         as `Discharge.curve`; ``full_area`` [m2]; ``cut_off`` [s].
+
+    Examples
+    --------
+    >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])
+    >>> record = Record("p060", knots, np.array([7e5, 6e5, 5e5]))
+    >>> fit = AreaFit(knots, area, np.full(3, 2e-7), np.eye(3), np.array([500.0]), [record.pressures], 1.0)
+    >>> result = Discharge([record], [500.0], [fit], [1e-3], fit, 1e-3, 9e-6, 2e-7, np.empty((0, 5)), None, [])
+    >>> figure_arrays(result)["pooled"]["knots"].tolist()
+    [0.0, 0.001]
     """
 
-    def band(fit, end):
-        told = fit.knots <= end
+    def band(fit: AreaFit, end: float) -> dict[str, np.ndarray]:
+        reported = fit.knots <= end
         low, high = fit.area - fit.half_band, fit.area + fit.half_band
         columns = {"knots": fit.knots, "area": fit.area, "low": low, "high": high}
-        return {name: column[told] for name, column in columns.items()}
+        return {name: column[reported] for name, column in columns.items()}
 
     tests = [
         {"name": r.name, "time": r.times, "pressure": r.pressures, "fitted": fit.pressures[0]} | band(fit, end)
-        for r, fit, end in zip(found.records, found.fits, found.ends, strict=True)
+        for r, fit, end in zip(result.records, result.fits, result.ends, strict=True)
     ]
-    pooled = band(found.pooled, found.end)
+    pooled = band(result.pooled, result.end)
     return {
         "tests": tests,
         "pooled": pooled,
-        "curve": found.curve,
-        "full_area": found.full_area,
-        "cut_off": found.end,
+        "curve": result.curve,
+        "full_area": result.full_area,
+        "cut_off": result.end,
     }

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from rich.table import Table
 
@@ -10,15 +11,44 @@ from apesim.studies.discharge.vessel import Vessel
 from apesim.studies.tables import table_of
 
 
-def discharge_json(found: Discharge, vessel: Vessel) -> dict:
-    """The result of discharge tests, for JSON."""
-    rows = zip(found.records, found.fits, found.ends, found.noise, strict=True)
+def discharge_json(result: Discharge, vessel: Vessel) -> dict[str, Any]:
+    """The result of discharge tests, for JSON.
+
+    Parameters
+    ----------
+    result : Discharge
+        Evaluation of the tests.
+    vessel : Vessel
+        What was emptied.
+
+    Returns
+    -------
+    dict
+        Keys of ``apesim valve discharge --json`` that the tests say; a key names its unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.air import gas_of
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.discharge.area import AreaFit
+    >>> from apesim.studies.discharge.records import Record
+    >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])
+    >>> record = Record("p060", knots, np.array([7e5, 6e5, 5e5]))
+    >>> fit = AreaFit(knots, area, np.full(3, 2e-7), np.eye(3), np.array([500.0]), [record.pressures], 1.0)
+    >>> curve = np.column_stack((knots[:2], [0.0, 1.0], area[:2], area[:2], area[:2]))
+    >>> result = Discharge([record], [500.0], [fit], [2e-3], fit, 2e-3, 9e-6, 2e-7, curve, None, [])
+    >>> data = discharge_json(result, Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)))
+    >>> round(data["effective_area_mm2"], 6), float(data["open_ms"]), data["tests"][0]["noise_Pa"]
+    (9.0, 1.0, 500.0)
+    """
+    rows = zip(result.records, result.fits, result.ends, result.noise, strict=True)
     return {
-        "effective_area_mm2": found.full_area * 1e6,
-        "effective_area_half_band_mm2": found.full_area_half_band * 1e6,
-        "opens_ms": found.curve[0, 0] * 1e3,
-        "open_ms": found.curve[-1, 0] * 1e3,
-        "cut_off_ms": found.end * 1e3,
+        "effective_area_mm2": result.full_area * 1e6,
+        "effective_area_half_band_mm2": result.full_area_half_band * 1e6,
+        "opens_ms": result.curve[0, 0] * 1e3,
+        "open_ms": result.curve[-1, 0] * 1e3,
+        "cut_off_ms": result.end * 1e3,
         "cut_off_rule": CUT_OFF,
         "method": METHOD,
         "volume_m3": vessel.volume,
@@ -34,12 +64,42 @@ def discharge_json(found: Discharge, vessel: Vessel) -> dict:
             }
             for record, fit, end, noise in rows
         ],
-        "collapse": found.collapse._asdict() if found.collapse else None,
+        "collapse": result.collapse._asdict() if result.collapse else None,
     }
 
 
-def discharge_lines(found: Discharge, data: dict) -> Iterator[Table | str]:
-    """A table of discharge tests, and what they say in words."""
+def discharge_lines(result: Discharge, data: dict[str, Any]) -> Iterator[Table | str]:
+    """A table of discharge tests, and what they say in words.
+
+    Parameters
+    ----------
+    result : Discharge
+        Evaluation of the tests.
+    data : dict
+        See `discharge_json`; besides ``curve``, the path of the curve, and ``figures``, the paths of the figures.
+
+    Yields
+    ------
+    rich.table.Table or str
+        What `apesim.studies.console.Console.result` shows, one below the other.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.air import gas_of
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.discharge.area import AreaFit
+    >>> from apesim.studies.discharge.records import Record
+    >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])
+    >>> record = Record("p060", knots, np.array([7e5, 6e5, 5e5]))
+    >>> fit = AreaFit(knots, area, np.full(3, 2e-7), np.eye(3), np.array([500.0]), [record.pressures], 1.0)
+    >>> curve = np.column_stack((knots[:2], [0.0, 1.0], area[:2], area[:2], area[:2]))
+    >>> result = Discharge([record], [500.0], [fit], [2e-3], fit, 2e-3, 9e-6, 2e-7, curve, None, [])
+    >>> data = discharge_json(result, Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)))
+    >>> _, area_line, *_ = discharge_lines(result, data | {"curve": "curve.csv", "figures": []})
+    >>> area_line
+    'effective area 9 ± 0.2 mm2 (95 %, by noise alone)'
+    """
     rows = [
         (
             test["file"],
@@ -56,7 +116,7 @@ def discharge_lines(found: Discharge, data: dict) -> Iterator[Table | str]:
     yield f"effective area {area:.4g} ± {half:.2g} mm2 (95 %, by noise alone)"
     opens, is_open, end = (data[key] for key in ("opens_ms", "open_ms", "cut_off_ms"))
     yield f"opens after {opens:.3g} ms, open at {is_open:.3g} ms, told until {end:.3g} ms"
-    collapse = found.collapse
+    collapse = result.collapse
     if collapse:
         yield (
             f"the curves {'agree' if collapse.agree else 'do not agree'}: rms {collapse.rms:.2%} of the full area, "

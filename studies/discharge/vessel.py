@@ -13,6 +13,7 @@ from apesim.air import Gas, heat_capacity, heat_capacity_ratio
 from apesim.restriction import flow_function
 
 TABLE = 1500
+"""Rows of the table of the law."""
 MIN_RATIO = 1.02
 """Lowest pressure over ambient of the table of the law."""
 
@@ -30,21 +31,30 @@ class Vessel(NamedTuple):
     """Properties of the gas, see `apesim.air.gas_of`."""
 
 
-def temperatures(vessel, initial_pressure, pressures):
-    """Temperature of the gas that stays in an emptying vessel, adiabatic: Eq. 9 of doi 10.1631/jzus.A0820373.
+def temperatures(vessel: Vessel, initial_pressure: float, pressures: np.ndarray) -> np.ndarray:
+    """Find the temperature of the gas that stays in an emptying vessel, adiabatic: Eq. 9 of doi 10.1631/jzus.A0820373.
 
     Parameters
     ----------
     vessel : Vessel
+        What empties; its gas may have a heat capacity that depends on the temperature.
     initial_pressure : float
-        [Pa abs]
+        Pressure before the valve opens [Pa abs].
     pressures : (n,) float array
         Descending, by small steps if cp depends on the temperature [Pa abs].
 
     Returns
     -------
     (n,) float array
-        [K]
+        Temperatures at these pressures [K].
+
+    Examples
+    --------
+    >>> from apesim.air import gas_of
+    >>> from apesim.engine.machine import Machine
+    >>> vessel = Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air))
+    >>> temperatures(vessel, 7e5, np.array([7e5, 3.5e5])).round(1)
+    array([293. , 240.4])
     """
     gas, ratios = vessel.gas, np.asarray(pressures) / initial_pressure
     k = gas.heat_capacity_ratio
@@ -58,24 +68,35 @@ def temperatures(vessel, initial_pressure, pressures):
     return t
 
 
-def fall_per_area(vessel, initial_pressure, pressures):
-    """How fast the pressure falls per effective area: Eq. 10 of doi 10.1631/jzus.A0820373, solved for -dp/dt / S.
+def fall_per_area(vessel: Vessel, initial_pressure: float, pressures: np.ndarray) -> np.ndarray:
+    """Find how fast the pressure falls per effective area: Eq. 10 of doi 10.1631/jzus.A0820373, solved for -dp/dt / S.
 
-    ``f = k psi p sqrt(R T) / V``, with T of Eq. 9 ``f = k psi sqrt(R T_ini) p^((3k-1)/(2k)) p_ini^((1-k)/(2k)) / V``.
-    Absolute pressures: with gauge ones the law is silently wrong.
+    ``f = k psi p sqrt(R T) / V``, with T of Eq. 9 ``f = k psi sqrt(R T_ini) p^((3k-1)/(2k)) p_ini^((1-k)/(2k)) / V``:
+    both doi 10.1631/jzus.A0820373. Absolute pressures: with gauge ones the law is silently wrong.
 
     Parameters
     ----------
     vessel : Vessel
+        What empties, and into what.
     initial_pressure : float
-        [Pa abs]
+        Pressure before the valve opens [Pa abs].
     pressures : (n,) float array
-        As `temperatures` wants them [Pa abs].
+        Pressures, as `temperatures` wants them [Pa abs].
 
     Returns
     -------
     (n,) float array
         [Pa/(s m2)]
+
+    Examples
+    --------
+    A valve of 9 mm^2 on 500 cm^3 at 7 bar lets the pressure fall by so much:
+
+    >>> from apesim.air import gas_of
+    >>> from apesim.engine.machine import Machine
+    >>> vessel = Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air))
+    >>> f"{1e-5 * 1e-3 * 9e-6 * fall_per_area(vessel, 7e5, np.array([7e5]))[0]:.4f} bar/ms"
+    '0.0350 bar/ms'
     """
     gas, t = vessel.gas, temperatures(vessel, initial_pressure, pressures)
     psi = np.array([flow_function(gas, vessel.ambient_pressure / p, x) for p, x in zip(pressures, t, strict=True)])
@@ -83,14 +104,15 @@ def fall_per_area(vessel, initial_pressure, pressures):
     return k * psi * pressures * np.sqrt(gas.gas_constant * t) / vessel.volume
 
 
-def effective_area(vessel, initial_pressure, pressures, slopes):
-    """Effective area from a pressure and its slope: Eq. 10 of doi 10.1631/jzus.A0820373.
+def effective_area(vessel: Vessel, initial_pressure: float, pressures: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """Find the effective area from a pressure and its slope: Eq. 10 of doi 10.1631/jzus.A0820373.
 
     Parameters
     ----------
     vessel : Vessel
+        What empties, and into what.
     initial_pressure : float
-        [Pa abs]
+        Pressure before the valve opens [Pa abs].
     pressures, slopes : (n,) float array
         [Pa abs], [Pa/s]
 
@@ -98,6 +120,14 @@ def effective_area(vessel, initial_pressure, pressures, slopes):
     -------
     (n,) float array
         Coefficient times geometric area, mu S [m2].
+
+    Examples
+    --------
+    >>> from apesim.air import gas_of
+    >>> from apesim.engine.machine import Machine
+    >>> vessel = Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air))
+    >>> 1e6 * effective_area(vessel, 7e5, np.array([7e5]), np.array([-3.5e6])).round(8)
+    array([8.99])
     """
     return -np.asarray(slopes) / fall_per_area(vessel, initial_pressure, np.asarray(pressures))
 
@@ -114,7 +144,7 @@ class Descent:
         At Y = 0 [Pa abs]; the table goes on a little above it.
     """
 
-    def __init__(self, vessel, initial_pressure):
+    def __init__(self, vessel: Vessel, initial_pressure: float) -> None:
         from scipy.interpolate import CubicHermiteSpline
 
         low, high = MIN_RATIO * vessel.ambient_pressure, 1.1 * initial_pressure
@@ -125,11 +155,54 @@ class Descent:
         self.passed = passed - np.interp(-initial_pressure, -self.pressures, passed)
         self._curve = CubicHermiteSpline(self.passed, self.pressures, -falls)
 
-    def pressure(self, passed):
-        """Pressure [Pa abs] and how fast it falls with Y [Pa/(m2 s)]."""
+    def pressure(self, passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Find the pressure of the vessel once some gas is out.
+
+        Parameters
+        ----------
+        passed : (n,) float array
+            Time integrals Y of the effective area [m2 s].
+
+        Returns
+        -------
+        pressures : (n,) float array
+            [Pa abs]
+        falls : (n,) float array
+            How fast they fall with Y, as `fall_per_area` [Pa/(m2 s)].
+
+        Examples
+        --------
+        >>> from apesim.air import gas_of
+        >>> from apesim.engine.machine import Machine
+        >>> descent = Descent(Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)), 7e5)
+        >>> pressures, _ = descent.pressure(np.array([0.0, 6.2e-7]))
+        >>> (pressures / 1e5).round(1)
+        array([7., 5.])
+        """
         inside = np.clip(passed, self.passed[0], self.passed[-1])
         return self._curve(inside), -self._curve(inside, 1)
 
-    def passed_at(self, pressures):
-        """Y at given pressures [m2 s]."""
+    def passed_at(self, pressures: np.ndarray) -> np.ndarray:
+        """Find the time integral of the effective area that leaves the vessel at some pressures.
+
+        Parameters
+        ----------
+        pressures : (n,) float array
+            Pressures within the table [Pa abs].
+
+        Returns
+        -------
+        (n,) float array
+            Time integrals Y; 0 at the initial pressure [m2 s].
+
+        Examples
+        --------
+        A valve of 9 mm^2 takes so long to empty 500 cm^3 from 7 to 5 bar:
+
+        >>> from apesim.air import gas_of
+        >>> from apesim.engine.machine import Machine
+        >>> descent = Descent(Vessel(500e-6, 293.0, 1e5, gas_of(Machine().air)), 7e5)
+        >>> f"{1e3 * descent.passed_at(5e5) / 9e-6:.0f} ms"
+        '69 ms'
+        """
         return np.interp(-np.asarray(pressures), -self.pressures, self.passed)

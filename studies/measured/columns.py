@@ -21,11 +21,12 @@ KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
 def read_columns(
     path: Path, declared: Mapping[str, str], due: Sequence[str], ambient_pressure: float, right: str
 ) -> tuple[dict[str, np.ndarray], list[str], list[Fault]]:
-    """Read the declared columns of a CSV; others are ignored.
+    r"""Read the declared columns of a CSV; others are ignored.
 
     Parameters
     ----------
     path : path
+        CSV whose first line has names with units.
     declared : mapping of str to str
         The unit of each column by name, in any of its dimension; that of a pressure ends in `` abs``, and the file
         says whether it is abs or gauge.
@@ -45,6 +46,17 @@ def read_columns(
         Names of all columns in the file.
     faults : list of Fault
         Faults, empty where there are none.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "p040.csv")
+    ...     _ = path.write_text("time [ms],pressure [kPa gauge]\n0,400\n1,390\n")
+    ...     declared = {"time": "ms", "pressure": "kPa abs"}
+    ...     columns, _, faults = read_columns(path, declared, ("time", "pressure"), 100e3, "give a CSV")
+    >>> columns["pressure"].tolist(), faults
+    ([500000.0, 490000.0], [])
     """
     file = str(path)
     faults: list[Fault] = []

@@ -81,18 +81,27 @@ def with_value(tree: Any, key: str, value: object) -> Any:
 
 
 def run_of(machine: Machine, run: MeasuredRun) -> Machine:
-    """The machine with the supply of a measured run, which is that of the control air, too; and an engine's command.
+    """Take the supply of a measured run, which is that of the control air, too, and an engine's command into a machine.
 
     What the run states of its supply is freed of the errors of gauge and thermometer that the machine knows of.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-    run : apesim.studies.measured.MeasuredRun
+    machine : Machine
+        Model of the bench.
+    run : MeasuredRun
+        Run on it.
 
     Returns
     -------
-    apesim.engine.machine.Machine
+    Machine
+        A changed copy.
+
+    Examples
+    --------
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 293.0, 50e-3, "fit", np.empty(0), {})
+    >>> run_of(Machine(), run).supply.temperature
+    293.0
     """
     effects: Any = machine.effects
     gain, offset = effects.sensor_gain.supply_pressure, effects.sensor_offset.supply_temperature
@@ -111,14 +120,22 @@ def start_of(machine: Machine, run: MeasuredRun) -> Known | None:
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-        With the supply and the command of the run, see `run_of`.
-    run : apesim.studies.measured.MeasuredRun
+    machine : Machine
+        Model with the supply and the command of the run, see `run_of`.
+    run : MeasuredRun
+        Run on a bench.
 
     Returns
     -------
-    apesim.march.periodic.Known or None
-        None on a valve's bench, which starts from rest, and where an engine does not settle to every cycle alike.
+    Known or None
+        State of an engine that settles to every cycle alike; None for another, and on a valve's bench, which starts
+        from rest.
+
+    Examples
+    --------
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 293.0, 50e-3, "fit", np.empty(0), {})
+    >>> start_of(Machine(), run) is None
+    True
     """
     return known_state(machine, run.speed) if run.bench == ENGINE else None
 
@@ -151,6 +168,14 @@ def predict(
     Returns
     -------
     Prediction
+
+    Examples
+    --------
+    >>> times = np.array([0.0, 25e-3])
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 30e-3, "fit", times, {"lift": np.zeros(2)})
+    >>> lift = predict(run_of(Machine(), run), run).channels["lift"]
+    >>> (1e3 * lift).round(2)
+    array([0., 9.])
     """
     names = [*run.channels, *run.means] if sensors is None else list(sensors)
     bench = _EngineRun if run.bench == ENGINE else _ValveRun

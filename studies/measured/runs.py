@@ -64,15 +64,23 @@ class Measured(NamedTuple):
     """Pressure that gauge pressures in it stood above when it was read [Pa abs]; NaN: it was not read."""
 
     def of(self, role: str) -> list[MeasuredRun]:
-        """Runs of a role.
+        """Take the runs of a role.
 
         Parameters
         ----------
         role : {"fit", "gate", "check"}
+            Role of a run, as ``measured.toml`` says it.
 
         Returns
         -------
         list of MeasuredRun
             In the order of the file.
+
+        Examples
+        --------
+        >>> first = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, FIT, np.empty(0), {})
+        >>> measured = Measured("measured", {}, (first, first._replace(name="p049", role=CHECK)))
+        >>> [run.name for run in measured.of(CHECK)]
+        ['p049']
         """
         return [run for run in self.runs if run.role == role]
