@@ -173,8 +173,8 @@ def _solve(tests: _Tests) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, li
     for _ in range(3):
         information, vector, fitted = tests.linear(unknowns)
         gain = _inverse(information + tests.penalty(rate))
-        unknowns = gain @ vector
-    return unknowns, gain, information, rate, fitted
+        unknowns = solution = gain @ vector
+    return solution, gain, information, rate, fitted
 
 
 def monotone(area: np.ndarray, half_band: np.ndarray) -> np.ndarray:

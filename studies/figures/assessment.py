@@ -63,6 +63,13 @@ def assessment_figures(archive: Archive, folder: str | PathLike[str]) -> list[Pa
     -------
     list of Path
         A PNG and a PDF of each figure.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> assessment = apesim.assess_valve(apesim.Machine(), speed="600:1200:300 rpm")  # doctest: +SKIP
+    >>> [path.name for path in assessment_figures(assessment.archive, "figures")]  # doctest: +SKIP
+    ['losses.png', 'losses.pdf', 'exergy.png', 'exergy.pdf']
     """
     figures = {"losses": partial(_plot_losses, archive), "exergy": partial(_plot_exergy, archive)}
     return write_figures(figures, folder, conditions_of(archive.machine))
@@ -96,6 +103,18 @@ def draw_losses(axis: Axes, archive: Archive, name: str) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> from apesim.archive import Variable
+    >>> from apesim.studies.figures.drawing.panels import open_one
+    >>> torque = np.array([2.0, 1.0, 0.5, 0.25]) * np.ones((2, 3, 4))  # speeds, orders, causes
+    >>> variables = {"speed_rpm": Variable(("run",), np.array([600.0, 900.0]), "min-1", "speed")}
+    >>> variables["brake_torque_lost_Nm"] = Variable(("run", "order", "cause"), torque, "N m", "torque lost")
+    >>> _, axis = open_one()
+    >>> axis = draw_losses(axis, Archive("", {}, variables), "brake_torque_lost_Nm")
+    >>> axis.lines[-1].get_label(), axis.lines[-1].get_ydata().tolist()
+    ('sum', [3.25, 3.25])
     """
     v = archive.variables
     speed, parts = v["speed_rpm"].values, v[name].values

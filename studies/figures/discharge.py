@@ -29,8 +29,9 @@ def discharge_figures(vessel: Vessel, discharge: Discharge, folder: str | PathLi
 
     Parameters
     ----------
-    vessel : apesim.studies.discharge.Vessel
-    discharge : apesim.studies.discharge.Discharge
+    vessel : Vessel
+        What was emptied.
+    discharge : Discharge
         Result of the tests.
     folder : path
         Made if it does not exist.
@@ -39,6 +40,13 @@ def discharge_figures(vessel: Vessel, discharge: Discharge, folder: str | PathLi
     -------
     list of Path
         A PNG and a PDF of each figure.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> area = apesim.evaluate_discharge(apesim.Machine(), ["p060.csv"], volume="50 cm^3")  # doctest: +SKIP
+    >>> [path.name for path in discharge_figures(area.vessel, area.evaluation, "figures")]  # doctest: +SKIP
+    ['pressure.png', 'pressure.pdf', 'effective_area.png', 'effective_area.pdf']
     """
     figures = {"pressure": partial(plot_pressures, discharge), "effective_area": partial(plot_areas, discharge)}
     return write_figures(figures, folder, conditions_of_vessel(vessel))
@@ -54,6 +62,17 @@ def plot_pressures(discharge: Discharge) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from apesim.studies.discharge.area import AreaFit
+    >>> from apesim.studies.discharge.records import Record
+    >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])
+    >>> record = Record("p060", knots, np.array([7e5, 6e5, 5e5]))
+    >>> fit = AreaFit(knots, area, np.full(3, 2e-7), np.eye(3), np.array([500.0]), [record.pressures], 1.0)
+    >>> result = Discharge([record], [500.0], [fit], [2e-3], fit, 2e-3, 9e-6, 2e-7, np.empty((0, 5)), None, [])
+    >>> [axis.get_ylabel() for axis in plot_pressures(result).axes]
+    ['pressure [MPa abs]', 'residual [kPa]']
     """
     tests = figure_arrays(discharge)["tests"]
     figure, panels = open_column(2, SIZE, height_ratios=(3, 1))
@@ -85,6 +104,18 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
     -------
     matplotlib.figure.Figure
         Bands are those of 95 %.
+
+    Examples
+    --------
+    >>> from apesim.studies.discharge.area import AreaFit
+    >>> from apesim.studies.discharge.records import Record
+    >>> knots, area = np.linspace(0.0, 2e-3, 3), 1e-6 * np.array([0.0, 9.0, 9.0])
+    >>> record = Record("p060", knots, np.array([7e5, 6e5, 5e5]))
+    >>> fit = AreaFit(knots, area, np.full(3, 2e-7), np.eye(3), np.array([500.0]), [record.pressures], 1.0)
+    >>> result = Discharge([record], [500.0], [fit], [2e-3], fit, 2e-3, 9e-6, 2e-7, np.empty((0, 5)), None, [])
+    >>> above, below = plot_areas(result).axes
+    >>> above.lines[0].get_ydata().round(3)
+    array([0., 9., 9.])
     """
     arrays = figure_arrays(discharge)
     pooled, tests = arrays["pooled"], arrays["tests"]

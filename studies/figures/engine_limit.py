@@ -36,6 +36,13 @@ def engine_limit_figures(archive: Archive, ambient_pressure: float, folder: str 
     -------
     list of Path
         A PNG and a PDF.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> limits = apesim.find_engine_limit(apesim.Machine(), duration="75 deg, 120 deg")  # doctest: +SKIP
+    >>> [path.name for path in engine_limit_figures(limits.archive, 101325.0, "figures")]  # doctest: +SKIP
+    ['engine_limit.png', 'engine_limit.pdf']
     """
     figures = {"engine_limit": partial(_plot_limits, archive, ambient_pressure)}
     return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
@@ -69,6 +76,19 @@ def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column
+    >>> from apesim.studies.figures.drawing.panels import open_one
+    >>> from apesim.studies.limit.points import point_column
+    >>> values = {"supply_pressure": [0.6e6, 1.1e6], "supply_temperature": [287.0, 287.0]}
+    >>> values |= {"duration_deg": [75.0, 75.0], "limit_rpm": [900.0, 1200.0]}
+    >>> variables = {name: column(numbers, "1", name) for name, numbers in values.items()}
+    >>> variables["point"] = point_column([Point.GRID, Point.GRID_AND_OWN])
+    >>> _, axis = open_one()
+    >>> draw_limits(axis, Archive("", {}, variables), 0.1e6).get_ylabel()
+    'highest speed [r/min]'
     """
     v = columns_of(archive)
     of_grid = {name: values[v["point"] != Point.OWN] for name, values in v.items()}

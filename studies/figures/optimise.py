@@ -57,6 +57,13 @@ def optimise_figures(archive: Archive, ambient_pressure: float, folder: str | Pa
     -------
     list of Path
         A PNG and a PDF of each figure.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> optimum = apesim.optimise_commands(apesim.Machine(), goal="torque")  # doctest: +SKIP
+    >>> [path.name for path in optimise_figures(optimum.archive, 101325.0, "figures")][:2]  # doctest: +SKIP
+    ['optimum_angles.png', 'optimum_angles.pdf']
     """
     figures = {
         "optimum_angles": partial(_plot_angles, archive),
@@ -124,6 +131,18 @@ def draw_over_speed(axis: Axes, archive: Archive, column: str) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column
+    >>> from apesim.studies.figures.drawing.panels import open_one
+    >>> values = {"speed_rpm": [600.0, 900.0], "uncorrected_energise_deg": [-20.0, -20.0]}
+    >>> values["uncorrected_brake_torque_Nm"] = [20.0, 15.0]
+    >>> archive = Archive("", {}, {name: column(numbers, "1", name) for name, numbers in values.items()})
+    >>> _, axis = open_one()
+    >>> axis = draw_over_speed(axis, archive, "brake_torque_Nm")
+    >>> axis.lines[0].get_label(), axis.lines[0].get_ydata().tolist()
+    ('uncorrected', [20.0, 15.0])
     """
     v = columns_of(archive)
     for kind in _kinds(v):

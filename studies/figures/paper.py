@@ -62,6 +62,15 @@ def captions_of(vessel: Vessel, frictions: FrictionMap) -> dict[str, str]:
     -------
     dict of str to str
         By name of the figure.
+
+    Examples
+    --------
+    >>> from apesim.air import gas_of
+    >>> axis = np.array([1.0])
+    >>> frictions = FrictionMap(np.array([10.0, 111.08]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, {})
+    >>> vessel = Vessel(50e-6, 293.0, 101325.0, gas_of(Machine().air))
+    >>> captions_of(vessel, frictions)["fig03_discharge"].partition("the model's own ")[2]
+    'discharge tests (50 cm³, 0.5 kPa noise, 50 kHz), not measured ones.'
     """
     chosen = {"volume": vessel.volume * 1e6, "noise": NOISE / 1e3, "rate": RATE / 1e3}
     words = {"conditions": conditions_in_words(frictions)}
@@ -88,6 +97,14 @@ def paper_figures(
     -------
     list of Path
         A PNG and a PDF of each figure.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> paper = apesim.repeat_paper(apesim.Machine())  # doctest: +SKIP
+    >>> paths = paper_figures(paper.model, paper.map, paper.tests, paper.frictions, "figures")  # doctest: +SKIP
+    >>> paths[0].name  # doctest: +SKIP
+    'fig03_discharge.png'
     """
     ambient = machine.ambient.pressure
     figures = {

@@ -55,6 +55,13 @@ def soft_landing_figures(archive: Archive, ambient_pressure: float, folder: str 
     -------
     list of Path
         A PNG and a PDF of each figure.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> landing = apesim.find_soft_landing(apesim.Machine(), pressure="0.4 MPa gauge")  # doctest: +SKIP
+    >>> [path.name for path in soft_landing_figures(landing.archive, 101325.0, "figures")][:2]  # doctest: +SKIP
+    ['fronts.png', 'fronts.pdf']
     """
     v, titles, spacing, cost = shown_of(archive, ambient_pressure)
     dwell = 1e3 * float(archive.provenance["dwell_s"])
@@ -87,6 +94,15 @@ def shown_of(archive: Archive, ambient_pressure: float) -> tuple[dict[str, np.nd
         Time that two edges of the command stand apart at least [ms].
     cost : float
         Time that a stroke may take longer [ms].
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column
+    >>> pressure = column([0.5e6, 0.9e6], "Pa abs", "control pressure")
+    >>> archive = Archive("", {"spacing_s": "4.17e-3", "cost_s": "1e-3"}, {"supply_pressure": pressure})
+    >>> _, titles, spacing, cost = shown_of(archive, 0.1e6)
+    >>> titles, spacing, cost
+    ([(0, '0.4 MPa gauge'), (1, '0.8 MPa gauge')], 4.17, 1.0)
     """
     v = columns_of(archive)
     pressure = gauge_in_mpa(v["supply_pressure"], ambient_pressure)
@@ -172,6 +188,17 @@ def draw_over_spacing(axis: Axes, v: Columns, titles: Titles, spacing: float, co
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> v = {"spacing": 1e-3 * np.array([1.0, 4.0])}
+    >>> for stroke in STROKES:
+    ...     v[f"{stroke}_speed_over_spacing"] = np.array([[0.3, 0.6]])
+    ...     v[f"{stroke}_seating_speed"] = np.array([1.2])
+    >>> _, axis = open_one()
+    >>> axis = draw_over_spacing(axis, v, [(0, "0.4 MPa gauge")], 4.17, 1.0)
+    >>> axis.lines[0].get_label(), axis.lines[0].get_ydata().tolist()
+    ('0.4 MPa gauge, opening', [0.25, 0.5])
     """
     for (run, title), colour in zip(titles, colours_of(len(titles)), strict=True):
         for stroke, style in zip(STROKES, ("-", "--"), strict=True):

@@ -54,6 +54,13 @@ def sweep_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
     -------
     list of Path
         A PNG and a PDF of each figure.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> sweep = apesim.sweep(apesim.Machine(), "600:1200:300 rpm", intake="ideal")  # doctest: +SKIP
+    >>> [path.name for path in sweep_figures(sweep.archive, "figures")][:2]  # doctest: +SKIP
+    ['torque_and_air.png', 'torque_and_air.pdf']
     """
     varied = [name for name in axes_of(archive) if name not in OUTER]
     figures = {
@@ -75,6 +82,14 @@ def actuations_in(archive: Archive) -> list[str]:
     Returns
     -------
     list of str
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column, run_axis
+    >>> axes = {"axes": '{"actuation": ["epv", "ideal"], "speed_rpm": ["600 rpm"]}'}
+    >>> variables = {"run": run_axis(2), "speed_rpm": column([600.0, 600.0], "min-1", "speed")}
+    >>> actuations_in(Archive("", axes, variables | {"actuation": column([0, 1], "1", "actuation")}))
+    ['epv', 'ideal']
     """
     texts, places = axes_of(archive)["actuation"], places_of(archive)[0]
     return [name for number, name in enumerate(texts) if number in places]
@@ -94,6 +109,15 @@ def runs_of(archive: Archive, actuation: str, along: str = "speed_rpm") -> np.nd
     -------
     (n,) int array
         In the order of rising speed, or of the values.
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column, run_axis
+    >>> axes = {"axes": '{"actuation": ["epv", "ideal"], "speed_rpm": ["600 rpm", "900 rpm"]}'}
+    >>> speed = column([600.0, 900.0, 600.0, 900.0], "min-1", "speed")
+    >>> variables = {"run": run_axis(4), "actuation": column([0, 0, 1, 1], "1", "actuation"), "speed_rpm": speed}
+    >>> runs_of(Archive("", axes, variables), "ideal").tolist()
+    [2, 3]
     """
     selected = np.ones(len(archive.runs), dtype=bool)
     for (name, texts), places in zip(axes_of(archive).items(), places_of(archive), strict=True):
@@ -117,6 +141,14 @@ def in_the_middle(archive: Archive, along: str = "speed_rpm") -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column, run_axis
+    >>> texts = '{"actuation": ["epv"], "engine.bore": ["80 mm", "90 mm"], "speed_rpm": ["600 rpm"]}'
+    >>> variables = {name: column([0.0, 0.0], "1", name) for name in ("actuation", "engine.bore", "speed_rpm")}
+    >>> in_the_middle(Archive("", {"axes": texts}, variables | {"run": run_axis(2)}))
+    'engine.bore = 80 mm'
     """
     texts = {name: texts[(len(texts) - 1) // 2] for name, texts in axes_of(archive).items()}
     shown = [f"{name} = {text}" for name, text in texts.items() if name not in ("actuation", "speed_rpm", along)]
@@ -140,6 +172,20 @@ def plot_over_speed(archive: Archive) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column, run_axis
+    >>> from apesim.studies.sweep.results import WARNING_FLAGS
+    >>> axes = {"axes": '{"actuation": ["ideal"], "speed_rpm": ["600 rpm", "900 rpm"]}'}
+    >>> values = {"speed_rpm": [600.0, 900.0], "brake_torque_Nm": [20.0, 15.0], "indicated_torque_Nm": [22.0, 18.0]}
+    >>> values |= {"specific_air_kg_per_kWh": [40.0, 50.0], "indicated_specific_air_kg_per_kWh": [36.0, 42.0]}
+    >>> variables = {name: column(numbers, "1", name) for name, numbers in values.items()}
+    >>> variables |= {flag: column([False, False], "1", flag) for flag in WARNING_FLAGS.values()}
+    >>> variables |= {"run": run_axis(2), "actuation": column([0, 0], "1", "actuation")}
+    >>> figure = plot_over_speed(Archive("", axes, variables))
+    >>> figure.axes[0].lines[0].get_ydata().tolist()
+    [20.0, 15.0]
     """
 
     def along(name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -235,6 +281,19 @@ def plot_cycle(archive: Archive, speed_rpm: float = 1000.0) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from apesim.archive import Variable
+    >>> from apesim.archive.columns import column, run_axis
+    >>> axes = {"axes": '{"actuation": ["ideal"], "speed_rpm": ["900 rpm"]}'}
+    >>> variables = {"run": run_axis(1), "speed_rpm": column([900.0], "min-1", "speed")}
+    >>> variables["actuation"] = column([0], "1", "actuation")
+    >>> variables["crank_angle"] = Variable(("crank_angle",), np.linspace(0.0, 360.0, 5), "deg", "crank angle")
+    >>> for name in ("lift", "cylinder_pressure"):
+    ...     variables[name] = Variable(("run", "crank_angle"), np.ones((1, 5)), "1", name)
+    >>> plot_cycle(Archive("", axes, variables)).axes[0].get_title()
+    'One cycle at 900 r/min'
     """
     v = archive.variables
     order = np.argsort((v["crank_angle"].values[:-1] - TRACE_START) % 360.0, kind="stable")

@@ -43,6 +43,13 @@ def timing_figures(timing_map: TimingMap, ambient_pressure: float, folder: str |
     -------
     list of Path
         A PNG and a PDF of each figure.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> timing = apesim.correct_timing(apesim.Machine(), speed="600:1200:300 rpm")  # doctest: +SKIP
+    >>> [path.name for path in timing_figures(timing.map, 101325.0, "figures")][:2]  # doctest: +SKIP
+    ['advance.png', 'advance.pdf']
     """
     plots: dict[str, Callable] = {"advance": _plot_advances, "won_back": _plot_won_back, "shortcut": _plot_shortcut}
     if timing_map.laws["advance"]:
@@ -99,6 +106,23 @@ def draw_advance(axis: Axes, timing_map: TimingMap, ambient_pressure: float, *, 
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.figures.drawing.panels import open_one
+    >>> from apesim.studies.timing.table import Axes as Points
+    >>> values = {"speed_rpm": [600.0, 900.0], "advance_deg": [30.0, 45.0], "shortcut_energise_deg": [-33.0, -48.0]}
+    >>> archive = Archive("", {}, {name: column(numbers, "1", name) for name, numbers in values.items()})
+    >>> points = Points(np.array([62.8, 94.2]), np.array([1.1e6]), np.array([287.0]))
+    >>> nothing: Any = None
+    >>> timing_map = TimingMap(archive, Machine().command, points, nothing, nothing, {}, nothing)
+    >>> _, axis = open_one()
+    >>> axis = draw_advance(axis, timing_map, 0.1e6, edge="energise")
+    >>> axis.lines[0].get_label(), axis.lines[0].get_ydata().tolist()
+    ('1 MPa gauge', [30.0, 45.0])
     """
     axes, v = timing_map.axes, _columns(timing_map)
     k, temperature = _middle(axes)

@@ -71,6 +71,12 @@ def conditions_of_vessel(vessel: Vessel) -> str:
     -------
     str
         One line.
+
+    Examples
+    --------
+    >>> from apesim.air import gas_of
+    >>> conditions_of_vessel(Vessel(50e-6, 293.0, 101325.0, gas_of(Machine().air)))
+    'vessel of 50 cm³, 293 K at the switch, into 101.3 kPa abs'
     """
     volume, ambient = vessel.volume * 1e6, vessel.ambient_pressure / 1e3
     return f"vessel of {volume:.4g} cm³, {vessel.temperature:g} K at the switch, into {ambient:.4g} kPa abs"

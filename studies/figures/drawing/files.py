@@ -39,6 +39,14 @@ def write_figures(
     Returns
     -------
     list of Path
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.studies.figures.drawing.panels import open_one
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     [path.name for path in write_figures({"empty": lambda: open_one((2.0, 1.0))[0]}, folder)]
+    ['empty.png', 'empty.pdf']
     """
     Path(folder).mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(STYLE):
@@ -62,6 +70,16 @@ def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str
     -------
     list of Path
         The PNG and the PDF.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.studies.figures.drawing.panels import open_one
+    >>> figure, _ = open_one((2.0, 1.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     png, pdf = save(figure, folder, "empty", "supply 1 MPa gauge")
+    ...     pdf.read_bytes()[:4]
+    b'%PDF'
     """
     _lay_out(figure)
     width, height = figure.get_size_inches()
@@ -77,15 +95,24 @@ def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str
 
 
 def svg(figure: Figure) -> str:
-    """Text of a figure as SVG, the same each time.
+    """Write a figure as SVG, the same text each time.
 
     Parameters
     ----------
     figure : matplotlib.figure.Figure
+        Figure to write; it is laid out once.
 
     Returns
     -------
     str
+        Text of the file.
+
+    Examples
+    --------
+    >>> from apesim.studies.figures.drawing.panels import open_one
+    >>> figure, _ = open_one((2.0, 1.0))
+    >>> svg(figure).rstrip()[-6:]
+    '</svg>'
     """
     _lay_out(figure)
     text = io.StringIO()

@@ -42,6 +42,17 @@ def draw_over_pressure(
         [Pa abs]
     brightest : float
         Place of the last colour on the colour map, 0 to 1.
+
+    Examples
+    --------
+    >>> from apesim.studies.figures.drawing.panels import open_one
+    >>> v = {"supply_pressure": np.array([0.6e6, 1.1e6]), "supply_temperature": np.array([287.0, 287.0])}
+    >>> v |= {"duty": np.array([0.5, 0.5]), "limit_hz": np.array([22.0, 30.0])}
+    >>> _, axis = open_one()
+    >>> look = {"label": "duty {:g}", "ambient_pressure": 0.1e6, "brightest": 0.9}
+    >>> draw_over_pressure(axis, v, "limit_hz", parameter="duty", **look)
+    >>> axis.lines[0].get_label(), axis.lines[0].get_xdata().tolist()
+    ('duty 0.5, 287 K', [0.5, 1.0])
     """
     pressure = gauge_in_mpa(v["supply_pressure"], ambient_pressure)
     temperatures, values = np.unique(v["supply_temperature"]), np.unique(v[parameter])
@@ -68,6 +79,16 @@ def draw_own_point(
         [Pa abs]
     more : str
         What the legend says of it besides.
+
+    Examples
+    --------
+    >>> from apesim.studies.figures.drawing.panels import open_one
+    >>> from apesim.studies.limit.points import Point
+    >>> v = {"point": np.array([Point.GRID, Point.OWN]), "supply_pressure": np.array([0.6e6, 1.1e6])}
+    >>> _, axis = open_one()
+    >>> draw_own_point(axis, v | {"limit_hz": np.array([22.0, 30.0])}, "limit_hz", ambient_pressure=0.1e6)
+    >>> axis.lines[0].get_xydata().tolist()
+    [[1.0, 30.0]]
     """
     own = own_run(v)
     pressure = gauge_in_mpa(v["supply_pressure"][own], ambient_pressure)

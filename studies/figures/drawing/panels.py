@@ -48,19 +48,84 @@ def open_panels(rows: int, columns: int, size: tuple[float, float], **options: A
 
 
 def open_row(count: int, size: tuple[float, float] = TWO, **options: Any) -> tuple[Figure, np.ndarray]:
-    """Open a figure with panels side by side; see `open_panels`."""
+    """Open a figure with panels side by side; see `open_panels`.
+
+    Parameters
+    ----------
+    count : int
+        Number of panels.
+    size : tuple of float
+        Width and height [inch].
+    **options
+        What `open_panels` takes.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+        The figure.
+    panels : (count,) array of matplotlib.axes.Axes
+        Its panels.
+
+    Examples
+    --------
+    >>> figure, (left, right) = open_row(2, sharey=True)
+    >>> len(figure.axes)
+    2
+    """
     figure, panels = open_panels(1, count, size, **options)
     return figure, panels[0]
 
 
 def open_column(count: int, size: tuple[float, float], **options: Any) -> tuple[Figure, np.ndarray]:
-    """Open a figure with panels one above the other, which share the x axis; see `open_panels`."""
+    """Open a figure with panels one above the other, which share the x axis; see `open_panels`.
+
+    Parameters
+    ----------
+    count : int
+        Number of panels.
+    size : tuple of float
+        Width and height [inch].
+    **options
+        What `open_panels` takes.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+        The figure.
+    panels : (count,) array of matplotlib.axes.Axes
+        Its panels.
+
+    Examples
+    --------
+    >>> figure, (above, below) = open_column(2, (6.4, 4.6), height_ratios=(3, 1))
+    >>> len(figure.axes)
+    2
+    """
     figure, panels = open_panels(count, 1, size, sharex=True, **options)
     return figure, panels[:, 0]
 
 
 def open_one(size: tuple[float, float] = ONE) -> tuple[Figure, Axes]:
-    """Open a figure with one panel; see `open_panels`."""
+    """Open a figure with one panel; see `open_panels`.
+
+    Parameters
+    ----------
+    size : tuple of float
+        Width and height [inch].
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+        The figure.
+    panel : matplotlib.axes.Axes
+        Its panel.
+
+    Examples
+    --------
+    >>> figure, panel = open_one((4.0, 3.0))
+    >>> figure.axes == [panel]
+    True
+    """
     figure, panels = open_panels(1, 1, size)
     return figure, panels[0, 0]
 
@@ -120,6 +185,13 @@ def draw_zero(axis: Axes, *, colour: str = "0.6", width: float = 0.8) -> None:
     colour : str
     width : float
         [pt]
+
+    Examples
+    --------
+    >>> _, panel = open_one()
+    >>> draw_zero(panel)
+    >>> panel.lines[0].get_ydata()
+    [0.0, 0.0]
     """
     axis.axhline(0.0, color=colour, lw=width)
 
@@ -133,6 +205,13 @@ def add_legend_entry(axis: Axes, label: str, **look: Any) -> None:
     label : str
     **look
         What `matplotlib.axes.Axes.plot` takes.
+
+    Examples
+    --------
+    >>> _, panel = open_one()
+    >>> add_legend_entry(panel, "uncorrected", ls="--")
+    >>> panel.get_legend_handles_labels()[1]
+    ['uncorrected']
     """
     axis.plot([], [], label=label, **{"color": GREY} | look)
 
@@ -148,6 +227,11 @@ def legend_handle(**look: Any) -> Line2D:
     Returns
     -------
     matplotlib.lines.Line2D
+
+    Examples
+    --------
+    >>> legend_handle(color="0.3", ls=":").get_linestyle()
+    ':'
     """
     return Line2D([], [], **look)
 
@@ -163,6 +247,12 @@ def columns_of(archive: Archive) -> dict[str, np.ndarray]:
     -------
     dict of str to ndarray
         By name of the variable.
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column
+    >>> columns_of(Archive("", {}, {"torque": column([20.0, 21.0], "N m", "brake torque")}))
+    {'torque': array([20., 21.])}
     """
     return {name: variable.values for name, variable in archive.variables.items()}
 
@@ -181,6 +271,11 @@ def gauge_in_mpa(pressure: np.ndarray, ambient_pressure: float) -> np.ndarray:
     -------
     float or ndarray
         [MPa gauge]
+
+    Examples
+    --------
+    >>> gauge_in_mpa(np.array([0.6e6, 1.1e6]), 0.1e6)
+    array([0.5, 1. ])
     """
     return (pressure - ambient_pressure) / 1e6
 

@@ -28,6 +28,13 @@ def plot_candidates(rows: "Sequence[Tried]") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.report.html import Tried
+    >>> figure = plot_candidates([Tried("ring_leakage", 12.0, 11.5), Tried("side_force", 3.0, None)])
+    >>> [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    ['ring leakage', 'side force']
     """
     figure, axis = open_one((WIDTH, 0.9 + 0.3 * len(rows)))
     _draw_candidates(axis, rows)

@@ -56,6 +56,22 @@ def draw_gap(
     -------
     dict of str to str
         SVG of each figure by its name.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from apesim.studies.estimation.residuals import Block
+    >>> from apesim.studies.gap.report.comparison import Compared
+    >>> from apesim.studies.measured import MeasuredRun
+    >>> times = np.zeros(1)
+    >>> run = MeasuredRun("n1000", "", 1.1e6, 287.0, float("nan"), "check", times, {}, "engine", 100.0)
+    >>> block = Block(0, run, "torque", times, np.array([30.0]), 0.0)
+    >>> mean = Compared(block, 0.3, np.array([31.0]), None, np.array([3.0]), None, {})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     texts = draw_gap([mean], [], "nothing", 0.1e6, folder)
+    >>> sorted(texts)
+    ['gap', 'maps']
     """
     figures: dict[str, Callable[[], Figure]] = {
         "gap": partial(plot_sizes, compared, added, ambient_pressure),

@@ -25,6 +25,15 @@ def plot_branches(latent: "Sequence[Branch]") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.studies.gap.tables.latent import Branch
+    >>> places, values = np.array([0.0, 50.0, 100.0]), np.array([0.0, 12.0, 5.0])
+    >>> figure = plot_branches([Branch("tabulated_force", "force", places, values, np.ones(3), "N")])
+    >>> figure.axes[0].get_ylabel()
+    'force to closed [N]'
     """
     figure, panels = open_row(len(latent), (WIDTH, 2.9))
     for axis, branch in zip(panels, latent, strict=True):

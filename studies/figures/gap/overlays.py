@@ -52,6 +52,20 @@ def plot_overlays(chosen: "Sequence[Compared]", added: str, ambient_pressure: fl
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from apesim.studies.estimation.residuals import Block
+    >>> from apesim.studies.gap.report.comparison import Compared
+    >>> from apesim.studies.measured import MeasuredRun
+    >>> times, lift = np.linspace(0.0, 40e-3, 81), np.zeros(81)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 20e-3, "check", times, {"lift": lift})
+    >>> marks = {"energise": 0.0, "release": 20e-3, "opening_start": 5e-3, "opening_contact": 12e-3}
+    >>> marks |= {"closing_start": 25e-3, "closing_contact": 32e-3}
+    >>> signal = Compared(Block(0, run, "lift", times, lift, 5e-4), 3e-5, lift + 1e-4, None, lift + 3.0, None, marks)
+    >>> figure = plot_overlays([signal], "ring leakage", 0.1e6)
+    >>> [axis.get_ylabel() for axis in figure.axes]
+    ['lift [mm]', 'left [noise]']
     """
     size = (WIDTH, 0.8 + 2.8 * len(chosen))
     figure, panels = open_panels(2 * len(chosen), 1, size, height_ratios=(2.4, 1) * len(chosen))

@@ -37,6 +37,19 @@ def plot_residual_map(residuals: "ResidualMap", added: str, ambient_pressure: fl
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from apesim.studies.estimation.residuals import Block
+    >>> from apesim.studies.gap.report.comparison import Compared
+    >>> from apesim.studies.gap.report.residual_map import ResidualMap
+    >>> from apesim.studies.measured import MeasuredRun
+    >>> times, lift = np.linspace(0.0, 40e-3, 81), np.zeros(81)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 20e-3, "check", times, {"lift": lift})
+    >>> signal = Compared(Block(0, run, "lift", times, lift, 5e-4), 3e-5, lift + 1e-4, None, lift + 3.0, None, {})
+    >>> residuals = ResidualMap([signal], [("dead time", 2), ("opening flight", 2)], np.full((1, 4), 3.0), None)
+    >>> [label.get_text() for label in plot_residual_map(residuals, "nothing", 0.1e6).axes[0].get_xticklabels()]
+    ['dead time', 'opening flight']
     """
     pictures = [picture for picture in (residuals.before, residuals.after) if picture is not None]
     limit = float(np.clip(np.nanquantile(np.abs(residuals.before), SHARE_SHOWN), *COLOUR_ENDS))

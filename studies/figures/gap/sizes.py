@@ -36,6 +36,18 @@ def plot_sizes(compared: "Sequence[Compared]", added: str, ambient_pressure: flo
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.studies.estimation.residuals import Block
+    >>> from apesim.studies.gap.report.comparison import Compared
+    >>> from apesim.studies.measured import MeasuredRun
+    >>> times, lift = np.linspace(0.0, 40e-3, 81), np.zeros(81)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 20e-3, "check", times, {"lift": lift})
+    >>> signal = Compared(Block(0, run, "lift", times, lift, 5e-4), 3e-5, lift + 1e-4, None, lift + 3.0, None, {})
+    >>> [text.get_text() for text in plot_sizes([signal], "nothing", 0.1e6).axes[0].texts]
+    ['3.00']
     """
     figure, axis = open_one((WIDTH, 0.9 + 0.36 * len(by_run(compared))))
     _draw_sizes(axis, compared, ambient_pressure)

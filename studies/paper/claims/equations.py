@@ -124,6 +124,8 @@ def curves_collapse(found: Discharge) -> Claim:
     Claim
     """
     collapse = found.collapse
+    if collapse is None:
+        raise ValueError("curves of several tests are compared; give at least two")
     return Claim(
         "areas_collapse",
         "Fig. 4",
