@@ -37,6 +37,15 @@ class GasState(NamedTuple):
     """Temperature [K]."""
 
 
+class GasContent(NamedTuple):
+    """Gas that a volume holds; or its change, or its rates [kg/s, W]."""
+
+    mass: float
+    """Mass [kg]."""
+    energy: float
+    """Internal energy [J]."""
+
+
 class Ambient(NamedTuple):
     """The surroundings: exhaust, vents, and what flows back through them."""
 

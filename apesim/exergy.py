@@ -7,7 +7,7 @@ ambient; a restriction keeps the temperature of a stream.
 from math import log
 from typing import NamedTuple
 
-from apesim.air import Gas, GasState, enthalpy, thermal_entropy
+from apesim.air import Gas, GasContent, GasState, enthalpy, thermal_entropy
 from apesim.kernel import kernel
 from apesim.restriction import Sides, upstream_of
 
@@ -99,7 +99,7 @@ def flow_exergy(gas: Gas, ambient: GasState, state: GasState) -> float:
 
 
 @kernel
-def exergy_stored(gas: Gas, ambient: GasState, mass: float, energy: float, state: GasState, volume: float) -> float:
+def exergy_stored(gas: Gas, ambient: GasState, content: GasContent, state: GasState, volume: float) -> float:
     """Return the exergy of the gas in a volume, ``U - m u_0 + p_0 (V - m v_0) - T_0 m (s - s_0)``.
 
     U is the internal energy, m the mass, V the volume, s the specific entropy, u and v are the specific internal energy
@@ -111,10 +111,8 @@ def exergy_stored(gas: Gas, ambient: GasState, mass: float, energy: float, state
         Working gas, as the kernels know it.
     ambient : apesim.air.GasState
         State of the surroundings, the dead state.
-    mass : float
-        Mass of the gas [kg].
-    energy : float
-        Internal energy of the gas [J].
+    content : apesim.air.GasContent
+        Mass and internal energy of the gas.
     state : apesim.air.GasState
         Pressure and temperature.
     volume : float
@@ -133,15 +131,15 @@ def exergy_stored(gas: Gas, ambient: GasState, mass: float, energy: float, state
     --------
     1 L at ten times the ambient pressure holds p V (ln(10) - 1 + 1/10) = 1000 J * 1.4026:
 
-    >>> from apesim.air import Air, GasState, gas_of
+    >>> from apesim.air import Air, GasContent, GasState, gas_of
     >>> gas, ambient = gas_of(Air()), GasState(1e5, 300.0)
     >>> mass = 1e6 * 1e-3 / (gas.gas_constant * 300.0)
-    >>> round(exergy_stored(gas, ambient, mass, mass * 717.625 * 300.0, GasState(1e6, 300.0), 1e-3), 1)
+    >>> round(exergy_stored(gas, ambient, GasContent(mass, mass * 717.625 * 300.0), GasState(1e6, 300.0), 1e-3), 1)
     1402.6
     """
-    entropy = mass * entropy_above(gas, ambient, state)
-    dead = mass * enthalpy(gas, ambient.temperature)
-    return energy + ambient.pressure * volume - ambient.temperature * entropy - dead
+    entropy = content.mass * entropy_above(gas, ambient, state)
+    dead = content.mass * enthalpy(gas, ambient.temperature)
+    return content.energy + ambient.pressure * volume - ambient.temperature * entropy - dead
 
 
 @kernel

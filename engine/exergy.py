@@ -233,14 +233,14 @@ def stored_exergy(p: Cycle, t: float, y: np.ndarray) -> float:
     gas, ambient = p.actuator.gas, p.actuator.ambient
     cylinder, _ = cylinder_state(p, t, y)
     receiver = receiver_state(p, y)
-    gases = [(*cylinder_gas(y), cylinder.air, cylinder.volume)]
+    gases = [(cylinder_gas(y), cylinder.air, cylinder.volume)]
     if p.receiver_volume > 0.0:
-        gases.append((*receiver_gas(y), receiver, p.receiver_volume))
+        gases.append((receiver_gas(y), receiver, p.receiver_volume))
     if has_pipe(p):
-        gases.append((*pipe_gas(y), intake_state(p, y, receiver), p.pipe.volume))
+        gases.append((pipe_gas(y), intake_state(p, y, receiver), p.pipe.volume))
     if has_line(p.actuator):
         _, before_solenoids = control_air(p, y)
-        gases.append((*line_gas(y), before_solenoids, p.actuator.line.volume))
+        gases.append((line_gas(y), before_solenoids, p.actuator.line.volume))
     total = sum(exergy_stored(gas, ambient, *content) for content in gases)
     return total + (valve_stored(p.actuator, y, supply_of(p, y)) if p.engine.intake == EPV else 0.0)
 

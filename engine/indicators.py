@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from apesim.air import ANR_DENSITY, Gas, GasState, enthalpy, temperature_at_enthalpy, temperature_of
+from apesim.air import ANR_DENSITY, Gas, GasContent, GasState, enthalpy, temperature_at_enthalpy, temperature_of
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.breathing import cam_angles
 from apesim.engine.cycle.state import (
     control_ledger,
     cylinder_gas,
+    effects_ledger,
     engine_ledger,
     line_gas,
     pipe_gas,
@@ -268,7 +269,7 @@ def peak_pressure(run: SteadyRun) -> float:
     pressures = []
     for row in log:
         volume, _ = cylinder_volume(run.cycle.crank, run.cycle.start + run.cycle.speed * row[0])
-        pressures.append(chamber_state(gas, *cylinder_gas(row[LOG_HEAD:]), volume).pressure)
+        pressures.append(chamber_state(gas, cylinder_gas(row[LOG_HEAD:]), volume).pressure)
     return max(pressures)
 
 
@@ -361,8 +362,8 @@ def exhaust_temperature(run: SteadyRun) -> float:
     """
     gas, air = run.cycle.actuator.gas, engine_ledger(run.end)
     back = air.exhaust_back
-    mass = air.exhausted + back
-    energy = air.exhausted_enthalpy + back * enthalpy(gas, run.cycle.actuator.ambient.temperature)
+    mass = air.flows.exhaust.mass + back
+    energy = air.flows.exhaust.enthalpy + back * enthalpy(gas, run.cycle.actuator.ambient.temperature)
     return temperature_at_enthalpy(gas, energy / mass) if mass > 0.0 else nan
 
 
@@ -421,31 +422,29 @@ def closure(run: SteadyRun) -> tuple[float, float]:
     >>> bool(max(closure(run)) < 1e-10)
     True
     """
-    p, control, engine = run.cycle, control_ledger(run.end), engine_ledger(run.end)
-    mass_in, energy_in = engine.pipe_fed, engine.pipe_fed_enthalpy
-    if p.receiver_volume > 0.0:
-        mass_in, energy_in = engine.fed, engine.fed_enthalpy
+    p, control, engine, let_in = run.cycle, control_ledger(run.end), engine_ledger(run.end), effects_ledger(run.end)
+    flows = engine.flows
+    mass_in, energy_in = flows.feed if p.receiver_volume > 0.0 else flows.pipe
     if not (p.receiver_volume > 0.0 and p.control_from_receiver):
-        mass_in, energy_in = mass_in + control.line_fed, energy_in + control.line_fed_enthalpy
-    stored, stored_energy = _gas_held(run.end - run.start)
-    mass = stored - (mass_in - engine.exhausted - control.vented + control.other_mass)
-    energy_in = energy_in - engine.exhausted_enthalpy - control.vented_enthalpy + control.other_energy
-    energy = stored_energy - (energy_in - engine.work - control.valve_work)
-    through = engine.groove + control.supplied + engine.groove_back + engine.exhaust_back
+        mass_in, energy_in = mass_in + control.line_fed.mass, energy_in + control.line_fed.enthalpy
+    stored, held = _gas_held(run.end - run.start), _gas_held(run.start)
+    mass = stored.mass - (mass_in - flows.exhaust.mass - control.vented.mass + let_in.mass)
+    energy_in = energy_in - flows.exhaust.enthalpy - control.vented.enthalpy + let_in.enthalpy
+    energy = stored.energy - (energy_in - engine.work - control.valve_work)
+    through = flows.groove.mass + control.supplied.mass + engine.groove_back + engine.exhaust_back
     back = engine.exhaust_back * enthalpy(p.actuator.gas, p.actuator.ambient.temperature)
-    carried = abs(engine.groove_enthalpy) + abs(control.supplied_enthalpy) + back
-    held, held_energy = _gas_held(run.start)
-    return closure_of(mass, through, held), closure_of(energy, carried, held_energy)
+    carried = abs(flows.groove.enthalpy) + abs(control.supplied.enthalpy) + back
+    return closure_of(mass, through, held.mass), closure_of(energy, carried, held.energy)
 
 
-def _gas_held(y: np.ndarray) -> tuple[float, float]:
-    """Mass [kg] and internal energy [J] of all gas that a state vector of the engine holds."""
+def _gas_held(y: np.ndarray) -> GasContent:
+    """All gas that a state vector of the engine holds."""
     valve = valve_states(y)
     volumes = (cylinder_gas(y), receiver_gas(y), line_gas(y), pipe_gas(y))
     mass, energy = valve.mass_a + valve.mass_b, valve.energy_a + valve.energy_b
     for volume_mass, volume_energy in volumes:
         mass, energy = mass + volume_mass, energy + volume_energy
-    return mass, energy
+    return GasContent(mass, energy)
 
 
 def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
@@ -494,7 +493,7 @@ def indicators(machine: Machine, run: SteadyRun) -> dict[str, Any]:
     peak = peak_pressure(run)
     fmep = friction_pressure(run, peak)
     brake = work - fmep * swept
-    engine_air, control_air = ledger.groove, control.supplied
+    engine_air, control_air = ledger.flows.groove.mass, control.supplied.mass
     air = engine_air + control_air
 
     drawn = p.supply if p.control_from_receiver else p.control

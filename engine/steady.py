@@ -138,6 +138,7 @@ def run_steady(
             cycle(exergy_end, exergy_mode, exergy_accuracy, log_rows=0)
         end, coarse, exergy_end = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse), 0.5 * (before + exergy_end)
     exergy_end[SIZE + VALVE_IMPACTS] = impacts
+    coarse_ledger, ledger = engine_ledger(coarse), engine_ledger(end)
     is_extremum = np.isin(log[:, 1], (ZERO_CROSSING + RECEIVER_EXTREMUM, ZERO_CROSSING + TEMPERATURE_EXTREMUM))
     return SteadyRun(
         p,
@@ -150,8 +151,8 @@ def run_steady(
         trace,
         work,
         exergy_end if estimate_error else np.full_like(exergy_end, nan),
-        _change(engine_ledger(coarse).work, engine_ledger(end).work) if estimate_error else nan,
-        _change(engine_ledger(coarse).groove, engine_ledger(end).groove) if estimate_error else nan,
+        _change(coarse_ledger.work, ledger.work) if estimate_error else nan,
+        _change(coarse_ledger.flows.groove.mass, ledger.flows.groove.mass) if estimate_error else nan,
         tolerance,
         int(outcome.status if orbit.status == Status.DONE else orbit.status),
         outcome.steps,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.air import Gas, GasState, gas_of, internal_energy
+from apesim.air import Gas, GasContent, GasState, gas_of, internal_energy
 from apesim.effect import FedVolume, NoEffects, add_laws, adjusted, chosen, library_for, volume_of
 from apesim.kernel import kernel
 from apesim.restriction import NO_FLOW, Flow, flow_in
@@ -261,9 +261,9 @@ def state_of(actuator: Actuator, y: np.ndarray, supply: ValveSupply) -> ValveSta
         valve,
         states.position,
         states.speed,
-        chamber_state(actuator.gas, states.mass_a, states.energy_a, v_a),
+        chamber_state(actuator.gas, GasContent(states.mass_a, states.energy_a), v_a),
         v_a,
-        chamber_state(actuator.gas, states.mass_b, states.energy_b, v_b),
+        chamber_state(actuator.gas, GasContent(states.mass_b, states.energy_b), v_b),
         v_b,
         supply,
         actuator.vent_pressure,

@@ -15,6 +15,7 @@ from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
 from apesim.march.error_bounds import closure_of
 from apesim.march.hybrid_system import events, handle_event, observe, power, rates, start_segment, zero_crossings
 from apesim.march.periodic import Orbit, periodic_orbit
+from apesim.restriction import Flow
 from apesim.valve.actuator import (
     GAS_SCALE,
     MAX_STEP,
@@ -33,10 +34,12 @@ from apesim.valve.actuator import (
 from apesim.valve.chamber import filled
 from apesim.valve.ledger import (
     CONTROL_ENTRIES,
+    FLOW_ENTRIES,
     ControlLedger,
     control_ledger_at,
-    control_rates,
     gas_of_volume,
+    ledger_flow,
+    update_control_ledger,
     update_part,
     valve_states,
 )
@@ -58,7 +61,9 @@ LINE = STATES
 """Element of the state vector at which the supply line's gas begins; without a line it is not controlled."""
 LEDGER = LINE + 2
 """Element at which the ledger of the control air begins."""
-SIZE = LEDGER + CONTROL_ENTRIES
+EFFECTS_LEDGER = LEDGER + CONTROL_ENTRIES
+"""Element at which the ledger of what effects let in begins."""
+SIZE = EFFECTS_LEDGER + FLOW_ENTRIES
 """Length of a state vector of the bench."""
 TRACE = (
     "lift [m]",
@@ -125,10 +130,32 @@ def bench_ledger(y: np.ndarray) -> ControlLedger:
 
     Examples
     --------
-    >>> print(bench_ledger(np.zeros(SIZE)).supplied)
+    >>> print(bench_ledger(np.zeros(SIZE)).supplied.mass)
     0.0
     """
     return control_ledger_at(y, LEDGER)
+
+
+@kernel
+def effects_ledger(y: np.ndarray) -> Flow:
+    """Read what effects have let into the chambers from a state vector of the bench.
+
+    Parameters
+    ----------
+    y : (SIZE,) float array
+        State vector of a bench, or a difference of two.
+
+    Returns
+    -------
+    apesim.restriction.Flow
+        Mass [kg] and energy [J].
+
+    Examples
+    --------
+    >>> print(effects_ledger(np.zeros(SIZE)).mass)
+    0.0
+    """
+    return ledger_flow(y, EFFECTS_LEDGER)
 
 
 @kernel
@@ -233,7 +260,8 @@ def bench_rates(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     fed = line_feed(p.actuator, mode, *control_air(p, y), r)
     update_part(dy, 0, r.states)
     update_part(dy, LINE, (fed.mass - r.supplied.mass, fed.enthalpy - r.supplied.enthalpy))
-    update_part(dy, LEDGER, control_rates(r, fed, r.let_in))
+    update_control_ledger(dy, LEDGER, ControlLedger(fed, r.supplied, r.vented, r.work))
+    update_part(dy, EFFECTS_LEDGER, r.let_in)
     return True
 
 
@@ -609,7 +637,7 @@ def run_bench(
     horizon = 2.0 * end if repeated else end
     opening = opening_stroke(log, 0.0, horizon)
     closing = closing_stroke(log, pulse, horizon)
-    supplied, balance = bench_ledger(y).supplied, closure(start, y, outcome.work)
+    supplied, balance = bench_ledger(y).supplied.mass, closure(start, y, outcome.work)
     travel = travel_of(log, phase, opening, closing)
     return BenchRun(
         opening, closing, supplied, balance, times, trace, orbit, log, outcome.status, outcome.steps, travel, p
@@ -641,13 +669,14 @@ def closure(start: np.ndarray, y: np.ndarray, quadrature: float) -> dict[str, fl
     0.0
     """
     valve, before, ledger = valve_states(y - start), valve_states(start), bench_ledger(y - start)
+    let_in = effects_ledger(y - start)
     (line_mass, line_energy), (mass_before, energy_before) = (gas_of_volume(each, LINE) for each in (y - start, start))
-    mass = valve.mass_a + valve.mass_b + line_mass - (ledger.line_fed - ledger.vented + ledger.other_mass)
+    mass = valve.mass_a + valve.mass_b + line_mass - (ledger.line_fed.mass - ledger.vented.mass + let_in.mass)
     energy = valve.energy_a + valve.energy_b + line_energy + ledger.valve_work
-    energy -= ledger.line_fed_enthalpy - ledger.vented_enthalpy + ledger.other_energy
+    energy -= ledger.line_fed.enthalpy - ledger.vented.enthalpy + let_in.enthalpy
     work = quadrature - ledger.valve_work
     return {
-        "mass": closure_of(mass, ledger.supplied, before.mass_a + before.mass_b + mass_before),
-        "energy": closure_of(energy, ledger.supplied_enthalpy, before.energy_a + before.energy_b + energy_before),
+        "mass": closure_of(mass, ledger.supplied.mass, before.mass_a + before.mass_b + mass_before),
+        "energy": closure_of(energy, ledger.supplied.enthalpy, before.energy_a + before.energy_b + energy_before),
         "work": abs(work / ledger.valve_work) if ledger.valve_work else abs(work),
     }

@@ -4,12 +4,12 @@ Equations: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 3-6. Its balance of t
 one of the internal energy, which is the same law.
 """
 
-from apesim.air import Gas, GasState, internal_energy, temperature_of
+from apesim.air import Gas, GasContent, GasState, internal_energy, temperature_of
 from apesim.kernel import kernel
 
 
 @kernel
-def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> GasState:
+def chamber_state(gas: Gas, content: GasContent, volume: float) -> GasState:
     """Return pressure and temperature of a uniform gas volume.
 
     ``u(T) = U/m`` and ``p V = m R T`` (Eq. 3 of the EPV paper [1]_).
@@ -23,10 +23,8 @@ def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> GasSta
     ----------
     gas : apesim.air.Gas
         Working gas, as the kernels know it.
-    mass : float
-        Mass of the gas, above 0 [kg].
-    energy : float
-        Internal energy of the gas, above 0 [J].
+    content : apesim.air.GasContent
+        Mass and internal energy of the gas, both above 0.
     volume : float
         Volume, above 0 [m3].
 
@@ -48,17 +46,17 @@ def chamber_state(gas: Gas, mass: float, energy: float, volume: float) -> GasSta
 
     >>> from apesim.air import Air, gas_of
     >>> gas = gas_of(Air())
-    >>> state = chamber_state(gas, 1e-3, 215.2875, 1e-3)
+    >>> state = chamber_state(gas, GasContent(1e-3, 215.2875), 1e-3)
     >>> round(state.pressure, 1), round(state.temperature, 6)
     (86115.0, 300.0)
     """
-    temperature = temperature_of(gas, energy / mass)
+    temperature = temperature_of(gas, content.energy / content.mass)
     if gas.perfect:
-        return GasState(mass * gas.gas_constant * temperature / volume, temperature)
-    return GasState((gas.heat_capacity_ratio - 1.0) * energy / volume, temperature)
+        return GasState(content.mass * gas.gas_constant * temperature / volume, temperature)
+    return GasState((gas.heat_capacity_ratio - 1.0) * content.energy / volume, temperature)
 
 
-def filled(gas: Gas, volume: float, state: GasState) -> tuple[float, float]:
+def filled(gas: Gas, volume: float, state: GasState) -> GasContent:
     """Return mass and internal energy of the gas in a volume.
 
     ``m = p V/(R T)`` (Eq. 3 of the EPV paper [1]_) and ``U = m u(T)``.
@@ -74,10 +72,8 @@ def filled(gas: Gas, volume: float, state: GasState) -> tuple[float, float]:
 
     Returns
     -------
-    mass : float
-        Mass [kg].
-    energy : float
-        Internal energy [J].
+    apesim.air.GasContent
+        Mass and internal energy.
 
     References
     ----------
@@ -93,4 +89,4 @@ def filled(gas: Gas, volume: float, state: GasState) -> tuple[float, float]:
     (0.001, 215.2875)
     """
     mass = state.pressure * volume / (gas.gas_constant * state.temperature)
-    return mass, mass * internal_energy(gas, state.temperature)
+    return GasContent(mass, mass * internal_energy(gas, state.temperature))

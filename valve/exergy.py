@@ -5,7 +5,7 @@ Equations: Bejan, Advanced Engineering Thermodynamics, 4th ed., chapters 3 and 5
 
 import numpy as np
 
-from apesim.air import GasState
+from apesim.air import GasContent, GasState
 from apesim.effect import add_laws, restitution
 from apesim.exergy import (
     exergy_brought,
@@ -207,8 +207,8 @@ def valve_stored(actuator: Actuator, y: np.ndarray, supply: ValveSupply) -> floa
     springs = valve.spring_rate * state.position * (state.position - valve.stroke)
     motion = 0.5 * valve.moving_mass * state.speed**2
     states = valve_states(y)
-    a = exergy_stored(gas, ambient, states.mass_a, states.energy_a, state.chamber_a, state.volume_a)
-    b = exergy_stored(gas, ambient, states.mass_b, states.energy_b, state.chamber_b, state.volume_b)
+    a = exergy_stored(gas, ambient, GasContent(states.mass_a, states.energy_a), state.chamber_a, state.volume_a)
+    b = exergy_stored(gas, ambient, GasContent(states.mass_b, states.energy_b), state.chamber_b, state.volume_b)
     return a + b + springs + motion
 
 

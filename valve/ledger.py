@@ -5,16 +5,14 @@ ledger: what has flowed through each border since the start. The ledger is integ
 nothing. Code outside reads and writes a vector by the functions here and by those that know where its parts begin.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from apesim.air import GasContent
 from apesim.kernel import kernel
 from apesim.march.adaptive import LOG_HEAD
 from apesim.restriction import Flow
-
-if TYPE_CHECKING:
-    from apesim.valve.actuator import ActuatorRates
 
 
 class ValveStates(NamedTuple):
@@ -37,27 +35,19 @@ class ValveStates(NamedTuple):
 class ControlLedger(NamedTuple):
     """Ledger of the control air: sums since the start, or their rates."""
 
-    line_fed: float
-    """Control air from its source [kg]."""
-    line_fed_enthalpy: float
-    """Enthalpy of the control air from its source [J]."""
-    supplied: float
-    """Control air through the supply sides of both solenoids [kg]."""
-    supplied_enthalpy: float
-    """Enthalpy of the supplied control air [J]."""
-    vented: float
-    """Control air through the vents of both solenoids [kg]."""
-    vented_enthalpy: float
-    """Enthalpy of the vented control air [J]."""
-    other_mass: float
-    """Air that effects let in, into chambers, cylinder or elsewhere [kg]."""
-    other_energy: float
-    """Energy that effects let in, into chambers, cylinder or elsewhere [J]."""
+    line_fed: Flow
+    """Control air from its source."""
+    supplied: Flow
+    """Control air through the supply sides of both solenoids."""
+    vented: Flow
+    """Control air through the vents of both solenoids."""
     valve_work: float
     """Work of both chambers on the valve's piston [J]."""
 
 
-CONTROL_ENTRIES = len(ControlLedger._fields)
+FLOW_ENTRIES = len(Flow._fields)
+"""Entries that a flow takes in a ledger: mass [kg] and enthalpy [J]."""
+CONTROL_ENTRIES = sum(FLOW_ENTRIES if kind is Flow else 1 for kind in ControlLedger.__annotations__.values())
 """Entries of the control air's ledger."""
 
 
@@ -131,7 +121,7 @@ def update_motion(y: np.ndarray, position: float, speed: float) -> None:
 
 
 @kernel
-def gas_of_volume(y: np.ndarray, first: int) -> tuple[float, float]:
+def gas_of_volume(y: np.ndarray, first: int) -> GasContent:
     """Read the gas of a volume from a state vector.
 
     Parameters
@@ -154,7 +144,31 @@ def gas_of_volume(y: np.ndarray, first: int) -> tuple[float, float]:
     >>> print(mass, energy)
     0.0002 41.0
     """
-    return y[first], y[first + 1]
+    return GasContent(y[first], y[first + 1])
+
+
+@kernel
+def ledger_flow(y: np.ndarray, first: int) -> Flow:
+    """Read what has flowed through a border from a state vector.
+
+    Parameters
+    ----------
+    y : (n,) float array
+        State vector.
+    first : int
+        Element that is the mass [kg]; the next one is the enthalpy [J].
+
+    Returns
+    -------
+    apesim.restriction.Flow
+        Mass and enthalpy since the start.
+
+    Examples
+    --------
+    >>> print(ledger_flow(np.array([0.0, 2e-4, 41.0]), 1).mass)
+    0.0002
+    """
+    return Flow(y[first], y[first + 1])
 
 
 @kernel
@@ -175,57 +189,12 @@ def control_ledger_at(y: np.ndarray, first: int) -> ControlLedger:
 
     Examples
     --------
-    >>> print(control_ledger_at(np.arange(11.0), 2).vented)
+    >>> print(control_ledger_at(np.arange(11.0), 2).vented.mass)
     6.0
     """
-    return ControlLedger(
-        y[first],
-        y[first + 1],
-        y[first + 2],
-        y[first + 3],
-        y[first + 4],
-        y[first + 5],
-        y[first + 6],
-        y[first + 7],
-        y[first + 8],
-    )
-
-
-@kernel
-def control_rates(valve: "ActuatorRates", line_fed: Flow, let_in: Flow) -> ControlLedger:
-    """Rates of the control air's ledger.
-
-    Parameters
-    ----------
-    valve : apesim.valve.actuator.ActuatorRates
-        Rates of the valve.
-    line_fed : apesim.restriction.Flow
-        Flow of control air from its source.
-    let_in : apesim.restriction.Flow
-        Mass and energy that effects let in, into the chambers and elsewhere.
-
-    Returns
-    -------
-    ControlLedger
-        Rates of its entries [kg/s, W].
-
-    Examples
-    --------
-    >>> from apesim.valve.actuator import AT_REST
-    >>> control_rates(AT_REST, Flow(0.1, 20.0), Flow(0.2, 30.0)).other_mass
-    0.2
-    """
-    return ControlLedger(
-        line_fed.mass,
-        line_fed.enthalpy,
-        valve.supplied.mass,
-        valve.supplied.enthalpy,
-        valve.vented.mass,
-        valve.vented.enthalpy,
-        let_in.mass,
-        let_in.enthalpy,
-        valve.work,
-    )
+    line_fed, supplied = ledger_flow(y, first), ledger_flow(y, first + FLOW_ENTRIES)
+    vented = ledger_flow(y, first + 2 * FLOW_ENTRIES)
+    return ControlLedger(line_fed, supplied, vented, y[first + 3 * FLOW_ENTRIES])
 
 
 @kernel
@@ -239,7 +208,7 @@ def update_part(y: np.ndarray, first: int, values: tuple[float, ...] | np.ndarra
     first : int
         Element at which the part begins.
     values : tuple of float or (k,) float array
-        The part: a `ControlLedger`, `ValveStates`, or mass [kg] and internal energy [J] of a gas.
+        The part: `ValveStates`, a gas, or a flow of a ledger.
 
     Examples
     --------
@@ -250,3 +219,52 @@ def update_part(y: np.ndarray, first: int, values: tuple[float, ...] | np.ndarra
     """
     for i in range(len(values)):
         y[first + i] = values[i]
+
+
+@kernel
+def update_flows(y: np.ndarray, first: int, flows: tuple[Flow, ...]) -> None:
+    """Write what has flowed through several borders, or the flows, into a ledger.
+
+    Parameters
+    ----------
+    y : (n,) float array
+        State vector that is changed.
+    first : int
+        Element at which the flows begin.
+    flows : tuple of apesim.restriction.Flow
+        Flows, one behind the other.
+
+    Examples
+    --------
+    >>> y = np.zeros(4)
+    >>> update_flows(y, 0, (Flow(1.0, 2.0), Flow(3.0, 4.0)))
+    >>> y.tolist()
+    [1.0, 2.0, 3.0, 4.0]
+    """
+    for i in range(len(flows)):
+        update_part(y, first + FLOW_ENTRIES * i, flows[i])
+
+
+@kernel
+def update_control_ledger(y: np.ndarray, first: int, ledger: ControlLedger) -> None:
+    """Write the control air's ledger into a state vector, or its rates.
+
+    Parameters
+    ----------
+    y : (n,) float array
+        State vector that is changed.
+    first : int
+        Element at which the ledger begins.
+    ledger : ControlLedger
+        Entries of the ledger.
+
+    Examples
+    --------
+    >>> y = np.zeros(7)
+    >>> update_control_ledger(y, 0, ControlLedger(Flow(1.0, 2.0), Flow(3.0, 4.0), Flow(5.0, 6.0), 7.0))
+    >>> y.tolist()
+    [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+    """
+    flows = ledger.line_fed, ledger.supplied, ledger.vented
+    update_flows(y, first, flows)
+    y[first + FLOW_ENTRIES * len(flows)] = ledger.valve_work

@@ -80,7 +80,7 @@ def before_solenoids(actuator: Actuator, y: np.ndarray, first: int, source: GasS
     GasState(pressure=1000000.0, temperature=300.0)
     """
     if has_line(actuator):
-        return chamber_state(actuator.gas, *gas_of_volume(y, first), actuator.line.volume)
+        return chamber_state(actuator.gas, gas_of_volume(y, first), actuator.line.volume)
     return source
 
 

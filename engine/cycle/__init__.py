@@ -1,5 +1,14 @@
 """The engine's cycle, marched together with its valve.
 
-state (what is integrated), flows (through intake pipe, groove, exhaust and feed), rates (the coupled march),
-operating_point (a machine and a speed as the march takes them).
+exchange (the list of its flows), state (what is integrated), flows (through intake pipe, groove, exhaust and feed),
+rates (the coupled march), operating_point (a machine and a speed as the march takes them).
+
+A second exhaust valve would touch, in this order:
+
+1. its keys: an `Exhaust` more in `apesim.engine.cylinder.Engine`;
+2. the list of flows, `exchange`: modes, regimes, events and ledger follow from there;
+3. `flows`: its line in `exchange_sides`, `exchange_areas`, `exchange_flows`, `with_past_groove` and `open_flows`;
+4. `operating_point.breakpoints_of_cycle`: the corners of its window;
+5. `rates.cycle_rates`: what leaves the cylinder; `rates.observe_cycle`: the column of the trace;
+6. `apesim.engine.exergy.add_exergy_rates` and `apesim.engine.indicators`: what it destroys, closure, exhaust air.
 """

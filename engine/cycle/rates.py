@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from apesim.air import heat_capacity
+from apesim.air import GasContent, heat_capacity
 from apesim.engine.angles import TURN
 from apesim.engine.breathing import lift_line
 from apesim.engine.cycle.exchange import FLOWS
@@ -47,7 +47,7 @@ from apesim.restriction import NO_FLOW, Flow
 from apesim.valve import actuator as valve_actuator
 from apesim.valve.actuator import AT_REST, PHASE, PIECE, actuator_rates, state_of
 from apesim.valve.groove import piece_of
-from apesim.valve.ledger import control_rates, valve_states
+from apesim.valve.ledger import ControlLedger, valve_states
 from apesim.valve.line import LINE_FLOW, change_line_regime, has_line, line_event, line_feed, start_line_segment
 from apesim.valve.motion import (
     CORNER,
@@ -82,13 +82,13 @@ TRACE = (
 
 
 @kernel
-def is_above_zero(gas: tuple[float, float]) -> bool:
+def is_above_zero(gas: GasContent) -> bool:
     """Check that mass and internal energy of a gas are above zero.
 
     Parameters
     ----------
-    gas : tuple of float
-        Mass [kg] and internal energy [J].
+    gas : apesim.air.GasContent
+        Mass and internal energy.
 
     Returns
     -------
@@ -97,10 +97,10 @@ def is_above_zero(gas: tuple[float, float]) -> bool:
 
     Examples
     --------
-    >>> is_above_zero((2e-4, 41.0)), is_above_zero((2e-4, -1.0))
+    >>> is_above_zero(GasContent(2e-4, 41.0)), is_above_zero(GasContent(2e-4, -1.0))
     (True, False)
     """
-    return gas[0] > 0.0 and gas[1] > 0.0
+    return gas.mass > 0.0 and gas.energy > 0.0
 
 
 @kernel
@@ -243,28 +243,18 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
     update_states(
         dy,
         valve.states,
-        (groove.mass - exhaust.mass + let_in.mass, groove.enthalpy - exhaust.enthalpy - work + let_in.enthalpy),
-        (feed.mass - drawn.mass, feed.enthalpy - drawn.enthalpy),
-        (line.mass - valve.supplied.mass, line.enthalpy - valve.supplied.enthalpy),
-        (pipe.mass - groove.mass, pipe.enthalpy - groove.enthalpy),
+        GasContent(
+            groove.mass - exhaust.mass + let_in.mass, groove.enthalpy - exhaust.enthalpy - work + let_in.enthalpy
+        ),
+        GasContent(feed.mass - drawn.mass, feed.enthalpy - drawn.enthalpy),
+        GasContent(line.mass - valve.supplied.mass, line.enthalpy - valve.supplied.enthalpy),
+        GasContent(pipe.mass - groove.mass, pipe.enthalpy - groove.enthalpy),
     )
-    all_let_in = Flow(valve.let_in.mass + let_in.mass, valve.let_in.enthalpy + let_in.enthalpy)
     update_ledgers(
         dy,
-        control_rates(valve, line, all_let_in),
-        EngineLedger(
-            pipe.mass,
-            pipe.enthalpy,
-            groove.mass,
-            groove.enthalpy,
-            max(0.0, -groove.mass),
-            exhaust.mass,
-            exhaust.enthalpy,
-            max(0.0, -exhaust.mass),
-            feed.mass,
-            feed.enthalpy,
-            work,
-        ),
+        ControlLedger(line, valve.supplied, valve.vented, valve.work),
+        Flow(valve.let_in.mass + let_in.mass, valve.let_in.enthalpy + let_in.enthalpy),
+        EngineLedger(flows, max(0.0, -groove.mass), max(0.0, -exhaust.mass), work),
     )
     if y.shape[0] > SIZE:
         add_exergy_rates(p, t, y, mode, cylinder, dy)
@@ -355,7 +345,7 @@ def handle_cycle_event(p: Cycle, tables: CycleTables, event: int, t: float, y: n
 
 
 @kernel
-def temperature_rate(p: Cycle, content: tuple[float, float], rates: tuple[float, float], temperature: float) -> float:
+def temperature_rate(p: Cycle, content: GasContent, rates: GasContent, temperature: float) -> float:
     """Rate of the temperature of a gas volume.
 
     ``dT/dt = (dU/dt - u dm/dt)/(m cv)``, with the mass m, the internal energy U, ``u = U/m`` and the heat capacity cv.
@@ -367,9 +357,9 @@ def temperature_rate(p: Cycle, content: tuple[float, float], rates: tuple[float,
     ----------
     p : apesim.engine.cycle.state.Cycle
         Machine at a speed.
-    content : tuple of float
-        Mass [kg] and internal energy [J] of the gas.
-    rates : tuple of float
+    content : apesim.air.GasContent
+        Mass and internal energy of the gas.
+    rates : apesim.air.GasContent
         Rates of mass [kg/s] and internal energy [W].
     temperature : float
         Temperature of the gas [K].
@@ -387,7 +377,7 @@ def temperature_rate(p: Cycle, content: tuple[float, float], rates: tuple[float,
 
     717.6 W into 1 kg of air at constant volume, 717.6 J/(kg K), warm it by 1 K/s:
 
-    >>> print(round(temperature_rate(cycle, (1.0, 2e5), (0.0, 717.625), 290.0), 6))
+    >>> print(round(temperature_rate(cycle, GasContent(1.0, 2e5), GasContent(0.0, 717.625), 290.0), 6))
     1.0
     """
     gas, (mass, energy), (mass_rate, energy_rate) = p.actuator.gas, content, rates

@@ -4,21 +4,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.air import GasState
+from apesim.air import GasContent, GasState
 from apesim.effect import FedVolume, NoEffects
-from apesim.engine.cycle.exchange import FLOWS
+from apesim.engine.cycle.exchange import FLOWS, Exchange
 from apesim.engine.cylinder import CylinderState, Engine
 from apesim.engine.effects import EngineLaws, EngineTables
 from apesim.engine.kinematics import Crank, cylinder_volume
 from apesim.kernel import kernel
+from apesim.restriction import Flow
 from apesim.valve import actuator as valve_actuator
 from apesim.valve.actuator import Actuator, ActuatorTables
 from apesim.valve.chamber import chamber_state
 from apesim.valve.ledger import (
     CONTROL_ENTRIES,
+    FLOW_ENTRIES,
     ControlLedger,
+    ValveStates,
     control_ledger_at,
     gas_of_volume,
+    ledger_flow,
+    update_control_ledger,
+    update_flows,
     update_part,
 )
 from apesim.valve.line import before_solenoids
@@ -33,39 +39,28 @@ LINE, PIPE = STATES, STATES + 2
 """Elements at which the gas of the supply line and of the intake pipe begins; without these it is not controlled."""
 LEDGER = PIPE + 2
 """Element at which the ledger of the control air begins."""
-ENGINE_LEDGER = LEDGER + CONTROL_ENTRIES
+EFFECTS_LEDGER = LEDGER + CONTROL_ENTRIES
+"""Element at which the ledger of what effects let in begins."""
+ENGINE_LEDGER = EFFECTS_LEDGER + FLOW_ENTRIES
 """Element at which the ledger of the engine air begins."""
 
 
 class EngineLedger(NamedTuple):
     """Ledger of the engine air: sums since the start, or their rates."""
 
-    pipe_fed: float
-    """Engine air from the receiver, or where there is none, from the supply [kg]."""
-    pipe_fed_enthalpy: float
-    """Enthalpy of the engine air from the receiver [J]."""
-    groove: float
-    """Net engine air through the groove [kg]."""
-    groove_enthalpy: float
-    """Enthalpy of the engine air through the groove [J]."""
+    flows: Exchange[Flow]
+    """Net mass [kg] and enthalpy [J] through each flow of the gas exchange; the groove's with what passes beside it."""
     groove_back: float
     """Air that flowed back through the groove [kg]."""
-    exhausted: float
-    """Net air out through the exhaust valve [kg]."""
-    exhausted_enthalpy: float
-    """Enthalpy of the air through the exhaust valve [J]."""
     exhaust_back: float
     """Air that flowed in through the exhaust valve [kg]."""
-    fed: float
-    """Air from the supply into the receiver [kg]."""
-    fed_enthalpy: float
-    """Enthalpy of the air into the receiver [J]."""
     work: float
     """Work of the gas on the engine's piston [J]."""
 
 
-SIZE = ENGINE_LEDGER + len(EngineLedger._fields)
-"""Elements of the state vector of an engine."""
+GROOVE_BACK = ENGINE_LEDGER + FLOW_ENTRIES * FLOWS
+EXHAUST_BACK, WORK, SIZE = range(GROOVE_BACK + 1, GROOVE_BACK + 4)
+"""Elements of what stands behind the flows in the engine air's ledger; SIZE is how many a state vector has."""
 INTAKE_OPEN, LIFT, LIFT_SLOPE, BRANCHES, EXCHANGE = range(valve_actuator.MODES, valve_actuator.MODES + 5)
 MODES = EXCHANGE + FLOWS
 """Modes of a smooth segment, behind those of the valve.
@@ -128,7 +123,7 @@ class CycleTables(NamedTuple):
 
 
 @kernel
-def cylinder_gas(y: np.ndarray) -> tuple[float, float]:
+def cylinder_gas(y: np.ndarray) -> GasContent:
     """Read the gas of the cylinder from a state vector of the engine, or its rates.
 
     Parameters
@@ -138,10 +133,8 @@ def cylinder_gas(y: np.ndarray) -> tuple[float, float]:
 
     Returns
     -------
-    mass : float
-        Mass of the gas in the cylinder [kg].
-    energy : float
-        Internal energy of the gas in the cylinder [J].
+    apesim.air.GasContent
+        Mass and internal energy.
 
     Examples
     --------
@@ -152,7 +145,7 @@ def cylinder_gas(y: np.ndarray) -> tuple[float, float]:
 
 
 @kernel
-def receiver_gas(y: np.ndarray) -> tuple[float, float]:
+def receiver_gas(y: np.ndarray) -> GasContent:
     """Read the gas of the receiver from a state vector of the engine, or its rates.
 
     Parameters
@@ -162,10 +155,8 @@ def receiver_gas(y: np.ndarray) -> tuple[float, float]:
 
     Returns
     -------
-    mass : float
-        Mass of the gas in the receiver [kg]; 0 where the receiver is infinite.
-    energy : float
-        Internal energy of the gas in the receiver [J].
+    apesim.air.GasContent
+        Mass and internal energy; 0 where the receiver is infinite.
 
     Examples
     --------
@@ -176,7 +167,7 @@ def receiver_gas(y: np.ndarray) -> tuple[float, float]:
 
 
 @kernel
-def line_gas(y: np.ndarray) -> tuple[float, float]:
+def line_gas(y: np.ndarray) -> GasContent:
     """Read the gas of the supply line from a state vector of the engine, or its rates.
 
     Parameters
@@ -186,10 +177,8 @@ def line_gas(y: np.ndarray) -> tuple[float, float]:
 
     Returns
     -------
-    mass : float
-        Mass of the gas in the supply line [kg]; 0 where there is no line.
-    energy : float
-        Internal energy of the gas in the supply line [J].
+    apesim.air.GasContent
+        Mass and internal energy; 0 where there is no line.
 
     Examples
     --------
@@ -200,7 +189,7 @@ def line_gas(y: np.ndarray) -> tuple[float, float]:
 
 
 @kernel
-def pipe_gas(y: np.ndarray) -> tuple[float, float]:
+def pipe_gas(y: np.ndarray) -> GasContent:
     """Read the gas of the intake pipe from a state vector of the engine, or its rates.
 
     Parameters
@@ -210,10 +199,8 @@ def pipe_gas(y: np.ndarray) -> tuple[float, float]:
 
     Returns
     -------
-    mass : float
-        Mass of the gas in the intake pipe [kg]; 0 where there is no pipe.
-    energy : float
-        Internal energy of the gas in the intake pipe [J].
+    apesim.air.GasContent
+        Mass and internal energy; 0 where there is no pipe.
 
     Examples
     --------
@@ -239,13 +226,34 @@ def control_ledger(y: np.ndarray) -> ControlLedger:
 
     Examples
     --------
-    >>> print(control_ledger(np.arange(float(SIZE))).line_fed)
+    >>> print(control_ledger(np.arange(float(SIZE))).line_fed.mass)
     14.0
     """
     return control_ledger_at(y, LEDGER)
 
 
 @kernel
+def effects_ledger(y: np.ndarray) -> Flow:
+    """Read what effects have let into chambers and cylinder from a state vector of the engine, or its rates.
+
+    Parameters
+    ----------
+    y : (SIZE,) float array
+        State vector, a difference or the rates of such vectors.
+
+    Returns
+    -------
+    apesim.restriction.Flow
+        Mass [kg] and energy [J].
+
+    Examples
+    --------
+    >>> print(effects_ledger(np.arange(float(SIZE))).mass)
+    21.0
+    """
+    return ledger_flow(y, EFFECTS_LEDGER)
+
+
 def engine_ledger(y: np.ndarray) -> EngineLedger:
     """Read the ledger of the engine air from a state vector of the engine, or its rates.
 
@@ -262,32 +270,21 @@ def engine_ledger(y: np.ndarray) -> EngineLedger:
     Examples
     --------
     >>> ledger = engine_ledger(np.arange(float(SIZE)))
-    >>> print(ledger.pipe_fed, ledger.work)
+    >>> print(ledger.flows.groove.mass, ledger.work)
     23.0 33.0
     """
-    return EngineLedger(
-        y[ENGINE_LEDGER],
-        y[ENGINE_LEDGER + 1],
-        y[ENGINE_LEDGER + 2],
-        y[ENGINE_LEDGER + 3],
-        y[ENGINE_LEDGER + 4],
-        y[ENGINE_LEDGER + 5],
-        y[ENGINE_LEDGER + 6],
-        y[ENGINE_LEDGER + 7],
-        y[ENGINE_LEDGER + 8],
-        y[ENGINE_LEDGER + 9],
-        y[ENGINE_LEDGER + 10],
-    )
+    flows = Exchange(*(ledger_flow(y, ENGINE_LEDGER + FLOW_ENTRIES * flow) for flow in range(FLOWS)))
+    return EngineLedger(flows, y[GROOVE_BACK], y[EXHAUST_BACK], y[WORK])
 
 
 @kernel
 def update_states(
     y: np.ndarray,
-    valve: tuple[float, ...] | np.ndarray,
-    cylinder: tuple[float, float],
-    receiver: tuple[float, float],
-    line: tuple[float, float],
-    pipe: tuple[float, float],
+    valve: ValveStates | np.ndarray,
+    cylinder: GasContent,
+    receiver: GasContent,
+    line: GasContent,
+    pipe: GasContent,
 ) -> None:
     """Write the states of an engine into its state vector, or their rates.
 
@@ -295,17 +292,18 @@ def update_states(
     ----------
     y : (SIZE,) float array
         State vector that is changed.
-    valve : tuple of float or (6,) float array
-        States of the valve, see `apesim.valve.ledger.ValveStates`.
-    cylinder, receiver, line, pipe : tuple of float
-        Mass [kg] and internal energy [J] of the gas in each volume.
+    valve : apesim.valve.ledger.ValveStates or (6,) float array
+        States of the valve.
+    cylinder, receiver, line, pipe : apesim.air.GasContent
+        Gas in each volume.
 
     Examples
     --------
     >>> y = np.zeros(SIZE)
-    >>> update_states(y, (0.0,) * 6, (2e-4, 41.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
-    >>> print(*cylinder_gas(y))
-    0.0002 41.0
+    >>> none = GasContent(0.0, 0.0)
+    >>> update_states(y, ValveStates(9e-3, 0.0, 0.0, 0.0, 0.0, 0.0), GasContent(2e-4, 41.0), none, none, none)
+    >>> print(cylinder_gas(y).mass)
+    0.0002
     """
     update_part(y, 0, valve)
     update_part(y, CYLINDER, cylinder)
@@ -315,7 +313,7 @@ def update_states(
 
 
 @kernel
-def update_ledgers(y: np.ndarray, control: ControlLedger, engine: EngineLedger) -> None:
+def update_ledgers(y: np.ndarray, control: ControlLedger, let_in: Flow, engine: EngineLedger) -> None:
     """Write the ledgers of an engine into its state vector, or their rates.
 
     Parameters
@@ -324,18 +322,22 @@ def update_ledgers(y: np.ndarray, control: ControlLedger, engine: EngineLedger) 
         State vector that is changed.
     control : apesim.valve.ledger.ControlLedger
         Ledger of the control air.
+    let_in : apesim.restriction.Flow
+        Mass and energy that effects let in.
     engine : EngineLedger
         Ledger of the engine air.
 
     Examples
     --------
     >>> y = np.zeros(SIZE)
-    >>> update_ledgers(y, control_ledger(y), engine_ledger(y)._replace(work=120.0))
+    >>> update_ledgers(y, control_ledger(y), effects_ledger(y), engine_ledger(y)._replace(work=120.0))
     >>> print(engine_ledger(y).work)
     120.0
     """
-    update_part(y, LEDGER, control)
-    update_part(y, ENGINE_LEDGER, engine)
+    update_control_ledger(y, LEDGER, control)
+    update_part(y, EFFECTS_LEDGER, let_in)
+    update_flows(y, ENGINE_LEDGER, engine.flows)
+    y[GROOVE_BACK], y[EXHAUST_BACK], y[WORK] = engine.groove_back, engine.exhaust_back, engine.work
 
 
 @kernel
@@ -365,7 +367,7 @@ def receiver_state(p: Cycle, y: np.ndarray) -> GasState:
     1101325 Pa, 287.0 K
     """
     if p.receiver_volume > 0.0:
-        return chamber_state(p.actuator.gas, *receiver_gas(y), p.receiver_volume)
+        return chamber_state(p.actuator.gas, receiver_gas(y), p.receiver_volume)
     return p.supply
 
 
@@ -422,7 +424,7 @@ def intake_state(p: Cycle, y: np.ndarray, receiver: GasState) -> GasState:
     GasState(pressure=1000000.0, temperature=290.0)
     """
     if has_pipe(p):
-        return chamber_state(p.actuator.gas, *pipe_gas(y), p.pipe.volume)
+        return chamber_state(p.actuator.gas, pipe_gas(y), p.pipe.volume)
     return receiver
 
 
@@ -459,7 +461,7 @@ def cylinder_state(p: Cycle, t: float, y: np.ndarray) -> tuple[CylinderState, fl
     angle = p.start + p.speed * t
     volume, slope = cylinder_volume(p.crank, angle)
     gas = p.actuator.gas
-    air = chamber_state(gas, *cylinder_gas(y), volume)
+    air = chamber_state(gas, cylinder_gas(y), volume)
     intake = intake_state(p, y, receiver_state(p, y)) if len(p.effects) > 0 else p.supply
     return CylinderState(gas, p.actuator.ambient, p.engine, p.speed, angle, volume, air, intake), slope
 

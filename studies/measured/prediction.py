@@ -257,7 +257,7 @@ class _EngineRun:
             self.marks = _engine_marks(self.machine, run)
             control, engine = control_ledger(run.end), engine_ledger(run.end)
             brake = engine.work - friction_pressure(run, peak_pressure(run)) * swept_volume(run.cycle.engine)
-            means = {"torque": brake / TURN, "air_flow": (engine.groove + control.supplied) / period}
+            means = {"torque": brake / TURN, "air_flow": (engine.flows.groove.mass + control.supplied.mass) / period}
             shown |= {name: means[name] for name in MEANS if name in shown}
         return shown
 

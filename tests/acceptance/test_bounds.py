@@ -79,7 +79,9 @@ def machines(draw):
 
 def ideal_work(law, a_machine, run):
     """Work by a law of `apesim.engine.ideal_work`, of all the air that the engine takes from the supply [J]."""
-    air = engine_ledger(run.end).groove + (control_ledger(run.end).supplied if run.cycle.control_from_receiver else 0.0)
+    air = engine_ledger(run.end).flows.groove.mass
+    if run.cycle.control_from_receiver:
+        air += control_ledger(run.end).supplied.mass
     supply = a_machine.supply
     return air * law(run.cycle.actuator.gas, supply.temperature, supply.pressure / a_machine.ambient.pressure)
 

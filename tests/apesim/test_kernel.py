@@ -72,10 +72,11 @@ def test_an_edited_callee_in_another_file_changes_the_answer_of_a_cached_caller(
     sources = copy_of_sources(tmp_path / "sources")
     (sources / "valve" / "probe.py").write_text(
         "from apesim.kernel import entry\n"
+        "from apesim.air import GasContent\n"
         "from apesim.valve.chamber import chamber_state\n"
         "@entry\n"
         "def temperature(gas):\n"
-        "    return chamber_state(gas, 1.0, 2.0e5, 1.0).temperature\n"
+        "    return chamber_state(gas, GasContent(1.0, 2.0e5), 1.0).temperature\n"
     )
     code = (
         "from apesim.air import Air, gas_of\n"

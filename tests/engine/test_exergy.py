@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from apesim.air import CANTERA, Air, GasState, enthalpy, gas_of
+from apesim.air import CANTERA, Air, GasContent, GasState, enthalpy, gas_of
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.effects import ALL_EFFECTS
@@ -65,10 +65,10 @@ def test_a_stream_that_is_throttled_and_mixed_brings_what_is_left_of_its_exergy(
 @GASES
 def test_what_is_brought_is_how_the_exergy_of_a_volume_rises(gas):
     volume, state, mass_more, energy_more = 1e-3, GasState(3e5, 400.0), 1e-9, 5e-4
-    mass, energy = filled(gas, volume, state)
+    content = filled(gas, volume, state)
+    more = GasContent(content.mass + mass_more, content.energy + energy_more)
     before, after = (
-        exergy_stored(gas, ROOM, m, u, chamber_state(gas, m, u, volume), volume)
-        for m, u in ((mass, energy), (mass + mass_more, energy + energy_more))
+        exergy_stored(gas, ROOM, held, chamber_state(gas, held, volume), volume) for held in (content, more)
     )
     assert after - before == pytest.approx(exergy_brought(gas, ROOM, mass_more, energy_more, state), rel=1e-4)
 

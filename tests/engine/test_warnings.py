@@ -8,13 +8,16 @@ from scipy.optimize import brentq
 
 from apesim.air import CANTERA, CP_UP_TO
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.state import ENGINE_LEDGER, EngineLedger, engine_ledger
+from apesim.engine.cycle.exchange import EXHAUST
+from apesim.engine.cycle.state import ENGINE_LEDGER, engine_ledger
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import run_steady
 from apesim.engine.warnings import SUMMARIES, EngineWarning, judge_point
 from apesim.march.error_bounds import MAX_CLOSURE, MAX_EXERGY_CLOSURE, MAX_QUADRATURE_CHANGE, MAX_TOLERANCE_CHANGE
+from apesim.restriction import Flow
 from apesim.studies.optimise.landscape import judged
 from apesim.valve.bench import run_bench
+from apesim.valve.ledger import FLOW_ENTRIES
 from apesim.valve.measures import Travel
 from apesim.valve.warnings import TRAVEL_TEXTS, BenchWarning, judge_bench
 from tests.machines import RPM, machine, settled
@@ -160,13 +163,13 @@ def test_work_that_hangs_on_the_tolerance_is_told():
     assert EngineWarning.WORK_TOLERANCE not in told(1700.0)[0]
 
 
-@pytest.mark.parametrize("entry", ["exhausted", "exhausted_enthalpy"])
+@pytest.mark.parametrize("entry", Flow._fields)
 def test_a_ledger_that_does_not_close_is_told(entry):
     a_machine = machine()
     run = settled(a_machine, 800.0)
     for share, warnings in ((0.1, set()), (10.0, {EngineWarning.CLOSURE})):
         end = run.end.copy()
-        end[ENGINE_LEDGER + EngineLedger._fields.index(entry)] *= 1.0 + share * MAX_CLOSURE
+        end[ENGINE_LEDGER + FLOW_ENTRIES * EXHAUST + Flow._fields.index(entry)] *= 1.0 + share * MAX_CLOSURE
         lossy = run._replace(end=end)
         assert set(judge_point(a_machine, lossy, indicators(a_machine, lossy))) == warnings
 

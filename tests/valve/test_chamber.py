@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from apesim.air import CANTERA, Air, GasState, enthalpy, gas_of, internal_energy
+from apesim.air import CANTERA, Air, GasContent, GasState, enthalpy, gas_of, internal_energy
 from apesim.effect import NoEffects
 from apesim.restriction import SHUT, Sides, flow_between, flow_in, regime_between
 from apesim.valve.actuator import (
@@ -54,7 +54,7 @@ def cantera_air():
 def test_pressure_and_temperature_follow_from_mass_and_energy(air, pressure, temperature):
     gas = gas_of(air)
     mass = pressure * VOLUME / (gas.gas_constant * temperature)
-    state = chamber_state(gas, mass, mass * internal_energy(gas, temperature), VOLUME)
+    state = chamber_state(gas, GasContent(mass, mass * internal_energy(gas, temperature)), VOLUME)
     assert state == pytest.approx((pressure, temperature), rel=1e-12)
 
 
@@ -66,9 +66,9 @@ def test_a_closed_chamber_follows_the_isentrope(air):
     steps = 20000
     volumes = np.linspace(VOLUME, 4.0 * VOLUME, steps + 1)
     for low, high in pairwise(volumes):
-        middle = energy - 0.5 * (high - low) * chamber_state(gas, mass, energy, low).pressure
-        energy -= (high - low) * chamber_state(gas, mass, middle, 0.5 * (low + high)).pressure
-    pressure, temperature = chamber_state(gas, mass, energy, volumes[-1])
+        middle = energy - 0.5 * (high - low) * chamber_state(gas, GasContent(mass, energy), low).pressure
+        energy -= (high - low) * chamber_state(gas, GasContent(mass, middle), 0.5 * (low + high)).pressure
+    pressure, temperature = chamber_state(gas, GasContent(mass, energy), volumes[-1])
     # The midpoint rule: off by about (dV/V)^2 = (3/20000)^2, some times over.
     near = 10.0 * (3.0 / steps) ** 2
     if air.model == CANTERA:

@@ -17,6 +17,7 @@ from apesim.engine.cycle.state import (
     RECEIVER,
     control_ledger,
     cylinder_gas,
+    effects_ledger,
     engine_ledger,
     receiver_gas,
     supply_of,
@@ -106,19 +107,17 @@ def test_rates_of_cylinder_and_receiver_are_the_first_law_of_each_flow(case, con
     assert cylinder_gas(dy) == pytest.approx(cylinder_rates, rel=1e-11, abs=1e-13)
     assert receiver_gas(dy) == pytest.approx(receiver_rates, rel=1e-11, abs=1e-13)
     expected = {
-        "groove": groove,
-        "groove_enthalpy": groove_enthalpy,
+        "groove": (groove, groove_enthalpy),
         "groove_back": max(0.0, -groove),
-        "exhausted": out,
-        "exhausted_enthalpy": out_enthalpy,
+        "exhaust": (out, out_enthalpy),
         "exhaust_back": max(0.0, -out),
-        "fed": fed,
-        "fed_enthalpy": fed_enthalpy,
-        "supplied": into_a[0] + into_b[0],
-        "supplied_enthalpy": into_a[1] + into_b[1],
+        "feed": (fed, fed_enthalpy),
+        "pipe": (groove, groove_enthalpy),
+        "supplied": (into_a[0] + into_b[0], into_a[1] + into_b[1]),
         "work": cylinder[0] * slope * p.speed,
     }
-    ledgers = engine_ledger(dy)._asdict() | control_ledger(dy)._asdict()
+    engine = engine_ledger(dy)
+    ledgers = engine._asdict() | engine.flows._asdict() | control_ledger(dy)._asdict()
     for name, value in expected.items():
         assert ledgers[name] == pytest.approx(value, rel=1e-11, abs=1e-13), name
 
@@ -136,13 +135,11 @@ def test_what_one_volume_loses_another_one_gets(case):
     _, dy = state(a_machine, *CASES[case])
     mass = dy[[2, 4, CYLINDER, RECEIVER]].sum()
     energy = dy[[3, 5, CYLINDER + 1, RECEIVER + 1]].sum()
-    control, engine = control_ledger(dy), engine_ledger(dy)
-    assert mass == pytest.approx(engine.fed - engine.exhausted - control.vented + control.other_mass, abs=1e-14)
-    let_in = engine.fed_enthalpy - engine.exhausted_enthalpy - control.vented_enthalpy + control.other_energy
-    assert energy == pytest.approx(
-        let_in - engine.work - control.valve_work,
-        abs=1e-8,
-    )
+    vented, engine, let_in = control_ledger(dy).vented, engine_ledger(dy), effects_ledger(dy)
+    fed, out = engine.flows.feed, engine.flows.exhaust
+    assert mass == pytest.approx(fed.mass - out.mass - vented.mass + let_in.mass, abs=1e-14)
+    entered = fed.enthalpy - out.enthalpy - vented.enthalpy + let_in.enthalpy
+    assert energy == pytest.approx(entered - engine.work - control_ledger(dy).valve_work, abs=1e-8)
 
 
 def test_where_the_groove_begins_to_open_as_the_exhaust_does_the_exhaust_stays_open():
@@ -194,9 +191,10 @@ def test_torque_and_flows_integrate_to_the_ledger(traced):
     """Trapezia of 0.05 degrees: an error of second order, and of a jump of the ideal valve half a step of its flow."""
     run, column = traced
     jump = column["groove_flow"].max() * FINE / run.cycle.speed if run.cycle.engine.intake == 2 else 0.0
-    assert np.trapezoid(column["torque"], run.angles) == pytest.approx(engine_ledger(run.end).work, rel=1e-4)
-    assert over_time(run, column["groove_flow"]) == pytest.approx(engine_ledger(run.end).groove, rel=1e-4, abs=jump)
-    assert over_time(run, column["exhaust_flow"]) == pytest.approx(engine_ledger(run.end).exhausted, rel=1e-4)
+    ledger = engine_ledger(run.end)
+    assert np.trapezoid(column["torque"], run.angles) == pytest.approx(ledger.work, rel=1e-4)
+    assert over_time(run, column["groove_flow"]) == pytest.approx(ledger.flows.groove.mass, rel=1e-4, abs=jump)
+    assert over_time(run, column["exhaust_flow"]) == pytest.approx(ledger.flows.exhaust.mass, rel=1e-4)
 
 
 def test_pressure_temperature_and_volume_hold_the_cylinder_s_gas(traced):

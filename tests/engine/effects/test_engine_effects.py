@@ -8,7 +8,7 @@ from apesim.effect import law
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.operating_point import accuracy_at, cycle_of
 from apesim.engine.cycle.rates import BRANCHED, TRACE
-from apesim.engine.cycle.state import STATES, control_ledger
+from apesim.engine.cycle.state import STATES, effects_ledger
 from apesim.engine.cylinder import ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS, TERMS, CylinderState
 from apesim.engine.effects.blow_by import BlowBy
 from apesim.engine.effects.cylinder_wall_heat import ANNAND, COMPRESSOR, HOHENBERG, WOSCHNI, CylinderWallHeat
@@ -59,8 +59,8 @@ def test_blow_by_of_no_strength_changes_no_bit_where_another_effect_is_on():
     """All laws stand behind one guard: with wall heat on, that of blow-by is asked too."""
     heated = settled(machine(effects__cylinder_wall_heat__h=200.0), 800.0)
     assert np.array_equal(added(BlowBy(0.0)), np.zeros(TERMS))
-    assert control_ledger(heated.end).other_mass == 0.0
-    assert control_ledger(heated.end).other_energy != 0.0
+    assert effects_ledger(heated.end).mass == 0.0
+    assert effects_ledger(heated.end).enthalpy != 0.0
 
 
 @pytest.mark.parametrize(
@@ -117,7 +117,7 @@ def test_constant_wall_heat_is_the_integral_over_the_trace_and_adds_work():
     area = 2.0 * PISTON + 4.0 * column["cylinder_volume"] / 0.085
     rate = h * area * (wall - column["cylinder_temperature"])
     heat = np.trapezoid(rate, run.angles) / run.cycle.speed
-    assert control_ledger(run.end).other_energy == pytest.approx(heat, rel=1e-5)
+    assert effects_ledger(run.end).enthalpy == pytest.approx(heat, rel=1e-5)
     assert heat > 0.0
     assert adiabatic.end[-1] < run.end[-1] < adiabatic.end[-1] + heat
 
@@ -127,7 +127,7 @@ def test_blow_by_takes_mass_and_all_still_closes():
     a_machine = machine(effects__blow_by__area=0.5e-6)
     run = settled(a_machine, 800.0)
     found = indicators(a_machine, run)
-    assert control_ledger(run.end).other_mass < 0.0
+    assert effects_ledger(run.end).mass < 0.0
     assert run.end[-1] < tight.end[-1]
     assert found["engine_air_kg_per_cycle"] > indicators(machine(), tight)["engine_air_kg_per_cycle"]
     assert found["mass_closure"] < 1e-12
@@ -138,7 +138,7 @@ def test_blow_by_takes_mass_and_all_still_closes():
 def test_an_engine_runs_with_each_correlation(correlation):
     a_machine = machine(effects__cylinder_wall_heat__factor=1.0, effects__cylinder_wall_heat__correlation=correlation)
     run = settled(a_machine, 800.0)
-    assert control_ledger(run.end).other_energy > 0.0
+    assert effects_ledger(run.end).enthalpy > 0.0
     assert indicators(a_machine, run)["energy_closure"] < 1e-11
 
 
@@ -177,7 +177,7 @@ def test_a_seat_leak_counts_as_engine_air_and_loads_the_cylinder_before_opening(
         for a_machine, run in zip((tight, leaking), runs, strict=True)
     ]
     assert air[1] > air[0]
-    assert control_ledger(runs[1].end).other_mass == 0.0
+    assert effects_ledger(runs[1].end).mass == 0.0
     before_opening = [np.interp(-10.0 * DEGREE + 2.0 * np.pi, run.angles, run.trace[:, 0]) for run in runs]
     assert before_opening[1] > before_opening[0]
     closed = np.argmax(np.degrees(runs[1].angles) > 250.0)
