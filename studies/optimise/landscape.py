@@ -1,5 +1,6 @@
 """What an engine does with other command angles at one speed, in its periodic state."""
 
+from collections.abc import Sequence
 from enum import IntEnum
 from math import inf, nan
 from typing import NamedTuple
@@ -8,14 +9,15 @@ import numpy as np
 
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import indicators, valve_travel
-from apesim.engine.steady import run_steady
+from apesim.engine.machine import Machine
+from apesim.engine.steady import SteadyRun, run_steady
 from apesim.march.adaptive import Status
 from apesim.march.periodic import PERIODIC_TOLERANCE
 from apesim.studies.timing.solve import SKETCH, SKETCH_ANGLE_STEP
 
 ENERGISE = (-240.0 * DEGREE, 60.0 * DEGREE)
 DURATION = (5.0 * DEGREE, 300.0 * DEGREE)
-"""Range that commands are looked for in: energising after TDC, and the time from there to the release [rad]."""
+"""Ranges that are searched: crank angle of the energising after TDC, and from there to the release [rad]."""
 RECORDED = (
     "brake_torque_Nm",
     "specific_air_kg_per_kWh",
@@ -31,7 +33,7 @@ RECORDED = (
 
 
 class Goal(IntEnum):
-    """What is wanted."""
+    """Goal of a search: most brake torque, or least specific air."""
 
     TORQUE = 0
     AIR = 1
@@ -40,65 +42,83 @@ class Goal(IntEnum):
 class Point(NamedTuple):
     """Commands at one speed, and what comes of them."""
 
-    place: tuple
+    place: tuple[float, ...]
     """Energise, duration, and supply pressure if that is free, each as a share of its range."""
     energise: float
-    """[rad]"""
+    """Command angle of the energising [rad]."""
     release: float
-    """[rad]"""
+    """Command angle of the release [rad]."""
     pressure: float
     """Pressure of the supply [Pa abs]."""
-    values: dict
-    """`RECORDED`; NaN where the state does not repeat."""
-    merit: tuple
+    values: dict[str, float]
+    """Indicators `RECORDED`, by name; NaN where the state does not repeat."""
+    merit: tuple[float, float]
     """Brake torque [N m] and brake work over all air [J/kg]; -inf where the state does not repeat."""
     full_lift: bool
     """Whether the piston is on its open stop at any time."""
 
 
-def point_of(machine, speed, place=(), periodic_tolerance=PERIODIC_TOLERANCE):
-    """A machine's point, by its periodic state.
+def point_of(
+    machine: Machine, speed: float, place: tuple[float, ...] = (), periodic_tolerance: float = PERIODIC_TOLERANCE
+) -> Point:
+    """Compute a machine's point by its periodic state.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
+    machine : Machine
+        Machine with the commands.
     speed : float
-        [rad/s]
+        Speed of the crankshaft [rad/s].
     place : tuple of float
-        See `Point`.
+        Place of the commands in the ranges that are searched, see `Point`.
     periodic_tolerance : float
-        See `apesim.engine.steady.run_steady`.
+        Change over a cycle that counts as periodic, see `apesim.engine.steady.run_steady`.
 
     Returns
     -------
     Point
+        Commands, indicators and merits.
+
+    Examples
+    --------
+    >>> point = point_of(Machine(), 94.0)
+    >>> round(point.values["brake_torque_Nm"], 1), point.full_lift
+    (37.3, True)
     """
     return judged(
         machine, run_steady(machine, speed, periodic_tolerance=periodic_tolerance, angle_step=SKETCH_ANGLE_STEP), place
     )
 
 
-def judged(machine, run, place=()):
-    """A machine's point by a run of it.
+def judged(machine: Machine, run: SteadyRun, place: tuple[float, ...] = ()) -> Point:
+    """Judge a machine's point by a run of it.
 
     Brake work over air stands for specific air: the more of the one, the less of the other, and it goes smoothly
     through zero where the specific air has a pole.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-    run : apesim.engine.steady.SteadyRun
+    machine : Machine
+        Machine of the run.
+    run : SteadyRun
+        Last cycle of the march.
     place : tuple of float
-        See `Point`.
+        Place of the commands in the ranges that are searched, see `Point`.
 
     Returns
     -------
     Point
+        Commands, indicators and merits; NaN and -inf where the state does not repeat.
+
+    Examples
+    --------
+    >>> judged(Machine(), run_steady(Machine(), 94.0, max_cycles=1)).merit  # one cycle is not enough
+    (-inf, -inf)
     """
     values, merit, full_lift = dict.fromkeys(RECORDED, nan), (-inf, -inf), False
     if run.status == Status.DONE and run.orbit.converged:
-        found = indicators(machine, run)
-        values = {name: float(found[name]) for name in RECORDED}
+        computed = indicators(machine, run)
+        values = {name: float(computed[name]) for name in RECORDED}
         air = values["engine_air_kg_per_cycle"] + values["control_air_kg_per_cycle"]
         work = TURN * values["brake_torque_Nm"]
         merit = values["brake_torque_Nm"], work / air if air > 0.0 else -inf
@@ -112,36 +132,79 @@ class Landscape:
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-        With an electro-pneumatic intake.
+    machine : Machine
+        Machine with an electro-pneumatic intake.
     speed : float
-        [rad/s]
+        Speed of the crankshaft [rad/s].
     pressures : pair of float, optional
-        Between which the supply pressure is free [Pa abs].
+        Pressures between which the supply is free [Pa abs]; the machine's own if left out.
     """
 
-    def __init__(self, machine, speed, pressures=None):
+    def __init__(self, machine: Machine, speed: float, pressures: tuple[float, float] | None = None) -> None:
         self.machine, self.speed = machine, speed
         self.low, self.high = np.array([ENERGISE, DURATION, *([pressures] if pressures else [])]).T
-        self.sketched, self.settled = {}, {}
+        self.sketched: dict[tuple[float, ...], Point] = {}
+        self.settled: dict[tuple[float, ...], Point] = {}
 
-    def machine_at(self, place):
-        """The machine with the commands, and the supply pressure, of a place."""
+    def _machine_at(self, place: tuple[float, ...]) -> Machine:
+        """Give the machine the commands, and the supply pressure, of a place."""
         energise, duration, *pressure = (self.low + (self.high - self.low) * np.array(place)).tolist()
         command = self.machine.command._replace(energise=energise, release=energise + duration)
         machine = self.machine._replace(command=command)
         return machine._replace(supply=machine.supply._replace(pressure=pressure[0])) if pressure else machine
 
-    def at(self, x, periodic_tolerance=PERIODIC_TOLERANCE):
-        """The point of a place, each coordinate held between 0 and 1; a sketch does not count as one of the points."""
+    def at(self, x: Sequence[float], periodic_tolerance: float = PERIODIC_TOLERANCE) -> Point:
+        """Compute the point of a place, each coordinate held between 0 and 1.
+
+        Parameters
+        ----------
+        x : sequence of float
+            Energise, duration, and supply pressure if that is free, each as a share of its range.
+        periodic_tolerance : float
+            Change over a cycle that counts as periodic. With `SKETCH` the point is not one of the landscape's own.
+
+        Returns
+        -------
+        Point
+            What the engine does there; it is computed once.
+
+        Examples
+        --------
+        >>> landscape = Landscape(Machine(), 94.0)
+        >>> point = landscape.at([0.65, 0.27])
+        >>> [round(angle / DEGREE, 2) for angle in (point.energise, point.release)]
+        [-45.0, 39.65]
+        >>> landscape.at([0.65, 0.27]) is point
+        True
+        """
         place = tuple(np.clip(x, 0.0, 1.0).tolist())
         known = self.sketched if periodic_tolerance == SKETCH else self.settled
         if place not in known:
-            known[place] = point_of(self.machine_at(place), self.speed, place, periodic_tolerance)
+            known[place] = point_of(self._machine_at(place), self.speed, place, periodic_tolerance)
         return known[place]
 
-    def best(self, goal, min_torque=-inf):
-        """The best of the points so far; None where none repeats, or, for least air, none gives brake work."""
+    def best(self, goal: Goal, min_torque: float = -inf) -> Point | None:
+        """Find the best of the points so far.
+
+        Parameters
+        ----------
+        goal : Goal
+            Most torque or least air.
+        min_torque : float
+            Lowest torque that counts [N m]; for least air at least 0, as air without brake work means nothing.
+
+        Returns
+        -------
+        Point or None
+            None where no point repeats, or, for least air, none gives brake work.
+
+        Examples
+        --------
+        >>> landscape = Landscape(Machine(), 94.0)
+        >>> points = [landscape.at([0.65, duration]) for duration in (0.17, 0.27)]
+        >>> landscape.best(Goal.TORQUE) is points[1], landscape.best(Goal.AIR) is points[0]
+        (True, True)
+        """
         min_torque = max(min_torque, 0.0) if goal == Goal.AIR else min_torque
         points = [p for p in self.settled.values() if p.merit[goal] > -inf and p.merit[Goal.TORQUE] >= min_torque]
         return max(points, key=lambda point: point.merit[goal], default=None)

@@ -35,8 +35,9 @@ class OptimalCommands(GridResult):
     Attributes
     ----------
     goal : {"torque", "air", "both"}
+        What was asked for.
     optima : tuple of Optimum
-        One for each speed.
+        Best commands at each speed.
     """
 
     title: ClassVar[str] = "the best commands"
@@ -47,7 +48,7 @@ class OptimalCommands(GridResult):
 
     @classmethod
     def _summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
-        """Periodic states that were computed."""
+        """Count the periodic states that were computed."""
         sketches, runs = (int(archive.variables[name].values.sum()) for name in ("sketches", "runs"))
         return {
             "all_sketches": Scalar(sketches, "1", "states followed roughly, to 1e-3"),
@@ -55,10 +56,28 @@ class OptimalCommands(GridResult):
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """The result under the keys of ``apesim engine optimise --json``; NaN where JSON says null."""
+        """Convert to a dictionary with the keys of ``apesim engine optimise --json``.
+
+        Returns
+        -------
+        dict
+            Goal, criterion, ranges that were searched, and the results of each speed under ``points``; NaN where JSON
+            says null.
+
+        Examples
+        --------
+        >>> from apesim.studies.optimise.landscape import RECORDED, Point
+        >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
+        >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)
+        >>> archive = archive_of(Machine(), [optimum], [Goal.TORQUE])
+        >>> best = OptimalCommands.of(archive, ambient_pressure=101325.0, goal="torque", optima=(optimum,))
+        >>> data = best.to_dict()
+        >>> data["searched_energise"], data["points"][0]["most_torque"]["bounds"]
+        ('-240 to 60 deg', {'duration': 'highest'})
+        """
         provenance = self.archive.provenance
         stated = {key: text for key, text in provenance.items() if key.startswith(("criterion", "searched_"))}
-        points = [point_json(one) for one in self.optima]
+        points = [point_json(optimum) for optimum in self.optima]
         return {"for": self.goal, **stated, "points": points, "faults": list(self.failed)}
 
     def _draw(self, folder: str | PathLike[str]) -> list[Path]:
@@ -67,7 +86,28 @@ class OptimalCommands(GridResult):
         return optimise_figures(self.archive, self.ambient_pressure, folder)
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the brake torque of the best and of the machine's own commands over speed; returns the axes."""
+        """Draw the brake torque of the best and of the machine's own commands over speed.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> from apesim.studies.optimise.landscape import RECORDED, Point
+        >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
+        >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)
+        >>> archive = archive_of(Machine(), [optimum], [Goal.TORQUE])
+        >>> best = OptimalCommands.of(archive, ambient_pressure=101325.0, goal="torque", optima=(optimum,))
+        >>> best.plot().get_ylabel()
+        'brake torque [N m]'
+        """
         from apesim.studies.figures.axes import axes_for
         from apesim.studies.figures.optimise import draw_over_speed
 
@@ -95,11 +135,11 @@ def optimise_commands(
     Parameters
     ----------
     machine : Machine
-        With an electro-pneumatic valve as its intake.
+        Machine with an electro-pneumatic valve as its intake.
     goal : {"torque", "air", "both"}
-        Both: the Pareto front, too.
+        Goal of the search; both: the Pareto front, too.
     speed : str, float or sequence
-        Range such as "600:1800:300 rpm", list, or [rad/s].
+        Speeds: a range such as "600:1800:300 rpm", list, or [rad/s].
     free : str, optional
         "supply.pressure=0.5 MPa gauge:1.5 MPa gauge" sets the supply pressure free, too.
     out : path, optional
@@ -172,9 +212,9 @@ def _free_pressures(arguments: Arguments, machine: Machine, free: str | None) ->
         arguments.fault("free", wrong, f"write {FREE_KEY}=0.5 MPa gauge:1.5 MPa gauge")
         return None
     try:
-        (found,) = free_parameters(machine, [free])
+        (parameter,) = free_parameters(machine, [free])
     except InputError as error:
         for fault in error.faults:
             arguments.fault("free", fault.wrong, fault.right)
         return None
-    return found.low, found.high
+    return parameter.low, parameter.high

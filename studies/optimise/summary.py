@@ -1,6 +1,7 @@
 """The best commands as a table on the terminal and as JSON."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from rich.table import Table
 
@@ -15,32 +16,74 @@ HEADER = (
 )
 
 
-def point_json(one: Optimum) -> dict:
-    """Optima and Pareto front of a speed, for JSON."""
+def point_json(optimum: Optimum) -> dict[str, Any]:
+    """Lay out the optima and the Pareto front of a speed, for JSON.
 
-    def told(point: Point | None, **more: dict) -> dict | None:
+    Parameters
+    ----------
+    optimum : Optimum
+        Best commands at the speed.
+
+    Returns
+    -------
+    dict
+        Speed, the machine's own commands under ``uncorrected``, each goal by its name, and the points of the ``front``.
+
+    Examples
+    --------
+    >>> from apesim.studies.optimise.landscape import RECORDED, Goal, Point
+    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
+    >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)
+    >>> data = point_json(optimum)
+    >>> round(data["most_torque"]["energise_deg"], 1), data["most_torque"]["bounds"], data["front"]
+    (-57.3, {'duration': 'highest'}, [])
+    """
+
+    def stated(point: Point | None, **more: Any) -> dict[str, Any] | None:
         return row_of(point) | {"full_lift": point.full_lift} | more if point else None
 
-    found: dict = {"speed_rpm": speed_rpm(one), "uncorrected": told(one.own)}
-    for goal, point in one.best.items():
+    data: dict[str, Any] = {"speed_rpm": speed_rpm(optimum), "uncorrected": stated(optimum.uncorrected)}
+    for goal, point in optimum.best.items():
         bounds = {name: BOUNDS[code] for name, code in bounds_of(point).items() if code}
-        found[NAMES[goal]] = told(point, bounds=bounds)
-    return found | {"front": [told(point) for point in one.front], "sketches": one.sketches, "runs": one.runs}
+        data[NAMES[goal]] = stated(point, bounds=bounds)
+    front = [stated(point) for point in optimum.front]
+    return data | {"front": front, "sketches": optimum.sketches, "runs": optimum.runs}
 
 
 def optimum_table(optima: Sequence[Optimum], ambient_pressure: float) -> Table:
-    """The best commands beside the machine's own, for each speed."""
-    rows = [row for one in optima for row in _rows(one, ambient_pressure)]
+    """Lay out the table that the console shows: the best commands beside the machine's own, for each speed.
+
+    Parameters
+    ----------
+    optima : sequence of Optimum
+        Best commands at each speed.
+    ambient_pressure : float
+        Pressure of the ambience, above which the supply is shown [Pa abs].
+
+    Returns
+    -------
+    rich.table.Table
+        Commands, angles, torque and specific air.
+
+    Examples
+    --------
+    >>> from apesim.studies.optimise.landscape import RECORDED, Goal, Point
+    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
+    >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)
+    >>> optimum_table([optimum], ambient_pressure=101325.0).row_count
+    2
+    """
+    rows = [row for optimum in optima for row in _rows(optimum, ambient_pressure)]
     return table_of("The best commands", HEADER, rows, left=(1, 8))
 
 
-def _rows(one: Optimum, ambient_pressure: float) -> Iterator[tuple[str, ...]]:
+def _rows(optimum: Optimum, ambient_pressure: float) -> Iterator[tuple[str, ...]]:
     """A row for the machine's own commands and one for each goal."""
-    points = {"uncorrected": one.own} | {NAMES[goal]: point for goal, point in one.best.items()}
+    points = {"uncorrected": optimum.uncorrected} | {NAMES[goal]: point for goal, point in optimum.best.items()}
     for name, point in points.items():
         row = row_of(point)
         yield (
-            f"{speed_rpm(one):g}",
+            f"{speed_rpm(optimum):g}",
             name.replace("_", " "),
             number(row["energise_deg"], ".2f"),
             number(row["release_deg"], ".2f"),
@@ -55,10 +98,29 @@ def _rows(one: Optimum, ambient_pressure: float) -> Iterator[tuple[str, ...]]:
 
 
 def end_lines(optima: Sequence[Optimum]) -> Iterator[str]:
-    """A line on each optimum that lies at an end of the range searched."""
-    for one in optima:
-        for goal, point in one.best.items():
+    """Write a line on each optimum that lies at an end of the range that was searched.
+
+    Parameters
+    ----------
+    optima : sequence of Optimum
+        Best commands at each speed.
+
+    Yields
+    ------
+    str
+        Line with speed, goal and the variable that is at an end.
+
+    Examples
+    --------
+    >>> from apesim.studies.optimise.landscape import RECORDED, Goal, Point
+    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
+    >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)
+    >>> list(end_lines([optimum]))
+    ['897.634 r/min, most torque: at the highest duration searched']
+    """
+    for optimum in optima:
+        for goal, point in optimum.best.items():
             for key, code in bounds_of(point).items():
                 if code:
-                    what = f"{speed_rpm(one):g} r/min, {NAMES[goal].replace('_', ' ')}"
+                    what = f"{speed_rpm(optimum):g} r/min, {NAMES[goal].replace('_', ' ')}"
                     yield f"{what}: at the {BOUNDS[code]} {key.replace('_', ' ')} searched"

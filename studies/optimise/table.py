@@ -1,6 +1,8 @@
 """The best commands over speed, as an archive."""
 
+from collections.abc import Callable, Sequence
 from math import nan
+from typing import Any
 
 import numpy as np
 
@@ -8,10 +10,11 @@ from apesim.archive import Archive, Variable
 from apesim.archive.columns import NO_YES, column, run_axis
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.indicators import INDICATORS
+from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal
+from apesim.studies.optimise.landscape import DURATION, ENERGISE, RECORDED, Goal, Point
 from apesim.studies.optimise.search import FINE, Optimum, optimise
 
 RPM = TURN / 60.0
@@ -31,83 +34,155 @@ COLUMNS = {
 }
 
 
-def row_of(point):
-    """What is told of a point, by the names of `COLUMNS`; NaN where there is none."""
+def row_of(point: Point | None) -> dict[str, float]:
+    """Collect the commands and results of a point under the names of `COLUMNS`.
+
+    Parameters
+    ----------
+    point : Point or None
+        Point of a landscape; None where there is none.
+
+    Returns
+    -------
+    dict of str to float
+        Command angles [deg], pressure of the supply [Pa abs] and indicators; NaN where there is no point.
+
+    Examples
+    --------
+    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
+    >>> round(row_of(point)["energise_deg"], 2), row_of(None)["energise_deg"]
+    (-57.3, nan)
+    """
     if point is None:
         return dict.fromkeys(COLUMNS, nan)
     commands = point.energise / DEGREE, point.release / DEGREE, point.pressure
     return dict(zip(COLUMNS, commands, strict=False)) | point.values
 
 
-def bounds_of(point):
-    """Return where a point lies in the range of each free variable, a code of `BOUNDS`."""
-    return dict(zip(FREE, [int(u >= 1.0 - FINE) - int(u <= FINE) for u in point.place], strict=False)) if point else {}
-
-
-def optima_over_speed(machine, speeds, goals, pressures=None, jobs=None, report=None):
-    """The best commands at several speeds; each for itself, so the number of processes changes nothing.
+def bounds_of(point: Point | None) -> dict[str, int]:
+    """Judge where a point lies in the range of each free variable.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-        With an electro-pneumatic intake.
+    point : Point or None
+        Point of a landscape; None where there is none.
+
+    Returns
+    -------
+    dict of str to int
+        Code of `BOUNDS` by free variable; empty where there is no point.
+
+    Examples
+    --------
+    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
+    >>> bounds_of(point)
+    {'energise': 0, 'duration': 1}
+    """
+    return dict(zip(FREE, [int(u >= 1.0 - FINE) - int(u <= FINE) for u in point.place], strict=False)) if point else {}
+
+
+def optima_over_speed(
+    machine: Machine,
+    speeds: Sequence[float],
+    goals: Sequence[Goal],
+    pressures: tuple[float, float] | None = None,
+    jobs: int | None = None,
+    report: Callable[[int, int], Any] | None = None,
+) -> list[Optimum]:
+    """Find the best commands at several speeds; each for itself, so the number of processes changes nothing.
+
+    Parameters
+    ----------
+    machine : Machine
+        Machine with an electro-pneumatic intake.
     speeds : sequence of float
-        [rad/s]
+        Speeds of the crankshaft [rad/s].
     goals : sequence of Goal
+        What is wanted; with both goals the Pareto front is searched, too.
     pressures : pair of float, optional
-        Between which the supply pressure is free [Pa abs].
+        Pressures between which the supply is free [Pa abs]; the machine's own if left out.
     jobs : int, optional
-        Processes; as many as the work is worth if left out.
+        Number of processes; as many as the work is worth if left out.
     report : function, optional
-        Called with the numbers of speeds done and in all.
+        Called with the number of speeds that are done and the number of all.
 
     Returns
     -------
     list of Optimum
+        Best commands at each speed.
+
+    Examples
+    --------
+    >>> [optimum] = optima_over_speed(Machine(), [94.0], [Goal.AIR], jobs=1)
+    >>> round(optimum.best[Goal.AIR].values["specific_air_kg_per_kWh"])
+    40
     """
-    found = [Optimum(speed, None, dict.fromkeys(goals), [], 0, 0) for speed in speeds]
+    optima = [Optimum(speed, None, dict.fromkeys(goals), [], 0, 0) for speed in speeds]
     seconds = SECONDS_A_GOAL if len(goals) == 1 else 2.0 * SECONDS_A_GOAL + SECONDS_A_FRONT
     tasks = [(number, machine, speed, goals, pressures) for number, speed in enumerate(speeds)]
     done = run_tasks(_task, tasks, workers_for(seconds * len(speeds), jobs))
     for count, ((number, *_), optimum) in enumerate(done, 1):
-        found[number] = optimum or found[number]
+        optima[number] = optimum or optima[number]
         if report:
             report(count, len(speeds))
-    return found
+    return optima
 
 
-def _task(item):
-    return optimise(*item[1:])
+def _task(task: tuple[Any, ...]) -> Optimum:
+    """Optimum of a numbered task: machine, speed, goals and pressures."""
+    _, machine, speed, goals, pressures = task
+    return optimise(machine, speed, goals, pressures)
 
 
-def archive_of(machine, optima, goals, pressures=None, command=""):
-    """Optima as an archive: a run for each speed, and the points of its front along a second axis.
+def archive_of(
+    machine: Machine,
+    optima: Sequence[Optimum],
+    goals: Sequence[Goal],
+    pressures: tuple[float, float] | None = None,
+    command: str = "",
+) -> Archive:
+    """Store optima as an archive: a run for each speed, and the points of its front along a second axis.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-    optima : list of Optimum
+    machine : Machine
+        Machine whose commands were optimised; its text goes into the archive.
+    optima : sequence of Optimum
+        Best commands at each speed.
     goals : sequence of Goal
-    pressures : pair of float or None
+        What was wanted.
+    pressures : pair of float, optional
+        Pressures between which the supply was free [Pa abs].
     command : str
-        The command line, for the archive.
+        The command line, which the archive keeps.
 
     Returns
     -------
     Archive
+        Commands and results of each goal over the runs.
+
+    Examples
+    --------
+    >>> point = Point((0.7, 1.0), -1.0, 4.2, 1.1e6, dict.fromkeys(RECORDED, 1.0), (60.0, 57e3), True)
+    >>> optimum = Optimum(94.0, point, {Goal.TORQUE: point}, [], 81, 27)
+    >>> archive = archive_of(Machine(), [optimum], [Goal.TORQUE])
+    >>> archive.variables["most_torque_release_deg"].values.round(1), archive.variables["runs"].values
+    (array([240.6]), array([27]))
     """
     variables = {
         "run": run_axis(len(optima)),
-        "speed_rpm": column(np.array([speed_rpm(one) for one in optima]), *INDICATORS["speed_rpm"], coordinate=True),
-        **_columns("uncorrected", [one.own for one in optima]),
+        "speed_rpm": column(
+            np.array([speed_rpm(optimum) for optimum in optima]), *INDICATORS["speed_rpm"], coordinate=True
+        ),
+        **_columns("uncorrected", [optimum.uncorrected for optimum in optima]),
     }
     for goal in goals:
-        points = [one.best[goal] for one in optima]
+        points = [optimum.best[goal] for optimum in optima]
         variables |= _columns(NAMES[goal], points) | _bounds(NAMES[goal], points, 3 if pressures else 2)
     if len(goals) > 1:
-        variables |= _fronts([one.front for one in optima])
+        variables |= _fronts([optimum.front for optimum in optima])
     for name, description in (("sketches", "states followed roughly, to 1e-3"), ("runs", "states followed fully")):
-        counts = np.array([getattr(one, name) for one in optima])
+        counts = np.array([getattr(optimum, name) for optimum in optima])
         variables[name] = column(counts, "1", f"operating points computed, {description}")
     ranges = [(name, *ends, DEGREE, "deg") for name, ends in zip(FREE, (ENERGISE, DURATION), strict=False)]
     ranges += [(FREE[2], *pressures, 1.0, "Pa abs")] if pressures else []
@@ -116,24 +191,42 @@ def archive_of(machine, optima, goals, pressures=None, command=""):
     return Archive(dumps(machine), provenance, variables)
 
 
-def speed_rpm(optimum):
-    """Speed of an optimum [r/min], as it was written."""
+def speed_rpm(optimum: Optimum) -> float:
+    """Convert the speed of an optimum to revolutions per minute, without the rounding noise of the conversion.
+
+    Parameters
+    ----------
+    optimum : Optimum
+        Best commands at a speed.
+
+    Returns
+    -------
+    float
+        Speed [r/min], rounded to 12 significant digits.
+
+    Examples
+    --------
+    >>> speed_rpm(Optimum(RPM * 900.0, None, {}, [], 0, 0))
+    900.0
+    """
     return float(f"{optimum.speed / RPM:.12g}")
 
 
-def _columns(prefix, points):
-    told = prefix.replace("_", " ")
+def _columns(prefix: str, points: Sequence[Point | None]) -> dict[str, Variable]:
+    """Columns of the points of all speeds, their names behind a prefix."""
+    title = prefix.replace("_", " ")
     variables = {}
     rows = [row_of(point) for point in points]
     for name, (unit, description) in COLUMNS.items():
         values = np.array([row[name] for row in rows])
-        variables[f"{prefix}_{name}"] = column(values, unit, f"{told}: {description}")
+        variables[f"{prefix}_{name}"] = column(values, unit, f"{title}: {description}")
     full = np.array([bool(point and point.full_lift) for point in points], dtype=np.int8)
-    description = f"{told}: whether the piston is on its open stop at any time"
+    description = f"{title}: whether the piston is on its open stop at any time"
     return variables | {f"{prefix}_full_lift": column(full, "1", description, NO_YES)}
 
 
-def _bounds(prefix, points, count):
+def _bounds(prefix: str, points: Sequence[Point | None], count: int) -> dict[str, Variable]:
+    """Columns of where the points of all speeds lie in the range of each of the first free variables."""
     meanings = ", ".join(f"{code} {text}" for code, text in BOUNDS.items())
     variables = {}
     for name in FREE[:count]:
@@ -143,8 +236,8 @@ def _bounds(prefix, points, count):
     return variables
 
 
-def _fronts(fronts):
-    """Points of the fronts along an axis of their own, from least air to most torque; NaN behind the last."""
+def _fronts(fronts: Sequence[Sequence[Point]]) -> dict[str, Variable]:
+    """Columns of the fronts along an axis of their own, from least air to most torque; NaN behind the last point."""
     longest = max(1, *map(len, fronts))
     rows = [[row_of(point) for point in [*front, *[None] * (longest - len(front))]] for front in fronts]
     variables = {"point": Variable(("point",), np.arange(longest), "1", "number of the point on a Pareto front")}
@@ -154,22 +247,30 @@ def _fronts(fronts):
     return variables
 
 
-def faults_of(optima):
-    """One line for each speed at which no commands give brake work.
+def faults_of(optima: Sequence[Optimum]) -> list[str]:
+    """Write one line for each speed at which no commands give brake work.
 
     Parameters
     ----------
-    optima : list of Optimum
+    optima : sequence of Optimum
+        Best commands at each speed.
 
     Returns
     -------
     list of str
+        Each line names the speed and says what to change.
+
+    Examples
+    --------
+    >>> [line] = faults_of([Optimum(RPM * 900.0, None, {Goal.TORQUE: None}, [], 81, 27)])
+    >>> line.partition(" in the range")[0]
+    '900 r/min: no commands'
     """
     lines = []
-    for one in optima:
-        if any(point is None or point.merit[Goal.TORQUE] <= 0.0 for point in one.best.values()):
+    for optimum in optima:
+        if any(point is None or point.merit[Goal.TORQUE] <= 0.0 for point in optimum.best.values()):
             lines.append(
-                f"{speed_rpm(one):g} r/min: no commands in the range searched give brake work in a state that repeats; "
-                "lower the speed or raise the pressure"
+                f"{speed_rpm(optimum):g} r/min: no commands in the range searched give brake work in a state that "
+                "repeats; lower the speed or raise the pressure"
             )
     return lines

@@ -28,7 +28,6 @@ UNDOCUMENTED = (
     "studies/gap/search/",
     "studies/gap/tables/",
     "studies/identify/",
-    "studies/optimise/",
     "studies/paper/",
     "studies/soft_landing/",
 )
