@@ -25,6 +25,7 @@ class ArchiveResult(Result):
     Attributes
     ----------
     archive : Archive
+        Archive with all variables.
     failed : tuple of str
         One line for each point that failed, is out of reach or did not converge.
     """
@@ -36,15 +37,29 @@ class ArchiveResult(Result):
 
     @classmethod
     def of(cls, archive: Archive, wall_time: float = nan, **more: Any) -> Self:
-        """The result of an archive.
+        """Make the result of an archive.
 
         Parameters
         ----------
         archive : Archive
+            Archive of a study.
         wall_time : float
-            Computing time [s].
+            Computing time [s]; NaN: not known.
         **more
-            Further attributes.
+            Further attributes of the result; `failed` replaces the lines on the runs of the archive.
+
+        Returns
+        -------
+        ArchiveResult
+            Result of this class; its variables are the traces.
+
+        Examples
+        --------
+        >>> from apesim.archive.columns import column, run_axis
+        >>> archive = Archive("", {}, {"run": run_axis(2), "torque_Nm": column([30.0, 29.0], "N m", "mean torque")})
+        >>> result = ArchiveResult.of(archive)
+        >>> result["runs"], result.traces["torque"]
+        (2, <Trace [N m] over 2 run, 29 to 30>)
         """
         failed = tuple(
             more.pop("failed", None) or cls._faults_of(archive)
@@ -71,27 +86,27 @@ class ArchiveResult(Result):
 
     @classmethod
     def _holds(cls, archive: Archive) -> bool:
-        """Whether an archive is one of this kind."""
+        """Judge whether an archive is one of this kind."""
         return True
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:
-        """One line for each run that has no good result."""
+        """Write one line for each run that has no good result."""
         return ()
 
     @classmethod
     def _warnings_of(cls, archive: Archive) -> Iterable[str]:
-        """One line for each thing that a reader should know."""
+        """Write one line for each thing that a reader should know."""
         return ()
 
     @classmethod
     def _summary_of(cls, archive: Archive) -> Mapping[str, Scalar]:
-        """Numbers over all runs."""
+        """Find numbers over all runs."""
         return {}
 
     @classmethod
     def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
-        """What was run."""
+        """Write what was run, by name."""
         return {"by": archive.provenance["command"]} if archive.provenance.get("command") else {}
 
     @property
@@ -113,6 +128,14 @@ class ArchiveResult(Result):
         ------
         ImportError
             pandas is not installed.
+
+        Examples
+        --------
+        >>> from apesim.archive.columns import column, run_axis
+        >>> outcomes = column([0, 1], "1", "how it ended", "0 done, 1 failed")
+        >>> archive = Archive("", {}, {"run": run_axis(2), "outcome": outcomes})
+        >>> ArchiveResult.of(archive).to_pandas()["outcome"].tolist()
+        ['done', 'failed']
         """
         frame = super().to_pandas()
         for name, variable in self.archive.variables.items():
@@ -126,18 +149,29 @@ class ArchiveResult(Result):
         Parameters
         ----------
         path : path
+            File to write.
         overwrite : bool
             Replace one that is there.
 
         Returns
         -------
         Path
-            The file.
+            Path of the file.
 
         Raises
         ------
         ArchiveError
-            It exists, or cannot be written.
+            The file exists, or cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import apesim
+        >>> delays = apesim.map_valve(apesim.Machine(), pressure="0.8 MPa gauge", temperature="287 K")
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = delays.write(f"{folder}/map.h5")
+        ...     path.name, path.stat().st_size > 0
+        ('map.h5', True)
         """
         from apesim.studies.output import publish
 
@@ -146,7 +180,26 @@ class ArchiveResult(Result):
 
 
 def variables_of(archive: Archive) -> dict[str, Trace]:
-    """Variables of an archive by their names in Python, see `apesim.results`."""
+    """Lay out the variables of an archive as traces, by their names in Python, see `apesim.results`.
+
+    Parameters
+    ----------
+    archive : Archive
+        Archive of a study.
+
+    Returns
+    -------
+    dict of str to Trace
+        Variables without units in their names; their values are read only.
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column, run_axis
+    >>> delays = column([5.9e-3, 5.5e-3], "s", "delay time")
+    >>> archive = Archive("", {}, {"run": run_axis(2), "delay_s": delays})
+    >>> variables_of(archive)["delay"]
+    <Trace [s] over 2 run, 0.0055 to 0.0059>
+    """
     names = {name: name_of(name, variable.unit) for name, variable in archive.variables.items()}
     traces = {}
     for name, variable in archive.variables.items():
@@ -163,7 +216,7 @@ def read_archive(path: str | PathLike[str]) -> ArchiveResult:
     Parameters
     ----------
     path : path
-        The archive, from whomever: its checksums and digests are verified.
+        Archive to read, from whomever: its checksums and digests are verified.
 
     Returns
     -------

@@ -58,7 +58,7 @@ class EngineRun(Result):
     Attributes
     ----------
     march : SteadyRun
-        What was marched, for those who look deeper.
+        Last cycle of the march, for those who look deeper.
     """
 
     title: ClassVar[str] = "one operating point of the engine"
@@ -74,7 +74,21 @@ class EngineRun(Result):
     march: SteadyRun = field(kw_only=True)
 
     def to_dict(self) -> dict[str, Any]:
-        """The numbers under the keys of ``apesim engine run --json``; NaN where JSON says null."""
+        """Convert to a dictionary with the keys of ``apesim engine run --json``.
+
+        Returns
+        -------
+        dict
+            Indicators, exergy of a cycle, closures and warnings; NaN where JSON says null.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> run = apesim.run_engine(apesim.Machine(), speed="1000 rpm")
+        >>> data = run.to_dict()
+        >>> data["speed_rpm"], sorted(data["closure"])[:3]
+        (1000.0, ['air_at_tenfold_tolerance', 'energy', 'exergy'])
+        """
         data = {key: self[key] for key in INDICATORS if key not in CLOSURES.values()}
         ledger = {term: data.pop(f"exergy_{term}_J") for term in TERMS}
         return data | {
@@ -85,7 +99,26 @@ class EngineRun(Result):
         }
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw cylinder pressure over crank angle; returns the axes."""
+        """Draw the cylinder pressure over crank angle.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> run = apesim.run_engine(apesim.Machine(), speed="1000 rpm")
+        >>> axes = run.plot()
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('crank angle after TDC [deg]', 'cylinder pressure [MPa abs]')
+        """
         from apesim.studies.figures.axes import axes_for
 
         ax = axes_for(ax)
@@ -96,7 +129,26 @@ class EngineRun(Result):
         return ax
 
     def plot_lift(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the lift of the intake over crank angle; returns the axes."""
+        """Draw the lift of the intake over crank angle.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> run = apesim.run_engine(apesim.Machine(), speed="1000 rpm")
+        >>> axes = run.plot_lift()
+        >>> round(float(max(axes.lines[0].get_ydata())), 3), axes.get_ylabel()
+        (9.0, 'lift [mm]')
+        """
         from apesim.studies.figures.axes import axes_for
 
         ax = axes_for(ax)
@@ -105,7 +157,25 @@ class EngineRun(Result):
         return ax
 
     def plot_indicator_diagram(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw cylinder pressure over cylinder volume; returns the axes."""
+        """Draw the cylinder pressure over the cylinder volume.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> run = apesim.run_engine(apesim.Machine(), speed="1000 rpm")
+        >>> run.plot_indicator_diagram().get_xlabel()
+        'cylinder volume [cm³]'
+        """
         from apesim.studies.figures.axes import axes_for
 
         ax = axes_for(ax)
@@ -120,12 +190,14 @@ def run_engine(machine: Machine, speed: str | float) -> EngineRun:
     Parameters
     ----------
     machine : Machine
+        Machine to run.
     speed : str or float
-        E.g. "1000 rpm", or [rad/s].
+        Speed of the crankshaft, e.g. "1000 rpm", or [rad/s].
 
     Returns
     -------
     EngineRun
+        Indicators of the periodic state, and traces over a cycle.
 
     Raises
     ------
@@ -178,19 +250,36 @@ def run_engine(machine: Machine, speed: str | float) -> EngineRun:
 
 
 def supply_conditions(machine: Machine) -> dict[str, str]:
-    """Supply of a machine in words."""
+    """Write the supply of a machine in words.
+
+    Parameters
+    ----------
+    machine : Machine
+        Machine with the supply.
+
+    Returns
+    -------
+    dict of str to str
+        Gauge pressure and temperature under ``supply``.
+
+    Examples
+    --------
+    >>> supply_conditions(Machine())
+    {'supply': '1 MPa gauge, 287 K'}
+    """
     pressure = (machine.supply.pressure - machine.ambient.pressure) / 1e6
     return {"supply": f"{pressure:.4g} MPa gauge, {machine.supply.temperature:.4g} K"}
 
 
 def _typed(values: Mapping[str, float]) -> dict[str, float]:
-    """Indicators with flags and counts for what they are."""
+    """Indicators as what they are: flags as booleans, counts as whole numbers."""
     typed = dict(values)
     typed |= {name: bool(values[name] == 1) for name in FLAGS}
     return typed | {name: int(np.nan_to_num(values[name])) for name in COUNTS}
 
 
 def _traces(march: SteadyRun) -> dict[str, Trace]:
+    """Traces of the last cycle over crank angle, by their names in Python."""
     dims = ("crank_angle_deg",)
     traces = {"crank_angle_deg": Trace(dims, march.angles / DEGREE, "deg", "crank angle after TDC")}
     for column, header in enumerate(TRACE):

@@ -1,10 +1,10 @@
 """The valve over pressure and temperature of its control air (Figs. 8-11 of doi 10.1631/jzus.A0820373)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from os import PathLike
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -44,8 +44,8 @@ TRACES = {
 }
 
 
-def supply_columns(grid):
-    """The axis of runs, and the control air of each.
+def supply_columns(grid: Sequence[tuple[float, ...]]) -> dict[str, Variable]:
+    """Make the axis of runs of an archive, and the control air of each run.
 
     Parameters
     ----------
@@ -55,6 +55,13 @@ def supply_columns(grid):
     Returns
     -------
     dict of str to Variable
+        Run numbers, ``supply_pressure`` and ``supply_temperature``.
+
+    Examples
+    --------
+    >>> columns = supply_columns([(0.5e6, 287.0), (0.9e6, 287.0)])
+    >>> columns["run"].values.tolist(), columns["supply_pressure"].values.tolist()
+    ([0, 1], [500000.0, 900000.0])
     """
     pressures, temperatures = [p for p, *_ in grid], [t for _, t, *_ in grid]
     return {
@@ -64,27 +71,41 @@ def supply_columns(grid):
     }
 
 
-def compute_map(machine, pressures, temperatures, pulse=PULSE, command="", report=None):
-    """Bench runs over a grid of pressures and temperatures.
+def compute_map(
+    machine: Machine,
+    pressures: Sequence[float],
+    temperatures: Sequence[float],
+    pulse: float = PULSE,
+    command: str = "",
+    report: Callable[[int, int], Any] | None = None,
+) -> Archive:
+    """Run the valve on its bench over a grid of pressures and temperatures.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
+    machine : Machine
+        Machine with the valve.
     pressures : sequence of float
-        [Pa abs]
+        Pressures of the control air [Pa abs].
     temperatures : sequence of float
-        [K]
+        Temperatures of the control air [K].
     pulse : float
-        [s]
+        Time for which the solenoids are energised [s].
     command : str
-        The command line, for the archive.
+        The command line, which the archive keeps.
     report : function, optional
-        Called with the numbers of runs done and in all.
+        Called with the number of runs that are done and the number of all.
 
     Returns
     -------
     Archive
         Run ``i len(temperatures) + j`` is pressure i and temperature j.
+
+    Examples
+    --------
+    >>> archive = compute_map(Machine(), [0.5e6, 0.9e6], [287.0])
+    >>> (1e3 * archive.variables["opening_delay_s"].values).round(2)  # [ms]
+    array([5.59, 5.77])
     """
     grid = list(product(pressures, temperatures))
     runs = []
@@ -103,22 +124,30 @@ def compute_map(machine, pressures, temperatures, pulse=PULSE, command="", repor
             values = [getattr(getattr(run, stroke), field) for run in runs]
             variables[f"{stroke}_{name}"] = column(values, unit, description)
     for name, (number, unit, description) in TRACES.items():
-        values = np.stack([run.trace[:, number] for run in runs])
-        variables[name] = Variable(("run", "time"), values, unit, description)
+        traces = np.stack([run.trace[:, number] for run in runs])
+        variables[name] = Variable(("run", "time"), traces, unit, description)
     provenance = {"command": command, "kernels": sources_hash(), "pulse_s": repr(pulse)}
     return Archive(dumps(machine), provenance, variables)
 
 
-def faults_of_map(archive):
-    """One line for each run that failed or did not complete both strokes.
+def faults_of_map(archive: Archive) -> list[str]:
+    """Write one line for each run that failed or did not complete both strokes.
 
     Parameters
     ----------
     archive : Archive
+        Archive of `compute_map`.
 
     Returns
     -------
     list of str
+        Each line names the run by its control air and says what is wrong.
+
+    Examples
+    --------
+    >>> for line in faults_of_map(compute_map(Machine(), [0.12e6, 0.5e6], [287.0])):
+    ...     print(line)
+    run 0 (0.12 MPa abs, 287 K): a stroke is not completed within the pulse
     """
     v, lines = values_of(archive), []
     for run, status in enumerate(v["status"]):
@@ -138,12 +167,12 @@ class ValveMap(ArchiveResult):
 
     @classmethod
     def _holds(cls, archive: Archive) -> bool:
-        """Whether an archive is that of a map."""
+        """Judge whether an archive is that of a map of the valve."""
         return "pulse_s" in archive.provenance and "opening_delay_s" in archive.variables
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:
-        """One line for each run that failed or did not complete both strokes."""
+        """Write one line for each run that failed or did not complete both strokes."""
         return faults_of_map(archive)
 
     @classmethod
@@ -152,27 +181,83 @@ class ValveMap(ArchiveResult):
         return grid_conditions(archive) | {"pulse": f"{1e3 * float(archive.provenance['pulse_s']):g} ms"}
 
     def plot(self, ax: "Axes | None" = None, name: str = "opening_delay") -> "Axes":
-        """Draw a measure over pressure, a line for each temperature; returns the axes.
+        """Draw a measure over pressure, a line for each temperature.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            A new figure's if left out.
+            Axes to draw on; those of a new figure if left out.
         name : str
-            E.g. "closing_seating_speed".
+            Name of a trace, e.g. "closing_seating_speed".
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> from apesim.studies.archive_result import variables_of
+        >>> delays = column([5.9e-3, 5.5e-3], "s", "delay time of the opening")
+        >>> archive = Archive("", {}, supply_columns([(0.5e6, 287.0), (0.9e6, 287.0)]) | {"opening_delay_s": delays})
+        >>> result = ValveMap({}, variables_of(archive), archive=archive)
+        >>> axes = result.plot()
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('control pressure [MPa abs]', 'opening delay [s]')
         """
         return plot_over_pressure(self, name, ax)
 
 
 def grid_conditions(archive: Archive) -> dict[str, str]:
-    """Ends of the grid of an archive over pressure and temperature, in words."""
+    """Write the ends of the grid of an archive over pressure and temperature, in words.
+
+    Parameters
+    ----------
+    archive : Archive
+        Archive with the columns of `supply_columns`.
+
+    Returns
+    -------
+    dict of str to str
+        Ends under ``pressure`` and ``temperature``.
+
+    Examples
+    --------
+    >>> grid_conditions(Archive("", {}, supply_columns([(0.5e6, 250.0), (0.9e6, 287.0)])))
+    {'pressure': '0.5 to 0.9 MPa abs', 'temperature': '250 to 287 K'}
+    """
     low, high = (f"{end(archive.variables['supply_pressure'].values) / 1e6:.4g}" for end in (np.min, np.max))
     cold, hot = (f"{end(archive.variables['supply_temperature'].values):g}" for end in (np.min, np.max))
     return {"pressure": f"{low} to {high} MPa abs", "temperature": f"{cold} to {hot} K"}
 
 
 def plot_over_pressure(result: ArchiveResult, name: str, ax: "Axes | None" = None) -> "Axes":
-    """Draw a variable over the control pressure, a line for each temperature; returns the axes."""
+    """Draw a variable over the control pressure, a line for each temperature.
+
+    Parameters
+    ----------
+    result : ArchiveResult
+        Result over pressure and temperature of the control air.
+    name : str
+        Name of a trace, e.g. "opening_delay".
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw on; those of a new figure if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Axes that were drawn on.
+
+    Examples
+    --------
+    >>> from apesim.studies.archive_result import variables_of
+    >>> delays = column([5.9e-3, 5.5e-3], "s", "delay time of the opening")
+    >>> archive = Archive("", {}, supply_columns([(0.5e6, 287.0), (0.9e6, 287.0)]) | {"opening_delay_s": delays})
+    >>> result = ValveMap({}, variables_of(archive), archive=archive)
+    >>> axes = plot_over_pressure(result, "opening_delay")
+    >>> [line.get_label() for line in axes.lines]
+    ['287 K']
+    """
     from apesim.studies.figures.axes import axes_for
 
     ax, trace = axes_for(ax), result.traces[name]
@@ -203,6 +288,7 @@ def map_valve(
     Parameters
     ----------
     machine : Machine
+        Machine with the valve.
     pressure : str, float or sequence of them
         Pressures of the control air, e.g. "0.1:1.9:0.2 MPa gauge", or [Pa abs].
     temperature : str, float or sequence of them
@@ -244,7 +330,7 @@ def map_valve(
     seconds = arguments.quantity("pulse", pulse, TIME)
     arguments.refuse()
 
-    def compute(**options):
+    def compute(**options: Any) -> Archive:
         return compute_map(machine, pressures, temperatures, seconds, command=call, **options)
 
     first = run_bench, machine, seconds

@@ -65,7 +65,7 @@ class ValveRun(Result):
     Attributes
     ----------
     march : BenchRun
-        What was marched, for those who look deeper.
+        March of the bench, for those who look deeper.
     """
 
     title: ClassVar[str] = "one bench run of the valve"
@@ -81,7 +81,21 @@ class ValveRun(Result):
     march: BenchRun = field(kw_only=True)
 
     def to_dict(self) -> dict[str, Any]:
-        """The numbers under the keys of ``apesim valve run --json``; NaN where JSON says null."""
+        """Convert to a dictionary with the keys of ``apesim valve run --json``.
+
+        Returns
+        -------
+        dict
+            Measures of both strokes, control air, closures and warnings; NaN where JSON says null.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> run = apesim.run_valve(apesim.Machine(), supply="0.49 MPa gauge")
+        >>> data = run.to_dict()
+        >>> round(1e3 * data["opening"]["stroke_time_s"], 2), sorted(data["closure"])
+        (7.14, ['energy', 'mass', 'work'])
+        """
         return {
             **{stroke: {key: self[f"{stroke}_{key}"] for key in MEASURES} for stroke in STROKES},
             "control_air_kg": self["control_air"],
@@ -93,7 +107,26 @@ class ValveRun(Result):
         }
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the lift over time; returns the axes."""
+        """Draw the lift over time.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> run = apesim.run_valve(apesim.Machine(), supply="0.49 MPa gauge")
+        >>> axes = run.plot()
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('time after the solenoids are energised [ms]', 'lift [mm]')
+        """
         from apesim.studies.figures.axes import axes_for
 
         ax = axes_for(ax)
@@ -102,7 +135,26 @@ class ValveRun(Result):
         return ax
 
     def plot_pressures(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the pressures of both chambers over time; returns the axes."""
+        """Draw the pressures of both chambers over time.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> run = apesim.run_valve(apesim.Machine(), supply="0.49 MPa gauge")
+        >>> axes = run.plot_pressures()
+        >>> [line.get_label() for line in axes.lines]
+        ['chamber A', 'chamber B']
+        """
         from apesim.studies.figures.axes import axes_for
 
         ax = axes_for(ax)
@@ -129,6 +181,7 @@ def run_valve(
     Parameters
     ----------
     machine : Machine
+        Machine with the valve.
     supply : str or float, optional
         Pressure of the control air, e.g. "0.49 MPa gauge", or [Pa abs]; the machine's if left out.
     temperature : str or float, optional
@@ -143,6 +196,7 @@ def run_valve(
     Returns
     -------
     ValveRun
+        Measures of both strokes, and traces over time.
 
     Raises
     ------
@@ -208,16 +262,17 @@ def run_valve(
 
 
 def _with_supply(machine: Machine, pressure: float | None, temperature: float | None) -> Machine:
-    """A machine with other control air; what is None stays as it is."""
-    given: dict[str, Any] = {}
+    """Give a machine other control air; what is None stays as it is."""
+    changes: dict[str, Any] = {}
     if pressure is not None:
-        given |= {"pressure": pressure, "control_pressure": nan}  # the machine's own would stand against it
+        changes |= {"pressure": pressure, "control_pressure": nan}  # the machine's own would stand against it
     if temperature is not None:
-        given["temperature"] = temperature
-    return machine._replace(supply=machine.supply._replace(**given))
+        changes["temperature"] = temperature
+    return machine._replace(supply=machine.supply._replace(**changes))
 
 
 def _values(march: BenchRun, wall_time: float) -> dict[str, Any]:
+    """Numbers of a run by their keys in JSON, see `NUMBERS` and `OF_ORBIT`."""
     values: dict[str, Any] = {}
     for stroke in STROKES:
         measured = getattr(march, stroke)
@@ -238,6 +293,7 @@ def _values(march: BenchRun, wall_time: float) -> dict[str, Any]:
 
 
 def _traces(march: BenchRun) -> dict[str, Trace]:
+    """Traces of a run over time, by their names in Python."""
     dims = ("time",)
     traces = {"time": Trace(dims, march.times, "s", "time after the solenoids are energised")}
     for column, header in enumerate(TRACE):

@@ -15,10 +15,6 @@ from tests.folders import ROOT
 FOLDERS = "apesim", "valve", "engine", "studies"
 """Layers whose public functions are held to Parameters, Returns and Examples."""
 UNDOCUMENTED = (
-    "studies/archive_result.py",
-    "studies/engine_run.py",
-    "studies/valve_map.py",
-    "studies/valve_run.py",
     "studies/estimation/",
     "studies/estimation/noise/",
     "studies/gap/",
