@@ -5,6 +5,11 @@ from .engine.machine import Machine as Machine
 from .quantities import InputError as InputError
 from .results import NotConverged as NotConverged
 from .studies.archive_result import read_archive as read_archive
+from .studies.archives.comparison import compare_archives as compare_archives
+from .studies.archives.description import describe_archive as describe_archive
+from .studies.archives.description import verify_archive as verify_archive
+from .studies.archives.joining import export_archive as export_archive
+from .studies.archives.joining import merge_archives as merge_archives
 from .studies.assessment.comparison import assess_valve as assess_valve
 from .studies.discharge.effective_area import evaluate_discharge as evaluate_discharge
 from .studies.engine_run import run_engine as run_engine

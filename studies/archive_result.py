@@ -240,10 +240,32 @@ def read_archive(path: str | PathLike[str]) -> ArchiveResult:
     ('ValveMap', True)
     """
     from apesim.archive import read
+
+    return result_of(read(path))
+
+
+def result_of(archive: Archive) -> ArchiveResult:
+    """Make the result that an archive was written from.
+
+    Parameters
+    ----------
+    archive : Archive
+
+    Returns
+    -------
+    ArchiveResult
+        A `Sweep`, `ValveMap` or `ValveLimit` where it is one.
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column, run_axis
+    >>> torque = column([3.0, 2.5], "N m", "brake torque")
+    >>> result_of(Archive("", {}, {"run": run_axis(2), "torque": torque})).traces["torque"]
+    <Trace [N m] over 2 run, 2.5 to 3>
+    """
     from apesim.studies.limit.valve_limit import ValveLimit
     from apesim.studies.sweep.study import Sweep
     from apesim.studies.valve_map import ValveMap
 
-    archive = read(path)
     kind = next(kind for kind in (Sweep, ValveMap, ValveLimit, ArchiveResult) if kind._holds(archive))
     return kind.of(archive)
