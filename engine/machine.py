@@ -12,7 +12,7 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import Engine
 from apesim.engine.effects import Effects, unserved_effects
 from apesim.quantities import Quantity
-from apesim.quantities.settings import differences, dumps, replaced
+from apesim.quantities.settings import differences, dumps, find_ignored_keys, replaced
 from apesim.valve.groove import Groove
 from apesim.valve.piston import Valve
 from apesim.valve.supply import Supply
@@ -196,6 +196,22 @@ class Machine(NamedTuple):
         # Air-powered engine and its electro-pneumatic valve; "the paper" is the EPV paper (doi
         """
         return dumps(self, Path.cwd())
+
+    def find_ignored_keys(self) -> dict[str, str]:
+        """Find the keys that differ from the default machine's and have no effect, because of others.
+
+        Returns
+        -------
+        dict of str to str
+            What is used in its place, by key of the machine file.
+
+        Examples
+        --------
+        >>> ports = Machine().with_(groove_geometry="ports", groove_ports_number=6)
+        >>> ports.with_(groove_geometry="line").find_ignored_keys()
+        {'groove.ports.number': 'groove.geometry is "line"'}
+        """
+        return find_ignored_keys(self)
 
     def __repr__(self) -> str:
         changes = [f"  {key} = {text}" for key, text in differences(self)]

@@ -5,6 +5,8 @@ from collections.abc import Collection, Container, Iterable, Iterator, Mapping, 
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from apesim.quantities.arguments import checked_value
 from apesim.quantities.checking import check
 from apesim.quantities.curves import Curve
@@ -99,10 +101,42 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
 
 
 def _ignored(tree: Any, assigned: Container[str], where: str) -> Iterator[Fault]:
-    """Faults of the keys that are assigned and not looked at because of others."""
+    """Faults of the keys that are assigned and ignored because of others."""
     for key, reason in overruled(tree):
         if key in assigned:
-            yield Fault(where, key, f"is not looked at: {reason}", "change that, or leave it out")
+            yield Fault(where, key, f"is ignored: {reason}", "change that, or leave it out")
+
+
+def find_ignored_keys(tree: Any) -> dict[str, str]:
+    """Find the keys of a tree that differ from their defaults and have no effect, because of others.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        Instance of a parameter class.
+
+    Returns
+    -------
+    dict of str to str
+        What is used in its place, by key.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> Machine.overruled = lambda self: [("valve", "a cam is given")]
+    >>> find_ignored_keys(Machine()), find_ignored_keys(Machine(Valve(8e-3)))
+    ({}, {'valve.stroke': 'a cam is given'})
+    """
+    standard = {leaf.key: leaf.default for leaf in schema(type(tree))}
+    given = {leaf.key: leaf.default for leaf in schema(type(tree), tree)}
+    return {
+        key: reason for key, reason in overruled(tree) if not np.array_equal(given[key], standard[key], equal_nan=True)
+    }
 
 
 def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
@@ -126,7 +160,7 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
     Raises
     ------
     InputError
-        A key is unknown, given twice or not looked at, or a value is refused. Holds every fault.
+        A key is unknown, given twice or ignored, or a value is refused. Holds every fault.
 
     Examples
     --------

@@ -4,7 +4,7 @@ A parameter class is a `NamedTuple` whose fields are declared with `apesim.quant
 classes themselves: the sections. A section that a file names starts from the defaults of its own class; one
 that is left out is as the class above has it. A method ``faults`` may yield
 ``(key, what is wrong, what would be right)`` for what only several keys together show. A method ``overruled`` may
-yield ``(key or section, by what)`` for what is not looked at.
+yield ``(key or section, by what)`` for what is ignored.
 
 A class attribute ``due`` makes sections optional: to be present switches them on. It names, for each of these
 sections, the keys of which at least one must be given in it::

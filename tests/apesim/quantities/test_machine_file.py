@@ -204,14 +204,14 @@ CURVES = {
         ("valve.solenoid.dead_time", "2 ms", ("valve.solenoid.opening_curve", "x.csv")),
     ],
 )
-def test_a_key_that_is_not_looked_at_is_refused_on_the_command_line_and_told_of_a_file(
+def test_a_key_that_is_ignored_is_refused_on_the_command_line_and_told_of_a_file(
     key, value, by, tmp_path, monkeypatch, apesim
 ):
     for name, text in CURVES.items():
         (tmp_path / name).write_text(text)
     monkeypatch.chdir(tmp_path)
     others = [f"{by[0]}={by[1]}"] if by else []
-    with pytest.raises(InputError, match=f"{key}: is not looked at"):
+    with pytest.raises(InputError, match=f"{key}: is ignored"):
         load(Machine, None, [f"{key}={value}", *others])
     section, _, name = key.rpartition(".")
     lines = [f"[{section}]", f"{name} = {value if value.isdigit() else chr(34) + value + chr(34)}"]
@@ -220,7 +220,7 @@ def test_a_key_that_is_not_looked_at_is_refused_on_the_command_line_and_told_of_
         lines += [*([f"[{head}]"] if head != section else []), f'{other} = "{by[1]}"']
     (tmp_path / "m.toml").write_text("\n".join(lines) + "\n")
     code, out, _ = apesim("machine", "--check", "m.toml")
-    assert code == 0 and f"m.toml: {key}: is not looked at" in out and out.count("not looked at") == 1
+    assert code == 0 and f"m.toml: {key}: is ignored" in out and out.count("ignored") == 1
 
 
 def test_a_window_that_ends_before_it_begins_is_told_with_both_ends():
