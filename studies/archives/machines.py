@@ -6,6 +6,7 @@ from os import PathLike, fspath
 from apesim.archive import read_about
 from apesim.archive.comparison import machine_differences
 from apesim.engine.machine import Machine
+from apesim.quantities.settings import dumps
 
 
 def differences_from(machine: Machine | None, paths: Iterable[str | PathLike[str]]) -> list[dict[str, str]]:
@@ -35,7 +36,7 @@ def differences_from(machine: Machine | None, paths: Iterable[str | PathLike[str
     """
     if machine is None:
         return []
-    given = machine.to_toml()
+    given = dumps(machine)
     return [
         {"file": fspath(path), "key": row.name, "archive": row.a, "given": row.b}
         for path in paths

@@ -42,18 +42,7 @@ def print_machine(
 
 
 def _check_file(common: Common, path: Path) -> None:
-    """Say whether a machine file is right, and which of its keys another one overrules."""
-    import numpy as np
-
-    from apesim.quantities.settings import overruled, schema
-
-    machine = common._replace(machine_file=path).load_machine()
-    standard = {leaf.key: leaf.default for leaf in schema(type(machine))}
-    given = {leaf.key: leaf.default for leaf in schema(type(machine), machine)}
-    ignored = {
-        key: reason
-        for key, reason in overruled(machine)
-        if not np.array_equal(given[key], standard[key], equal_nan=True)
-    }
-    lines = (f"{path}: {key}: is not looked at: {reason}" for key, reason in ignored.items())
-    common.console.result({"file": str(path), "good": True, "not_looked_at": ignored}, *lines, f"{path}: good")
+    """Say whether a machine file is right, and which of its keys have no effect because of others."""
+    ignored = common._replace(machine_file=path).load_machine().find_ignored_keys()
+    lines = (f"{path}: {key}: is ignored: {reason}" for key, reason in ignored.items())
+    common.console.result({"file": str(path), "good": True, "ignored": ignored}, *lines, f"{path}: good")

@@ -12,7 +12,8 @@ from apesim.studies.options import ArchivePath, Common
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from apesim.archive.comparison import Comparison, Summary
+    from apesim.archive.comparison import Difference
+    from apesim.studies.archives.comparison import ArchiveComparison
 
 MAX_SHOWN = 20
 """Differences that are shown one by one: a screen of them."""
@@ -67,44 +68,34 @@ def compare_archives(
     >>> print(output.splitlines()[0])
     1 runs compared: 0 variables the same, 1 differ; largest relative difference 0.048: torque
     """
-    from apesim.archive.comparison import diff, provenance_differences, summarise
     from apesim.archive.inspection import info
-    from apesim.studies.commands.archive.machine_differences import difference_lines, differences_from_given
+    from apesim.studies.archives import comparison
+    from apesim.studies.commands.archive.machine_differences import difference_lines, given_machine
 
-    others = differences_from_given(common, [path, other])
-    compared = diff(path, other, rtol, atol)
-    rows = compared.differences
-    provenance, summary = provenance_differences(path, other), summarise(rows)
-    data = {
-        "runs_compared": compared.runs,
-        "variables_same": compared.same,
-        "variables_different": compared.different,
-        "summary": [row._asdict() for row in summary],
-        "differences": [row._asdict() for row in rows],
-        "provenance": [row._asdict() for row in provenance],
-        "machine_differences": others,
-    }
+    compared = comparison.compare_archives(path, other, rtol=rtol, atol=atol, machine=given_machine(common))
+    rows: Sequence[Difference] = compared.differences
     shown_lines: list[str | Table] = [
-        _headline(compared, summary),
-        f"no differences; {len(provenance)} entries of provenance differ",
+        _headline(compared),
+        f"no differences; {len(compared.provenance)} entries of provenance differ",
     ]
     if rows:
         units = {v["name"]: v["unit"] for file in (other, path) for v in info(file)["variables"]}
         rows = sorted(rows, key=lambda row: row.kind == "run")  # which run is missing comes last
         shown = rows if show_all else rows[:MAX_SHOWN]
-        shown_lines[1:] = [_summary_table(summary, units), _difference_table(shown, path, other)]
+        shown_lines[1:] = [_summary_table(compared.summary, units), _difference_table(shown, path, other)]
         if len(rows) > MAX_SHOWN and not show_all:
             shown_lines.append(f"{MAX_SHOWN} of {len(rows)} differences; --all shows every one, --json holds them")
-    common.console.result(data, *shown_lines, *difference_lines(others))
-    return INCOMPLETE if rows or others else DONE
+    common.console.result(compared.to_dict(), *shown_lines, *difference_lines(compared.machine_differences))
+    return DONE if compared.is_same and not compared.machine_differences else INCOMPLETE
 
 
-def _headline(compared: "Comparison", summary: "Sequence[Summary]") -> str:
+def _headline(compared: "ArchiveComparison") -> str:
     """How many variables are the same, how many differ, and the largest relative difference, in one line."""
     from apesim.terminal import visible
 
-    line = f"{compared.runs} runs compared: {compared.same} variables the same, {compared.different} differ"
-    numbers = [row for row in summary if row.kind == "variable" and row.relative is not None]
+    same, different = compared["variables_same"], compared["variables_different"]
+    line = f"{compared['runs_compared']} runs compared: {same} variables the same, {different} differ"
+    numbers = [row for row in compared.summary if row.kind == "variable" and row.relative is not None]
     if not numbers:
         return line
     worst = max(numbers, key=lambda row: row.relative or 0.0)

@@ -47,12 +47,12 @@ def export_archive(
     ...     sorted(os.listdir(f"{folder}/a"))
     ['machine.toml', 'provenance.json', 'runs.csv', 'traces', 'variables.csv']
     """
-    from apesim.archive.inspection import export
+    from apesim.studies.archives import joining
     from apesim.studies.commands.archive.machine_differences import refuse_other_machine
 
     refused = refuse_other_machine(common, [path])
     if refused is not None:
         return refused
-    paths = export(path, out)
-    common.console.result({"files": [str(p) for p in paths]}, f"{out}: {len(paths)} files")
+    files = joining.export_archive(path, out)
+    common.console.result({"files": [str(file) for file in files]}, f"{out}: {len(files)} files")
     return DONE

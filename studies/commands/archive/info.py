@@ -38,16 +38,16 @@ def show_info(common: Common, path: ArchivePath) -> int:
     >>> next(line for line in output.splitlines() if line.startswith("runs"))
     'runs          1'
     """
-    from apesim.archive.inspection import info
     from apesim.archive.migration import MIGRATED
     from apesim.archive.shards import gaps_in_words
-    from apesim.studies.commands.archive.machine_differences import difference_lines, differences_from_given
+    from apesim.studies.archives.description import describe_archive
+    from apesim.studies.commands.archive.machine_differences import difference_lines, given_machine
     from apesim.studies.output import digest_line
     from apesim.studies.tables import table_of
     from apesim.terminal import visible
 
-    differences = differences_from_given(common, [path])
-    data = info(path) | {"machine_differences": differences}
+    described = describe_archive(path, machine=given_machine(common))
+    data, differences = described.to_dict(), described.machine_differences
     planned = "" if data["runs_planned"] is None else f" of {data['runs_planned']} planned"
     if "shard" in data["provenance"] and data["provenance"]["shard"] != "1/1":
         planned += f", share {data['provenance']['shard']}"
@@ -73,5 +73,4 @@ def show_info(common: Common, path: ArchivePath) -> int:
     ]
     table = table_of("", ("variable", "axes", "unit", "what it is"), rows, left=(0, 1, 2, 3))
     common.console.result(data, "\n".join(lines), table, *difference_lines(differences))
-    is_whole = data["runs_planned"] is None or not data["missing_runs"]
-    return DONE if is_whole and not differences else INCOMPLETE
+    return DONE if described.is_whole and not differences else INCOMPLETE

@@ -5,66 +5,51 @@ Every command of archives takes a machine: it ends with 3 where there are such k
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from apesim.archive import read_about
-from apesim.archive.comparison import machine_differences
 from apesim.studies.console import INCOMPLETE
 from apesim.studies.options import Common
 
+if TYPE_CHECKING:
+    from apesim.engine.machine import Machine
 
-def differences_from_given(common: Common, paths: Sequence[Path]) -> list[dict[str, str]]:
-    """Find keys in which archives were made with another machine than the one of the command line.
+
+def given_machine(common: Common) -> "Machine | None":
+    """Return the machine of the command line, where one is given.
 
     Parameters
     ----------
     common : Common
-        With neither a machine file nor settings, no machine is asked for.
-    paths : sequence of path
-        Archives.
+        Console and machine of the command line.
 
     Returns
     -------
-    list of dict
-        ``file``, ``key``, and the texts ``archive`` and ``given``.
+    Machine or None
+        None with neither a machine file nor settings.
 
     Raises
     ------
     InputError
-        The machine of the command line cannot be used.
+        The machine cannot be used.
 
     Examples
     --------
-    >>> import tempfile
-    >>> from apesim.archive import Archive, write
-    >>> from apesim.archive.columns import run_axis
-    >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.console import Console
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder) / "a.h5"
-    ...     _ = write(Archive(Machine().to_toml(), {}, {"run": run_axis(1)}), path)
-    ...     differences = differences_from_given(Common(Console(), settings=["engine.bore=90 mm"]), [path])
-    >>> [(row["key"], row["archive"], row["given"]) for row in differences]
-    [('engine.bore', '85 mm', '90 mm')]
+    >>> given_machine(Common(Console(), settings=["engine.bore=90 mm"])).engine.bore
+    0.09
+    >>> given_machine(Common(Console())) is None
+    True
     """
-    if not common.machine_file and not common.settings:
-        return []
-    from apesim.quantities.settings import dumps
-
-    given = dumps(common.load_machine())
-    return [
-        {"file": str(path), "key": row.name, "archive": row.a, "given": row.b}
-        for path in paths
-        for row in machine_differences(read_about(path)[0], given)
-    ]
+    return common.load_machine() if common.machine_file or common.settings else None
 
 
-def difference_lines(differences: list[dict[str, str]]) -> list[str]:
+def difference_lines(differences: Sequence[dict[str, str]]) -> list[str]:
     """Write a line for each key that differs.
 
     Parameters
     ----------
-    differences : list of dict
-        Keys, see `differences_from_given`.
+    differences : sequence of dict
+        Keys, see `apesim.studies.archives.machines.differences_from`.
 
     Returns
     -------
@@ -109,7 +94,9 @@ def refuse_other_machine(common: Common, paths: Sequence[Path]) -> int | None:
     >>> refuse_other_machine(Common(Console()), [Path("a.h5")]) is None
     True
     """
-    differences = differences_from_given(common, paths)
+    from apesim.studies.archives.machines import differences_from
+
+    differences = differences_from(given_machine(common), paths)
     if not differences:
         return None
     common.console.result({"machine_differences": differences}, *difference_lines(differences))

@@ -45,20 +45,20 @@ def merge_archives(
     >>> print(CliRunner().invoke(app, ["archive", "merge", "part_1.h5", "part_2.h5", "--out", "sweep.h5"]).exception)
     part_1.h5: there is no such file; check the name
     """
-    from apesim.archive import read, read_digest
-    from apesim.archive.shards import merge, missing_runs, runs_planned
+    from apesim.archive import read_digest
+    from apesim.archive.shards import missing_runs, runs_planned
+    from apesim.studies.archives import joining
     from apesim.studies.commands.archive.machine_differences import refuse_other_machine
-    from apesim.studies.output import digest_line, publish
+    from apesim.studies.output import digest_line
 
     refused = refuse_other_machine(common, paths)
     if refused is not None:
         return refused
-    archive = merge([read(path) for path in paths], paths)
-    publish(archive, out, overwrite)
-    gaps, digest = missing_runs(archive, runs_planned(archive)), read_digest(out)
+    merged, digest = joining.merge_archives(paths, out, overwrite=overwrite), read_digest(out)
+    gaps = missing_runs(merged.archive, runs_planned(merged.archive))
     common.console.result(
-        {"archive": str(out), "content_sha256": digest, "runs": len(archive.runs), "missing_runs": gaps},
-        f"{out}: {len(archive.runs)} runs",
+        {"archive": str(out), "content_sha256": digest, "runs": merged["runs"], "missing_runs": gaps},
+        f"{out}: {merged['runs']} runs",
         digest_line(digest),
     )
     for first, last in gaps:

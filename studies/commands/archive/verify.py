@@ -38,15 +38,12 @@ def verify_archive(common: Common, path: ArchivePath) -> int:
     >>> json.loads(output)["faults"]
     []
     """
-    from apesim.archive import read_digest
-    from apesim.archive.inspection import verify
-    from apesim.studies.commands.archive.machine_differences import difference_lines, differences_from_given
+    from apesim.studies.archives import description
+    from apesim.studies.commands.archive.machine_differences import difference_lines, given_machine
     from apesim.studies.output import digest_line
 
-    faults = verify(path)
-    differences = [] if faults else differences_from_given(common, [path])
-    digest = None if faults else read_digest(path)
-    data = {"file": str(path), "content_sha256": digest, "faults": faults, "machine_differences": differences}
-    lines = faults or difference_lines(differences) or [f"{path}: whole; {digest_line(digest)}"]
-    common.console.result(data, *lines)
-    return INCOMPLETE if faults or differences else DONE
+    verified = description.verify_archive(path, machine=given_machine(common))
+    digest, differences = verified.content_sha256, verified.machine_differences
+    lines = verified.faults or difference_lines(differences) or [f"{path}: whole; {digest_line(digest)}"]
+    common.console.result(verified.to_dict(), *lines)
+    return DONE if verified.is_whole and not differences else INCOMPLETE
