@@ -120,7 +120,7 @@ def compare_archives(
     ArchiveError
         One of them cannot be read.
     InputError
-        A tolerance is negative.
+        A tolerance is negative, or the machine holds what no machine file could say.
 
     Examples
     --------
@@ -151,5 +151,5 @@ def compare_archives(
         differences=compared.differences,
         summary=summary,
         provenance=provenance_differences(Path(path), Path(other)),
-        machine_differences=differences_from(machine, [path, other]),
+        machine_differences=differences_from(machine, [path, other], "compare_archives"),
     )

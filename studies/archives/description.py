@@ -143,6 +143,8 @@ def describe_archive(path: str | PathLike[str], *, machine: Machine | None = Non
     ------
     ArchiveError
         The file is missing, damaged, unsafe, no archive or of a newer format.
+    InputError
+        The machine holds what no machine file could say.
 
     Examples
     --------
@@ -172,7 +174,7 @@ def describe_archive(path: str | PathLike[str], *, machine: Machine | None = Non
         conditions={"file": contents["path"]},
         machine=contents["machine"],
         contents=contents,
-        machine_differences=differences_from(machine, [path]),
+        machine_differences=differences_from(machine, [path], "describe_archive"),
     )
 
 
@@ -190,6 +192,11 @@ def verify_archive(path: str | PathLike[str], *, machine: Machine | None = None)
     -------
     ArchiveVerification
         What is damaged stands in its `faults`; it is not raised.
+
+    Raises
+    ------
+    InputError
+        The machine holds what no machine file could say.
 
     Examples
     --------
@@ -210,5 +217,5 @@ def verify_archive(path: str | PathLike[str], *, machine: Machine | None = None)
         path=str(path),
         faults=faults,
         content_sha256=None if faults else read_digest(path),
-        machine_differences=[] if faults else differences_from(machine, [path]),
+        machine_differences=[] if faults else differences_from(machine, [path], "verify_archive"),
     )

@@ -7,9 +7,12 @@ from apesim.archive import read_about
 from apesim.archive.comparison import machine_differences
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
+from apesim.studies.calls import arguments_of
 
 
-def differences_from(machine: Machine | None, paths: Iterable[str | PathLike[str]]) -> list[dict[str, str]]:
+def differences_from(
+    machine: Machine | None, paths: Iterable[str | PathLike[str]], function: str = "differences_from"
+) -> list[dict[str, str]]:
     """Find the keys in which archives were made with another machine than a given one.
 
     Parameters
@@ -18,6 +21,8 @@ def differences_from(machine: Machine | None, paths: Iterable[str | PathLike[str
         None: nothing is compared.
     paths : iterable of path
         Files of the archives.
+    function : str
+        Name of the function that the machine was given to, for messages.
 
     Returns
     -------
@@ -28,6 +33,8 @@ def differences_from(machine: Machine | None, paths: Iterable[str | PathLike[str
     ------
     ArchiveError
         An archive cannot be read.
+    InputError
+        The machine holds what no machine file could say.
 
     Examples
     --------
@@ -36,6 +43,7 @@ def differences_from(machine: Machine | None, paths: Iterable[str | PathLike[str
     """
     if machine is None:
         return []
+    arguments_of(function, machine)
     given = dumps(machine)
     return [
         {"file": fspath(path), "key": row.name, "archive": row.a, "given": row.b}

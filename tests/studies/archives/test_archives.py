@@ -94,3 +94,11 @@ def test_files_of_text_go_into_a_new_folder(folder, tmp_path):
     assert all(path.is_file() for path in paths) and (tmp_path / "text" / "runs.csv") in paths
     with pytest.raises(ArchiveError, match="is not empty"):
         apesim.export_archive(folder / "whole.h5", tmp_path / "text")
+
+
+@pytest.mark.parametrize("function", [apesim.describe_archive, apesim.verify_archive])
+def test_a_machine_that_no_file_could_say_is_refused(folder, function):
+    machine = apesim.Machine()
+    wrong = machine._replace(engine=machine.engine._replace(bore=-1.0))
+    with pytest.raises(apesim.InputError, match=rf"{function.__name__}\(\): engine.bore"):
+        function(folder / "whole.h5", machine=wrong)
