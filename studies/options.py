@@ -232,7 +232,9 @@ def register(app: typer.Typer, name: str, function: Callable[..., Any]) -> None:
         return function(common(**shared), **arguments)
 
     run.__signature__ = inspect.Signature([*parameters, *COMMON.values()])  # type: ignore[attr-defined]
-    app.command(name, help=help_of(function))(run)
+    text = help_of(function)
+    summary = " ".join(text.partition("\n\n")[0].split())
+    app.command(name, help=text, short_help=summary)(run)  # typer would cut it at the first full stop, or short
 
 
 def help_of(function: Callable[..., Any]) -> str:

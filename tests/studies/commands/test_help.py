@@ -52,3 +52,11 @@ def test_a_docstring_without_sections_is_its_help_as_a_whole():
 
     assert help_of(command) == "Do it.\n\nAt once."
     assert help_of(lambda: None) == ""
+
+
+@pytest.mark.parametrize("group", ["valve", "engine", "archive", "gap"])
+def test_a_list_of_commands_shows_their_whole_summaries(group):
+    """Typer would cut them at a full stop, as of "Eq.", or at the end of the line."""
+    listed = "".join(shown(group).split())
+    for command in typer.main.get_command(app).commands[group].commands.values():
+        assert command.short_help.endswith(".") and "".join(command.short_help.split()) in listed
