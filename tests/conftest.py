@@ -6,33 +6,24 @@ import pytest
 
 from apesim.studies.cli import app
 from apesim.studies.console import main_of
+from tests.plain import COMPILED, LONG, QUICK
 
-PLAIN = {
-    *("test_air", "test_effect", "test_adaptive", "test_periodic", "test_solenoid", "test_chamber", "test_groove"),
-    *("test_piston", "test_ledger", "test_motion", "test_measures", "test_bench", "test_valve_effects"),
-    *("test_solenoid_effects", "test_chamber_effects", "test_piston_effects", "test_bounce", "test_scratch"),
-    "test_tabulated_effects",
-    *(
-        "test_kinematics",
-        "test_breathing",
-        "test_friction",
-        "test_rates",
-        "test_operating_point",
-        "test_engine_effects",
-    ),
-    *("test_reference_valve",),
-}
+FIRST = (
+    *("test_truth_blind", "test_plain_python", "test_kernel", "test_packaging", "test_engine_library"),
+    *("test_outside_effects", "test_periodic", "test_adaptive", "test_docstrings", "test_face"),
+)
+"""Stems of the files that take longest.
 
-COMPILED = "converge", "no_bit", "runs_with_each_correlation", "takes_mass_and_all", "counts_as_engine_air"
-"""Parts of the names of tests that take long without compiling, or are about what is compiled."""
+The first compiles what most of the others use, while the other process is at files that compile nothing or all anew.
+"""
 
 
 def pytest_collection_modifyitems(items):
     for item in items:
-        if item.path.stem in PLAIN and not any(part in item.name for part in COMPILED):
+        if item.path.stem in QUICK | LONG and not any(part in item.name for part in COMPILED):
             item.add_marker(pytest.mark.plain)
-    # The longest first, so that no process waits for it at the end.
-    items.sort(key=lambda item: item.path.stem not in ("test_plain_python", "test_truth_blind"))
+    # So that no process waits for another at the end.
+    items.sort(key=lambda item: FIRST.index(item.path.stem) if item.path.stem in FIRST else len(FIRST))
 
 
 @pytest.fixture

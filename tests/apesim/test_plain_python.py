@@ -5,11 +5,16 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 from tests.folders import ROOT
+from tests.plain import LONG, QUICK
 
 
-def test_the_marked_tests_pass_as_plain_python():
-    command = [sys.executable, "-m", "pytest", "-q", "-m", "plain", "-n", "0", "-p", "no:cacheprovider"]
+@pytest.mark.parametrize("stems", [QUICK, pytest.param(QUICK | LONG, marks=pytest.mark.slow)], ids=["quick", "all"])
+def test_the_marked_tests_pass_as_plain_python(stems):
+    files = sorted(path for path in (ROOT / "tests").rglob("test_*.py") if path.stem in stems)
+    command = [sys.executable, "-m", "pytest", "-q", "-m", "plain", "-n", "0", "-p", "no:cacheprovider", *files]
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-3000:]

@@ -318,23 +318,41 @@ def python(code, *folders):
 # --- edited files, other processes ---
 
 
-def test_an_edited_file_never_gives_the_old_answer(tmp_path):
+PROBE = """
+from apesim.effect import law
+from apesim.kernel import entry
+
+@entry
+def force(p, state, balance):
+    law(p.effects.tapered_bore, state, balance)
+    return balance[0]
+"""
+"""An entry of a law alone, which is compiled sooner than a march."""
+
+
+@pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
+def test_an_edited_file_never_gives_the_old_answer(tmp_path, monkeypatch):
     """Each process finds what was compiled for the content of its file, and nothing of another."""
-    code = (
-        "import sys\nfrom apesim.engine.outside_machine import load_machine\n"
-        "from apesim.valve.bench import run_bench\n"
-        "machine = load_machine(None, [f'effects.files={sys.argv[1]}', 'effects.tapered_bore.friction=60 N s/m'])\n"
-        "print(run_bench(machine, 20e-3, 0.02).opening.stroke_time)"
-    )
+    monkeypatch.setenv("APESIM_CACHE_DIR", str(tmp_path / "cache"))
+    written(tmp_path, PROBE, "probe.py")
     path = tmp_path / "bore.py"
-    found = []
-    for text in (EXAMPLE.read_text(), EXAMPLE.read_text().replace("balance[FORCE] -=", "balance[FORCE] -= 2.0 *")):
-        path.write_text(text)
-        for _ in range(2):
-            found.append(float(python(code.replace("{sys.argv[1]}", str(path)), ROOT)))
-    first, again, edited, edited_again = found
-    assert first == again and edited == edited_again
-    assert edited == run_bench(tapered(120.0), 20e-3, 0.02).opening.stroke_time != first
+    code = (
+        "import numpy as np\nfrom probe import force\nfrom apesim.engine.effect_trial import sample_state\n"
+        "from apesim.engine.outside_machine import load_machine\nfrom apesim.valve.bench import bench_of\n"
+        f"machine = load_machine(None, ['effects.files={path}', 'effects.tapered_bore.friction=60 N s/m'])\n"
+        "p = bench_of(machine, [0.0, 20e-3])[0].actuator\n"
+        "print(force(p, sample_state('valve'), np.zeros(16)), sum(force.stats.cache_hits.values()))"
+    )
+    text = EXAMPLE.read_text()
+    edited = text.replace("balance[FORCE] -=", "balance[FORCE] -= 2.0 *")
+    told = []
+    for content in (text, text, edited, edited, text):
+        path.write_text(content)
+        force, hits = python(code, ROOT, tmp_path).split()
+        told.append((float(force), int(hits)))
+    force = told[0][0]
+    assert force != 0.0
+    assert told == [(force, 0), (force, 1), (2.0 * force, 0), (2.0 * force, 1), (force, 1)]
 
 
 def test_an_edited_file_is_another_effect_in_the_same_process(tmp_path):
