@@ -2,11 +2,16 @@
 
 import sys
 
+import hypothesis
 import pytest
 
 from apesim.studies.cli import app
 from apesim.studies.console import main_of
 from tests.plain import COMPILED, LONG, QUICK
+
+# On a machine that does other work, too, an example takes longer than Hypothesis grants it.
+hypothesis.settings.register_profile("apesim", deadline=None)
+hypothesis.settings.load_profile("apesim")
 
 FIRST = (
     *("test_truth_blind", "test_plain_python", "test_kernel", "test_packaging", "test_engine_library"),

@@ -2,7 +2,7 @@ from functools import cache
 
 import cantera
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.air import (
@@ -34,7 +34,6 @@ NASA_RANGE = st.floats(120.0, 900.0)
 """Cantera, too, extrapolates its polynomial below 300 K."""
 
 
-@settings(deadline=None)
 @given(NASA_RANGE)
 def test_cp_is_canteras(temperature):
     air = cantera_air()
@@ -43,7 +42,6 @@ def test_cp_is_canteras(temperature):
     assert heat_capacity_ratio(PERFECT_GAS, temperature) == pytest.approx(air.cp_mass / air.cv_mass, rel=1e-9)
 
 
-@settings(deadline=None)
 @given(NASA_RANGE, NASA_RANGE)
 def test_differences_of_enthalpy_and_internal_energy_are_canteras(cold, hot):
     air = cantera_air()
@@ -58,20 +56,17 @@ def test_differences_of_enthalpy_and_internal_energy_are_canteras(cold, hot):
 
 
 @GASES
-@settings(deadline=None)
 @given(temperature=NASA_RANGE)
 def test_the_temperature_of_an_internal_energy_is_its_inverse(gas, temperature):
     assert temperature_of(gas, internal_energy(gas, temperature)) == pytest.approx(temperature, rel=1e-12)
 
 
 @GASES
-@settings(deadline=None)
 @given(temperature=NASA_RANGE)
 def test_the_temperature_at_an_enthalpy_is_its_inverse(gas, temperature):
     assert temperature_at_enthalpy(gas, enthalpy(gas, temperature)) == pytest.approx(temperature, rel=1e-9)
 
 
-@settings(deadline=None)
 @given(NASA_RANGE, NASA_RANGE)
 def test_differences_of_thermal_entropy_are_canteras_at_constant_pressure(cold, hot):
     air = cantera_air()

@@ -68,3 +68,15 @@ def test_the_tests_stand_in_folders_named_as_those_of_the_packages():
     assert {
         folder for folder in tested if folder.parts[0] in ("apesim", *LAYERS) and not (ROOT / folder).is_dir()
     } == set()
+
+
+def test_importing_quantities_is_light():
+    code = "import apesim.quantities, sys; print({'pint', 'pydantic', 'scipy', 'tomlkit'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+def test_importing_settings_of_quantities_is_light():
+    code = "import apesim.quantities.settings, sys; print({'pint', 'pydantic', 'scipy'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

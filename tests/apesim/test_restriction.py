@@ -2,7 +2,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from apesim.air import ANR_DENSITY, CANTERA, Air, GasState, enthalpy, gas_of, heat_capacity_ratio
@@ -42,7 +42,6 @@ def naive_flow_function(r, k):
     return sqrt(2.0 * k / (k - 1.0) * (r ** (2.0 / k) - r ** ((k + 1.0) / k)))
 
 
-@settings(deadline=None)
 @given(st.floats(0.0, 0.999), RATIOS)
 def test_psi_is_equation_8(r, k):
     # The difference of two numbers below 1 and 1e-3 apart at most loses 3 to 4 of 16 digits.
@@ -51,7 +50,6 @@ def test_psi_is_equation_8(r, k):
     )
 
 
-@settings(deadline=None)
 @given(RATIOS)
 def test_psi_is_continuous_where_its_formula_changes(k):
     gas = gas_of(Air(heat_capacity_ratio=k))
@@ -61,7 +59,6 @@ def test_psi_is_continuous_where_its_formula_changes(k):
         assert below == pytest.approx(above, abs=1e-10)
 
 
-@settings(deadline=None)
 @given(st.floats(0.0, 1.0), RATIOS)
 def test_psi_is_linear_above_0_999_and_zero_at_equal_pressure(share, k):
     gas = gas_of(Air(heat_capacity_ratio=k))
@@ -72,7 +69,6 @@ def test_psi_is_linear_above_0_999_and_zero_at_equal_pressure(share, k):
     assert flow_function(gas, 1.0, 287.0) == 0.0
 
 
-@settings(deadline=None)
 @given(st.floats(0.0, 0.999), st.floats(200.0, 800.0))
 def test_psi_of_thermally_perfect_air_takes_k_upstream(r, temperature):
     k = heat_capacity_ratio(PERFECT_GAS, temperature)
@@ -85,7 +81,6 @@ PRESSURES, TEMPERATURES = st.floats(1e3, 3e6), st.floats(150.0, 600.0)
 
 
 @GASES
-@settings(deadline=None)
 @given(p1=PRESSURES, t1=TEMPERATURES, p2=PRESSURES, t2=TEMPERATURES)
 def test_flow_is_antisymmetric_and_runs_to_the_lower_pressure_with_the_upstream_enthalpy(gas, p1, t1, p2, t2):
     one, other = GasState(p1, t1), GasState(p2, t2)
@@ -101,7 +96,6 @@ def test_nothing_flows_at_equal_pressure_or_through_no_area(gas):
     assert flow_between(gas, 0.0, Sides(GasState(2e5, 300.0), GasState(1e5, 300.0))) == NO_FLOW
 
 
-@settings(deadline=None)
 @given(PRESSURES, TEMPERATURES, st.floats(0.0, 0.99))
 def test_flow_is_equation_7(pressure, temperature, ratio):
     sides = Sides(GasState(pressure, temperature), GasState(ratio * pressure, 290.0))
@@ -146,7 +140,6 @@ def beside(ratio, regime):
 
 
 @GASES
-@settings(deadline=None)
 @given(sides=st.builds(Sides, STATES, STATES))
 def test_the_law_in_the_regime_of_its_pressures_is_the_law(gas, sides):
     regime = regime_between(gas, sides)

@@ -4,7 +4,7 @@ from math import cos, pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.engine.angles import DEGREE, TURN
@@ -43,7 +43,6 @@ def windows(draw):
     return opens * DEGREE, (opens + duration) * DEGREE, draw(st.floats(0.1, 0.5)) * duration * DEGREE
 
 
-@settings(deadline=None)
 @given(windows(), ANGLES)
 def test_raised_cosine_is_its_plain_twin(window, angle):
     """Rounding of the remainder moves the angle by 1e-15; flanks are no steeper than pi/2 over 2 degrees."""
@@ -56,7 +55,6 @@ def test_raised_cosine_is_its_plain_twin_all_around():
         assert raised_cosine(angle, *window) == pytest.approx(plain_raised_cosine(angle, *window), abs=1e-11)
 
 
-@settings(deadline=None)
 @given(ANGLES)
 def test_an_angle_is_brought_into_one_turn(angle):
     inside = within_turn(angle)
@@ -80,7 +78,6 @@ def test_flanks_lie_inside_the_window():
     assert window_corners(exhaust) / DEGREE == pytest.approx([165.0, 190.0, 315.0, 340.0])
 
 
-@settings(deadline=None)
 @given(windows(), st.lists(st.floats(0.01, 0.99), min_size=1, max_size=4))
 def test_a_cam_s_corners_meet_the_groove_s_knots(window, shares):
     """At the corner the lift is the knot: the arccosine's rounding is 1e-16 over its slope."""
@@ -128,7 +125,6 @@ def curves(draw):
     return np.column_stack((angles * DEGREE, [0.0, *lifts, 0.0]))
 
 
-@settings(deadline=None)
 @given(curves(), ANGLES)
 def test_a_lift_curve_is_linear_between_its_rows_closed_outside_and_repeats_every_turn(curve, angle):
     """Its steepest piece has 9 mm in 0.1 degrees or so: 5 m/rad on an angle that is rounded at 1e-15."""
@@ -138,7 +134,6 @@ def test_a_lift_curve_is_linear_between_its_rows_closed_outside_and_repeats_ever
     assert lift + slope * angle == pytest.approx(expected, abs=1e-12)
 
 
-@settings(deadline=None)
 @given(curves(), st.floats(0.0, 9e-3))
 def test_a_lift_curve_passes_a_lift_where_its_side_changes(curve, lift):
     """Against a count of the rows above it; on the way there and back again."""

@@ -6,7 +6,7 @@ from math import inf, log
 import cantera
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.air import CANTERA, Air, GasContent, GasState, enthalpy, gas_of
@@ -33,7 +33,6 @@ def cantera_air():
     return cantera.Solution("air.yaml")
 
 
-@settings(deadline=None)
 @given(st.floats(300.0, 600.0), st.floats(0.5, 30.0))
 def test_flow_exergy_with_cp_of_t_is_canteras(temperature, ratio):
     air = cantera_air()

@@ -3,7 +3,7 @@ from math import log
 
 import cantera
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.air import CANTERA, Air, gas_of
@@ -42,7 +42,6 @@ def test_isothermal_expansion_beats_isentropic_and_that_beats_full_admission(gas
         assert works[0] > 0.0
 
 
-@settings(deadline=None)
 @given(st.floats(250.0, 600.0), st.floats(1.1, 30.0))
 def test_isentropic_work_with_cp_of_t_keeps_canteras_entropy(temperature, ratio):
     air = cantera_air()

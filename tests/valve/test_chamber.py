@@ -4,7 +4,7 @@ from itertools import pairwise
 import cantera
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.air import CANTERA, Air, GasContent, GasState, enthalpy, gas_of, internal_energy
@@ -49,7 +49,6 @@ def cantera_air():
 
 
 @GASES
-@settings(deadline=None)
 @given(pressure=st.floats(1e4, 3e6), temperature=st.floats(120.0, 700.0))
 def test_pressure_and_temperature_follow_from_mass_and_energy(air, pressure, temperature):
     gas = gas_of(air)

@@ -3,7 +3,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.valve.groove import Groove, area_table, lap_of, piece_line, piece_of
@@ -19,7 +19,6 @@ def tables(draw):
     return np.column_stack([lifts, [0.0, *areas]])
 
 
-@settings(deadline=None)
 @given(tables(), st.floats(-1e-3, 20e-3))
 def test_the_area_is_linear_between_the_rows_and_constant_outside(table, lift):
     area, slope, low, high = piece_line(table, piece_of(table, lift))
@@ -28,7 +27,6 @@ def test_the_area_is_linear_between_the_rows_and_constant_outside(table, lift):
     assert area + slope * lift == pytest.approx(np.interp(lift, *table.T), abs=1e-16)
 
 
-@settings(deadline=None)
 @given(tables())
 def test_neighbouring_pieces_meet_at_a_row(table):
     pieces = [piece_line(table, piece) for piece in range(len(table) + 1)]

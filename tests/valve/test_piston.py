@@ -1,5 +1,5 @@
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.valve.piston import (
@@ -35,7 +35,6 @@ def test_the_springs_push_to_the_middle_and_friction_against_the_motion():
     assert smooth_force(VALVE, MIDDLE, 2.0, 5e5, 5e5) == pytest.approx(-2.0 * 111.08)
 
 
-@settings(deadline=None)
 @given(st.floats(0.0, 9e-3), st.floats(-3.0, 3.0), st.floats(1e5, 2e6), st.floats(1e5, 2e6))
 def test_the_force_is_antisymmetric_about_the_middle(position, speed, p_a, p_b):
     # The largest term is 2e6 Pa times the area, 2268 N, rounded at 1e-16 of it; of the positions, at 1e-18 m.
@@ -68,7 +67,6 @@ def test_dry_friction_acts_against_the_motion_and_not_at_rest():
     assert [dry_friction_force(phase, 3.0) for phase in (HELD_CLOSED, STUCK, HELD_OPEN)] == [0.0, 0.0, 0.0]
 
 
-@settings(deadline=None)
 @given(st.floats(-50.0, 50.0), st.floats(0.0, 50.0))
 def test_a_piston_leaves_a_stop_one_way_and_gets_unstuck_both_ways(force, breakaway):
     assert (overcome(HELD_CLOSED, force, breakaway) > 0.0) == (force < -breakaway)

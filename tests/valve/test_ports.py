@@ -26,7 +26,7 @@ def uncovered(ports, travel):
     return quad(lambda angle: (ports.diameter * np.sin(2.0 * angle)) ** 2, *ends, epsabs=1e-30, epsrel=1e-10)[0]
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @example(number=1, diameter=0.0078125, width=0.0078125, share=1e-12)
 @given(number=st.integers(1, 12), diameter=SIZES, width=SIZES, share=st.floats(-0.2, 1.2))
 def test_the_area_is_that_of_the_ports_between_the_grooves_edges(number, diameter, width, share):
@@ -43,7 +43,7 @@ def test_half_a_port_is_half_its_area():
     assert segment_area(-1e-3, 8e-3) == 0.0
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @example(diameter=1e-3, width=1.0000000000000002e-3, cap=1.0, lap=0.001953125, stroke=0.015625)
 @given(diameter=SIZES, width=SIZES, cap=st.floats(0.1, 1.5), lap=st.floats(0.0, 3e-3), stroke=st.floats(4e-3, 30e-3))
 def test_between_two_rows_the_area_is_theirs_or_the_uncapped_law_and_bends_nowhere(diameter, width, cap, lap, stroke):

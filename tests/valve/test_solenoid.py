@@ -3,7 +3,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from apesim.valve.solenoid import Solenoid, breakpoints_of, energised_fraction, followed, opening_curve
@@ -39,7 +39,6 @@ def pulses(draw):
     return np.sort(shares) / 1000.0 * period, period
 
 
-@settings(deadline=None)
 @given(pulses(), curves(), st.floats(-1.0, 30.0))
 def test_the_energised_fraction_is_the_sum_of_all_ramps_of_a_single_train(train, curve, share):
     edges, period = train
@@ -48,7 +47,6 @@ def test_the_energised_fraction_is_the_sum_of_all_ramps_of_a_single_train(train,
     assert energised_fraction(edges, inf, curve, t) == pytest.approx(naive_fraction(edges, inf, curve, t), abs=1e-10)
 
 
-@settings(deadline=None)
 @given(pulses(), curves(), st.floats(0.0, 3.0))
 def test_the_energised_fraction_is_the_sum_of_all_ramps_of_a_repeated_train(train, curve, share):
     edges, period = train
@@ -58,7 +56,6 @@ def test_the_energised_fraction_is_the_sum_of_all_ramps_of_a_repeated_train(trai
     )
 
 
-@settings(deadline=None)
 @given(pulses(), curves(), st.integers(0, 5), st.integers(0, 5))
 def test_at_the_edges_themselves_the_sum_is_the_same(train, curve, edge, turn):
     edges, period = train
@@ -90,7 +87,6 @@ def test_a_curve_begins_at_its_first_row_and_ends_at_its_last():
 # --- breakpoints ---
 
 
-@settings(deadline=None)
 @given(pulses(), curves(), st.booleans())
 def test_between_the_breakpoints_the_fraction_is_a_line(train, curve, repeated):
     edges, period = train
@@ -101,7 +97,6 @@ def test_between_the_breakpoints_the_fraction_is_a_line(train, curve, repeated):
         assert x[1] == pytest.approx(0.5 * (x[0] + x[2]), abs=1e-9)
 
 
-@settings(deadline=None)
 @given(pulses(), curves(), st.booleans(), st.floats(0.0, 2.0), st.floats(0.1, 2.0))
 def test_breakpoints_are_the_edges_and_corners_after_the_start_and_the_end(train, curve, repeated, first, length):
     edges, period = train

@@ -53,7 +53,7 @@ def archives(draw):
     return Archive(draw(TEXT), draw(st.dictionaries(LINE.map("note {}".format), TEXT, max_size=3)), variables)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(archives())
 def test_round_trip(tmp_path_factory, archive):
     path = write(archive, tmp_path_factory.mktemp("round") / "a.h5")

@@ -188,7 +188,7 @@ def test_a_lock_file_that_was_removed_after_it_was_opened_gives_no_lock(tmp_path
         pass
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.lists(st.integers(0, 40), unique=True).map(sorted), min_size=1, max_size=5))
 def test_merge_is_the_whole_whatever_the_parts(parts):
     whole = merge([sample(part) for part in parts])

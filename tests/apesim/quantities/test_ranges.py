@@ -1,52 +1,25 @@
-"""Quantities: what is read, what is refused and with which remedy, and that printing loses nothing."""
+"""Single values, ranges and lists: what is read, and what is refused with which remedy."""
 
-import contextlib
 import math
-import subprocess
-import sys
-from fractions import Fraction
 
-import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
 
-from apesim.quantities import (
-    NO_CURVE,
-    Choice,
-    Curve,
-    Fault,
-    InputError,
-    InvalidValue,
-    Pressure,
-    Quantity,
-    parse,
-    parse_range,
-    split_header,
-    unit,
+from apesim.quantities import Quantity, parse, parse_range
+from tests.apesim.quantities.samples import (
+    AMBIENT,
+    ANGLE,
+    GAUGE,
+    INTAKE,
+    OPTIONAL,
+    PORTS,
+    RATIO,
+    SPEED,
+    STROKE,
+    SUPPLY,
+    TEMPERATURE,
+    VOLUME,
+    faults_of,
 )
-from apesim.quantities.files import MAX_BYTES
-
-STROKE = Quantity("mm", 1, 50, "Table 1")
-SPEED = Quantity("rpm", 0, 3000, "chosen")
-ANGLE = Quantity("deg", -180, 180, "chosen")
-RATIO = Quantity("", 1, 50, "Table 1")
-PORTS = Quantity("", 1, 100, "here", whole=True)
-VOLUME = Quantity("L", 0, math.inf, "chosen")
-TEMPERATURE = Quantity("K", 200, 350, "20 °C")
-SUPPLY = Pressure(0.02, 30, "chosen")
-GAUGE = Pressure(0.02, 30, "chosen", show="gauge")
-OPTIONAL = Quantity("mm", 1, 50, "chosen", text="the stroke's", optional=True)
-INTAKE = Choice(("epv", "cam", "ideal"), "chosen")
-CURVE = Curve(("time [ms]", "opening [-]"), "a discharge test")
-AMBIENT = 101325.0
-
-
-def faults_of(function, *arguments, **named):
-    with pytest.raises(InputError) as caught:
-        function(*arguments, **named)
-    assert len(str(caught.value).splitlines()) == len(caught.value.faults)
-    return caught.value.faults
 
 
 @pytest.mark.parametrize(
@@ -86,89 +59,6 @@ def test_reads(text, declaration, value):
 def test_spellings_of_a_speed_agree(other):
     assert parse(other, SPEED) == pytest.approx(1000 * 2 * math.pi / 60, rel=1e-15)
     assert parse("1000 rpm", SPEED) == parse("1000 r/min", SPEED)
-
-
-@pytest.mark.parametrize(
-    ("texts", "factor"),
-    [
-        (
-            ("mm^2", "mm²", "mm2", "mm**2", "mm mm", "mm*mm", "(mm)(mm)"),
-            1e-6,
-        ),
-        (("N s/m", "N*s/m", "N·s/m", "N⋅s/m", "N s m^-1", "N s m⁻¹", "kg/s", "N/(m/s)"), 1.0),
-        (("W/(m^2 K)", "W/m²K", "W/m² K", "W/m^2/K", "W/(m²·K)", "W m⁻² K⁻¹"), 1.0),
-        (("1/s", "s^-1", "Hz", "s⁻¹"), 1.0),
-        (("bar/(m/s)", "bar s/m"), 1e5),
-        (("µs", "μs", "us"), 1e-6),
-        (("", "-", "1", "m/m"), 1.0),
-        (("%", "percent"), 0.01),
-        (("kgf/cm²",), 98066.5),
-        (("L", "dm^3"), 1e-3),
-    ],
-)
-def test_spellings_of_a_unit(texts, factor):
-    for text in texts:
-        assert unit(text) == unit(texts[0]), text
-        assert float(unit(text).factor) == factor
-
-
-def test_a_star_after_a_slash_multiplies_again():
-    assert unit("m/s*kg").dimension == unit("kg m/s").dimension
-    assert unit("m/s kg").dimension == unit("m/(s kg)").dimension
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "foo",
-        "9**9**9",
-        "m^99",
-        "m^12",
-        "m//",
-        "/m",
-        "m/",
-        "m*",
-        "*m",
-        "(m",
-        "m)",
-        "()",
-        "2",
-        "m2.5",
-        "m^0",
-        "π",
-        "²",
-        "dB",
-        "dBm",
-        "statC",
-        "m;m",
-        "__import__",
-        "m.real",
-        "degC/s",
-        "J/(kg degC)",
-        "m\nfoo",
-        "m" * 70,
-        "m " * 40,
-        "(" * 30,
-        "mm gauge",
-        "nan",
-        "per",
-    ],
-)
-def test_no_units(text):
-    with pytest.raises(InvalidValue, match="no known unit"):
-        unit(text)
-
-
-@given(st.text("mkgsbarPNWhindeCFK°%µ²⁻¹0123456789^*/·() -.", max_size=12))
-def test_any_text_is_a_unit_or_refused(text):
-    with contextlib.suppress(InvalidValue):
-        assert unit(text).factor > 0
-
-
-def test_the_si_unit_of_a_unit():
-    assert unit("N/mm^2").si_text == "kg m^-1 s^-2"
-    assert unit("r/min").si_text == "rad s^-1"
-    assert unit("%").si_text == "-"
 
 
 def test_hertz_is_no_angular_speed():
@@ -269,103 +159,6 @@ def test_optional():
     assert parse("5 mm", OPTIONAL) == 5e-3
 
 
-def test_a_culprit_is_one_line():
-    fault = Fault("a\nb.toml", "x\r\ny", "'\x1b[31m'", "\udc80 ok\u2028")
-    assert str(fault) == "a\\nb.toml: x\\r\\ny: '\\x1b[31m'; \\udc80 ok\\u2028"
-    assert str(Fault("", "", "wrong", "right")) == "wrong; right"
-    faults_of(parse, "9\nmm\n" * 100, STROKE)
-    faults_of(parse, "9 MPa\x0bgauge", SUPPLY)
-
-
-# ---- printing
-
-
-@pytest.mark.parametrize(
-    ("value", "declaration", "text"),
-    [
-        (9e-3, STROKE, "9 mm"),
-        (90.0, STROKE, "90000 mm"),
-        (9.0e-6, Quantity("mm^2", 0, 1, ""), "9 mm^2"),
-        (0.72e5, Quantity("bar", 0, 1, ""), "0.72 bar"),
-        (math.radians(15), ANGLE, "15 deg"),
-        (-0.0, ANGLE, "0 deg"),
-        (18.0, RATIO, "18"),
-        (1e-30, RATIO, "1e-30"),
-        (math.inf, VOLUME, "inf"),
-        (293.15, TEMPERATURE, "293.15 K"),
-        (293.15, Quantity("degC", 0, 100, ""), "20 degC"),
-        (1.101325e6, SUPPLY, "1.101325 MPa abs"),
-        (1.101325e6, GAUGE, "1 MPa gauge"),
-        (math.inf, Pressure(0, math.inf, ""), "inf"),
-        (2, INTAKE, "ideal"),
-    ],
-)
-def test_prints(value, declaration, text):
-    assert declaration.render(value, AMBIENT) == text
-    assert parse(text, declaration_without_range(declaration), AMBIENT) == value
-
-
-def declaration_without_range(declaration):
-    if isinstance(declaration, Pressure):
-        return Pressure(-math.inf, math.inf, "", declaration.unit, declaration.show)
-    if isinstance(declaration, Quantity):
-        return Quantity(declaration.unit, -math.inf, math.inf, "")
-    return declaration
-
-
-UNITS = [
-    "",
-    "mm",
-    "mm^2",
-    "L",
-    "deg",
-    "rpm",
-    "degC",
-    "degF",
-    "psi",
-    "%",
-    "kg",
-    "ms",
-    "J/(kg K)",
-    "kN s/m",
-    "bar",
-]
-
-
-@given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(UNITS))
-def test_every_float_has_a_text(value, name):
-    assume(abs(value) > 1e-9 or not name.startswith("deg"))
-    declaration = Quantity(name, -math.inf, math.inf, "")
-    text = declaration.render(value)
-    assert parse(text, declaration) == value
-
-
-@given(
-    st.floats(-1e9, 1e9),
-    st.floats(1e4, 1e6),
-    st.sampled_from(["Pa", "MPa", "psi"]),
-    st.sampled_from(["abs", "gauge"]),
-)
-def test_every_pressure_has_a_text(value, ambient, name, show):
-    assume(abs(value) > 1e-9)
-    declaration = Pressure(-math.inf, math.inf, "", name, show)
-    text = declaration.render(value, ambient)
-    assert text.endswith(show)
-    assert parse(text, declaration, ambient) == value
-
-
-@given(st.decimals(-1000, 1000, places=4), st.sampled_from(["mm", "mm^2", "bar", "ms", "L"]))
-def test_a_text_is_the_literal_in_code(number, name):
-    exponent = {"mm": -3, "mm^2": -6, "bar": 5, "ms": -3, "L": -3}[name]
-    value = parse(f"{number} {name}", Quantity(name, -math.inf, math.inf, ""))
-    assert value == float(f"{number}e{exponent}")
-    shown = Quantity(name, -math.inf, math.inf, "").render(value)
-    assert Fraction(shown.split()[0]) == Fraction(number)
-
-
-# ---- ranges
-
-
 @pytest.mark.parametrize(
     ("text", "declaration", "texts"),
     [
@@ -439,118 +232,6 @@ def test_no_ranges(text, declaration, wrong, right):
 def test_every_wrong_item_of_a_list_is_told():
     faults = faults_of(parse_range, "500, 600 rpm, 700 mm", SPEED, where="--speed")
     assert [c.wrong.split("'")[1] for c in faults] == ["500", " 700 mm"]
-
-
-# ---- curves
-
-
-def test_split_header():
-    assert split_header(" lift  [mm] ") == ("lift", "mm")
-    assert split_header("pressure_a [kPa abs]") == ("pressure_a", "kPa abs")
-    assert split_header("lift") == ("lift", None)
-
-
-def read_csv(folder, text, curve=CURVE):
-    (folder / "curve.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
-    return curve.read("curve.csv", folder=folder)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "time [ms],opening [-]\n0,0\n1.5,1\n",
-        "\ufefftime [s], opening [%]\r\n0,0\r\n\r\n0.0015,1e2\r\n",
-        "run,opening [-],time [us]\na,0,0\nb,1.0,1500",
-    ],
-)
-def test_curve_of_a_file(tmp_path, text):
-    array = read_csv(tmp_path, text)
-    assert array.tolist() == [[0.0, 0.0], [0.0015, 1.0]]
-    assert array.dtype == np.float64
-    assert array.flags.c_contiguous
-
-
-def test_curve_of_a_table_and_none():
-    assert CURVE.read({"opening [%]": [0, 50.0], "time [ms]": [0, 1.5]}).tolist() == [
-        [0.0, 0.0],
-        [0.0015, 0.5],
-    ]
-    assert CURVE.read("") is NO_CURVE
-    assert CURVE.render(NO_CURVE) == ""
-
-
-@given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=5, unique=True))
-def test_a_printed_curve_reads_back_as_itself(values):
-    array = np.column_stack([np.sort(np.array(values)), values])
-    assert np.array_equal(CURVE.read(CURVE.render(array)), array)
-
-
-@pytest.mark.parametrize(
-    ("text", "wrong", "right"),
-    [
-        ("", "no CSV", "time [ms],opening [-]"),
-        ("time [ms],opening [-]\n", "no CSV", "time [ms],opening [-]"),
-        ("time [ms],opening [-]\n0,0\n1\n", "no CSV", "time [ms],opening [-]"),
-        ('time [ms],opening [-]\n0,0\n"1,1\n', "no CSV", "time [ms],opening [-]"),
-        ("time [ms],time [ms],opening [-]\n0,0,0\n1,1,1\n", "no CSV", "time [ms],opening [-]"),
-        ("time [ms],time [s],opening [-]\n0,0,0\n1,1,1\n", "2 columns 'time'", "time [ms],opening [-]"),
-        ("time [ms],area [-]\n0,0\n1,1\n", "no columns 'opening'", "time [ms],opening [-]"),
-        ("time,opening [-]\n0,0\n1,1\n", "'time' has no unit", "time [ms],opening [-]"),
-        ("time [foo],opening [-]\n0,0\n1,1\n", "'foo' is no known unit", "time [ms],opening [-]"),
-        ("time [mm],opening [-]\n0,0\n1,1\n", "'mm' is no unit of 'time'", "time [ms],opening [-]"),
-        ("time [ms],opening [-]\n0,0\n", "1 and 1 numbers", "2 to 100000"),
-        ("time [ms],opening [-]\n0,0\n2,1\n2,1\n", "does not rise in row 3", "sort"),
-        ("time [ms],opening [-]\n1,0\n0,1\n", "does not rise in row 2", "sort"),
-        ("time [ms],opening [-]\n0,0\n1,nan\n", "'nan' in row 2", "numbers"),
-        ("time [ms],opening [-]\n0,0\n1,\n", "'' in row 2", "numbers"),
-        ("time [ms],opening [-]\n0,0\ninf,1\n", "'inf' in row 2", "numbers"),
-        ("time [ms],opening [-]\n0,0\n1,1e400\n", "'1e400' in row 2", "numbers"),
-        (b"time [ms],opening [-]\n0,0\n\xff,1\n", "no text in line 3", "UTF-8"),
-        (b"x" * (MAX_BYTES + 1), "larger than 10 MB", "keep fewer rows"),
-    ],
-)
-def test_no_curves(tmp_path, text, wrong, right):
-    with pytest.raises(InvalidValue) as caught:
-        read_csv(tmp_path, text)
-    assert wrong in caught.value.wrong
-    assert right in caught.value.right
-
-
-@pytest.mark.parametrize(
-    ("raw", "wrong"),
-    [
-        (3, "3 is no curve"),
-        (True, "True is no curve"),
-        ([[0, 0], [1, 1]], "is no curve"),
-        ({"time [ms]": 3, "opening [-]": [0, 1]}, "is no curve"),
-        ({"time [ms]": [0, 1]}, "1 columns, not 2"),
-        ({"time [ms]": [0, 1], "opening [-]": [0, 1], "x [m]": [0, 1]}, "3 columns, not 2"),
-        ({"time [ms]": [0, 1], "opening [-]": [0]}, "2 and 1 numbers"),
-        ({"time [ms]": [0, 1], "opening [-]": [0, True]}, "True in row 2"),
-        ({"time [ms]": [0, 1], "opening [-]": [0, math.nan]}, "nan in row 2"),
-        ({"time [ms]": [0, 1], "opening [-]": [0, [1]]}, "[1] in row 2"),
-        ("absent.csv", "there is no file"),
-        ("/dev/zero", "there is no file '/dev/zero'"),
-        ("nul\0", "there is no file"),
-    ],
-)
-def test_no_tables(raw, wrong):
-    with pytest.raises(InvalidValue) as caught:
-        CURVE.read(raw)
-    assert wrong in caught.value.wrong
-    assert caught.value.right
-
-
-def test_importing_is_light():
-    code = "import apesim.quantities, sys; print({'pint', 'pydantic', 'scipy', 'tomlkit'} & set(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "set()"
-
-
-def test_importing_settings_is_light():
-    code = "import apesim.quantities.settings, sys; print({'pint', 'pydantic', 'scipy'} & set(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "set()"
 
 
 def test_every_typical_value_of_a_command_or_a_sensor_is_a_right_one():
