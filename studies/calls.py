@@ -1,9 +1,8 @@
-"""Calls: what the public functions share; arguments are checked, progress is shown on demand."""
+"""Calls: what the public functions share, from the check of their arguments to the text of the call."""
 
-import contextlib
 import inspect
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +13,6 @@ from apesim.quantities.settings import differences
 
 if TYPE_CHECKING:
     from apesim.archive import Archive
-
-Progress = bool | Callable[[int, int], object]
-"""False: nothing is shown; True: a bar on standard error; a function: it is called with what is done and with all."""
 
 
 def arguments_of(function: str, machine: Machine) -> Arguments:
@@ -49,41 +45,6 @@ def arguments_of(function: str, machine: Machine) -> Arguments:
     own_class = type(machine) if isinstance(machine, Machine) else Machine  # effects from outside make one
     check(machine, own_class, f"{function}()")
     return Arguments(function, machine.ambient.pressure)
-
-
-@contextlib.contextmanager
-def shown(progress: Progress, task: str) -> Iterator[Callable[[int, int], object]]:
-    """Show the progress of a task as it was asked for.
-
-    Parameters
-    ----------
-    progress : bool or function
-        False: nothing is shown; True: a bar on standard error; a function is what is called.
-    task : str
-        Name of the task, which stands before the bar.
-
-    Yields
-    ------
-    function
-        ``report(done, total)``, to be called with the numbers of points done and in all.
-
-    Examples
-    --------
-    >>> with shown(print, "sweep") as report:
-    ...     report(1, 2)
-    1 2
-    """
-    if callable(progress):
-        yield progress
-        return
-    if not progress:
-        yield lambda done, total: None
-        return
-    from apesim.studies.console import progress_bar
-
-    with progress_bar() as bar:
-        line = bar.add_task(task, total=None)
-        yield lambda done, total: bar.update(line, completed=done, total=total)
 
 
 def computed(

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TextIO, TypeVar
 import typer
 
 from apesim.studies.execution.own_thread import call_in_thread
+from apesim.studies.progress import progress_bar, show_progress
 from apesim.terminal import visible
 
 if TYPE_CHECKING:
     from rich.console import Console as RichConsole
     from rich.console import ConsoleOptions
-    from rich.progress import Progress
     from rich.segment import Segment
 
 P = ParamSpec("P")
@@ -126,12 +126,8 @@ class Console:
         ...     for done in range(3):
         ...         report(done + 1, 3)
         """
-        if self.quiet or not sys.stderr.isatty():
-            yield lambda done, total: None
-            return
-        with progress_bar() as progress:
-            task = progress.add_task(what, total=None)
-            yield lambda done, total: progress.update(task, completed=done, total=total)
+        with show_progress(not self.quiet and sys.stderr.isatty(), what) as report:
+            yield report
 
     @contextlib.contextmanager
     def stages(self, what: str) -> Iterator[StageReport]:
@@ -331,30 +327,6 @@ def main_of(app: typer.Typer) -> int:
 
 class OutputError(Exception):
     """Standard output cannot be written; its cause says why."""
-
-
-def progress_bar() -> "Progress":
-    """Make a bar with the name of what is at work, how much is done, and the time left.
-
-    Returns
-    -------
-    rich.progress.Progress
-        Bar on standard error; a context manager that shows it.
-
-    Examples
-    --------
-    >>> bar = progress_bar()
-    >>> task = bar.add_task("sweep", total=40)
-    >>> bar.update(task, completed=10)
-    >>> bar.tasks[0].percentage
-    25.0
-    """
-    from rich.console import Console as Terminal
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    name = TextColumn("{task.description}")
-    columns = (name, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("left"))
-    return Progress(*columns, console=Terminal(stderr=True))
 
 
 class _Visible:

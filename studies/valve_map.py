@@ -15,9 +15,10 @@ from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
 from apesim.studies.archive_result import ArchiveResult
-from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.calls import arguments_of, call_text, computed
 from apesim.studies.march_status import STATUS_MEANINGS
 from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE, TIME, with_supply
+from apesim.studies.progress import Progress, show_progress
 from apesim.valve.bench import run_bench
 
 if TYPE_CHECKING:
@@ -334,6 +335,6 @@ def map_valve(
         return compute_map(machine, pressures, temperatures, seconds, command=call, **options)
 
     first = run_bench, machine, seconds
-    with shown(progress, "map") as report:
+    with show_progress(progress, "map") as report:
         archive, wall_time = computed(compute, first, out, overwrite=overwrite, report=report)
     return ValveMap.of(archive, wall_time)

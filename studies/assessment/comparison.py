@@ -11,10 +11,11 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.studies.assessment.grid import FIXED, TIMINGS, assess_speeds, faults_of_assessment, undefined_ratios
 from apesim.studies.assessment.summary import points_of
-from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.calls import arguments_of, call_text, computed
 from apesim.studies.default_grids import SPEEDS
 from apesim.studies.grid_result import GridResult
 from apesim.studies.operating_conditions import SPEED, require_epv
+from apesim.studies.progress import Progress, show_progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -159,6 +160,6 @@ def assess_valve(
         return assess_speeds(machine, speeds, timing, command=call, report=report)
 
     first_march = run_steady, machine, speeds[0]
-    with shown(progress, "assessment") as report:
+    with show_progress(progress, "assessment") as report:
         archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
     return ValveAssessment.of(archive, wall_time, ambient_pressure=machine.ambient.pressure)

@@ -13,7 +13,7 @@ from apesim.air import gas_of
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.results import Result, Trace, scalars_of
-from apesim.studies.calls import Progress, arguments_of, shown
+from apesim.studies.calls import arguments_of
 from apesim.studies.discharge.evaluation import HEADER, Discharge, discharge
 from apesim.studies.discharge.records import Record, read_tests
 from apesim.studies.discharge.summary import discharge_json
@@ -21,6 +21,7 @@ from apesim.studies.discharge.vessel import Vessel
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import TEMPERATURE, VOLUME
 from apesim.studies.output import refuse_to_replace, write_traces
+from apesim.studies.progress import Progress, show_progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -271,7 +272,7 @@ def evaluate_discharge(
     start = time.perf_counter()
     initial = ambient.temperature if temperature is None else float(temperature)
     vessel = Vessel(float(volume), initial, ambient.pressure, gas_of(machine.air))
-    with shown(progress, "discharge") as report:
+    with show_progress(progress, "discharge") as report:
         result = call_in_thread(discharge, vessel, records).result()
         report(len(records), len(records))
     values = {

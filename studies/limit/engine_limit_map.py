@@ -13,7 +13,7 @@ from apesim.archive.columns import values_of
 from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
 from apesim.results import Scalar
-from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.calls import arguments_of, call_text, computed
 from apesim.studies.default_grids import DURATIONS, SUPPLY_PRESSURES, TEMPERATURES
 from apesim.studies.grid_result import GridResult
 from apesim.studies.limit.design_rule import RPM
@@ -21,6 +21,7 @@ from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged
 from apesim.studies.limit.points import Point, lowest_run, own_run
 from apesim.studies.limit.summary import summary_json
 from apesim.studies.operating_conditions import DURATION, JOBS, PRESSURE, TEMPERATURE, require_epv
+from apesim.studies.progress import Progress, show_progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -198,7 +199,7 @@ def find_engine_limit(
         return map_engine_limit(machine, pressures, temperatures, durations, jobs=jobs, command=call, report=report)
 
     first_march = judged, machine, LOWEST
-    with shown(progress, "limit") as report:
+    with show_progress(progress, "limit") as report:
         archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
     open_target = machine.command.open_target / DEGREE
     return EngineLimitMap.of(archive, wall_time, ambient_pressure=machine.ambient.pressure, open_target_deg=open_target)

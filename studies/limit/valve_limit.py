@@ -18,11 +18,12 @@ from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
 from apesim.results import Scalar
 from apesim.studies.archive_result import ArchiveResult
-from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.calls import arguments_of, call_text, computed
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import WITHIN, rule_columns
 from apesim.studies.limit.points import lowest_run, own_run, point_column, with_own
 from apesim.studies.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_supply
+from apesim.studies.progress import Progress, show_progress
 from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
 from apesim.valve.bench import BenchRun, run_bench
 from apesim.valve.groove import area_table, lap_of
@@ -408,6 +409,6 @@ def find_valve_limit(
         return limit_map(machine, pressures, temperatures, duties, command=call, jobs=jobs, **options)
 
     first = is_complete, machine, 10.0, duties[0]
-    with shown(progress, "limit") as report:
+    with show_progress(progress, "limit") as report:
         archive, wall_time = computed(compute, first, out, overwrite=overwrite, report=report)
     return ValveLimit.of(archive, wall_time)

@@ -11,7 +11,7 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.quantities import Arguments, Choice, InputError
 from apesim.results import Scalar
-from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.calls import arguments_of, call_text, computed
 from apesim.studies.default_grids import OPTIMUM_SPEEDS
 from apesim.studies.grid_result import GridResult
 from apesim.studies.identify.free import free_parameters
@@ -20,6 +20,7 @@ from apesim.studies.optimise.landscape import Goal
 from apesim.studies.optimise.search import Optimum
 from apesim.studies.optimise.summary import point_json
 from apesim.studies.optimise.table import archive_of, faults_of, optima_over_speed
+from apesim.studies.progress import Progress, show_progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -190,7 +191,7 @@ def optimise_commands(
         return archive_of(machine, optima, goals, pressures, call)
 
     first_march = run_steady, machine, speeds[0]
-    with shown(progress, "optimise") as report:
+    with show_progress(progress, "optimise") as report:
         archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
     return OptimalCommands.of(
         archive,

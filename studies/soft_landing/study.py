@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice
-from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.calls import arguments_of, call_text, computed
 from apesim.studies.default_grids import LANDING_PRESSURES, PULSE
 from apesim.studies.grid_result import GridResult
 from apesim.studies.operating_conditions import PRESSURE, SHORT_TIME, TEMPERATURE, TIME
+from apesim.studies.progress import Progress, show_progress
 from apesim.studies.soft_landing.landing import SOLENOIDS
 from apesim.studies.soft_landing.results import archive_of
 from apesim.studies.soft_landing.strokes import SPACING, Result, faults_of, soft_landings
@@ -156,7 +157,7 @@ def find_soft_landing(
         return archive_of(machine, strokes, spacing, cost, call, ways)
 
     first_march = run_bench, machine, pulse
-    with shown(progress, "soft landing") as report:
+    with show_progress(progress, "soft landing") as report:
         archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
     return SoftLanding.of(
         archive,

@@ -19,10 +19,11 @@ from apesim.quantities import Arguments, Choice, InputError, parse_range
 from apesim.quantities.settings import differences
 from apesim.results import Scalar, name_of
 from apesim.studies.archive_result import ArchiveResult
-from apesim.studies.calls import Progress, arguments_of, call_text, shown
+from apesim.studies.calls import arguments_of, call_text
 from apesim.studies.execution.cluster import connected
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import JOBS, SPEED
+from apesim.studies.progress import Progress, show_progress
 from apesim.studies.sweep.plan import FIXED, TIMING_NAMES, TIMINGS, in_one_unit, rpm
 from apesim.studies.sweep.results import faults_of, warnings_of
 from apesim.studies.sweep.run import find_finished, run_sweep
@@ -245,7 +246,7 @@ def sweep(
     with contextlib.ExitStack() as stack:
         target = Path(out) if out is not None else Path(stack.enter_context(tempfile.TemporaryDirectory()), "sweep.h5")
         cluster = stack.enter_context(connected(dask)) if dask else None
-        report = stack.enter_context(shown(progress, "sweep"))
+        report = stack.enter_context(show_progress(progress, "sweep"))
         done = run_sweep(
             machine,
             speeds,

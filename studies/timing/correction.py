@@ -12,10 +12,11 @@ from apesim.archive import Archive
 from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments
-from apesim.studies.calls import Progress, arguments_of, call_text, computed, shown
+from apesim.studies.calls import arguments_of, call_text, computed
 from apesim.studies.default_grids import SUPPLY_PRESSURES, TEMPERATURES, TIMING_SPEEDS
 from apesim.studies.grid_result import GridResult
 from apesim.studies.operating_conditions import ANGLE, JOBS, PRESSURE, SPEED, TEMPERATURE, require_epv
+from apesim.studies.progress import Progress, show_progress
 from apesim.studies.timing.export import as_json, export, refuse_exports
 from apesim.studies.timing.grid import TimingMap, faults_of_timing, map_timing
 from apesim.studies.timing.solve import corrected
@@ -226,7 +227,7 @@ def correct_timing(
         return maps[0].archive
 
     first_march = corrected, machine, speeds[0]
-    with shown(progress, "timing") as report:
+    with show_progress(progress, "timing") as report:
         archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
     (timing_map,) = maps
     if out is not None:
