@@ -82,7 +82,7 @@ def read_measured(
     all_faults += _unknown(file, "", data, TOP_KEYS)
     if given not in BENCHES:
         wrong = f"{quoted(given)} is no bench known here" if "bench" in data else "is not given"
-        forms = [f'bench = "{one}"' for one in ([bench] if bench else BENCHES)]
+        forms = [f'bench = "{name}"' for name in ([bench] if bench else BENCHES)]
         all_faults.append(Fault(file, "bench", wrong, f"write {' or '.join(forms)}"))
         given = bench or VALVE
     sensors = SENSORS[given]

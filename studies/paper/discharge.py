@@ -35,6 +35,11 @@ def vessel_of(machine: Machine) -> Vessel:
     Returns
     -------
     apesim.studies.discharge.Vessel
+
+    Examples
+    --------
+    >>> f"{1e6 * vessel_of(Machine()).volume:.0f} cm^3"
+    '50 cm^3'
     """
     ambient = machine.ambient
     volume = LENGTH * machine.valve.solenoid.effective_area
@@ -54,6 +59,11 @@ def area_at(machine: Machine, times: np.ndarray) -> np.ndarray:
     -------
     (n,) float array
         [m2]
+
+    Examples
+    --------
+    >>> 1e6 * area_at(Machine(), np.array([0.0, 0.1]))
+    array([0., 9.])
     """
     solenoid = machine.valve.solenoid
     curve = opening_curve(solenoid)
@@ -76,6 +86,14 @@ def emptied(machine: Machine, vessel: Vessel, initial_pressure: float, times: np
     -------
     (n,) float array
         [Pa abs]
+
+    Examples
+    --------
+    >>> machine = Machine()
+    >>> vessel = vessel_of(machine)
+    >>> pressures = emptied(machine, vessel, vessel.ambient_pressure + 0.4e6, np.array([0.0, 5e-3, 10e-3]))
+    >>> (pressures / 1e6).round(2)
+    array([0.5 , 0.44, 0.34])
     """
     from scipy.integrate import solve_ivp
 
@@ -126,6 +144,12 @@ def discharge_tests(
     -------
     vessel : Vessel
     records : list of Record
+
+    Examples
+    --------
+    >>> vessel, records = discharge_tests(Machine(), noise=0.0, rate=2e3)
+    >>> [record.name for record in records]
+    ['0.4 MPa gauge', '0.6 MPa gauge', '0.8 MPa gauge']
     """
     vessel, random = vessel_of(machine), np.random.default_rng(seed)
     end = opening_curve(machine.valve.solenoid)[-1, 0] + AFTER

@@ -15,7 +15,7 @@ from apesim.studies.paper.subject import PAPERS, engine_subject_of, subject_of
 def all_claims(
     machine: Machine,
     archive: Archive,
-    found: Discharge,
+    tests: Discharge,
     by_area: Mapping[float, Mapping[str, Claim]],
     frictions: friction_map.FrictionMap,
 ) -> list[Claim]:
@@ -26,7 +26,7 @@ def all_claims(
     machine : apesim.engine.machine.Machine
     archive : Archive
         The map over the paper's grid, see `apesim.studies.valve_map.compute_map`.
-    found : apesim.studies.discharge.Discharge
+    tests : apesim.studies.discharge.Discharge
         Result of the model's own discharge tests.
     by_area : mapping
         Claims by area and key, see `apesim.studies.paper.claims.area.claims_by_area`.
@@ -35,20 +35,29 @@ def all_claims(
     Returns
     -------
     list of Claim
+
+    Examples
+    --------
+    It judges claims on the engine, too, which takes some seconds:
+
+    >>> import apesim
+    >>> paper = apesim.repeat_paper(apesim.Machine())  # doctest: +SKIP
+    >>> len(paper.claims)  # doctest: +SKIP
+    30
     """
     subject, grid = subject_of(machine), grid_of(archive, machine.ambient.pressure)
-    own = valve_claims(machine, grid, subject == PAPERS)
+    motion = valve_claims(machine, grid, subject == PAPERS)
     claims = [
-        *own[:-3],
+        *motion[:-3],
         design.working_frequency(machine),
         design.engine_speed(),
-        equations.curves_collapse(found),
+        equations.curves_collapse(tests),
         equations.exponents_of_eq_10(machine),
         equations.gauge_pressures(machine),
         equations.sign_of_outflow(machine),
         numerics.fixed_step(machine),
         numerics.evaluation_function(machine),
-        *own[-3:],
+        *motion[-3:],
         friction_map.viscous_friction(frictions),
         design.time_error(),
     ]
@@ -66,5 +75,5 @@ def _over_areas(claim: Claim, by_area: Mapping[float, Mapping[str, Claim]]) -> C
     if not areas or claim.key not in by_area[areas[0]]:
         return claim
     tried = [round(area * 1e6, 6) for area in areas]
-    found = [by_area[area][claim.key] for area in areas]
-    return with_range(claim, range_of(AREA, "mm^2", tried, found))
+    judged = [by_area[area][claim.key] for area in areas]
+    return with_range(claim, range_of(AREA, "mm^2", tried, judged))

@@ -104,6 +104,18 @@ def write_page(
     ------
     ArchiveError
         It cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from apesim.studies.paper.claims.design import engine_speed
+    >>> axis, holds = np.ones(1), {statement.key: np.zeros((1, 1, 1, 1)) for statement in STATEMENTS}
+    >>> frictions = FrictionMap(np.array([PAPERS]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, holds)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     page = write_page([engine_speed()], {}, [], frictions, folder)
+    ...     "30 Hz correspond to an engine speed of 2000 r/min." in page.read_text(encoding="utf-8")
+    True
     """
     verdicts = [claim.verdict for claim in claims]
     text = (

@@ -23,7 +23,7 @@ from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE
 from apesim.studies.output import make_folder, publish, write_traces
 from apesim.studies.paper.claims.area import claims_by_area
-from apesim.studies.paper.claims.claim import Claim
+from apesim.studies.paper.claims.claim import Claim, Verdict
 from apesim.studies.paper.discharge import discharge_tests
 from apesim.studies.paper.friction.friction_map import friction_table, map_friction
 from apesim.studies.paper.judgement import all_claims
@@ -64,10 +64,23 @@ class PaperRepetition(Result):
     frictions: Any = field(kw_only=True)
 
     def to_dict(self) -> dict[str, Any]:
-        """The result under the keys of ``apesim paper --json``; NaN where JSON says null."""
-        told = [plain(claim._asdict()) for claim in self.claims]
+        """Return the result under the keys of ``apesim paper --json``; NaN where JSON says null.
+
+        Returns
+        -------
+        dict
+            ``claims``, ``different_from_the_papers_valve``, ``faults`` and ``wall_time_s``.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> paper = apesim.repeat_paper(apesim.Machine())  # doctest: +SKIP
+        >>> paper.to_dict()["claims"][0]["verdict"]  # doctest: +SKIP
+        'reproduced'
+        """
+        claims = [plain(claim._asdict()) for claim in self.claims]
         return {
-            "claims": told,
+            "claims": claims,
             "different_from_the_papers_valve": self.different,
             "faults": list(self.warnings),
             "wall_time_s": self["wall_time"],
@@ -75,6 +88,13 @@ class PaperRepetition(Result):
 
     def write(self, folder: str | PathLike[str], *, overwrite: bool = False) -> dict[str, Any]:
         """Write page, figures, claims, machine, the map of the valve and that of friction into a folder.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it does not exist.
+        overwrite : bool
+            Whether what it holds may be replaced.
 
         Returns
         -------
@@ -85,6 +105,13 @@ class PaperRepetition(Result):
         ------
         ArchiveError
             The folder holds something that is not to be replaced.
+
+        Examples
+        --------
+        >>> import apesim
+        >>> paper = apesim.repeat_paper(apesim.Machine())  # doctest: +SKIP
+        >>> paper.write("paper")["page"]  # doctest: +SKIP
+        'paper/index.html'
         """
         from apesim.studies.figures.paper import captions_of, paper_figures
 
@@ -140,13 +167,13 @@ def repeat_paper(
     call_in_thread(run_bench, machine, PULSE).result()
     start = time.perf_counter()
     with _stages(progress) as report:
-        found = call_in_thread(_computed, machine, call, report).result()
-    archive, vessel, tests, frictions, claims = found
+        computed = call_in_thread(_computed, machine, call, report).result()
+    archive, vessel, tests, frictions, claims = computed
     verdicts = Counter(claim.verdict for claim in claims)
     values = {
         "claims": len(claims),
-        "reproduced": verdicts["reproduced"],
-        "contradicted": verdicts["contradicted"],
+        "reproduced": verdicts[Verdict.REPRODUCED],
+        "contradicted": verdicts[Verdict.CONTRADICTED],
         "wall_time_s": time.perf_counter() - start,
     }
     return PaperRepetition(

@@ -27,6 +27,11 @@ def differences(machine: Machine, sections: Sequence[str] = SECTIONS) -> list[st
     -------
     list of str
         ``valve.stroke = 8 mm instead of 9 mm``, one for each key.
+
+    Examples
+    --------
+    >>> differences(Machine().with_(valve_stroke="8 mm"))
+    ['valve.stroke = 8 mm instead of 9 mm']
     """
     cls, texts = type(machine), []
     for leaf, default in zip(schema(cls, machine), schema(cls), strict=True):
@@ -50,6 +55,11 @@ def engine_subject_of(machine: Machine) -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> engine_subject_of(Machine())
+    "the paper's valve in the default engine"
     """
     different = differences(machine, ENGINE_SECTIONS)
     return f"another engine: {', '.join(different)}" if different else f"{PAPERS} in the default engine"
@@ -65,6 +75,11 @@ def subject_of(machine: Machine) -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> subject_of(Machine().with_(valve_stroke="8 mm"))
+    'another valve: valve.stroke = 8 mm instead of 9 mm'
     """
     different = differences(machine)
     return f"another valve: {', '.join(different)}" if different else PAPERS

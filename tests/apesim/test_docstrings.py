@@ -24,7 +24,6 @@ UNDOCUMENTED = (
     "studies/gap/search/",
     "studies/gap/tables/",
     "studies/identify/",
-    "studies/paper/",
     "studies/soft_landing/",
 )
 """Files and folders whose functions are not all described so yet; what is leaves this list."""

@@ -26,6 +26,11 @@ def with_area(machine: Machine, area: float) -> Machine:
     Returns
     -------
     apesim.engine.machine.Machine
+
+    Examples
+    --------
+    >>> 1e6 * with_area(Machine(), 4e-6).valve.solenoid.effective_area
+    4.0
     """
     solenoid = machine.valve.solenoid._replace(effective_area=float(area))
     return machine._replace(valve=machine.valve._replace(solenoid=solenoid))
@@ -57,6 +62,14 @@ def claims_by_area(
     -------
     dict of dict of apesim.studies.paper.claims.claim.Claim
         By area [m2], ascending, and key.
+
+    Examples
+    --------
+    >>> ambient = Machine().ambient.pressure
+    >>> pressures, temperatures = ambient + 1e6 * np.array([0.1, 0.7, 1.9]), (250.0, 286.0, 322.0)
+    >>> by_area = claims_by_area(Machine(), pressures, temperatures, areas=(9e-6,))
+    >>> print(by_area[9e-6]["delay_over_pressure"].verdict)
+    reproduced
     """
     tried, judged = sorted({*areas, machine.valve.solenoid.effective_area}), {}
     for done, area in enumerate(tried):

@@ -1,6 +1,7 @@
 """What a claim of the paper is, how it is judged, and the map of the valve that many claims are about."""
 
 from collections.abc import Sequence
+from enum import StrEnum
 from itertools import groupby
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -11,8 +12,18 @@ from apesim.archive import Archive
 
 AREA = "valve.solenoid.effective_area"
 """What the paper does not print and many of its claims hang on."""
-REPRODUCED, CONTRADICTED, NOT_COMPUTABLE = "reproduced", "contradicted", "not computable"
-"""Verdicts."""
+
+
+class Verdict(StrEnum):
+    """Verdict on a claim; its text is what readers and ``claims.json`` are given."""
+
+    REPRODUCED = "reproduced"
+    CONTRADICTED = "contradicted"
+    NOT_COMPUTABLE = "not computable"
+
+
+REPRODUCED, CONTRADICTED, NOT_COMPUTABLE = Verdict
+"""Verdicts, by their names."""
 
 
 class Claim(NamedTuple):
@@ -29,7 +40,7 @@ class Claim(NamedTuple):
     """The model's number or trend."""
     values: dict[str, Any]
     """The model's numbers, SI unless the name says otherwise."""
-    verdict: str
+    verdict: Verdict
     """Verdict on the valve of `judged_on`; on another than the paper's it says whether that one does the same."""
     remark: str
     """How it was judged, and what to know of it."""
@@ -67,6 +78,17 @@ def grid_of(archive: Archive, ambient_pressure: float) -> Grid:
     Returns
     -------
     Grid
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column
+    >>> values = {"supply_pressure": [0.5e6, 0.9e6], "supply_temperature": [287.0, 287.0]}
+    >>> for stroke in ("opening", "closing"):
+    ...     for measure in ("delay_s", "stroke_time_s", "seating_speed_m_s", "fluctuation", "reverses"):
+    ...         values[f"{stroke}_{measure}"] = [6e-3, 8e-3]
+    >>> archive = Archive("", {}, {name: column(numbers, "1", name) for name, numbers in values.items()})
+    >>> grid_of(archive, 0.1e6).opening["delay_s"].tolist()
+    [[0.006], [0.008]]
     """
     v = {name: variable.values for name, variable in archive.variables.items()}
     pressure, temperature = np.unique(v["supply_pressure"]), np.unique(v["supply_temperature"])
@@ -76,7 +98,7 @@ def grid_of(archive: Archive, ambient_pressure: float) -> Grid:
     return Grid(pressure - ambient_pressure, temperature, *strokes)
 
 
-def verdict_of(holds: bool | np.bool_) -> str:
+def verdict_of(holds: bool | np.bool_) -> Verdict:
     """Verdict of a claim that was computed.
 
     Parameters
@@ -86,8 +108,13 @@ def verdict_of(holds: bool | np.bool_) -> str:
 
     Returns
     -------
-    str
-        "reproduced" or "contradicted".
+    Verdict
+        `REPRODUCED` or `CONTRADICTED`.
+
+    Examples
+    --------
+    >>> print(verdict_of(2.0 < 1.0))
+    contradicted
     """
     return REPRODUCED if holds else CONTRADICTED
 
@@ -110,26 +137,41 @@ def range_of(name: str, unit: str, tried: Sequence[float], claims: Sequence[Clai
     -------
     dict
         ``name``, ``unit``, ``tried``, ``verdicts`` and ``answers``.
+
+    Examples
+    --------
+    >>> claim = Claim("rebound", "Fig. 9", "The piston rebounds.", "rebounds", "in 3 strokes", {}, REPRODUCED, "")
+    >>> range_of(AREA, "mm^2", [4.0], [claim])["answers"]
+    ['in 3 strokes']
     """
     verdicts, answers = ([getattr(claim, field) for claim in claims] for field in ("verdict", "ours"))
     return {"name": name, "unit": unit, "tried": list(tried), "verdicts": verdicts, "answers": answers}
 
 
-def with_range(claim: Claim, found: dict[str, Any]) -> Claim:
+def with_range(claim: Claim, verdicts: dict[str, Any]) -> Claim:
     """A claim with its verdicts over what the paper does not print.
 
     Parameters
     ----------
     claim : Claim
-    found : dict
+    verdicts : dict
         Verdicts, see `range_of`.
 
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> claim = Claim("rebound", "Fig. 9", "The piston rebounds.", "rebounds", "in 3 strokes", {}, REPRODUCED, "")
+    >>> turned = claim._replace(verdict=CONTRADICTED)
+    >>> with_range(claim, range_of(AREA, "mm^2", [4.0, 9.0], [claim, turned])).depends_on
+    ('valve.solenoid.effective_area',)
     """
-    turns = len(set(found["verdicts"])) > 1
-    return claim._replace(range=found, depends_on=(*claim.depends_on, found["name"]) if turns else claim.depends_on)
+    turns = len(set(verdicts["verdicts"])) > 1
+    return claim._replace(
+        range=verdicts, depends_on=(*claim.depends_on, verdicts["name"]) if turns else claim.depends_on
+    )
 
 
 def range_in_words(claim: Claim) -> str:
@@ -143,6 +185,13 @@ def range_in_words(claim: Claim) -> str:
     -------
     str
         "-" where it was not tried.
+
+    Examples
+    --------
+    >>> claim = Claim("rebound", "Fig. 9", "The piston rebounds.", "rebounds", "in 3 strokes", {}, REPRODUCED, "")
+    >>> verdicts = [claim, claim, claim._replace(verdict=CONTRADICTED)]
+    >>> range_in_words(with_range(claim, range_of(AREA, "mm^2", [3.0, 4.0, 9.0], verdicts)))
+    'reproduced: 3-4 mm²; contradicted: 9 mm²'
     """
     if claim.range is None:
         return "-"
@@ -151,5 +200,5 @@ def range_in_words(claim: Claim) -> str:
     for verdict, group in groupby(zip(claim.range["verdicts"], claim.range["tried"], strict=True), itemgetter(0)):
         values = [value for _, value in group]
         spans.setdefault(verdict, []).append("-".join(f"{value:g}" for value in dict.fromkeys((values[0], values[-1]))))
-    lists = {verdict: f"{', '.join(found)}{unit}" for verdict, found in spans.items()}
+    lists = {verdict: f"{', '.join(texts)}{unit}" for verdict, texts in spans.items()}
     return lists.popitem()[1] if len(lists) == 1 else "; ".join(f"{verdict}: {text}" for verdict, text in lists.items())

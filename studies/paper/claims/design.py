@@ -32,6 +32,13 @@ def working_frequency(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    It finds six limits, which takes seconds:
+
+    >>> print(working_frequency(Machine()).verdict)  # doctest: +SKIP
+    reproduced
     """
     ambient = machine.ambient.pressure
     limits = {
@@ -39,14 +46,14 @@ def working_frequency(machine: Machine) -> Claim:
         for duty in (0.3, 0.5)
         for pressure in MEASURED
     }
-    told = {d: ", ".join(f"{limits[p, d]:.1f}" for p in MEASURED) for d in (0.3, 0.5)}
+    rates = {d: ", ".join(f"{limits[p, d]:.1f}" for p in MEASURED) for d in (0.3, 0.5)}
     values = {f"limit_hz_at_{p:g}_MPa_duty_{d:g}": value for (p, d), value in limits.items()}
-    ours = f"every stroke is complete up to {told[0.5]} Hz at {PRESSURES} MPa, energised for half of the period"
-    return frequency_claim(ours, values, min(limits[p, 0.5] for p in MEASURED) >= RATE)._replace(
+    ours = f"every stroke is complete up to {rates[0.5]} Hz at {PRESSURES} MPa, energised for half of the period"
+    return _frequency_claim(ours, values, min(limits[p, 0.5] for p in MEASURED) >= RATE)._replace(
         depends_on=("duty",),
         remark="Judged by 30 Hz, energised for half of the period, at all three pressures that the paper measured at. "
         "The abstract calls 30 Hz the maximum; that depends on the duty, which it does not name: for 0.3 of the period "
-        f"the limits are {told[0.3]} Hz.",
+        f"the limits are {rates[0.3]} Hz.",
     )
 
 
@@ -62,30 +69,22 @@ def works_at_30_hz(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> print(works_at_30_hz(Machine()).verdict)
+    reproduced
     """
     ambient = machine.ambient.pressure
     done = [is_complete(with_supply(machine, ambient + p * 1e6, 287.0), RATE, 0.5) for p in MEASURED]
     ours = f"every stroke is complete at {RATE:g} Hz at {sum(done)} of the pressures {PRESSURES} MPa"
-    return frequency_claim(ours, {"pressures_with_complete_strokes": sum(done)}, all(done))
+    return _frequency_claim(ours, {"pressures_with_complete_strokes": sum(done)}, all(done))
 
 
-def frequency_claim(ours: str, values: dict[str, float], holds: bool) -> Claim:
+def _frequency_claim(ours: str, values: dict[str, float], holds: bool) -> Claim:
     """Make the claim that the valve reaches about 30 Hz, with the model's answer.
 
     The claim stands in the abstract and in the discussion of Fig. 10 of the EPV paper (doi 10.1631/jzus.A0820373).
-
-    Parameters
-    ----------
-    ours : str
-        The model's answer.
-    values : dict of str to float
-        The model's numbers, SI unless the name says otherwise.
-    holds : bool
-        Whether the claim holds.
-
-    Returns
-    -------
-    Claim
     """
     return Claim(
         "working_frequency",
@@ -107,6 +106,12 @@ def engine_speed() -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> claim = engine_speed()
+    >>> print(claim.verdict, claim.values["speed_rpm"])
+    contradicted 1800.0
     """
     speed, rate = RATE * 60.0, 2000.0 / 60.0
     return Claim(
@@ -134,6 +139,11 @@ def friction_is_small(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> print(friction_is_small(Machine()).verdict)
+    reproduced
     """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
     effects = supplied.effects._replace(coulomb_friction=CoulombFriction(1.1, 1.1))  # type: ignore[call-arg]
@@ -164,6 +174,11 @@ def heat_is_small(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> print(heat_is_small(Machine()).verdict)
+    reproduced
     """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
     effects = supplied.effects._replace(chamber_wall_heat=ChamberWallHeat(HEAT))  # type: ignore[call-arg]
@@ -200,6 +215,11 @@ def springs_soften(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> print(springs_soften(Machine()).verdict)
+    reproduced
     """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
     free = supplied._replace(valve=supplied.valve._replace(spring_rate=0.0))
@@ -229,6 +249,11 @@ def time_error() -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> print(time_error().verdict)
+    not computable
     """
     return Claim(
         "time_error",

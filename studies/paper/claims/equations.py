@@ -47,6 +47,12 @@ def gauge_pressures(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> claim = gauge_pressures(Machine())
+    >>> print(claim.verdict, f"{claim.values['error_gauge_at_start']:+.0%}")
+    contradicted +27%
     """
     test, area = Emptying(machine, GAUGE[0]), machine.valve.solenoid.effective_area
     ambient = test.vessel.ambient_pressure
@@ -85,6 +91,11 @@ def exponents_of_eq_10(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> print(exponents_of_eq_10(Machine()).ours)
+    -1.1429 and 0.1429
     """
     rows, falls = [], []
     for gauge in GAUGE:
@@ -93,9 +104,9 @@ def exponents_of_eq_10(machine: Machine) -> Claim:
         p = np.log(test.pressures[choked])
         rows.append(np.column_stack((np.ones_like(p), p, np.full_like(p, np.log(test.start)))))
         falls.append(np.log(-test.slopes[choked]))
-    found = np.linalg.lstsq(np.concatenate(rows), np.concatenate(falls))[0]
+    coefficients = np.linalg.lstsq(np.concatenate(rows), np.concatenate(falls))[0]
     k = test.vessel.gas.heat_capacity_ratio
-    ours, printed = -found[1:], np.array([(1.0 - 3.0 * k) / (2.0 * k), (k - 1.0) / (2.0 * k)])
+    ours, printed = -coefficients[1:], np.array([(1.0 - 3.0 * k) / (2.0 * k), (k - 1.0) / (2.0 * k)])
     return Claim(
         "exponents_of_eq_10",
         "Eq. 10",
@@ -109,21 +120,33 @@ def exponents_of_eq_10(machine: Machine) -> Claim:
     )
 
 
-def curves_collapse(found: Discharge) -> Claim:
+def curves_collapse(tests: Discharge) -> Claim:
     """Judge the claim that S(t) from several initial pressures is approximately the same (Fig. 4).
 
     The claim stands in the discussion of Fig. 4 of the EPV paper (doi 10.1631/jzus.A0820373).
 
     Parameters
     ----------
-    found : apesim.studies.discharge.Discharge
+    tests : apesim.studies.discharge.Discharge
         Result of the model's own discharge tests.
 
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.studies.discharge.area import AreaFit
+    >>> from apesim.studies.discharge.collapse import Collapse
+    >>> nothing = np.empty(0)
+    >>> fit = AreaFit(nothing, nothing, nothing, np.empty((0, 0)), nothing, [], 0.0)
+    >>> collapse = Collapse(0.01, 0.03, 0.04, 0.96, True)
+    >>> tests = Discharge([], [], [fit, fit], [], fit, 1e-2, 9e-6, 1e-7, np.empty((0, 5)), collapse, [])
+    >>> print(curves_collapse(tests).verdict)
+    reproduced
     """
-    collapse = found.collapse
+    collapse = tests.collapse
     if collapse is None:
         raise ValueError("curves of several tests are compared; give at least two")
     return Claim(
@@ -156,6 +179,12 @@ def sign_of_outflow(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> claim = sign_of_outflow(Machine())
+    >>> print(claim.verdict, f"{claim.values['mass_too_much_by_the_sum']:.2f}")
+    contradicted 2.11
     """
     run = run_bench(machine, PULSE)
     valve, r = machine.valve, vessel_of(machine).gas.gas_constant

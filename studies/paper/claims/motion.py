@@ -20,6 +20,17 @@ def valve_claims(machine: Machine, grid: Grid, chosen: bool = False) -> list[Cla
     Returns
     -------
     list of Claim
+
+    Examples
+    --------
+    >>> from apesim.studies.paper.claims.claim import grid_of
+    >>> from apesim.studies.valve_map import compute_map
+    >>> machine = Machine()
+    >>> pressures = machine.ambient.pressure + 1e6 * np.array([0.1, 0.7, 1.9])
+    >>> archive = compute_map(machine, pressures, np.array([250.0, 286.0, 322.0]))
+    >>> claims = valve_claims(machine, grid_of(archive, machine.ambient.pressure))
+    >>> [claim.key for claim in claims][:2]
+    ['delay_over_pressure', 'delay_levels_off']
     """
     claims = [
         delay.delay_rises_with_pressure(grid),
@@ -58,6 +69,13 @@ def computed(claim: Claim) -> Claim:
     Returns
     -------
     apesim.studies.paper.claims.claim.Claim
+
+    Examples
+    --------
+    >>> from apesim.studies.paper.claims.claim import REPRODUCED
+    >>> values = {"delay_ms": float("nan")}
+    >>> print(computed(Claim("delay", "Fig. 8", "It rises.", "rises", "rises", values, REPRODUCED, "")).verdict)
+    not computable
     """
     if np.all(np.isfinite([value for value in claim.values.values() if value is not None])):
         return claim

@@ -45,6 +45,12 @@ def fixed_step_opening(machine: Machine, step: float) -> tuple[float, float, flo
        Sci. A, doi 10.1631/jzus.A0820373.
     .. [2] E. Hairer, S. P. Norsett and G. Wanner, "Solving Ordinary Differential Equations I: Nonstiff Problems", 2nd
        ed., Springer, 1993, doi 10.1007/978-3-540-78862-1, section II.1.
+
+    Examples
+    --------
+    >>> delay, stroke_time, seating_speed = fixed_step_opening(Machine(), 0.05e-3)
+    >>> f"{1e3 * delay:.1f} ms, {1e3 * stroke_time:.1f} ms, {seating_speed:.1f} m/s"
+    '5.8 ms, 6.1 ms, 1.5 m/s'
     """
     p, tables = bench_of(machine, [0.0, PULSE])
     y, mode = closed_at_start(p)
@@ -84,21 +90,26 @@ def fixed_step(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> print(fixed_step(Machine()).verdict)
+    reproduced
     """
     errors = []
     for pressure in (*MEASURED, HIGH / 1e6):
         supplied = with_supply(machine, machine.ambient.pressure + pressure * 1e6, 287.0)
         stroke: Any = run_bench(supplied, PULSE).opening
-        found = np.array(fixed_step_opening(supplied, STEP))
-        errors.append(found / np.array([stroke.delay, stroke.stroke_time, stroke.seating_speed]) - 1.0)
+        fixed = np.array(fixed_step_opening(supplied, STEP))
+        errors.append(fixed / np.array([stroke.delay, stroke.stroke_time, stroke.seating_speed]) - 1.0)
     largest = np.abs(errors).max(axis=0)
-    told = ", ".join(f"{100 * share:.2f} %" for share in largest)
+    shares = ", ".join(f"{100 * share:.2f} %" for share in largest)
     return Claim(
         "fixed_step",
         "simulation setting",
         "Runge-Kutta of order 4 with a fixed step of 0.01 ms is enough to calculate the equations.",
         "0.01 ms",
-        f"against located events, delay time, stroke time and seating speed are off by up to {told}",
+        f"against located events, delay time, stroke time and seating speed are off by up to {shares}",
         dict(zip(("delay_error", "stroke_time_error", "seating_speed_error"), largest, strict=True)),
         verdict_of(np.all(largest < 0.01)),
         f"At {', '.join(f'{p:g}' for p in (*MEASURED, HIGH / 1e6))} MPa, 287 K; judged by 1 %. The times are off "
@@ -118,6 +129,11 @@ def evaluation_function(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> print(evaluation_function(Machine()).verdict)
+    contradicted
     """
     supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
     valve = supplied.valve

@@ -17,18 +17,8 @@ RATE = 10.0
 """Frequency at which opening and closing are compared in periodic operation [Hz]."""
 
 
-def rises_from_minimum(values: np.ndarray) -> bool:
-    """Find whether a measure rises at every step of pressure from its least on.
-
-    Parameters
-    ----------
-    values : (n,) float array
-        Measure over pressure.
-
-    Returns
-    -------
-    bool
-    """
+def _rises_from_minimum(values: np.ndarray) -> bool:
+    """Find whether a measure rises at every step of pressure from its least on."""
     return bool(np.all(np.diff(values[int(np.argmin(values)) :]) > 0.0))
 
 
@@ -43,8 +33,13 @@ def fluctuates_more(fluctuation: np.ndarray) -> bool:
     Returns
     -------
     bool
+
+    Examples
+    --------
+    >>> fluctuates_more(np.array([0.10, 0.05, 0.15, 0.30]))
+    True
     """
-    return rises_from_minimum(fluctuation) and bool(fluctuation[-1] > 2.0 * fluctuation[0])
+    return _rises_from_minimum(fluctuation) and bool(fluctuation[-1] > 2.0 * fluctuation[0])
 
 
 def turns_back(values: np.ndarray) -> np.ndarray:
@@ -58,6 +53,11 @@ def turns_back(values: np.ndarray) -> np.ndarray:
     Returns
     -------
     (m,) bool array
+
+    Examples
+    --------
+    >>> turns_back(np.array([[1.0, 1.0], [2.0, 3.0], [3.0, 2.0]])).tolist()
+    [False, True]
     """
     steps = np.diff(values, axis=0)
     return ~(np.all(steps > 0.0, axis=0) | np.all(steps < 0.0, axis=0))
@@ -74,6 +74,11 @@ def gets_slower(response: np.ndarray) -> np.ndarray:
     Returns
     -------
     (m,) bool array
+
+    Examples
+    --------
+    >>> gets_slower(1e-3 * np.array([[9.0, 9.0], [8.0, 8.0], [7.5, 8.1]])).tolist()
+    [False, True]
     """
     return np.any(np.diff(response, axis=0) >= 0.0, axis=0)
 
@@ -89,6 +94,11 @@ def min_difference(run: BenchRun) -> float:
     -------
     float
         [Pa]; NaN where it does not move.
+
+    Examples
+    --------
+    >>> f"{min_difference(run_bench(Machine(), PULSE)) / 1e6:.2f} MPa"
+    '0.13 MPa'
     """
     opening: Any = run.opening
     moving = (run.times > opening.delay) & (run.times < opening.contact)
@@ -108,9 +118,16 @@ def fluctuation_rises(grid: Grid) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> fluctuation = np.array([[0.10, 0.10], [0.05, 0.06], [0.30, 0.25]])
+    >>> grid = Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([250.0, 322.0]), {"fluctuation": fluctuation}, {})
+    >>> print(fluctuation_rises(grid).verdict)
+    reproduced
     """
     mean, pressure = grid.opening["fluctuation"].mean(axis=1), grid.pressure / 1e6
-    least, rises = int(np.argmin(mean)), rises_from_minimum(mean)
+    least, rises = int(np.argmin(mean)), _rises_from_minimum(mean)
     return Claim(
         "fluctuation_over_pressure",
         "Fig. 9",
@@ -139,6 +156,13 @@ def piston_rebounds(grid: Grid) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> strokes = {"reverses": np.array([[0.0, 0.0], [0.0, 1.0]])}
+    >>> claim = piston_rebounds(Grid(1e6 * np.array([0.1, 1.9]), np.array([250.0, 322.0]), strokes, strokes))
+    >>> print(claim.verdict, claim.ours)
+    reproduced turns back in 2 of 8 strokes
     """
     count = int(grid.opening["reverses"].sum() + grid.closing["reverses"].sum())
     return Claim(
@@ -178,6 +202,14 @@ def not_monotonic(grid: Grid, where: str, key: str, measure: str, name: str, uni
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> speed = {"seating_speed_m_s": np.array([[0.8, 0.9], [1.3, 1.4], [1.2, 1.3]])}
+    >>> grid = Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([250.0, 322.0]), speed, {})
+    >>> names = {"measure": "seating_speed_m_s", "name": "seating speed", "unit": "m/s"}
+    >>> print(not_monotonic(grid, "Fig. 11", "seating_speed_over_pressure", factor=1.0, **names).verdict)
+    reproduced
     """
     values = grid.opening[measure] * factor
     steps, ends = np.diff(values, axis=0), values[[0, -1]].mean(axis=1)
@@ -217,6 +249,13 @@ def stroke_time_falls_with_temperature(grid: Grid) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> time = {"stroke_time_s": 1e-3 * np.array([[11.0, 10.4], [9.0, 8.5]])}
+    >>> grid = Grid(1e6 * np.array([0.1, 1.9]), np.array([250.0, 322.0]), time, {})
+    >>> print(stroke_time_falls_with_temperature(grid).verdict)
+    reproduced
     """
     steps = np.diff(grid.opening["stroke_time_s"], axis=1) * 1e3
     return Claim(
@@ -245,6 +284,13 @@ def strokes_alike(machine: Machine, grid: Grid) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> strokes = {name: np.ones((2, 2)) for name in ("delay_s", "stroke_time_s", "seating_speed_m_s")}
+    >>> grid = Grid(1e6 * np.array([0.1, 1.9]), np.array([250.0, 322.0]), strokes, strokes)
+    >>> print(strokes_alike(Machine(), grid).verdict)
+    reproduced
     """
     shares = {m: grid.closing[m] / grid.opening[m] - 1.0 for m in ("delay_s", "stroke_time_s", "seating_speed_m_s")}
     ends = {m: (float(100.0 * s.min()), float(100.0 * s.max())) for m, s in shares.items()}
@@ -256,15 +302,15 @@ def strokes_alike(machine: Machine, grid: Grid) -> Claim:
     run = run_bench(supplied, 0.5 / RATE, period=1.0 / RATE)
     pairs = ((getattr(run.closing, f), getattr(run.opening, f)) for f in ("delay", "stroke_time", "seating_speed"))
     repeated = max(abs(closing / opening - 1.0) for closing, opening in pairs)
-    most = max(float(np.abs(s).max()) for s in shares.values())
+    largest = max(float(np.abs(s).max()) for s in shares.values())
     return Claim(
         "opening_and_closing_alike",
         "simulation analysis",
         "Opening and closing are almost the same, as the valve is symmetric.",
         "almost the same",
         f"after a rest closing differs from opening: {by}; repeated at {RATE:g} Hz (1 MPa, 287 K), by {repeated:.0e}",
-        {"largest_difference": most, "largest_difference_repeated": repeated},
-        verdict_of(most < 0.05),
+        {"largest_difference": largest, "largest_difference_repeated": repeated},
+        verdict_of(largest < 0.05),
         "Judged by 5 % after a rest, as the paper measures. The chambers then start from unlike states; in periodic "
         "full-stroke operation they do not, and the strokes coincide.",
     )
@@ -283,6 +329,14 @@ def response_over_pressure(grid: Grid) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> strokes = {"delay_s": 1e-3 * np.array([[5.0], [7.0], [7.2]])}
+    >>> strokes["stroke_time_s"] = 1e-3 * np.array([[11.0], [8.0], [7.9]])
+    >>> claim = response_over_pressure(Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([287.0]), strokes, {}))
+    >>> print(claim.verdict, f"{claim.values['highest_step_ms']:+.2f} ms")
+    reproduced +0.10 ms
     """
     response = (grid.opening["delay_s"] + grid.opening["stroke_time_s"]) * 1e3
     mean, steps, pressure = response.mean(axis=1), np.diff(response, axis=0), grid.pressure / 1e6
@@ -315,19 +369,28 @@ def pressure_to_be_optimised(grid: Grid) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> strokes = {"delay_s": 1e-3 * np.array([[5.0], [6.0], [7.2]])}
+    >>> strokes["stroke_time_s"] = 1e-3 * np.array([[11.0], [8.0], [7.9]])
+    >>> strokes["seating_speed_m_s"] = np.array([[0.8], [1.2], [1.4]])
+    >>> grid = Grid(1e6 * np.array([0.1, 0.7, 1.9]), np.array([287.0]), strokes, {})
+    >>> print(pressure_to_be_optimised(grid).verdict)
+    reproduced
     """
     response = (grid.opening["delay_s"] + grid.opening["stroke_time_s"]) * 1e3
     speed, pressure = grid.opening["seating_speed_m_s"], grid.pressure / 1e6
     fastest, softest = np.argmin(response, axis=0), np.argmin(speed, axis=0)
     last = len(pressure) - 1
     inside = (fastest > 0) & (fastest < last) | (softest > 0) & (softest < last)
-    places = [", ".join(f"{p:.1f}" for p in np.unique(pressure[at])) for at in (fastest, softest)]
+    texts = [", ".join(f"{p:.1f}" for p in np.unique(pressure[at])) for at in (fastest, softest)]
     return Claim(
         "pressure_to_be_optimised",
         "discussion of Fig. 11",
         "At one temperature the control pressure should be optimised for a fast response and a low seating speed.",
         "an optimum",
-        f"of {pressure[0]:.1f} to {pressure[-1]:.1f} MPa the fastest is {places[0]}, the softest {places[1]} MPa, over "
+        f"of {pressure[0]:.1f} to {pressure[-1]:.1f} MPa the fastest is {texts[0]}, the softest {texts[1]} MPa, over "
         f"all temperatures; an optimum lies inside the range at {np.sum(inside)} of {len(inside)} temperatures",
         {
             "temperatures_with_an_optimum_inside": int(np.sum(inside)),
@@ -354,6 +417,11 @@ def fluctuation_from_limited_area(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> print(fluctuation_from_limited_area(Machine()).verdict)
+    reproduced
     """
     values, valve = {}, machine.valve
     for factor in (1.0, 4.0):
@@ -362,15 +430,15 @@ def fluctuation_from_limited_area(machine: Machine) -> Claim:
         run = run_bench(with_supply(wide, machine.ambient.pressure + HIGH, 287.0), PULSE)
         opening: Any = run.opening
         values[f"fluctuation_at_{factor:g}_times_the_area"] = opening.fluctuation
-    own, wide = values.values()
+    narrow, wide = values.values()
     return Claim(
         "fluctuation_from_limited_area",
         "discussion of Fig. 9",
         "The fluctuation is related to the limited effective area of the solenoid valves.",
         "limited area",
-        f"{own:.2f} of the peak speed at 1.9 MPa, {wide:.2f} with four times the area",
+        f"{narrow:.2f} of the peak speed at 1.9 MPa, {wide:.2f} with four times the area",
         values,
-        verdict_of(own > 0.01 and wide < 0.1 * own),
+        verdict_of(narrow > 0.01 and wide < 0.1 * narrow),
         "Judged by a tenth of it being left, where it is more than 0.01.",
     )
 
@@ -387,6 +455,12 @@ def pressures_cross(machine: Machine) -> Claim:
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> claim = pressures_cross(Machine())
+    >>> print(claim.verdict, f"{claim.values['least_difference_Pa'] / 1e6:.2f} MPa")
+    contradicted 0.10 MPa
     """
     run = run_bench(with_supply(machine, machine.ambient.pressure + HIGH, 287.0), PULSE, sample=2e-5)
     opening: Any = run.opening

@@ -49,24 +49,92 @@ class FrictionMap(NamedTuple):
     """Answers by key of the statement: 1 or 0, NaN where a stroke is not completed; shape (f, a, r, t)."""
 
     def row_of(self, friction: float) -> int:
-        """Number of the friction nearest to one [N s/m]."""
+        """Find the row of a friction.
+
+        Parameters
+        ----------
+        friction : float
+            Viscous friction [N s/m].
+
+        Returns
+        -------
+        int
+            Number of the nearest friction of the map.
+
+        Examples
+        --------
+        >>> axis = np.ones(1)
+        >>> FrictionMap(np.array([0.0, 60.0, 111.08]), axis, axis, axis, axis, {}).row_of(PAPERS)
+        2
+        """
         return int(np.argmin(np.abs(self.frictions - friction)))
 
     def everywhere(self, key: str) -> float | None:
-        """Highest friction up to which a statement holds at all areas, ramps and temperatures; None: at none."""
+        """Find the highest friction up to which a statement holds at all areas, ramps and temperatures.
+
+        Parameters
+        ----------
+        key : str
+            Key of the statement, see `apesim.studies.paper.friction.statements.STATEMENTS`.
+
+        Returns
+        -------
+        float or None
+            Friction [N s/m]; None: it holds so at none.
+
+        Examples
+        --------
+        >>> axis, holds = np.ones(1), {"rebound": np.array([1.0, 1.0, 0.0]).reshape(3, 1, 1, 1)}
+        >>> FrictionMap(np.array([0.0, 60.0, 111.08]), axis, axis, axis, axis, holds).everywhere("rebound")
+        60.0
+        """
         always = np.all(self.holds[key] == 1.0, axis=(1, 2, 3))
         rows = len(always) if always.all() else int(np.argmin(always))
         return float(self.frictions[rows - 1]) if rows else None
 
     def anywhere(self, key: str) -> float | None:
-        """Highest friction at which a statement holds at any area, ramp and temperature; None: at none."""
+        """Find the highest friction at which a statement holds at any area, ramp and temperature.
+
+        Parameters
+        ----------
+        key : str
+            Key of the statement, see `apesim.studies.paper.friction.statements.STATEMENTS`.
+
+        Returns
+        -------
+        float or None
+            Friction [N s/m]; None: it holds at none.
+
+        Examples
+        --------
+        >>> axis, holds = np.ones(1), {"rebound": np.array([1.0, 0.0, 1.0]).reshape(3, 1, 1, 1)}
+        >>> FrictionMap(np.array([0.0, 60.0, 111.08]), axis, axis, axis, axis, holds).anywhere("rebound")
+        111.08
+        """
         ever = np.flatnonzero(np.any(self.holds[key] == 1.0, axis=(1, 2, 3)))
         return float(self.frictions[ever[-1]]) if len(ever) else None
 
     def max_at_once(self, friction: float) -> int:
-        """Number of statements that hold at once, over all temperatures, at the area and ramp where most do."""
+        """Count the statements that hold at once, over all temperatures, at the area and ramp where most do.
+
+        Parameters
+        ----------
+        friction : float
+            Viscous friction; the nearest one of the map is taken [N s/m].
+
+        Returns
+        -------
+        int
+            Number of statements.
+
+        Examples
+        --------
+        >>> axis, yes, no = np.ones(1), np.ones((1, 1, 1, 1)), np.zeros((1, 1, 1, 1))
+        >>> FrictionMap(np.array([10.0]), axis, axis, axis, axis, {"rebound": no, "response": yes}).max_at_once(10.0)
+        1
+        """
         row = self.row_of(friction)
-        return int(sum(np.all(found[row] == 1.0, axis=-1) for found in self.holds.values()).max())
+        return int(sum(np.all(holds[row] == 1.0, axis=-1) for holds in self.holds.values()).max())
 
 
 def map_friction(
@@ -101,6 +169,12 @@ def map_friction(
     Returns
     -------
     FrictionMap
+
+    Examples
+    --------
+    >>> frictions = map_friction(Machine(), (10.0,), (9e-6,), (1.5e-3,), (287.0,), np.array([0.1e6, 1.9e6]))
+    >>> frictions.holds["response"].shape
+    (1, 1, 1, 1)
     """
     ramps = ramps if not len(machine.valve.solenoid.opening_curve) else (machine.valve.solenoid.ramp_time,)
     cells = list(product(frictions, areas, ramps))
@@ -135,7 +209,7 @@ def _held(machine: Machine, temperatures: Sequence[float], pressures: Sequence[f
     return [np.where(complete, statement.holds(strokes), np.nan) for statement in STATEMENTS]
 
 
-def viscous_friction(found: FrictionMap) -> Claim:
+def viscous_friction(friction_map: FrictionMap) -> Claim:
     """Judge the published 111.08 N s/m by what the text says of the figures.
 
     The number and how it was found stand in the section on simulation setting and experimental validation of the EPV
@@ -143,31 +217,44 @@ def viscous_friction(found: FrictionMap) -> Claim:
 
     Parameters
     ----------
-    found : FrictionMap
+    friction_map : FrictionMap
 
     Returns
     -------
     Claim
+
+    Examples
+    --------
+    >>> axis, holds = np.ones(1), {statement.key: np.zeros((1, 1, 1, 1)) for statement in STATEMENTS}
+    >>> frictions = FrictionMap(np.array([PAPERS]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, holds)
+    >>> print(viscous_friction(frictions).verdict)
+    contradicted
     """
-    row, count = found.row_of(PAPERS), len(STATEMENTS)
-    papers, most = found.max_at_once(PAPERS), max(found.max_at_once(friction) for friction in found.frictions)
-    shares = {s.key: float(found.holds[s.key][row].mean()) for s in STATEMENTS}
+    row, count = friction_map.row_of(PAPERS), len(STATEMENTS)
+    papers = friction_map.max_at_once(PAPERS)
+    highest = max(friction_map.max_at_once(friction) for friction in friction_map.frictions)
+    areas, ramps = friction_map.areas * 1e6, friction_map.ramps * 1e3
+    shares = {s.key: float(friction_map.holds[s.key][row].mean()) for s in STATEMENTS}
     never = ", ".join(s.name.replace("$", "") for s in STATEMENTS if shares[s.key] == 0.0)
-    values: dict[str, Any] = {"statements": count, "most_at_once": papers, "most_at_once_at_any_friction": most}
+    values: dict[str, Any] = {"statements": count, "most_at_once": papers, "most_at_once_at_any_friction": highest}
     for s in STATEMENTS:
         values[f"{s.key}_share_of_conditions"] = shares[s.key]
-        values[f"{s.key}_in_all_conditions_up_to_N_s_per_m"] = found.everywhere(s.key)
-        values[f"{s.key}_in_any_condition_up_to_N_s_per_m"] = found.anywhere(s.key)
-    ends = [end(key) for key in ("stroke_time", "pressure_inversion") for end in (found.everywhere, found.anywhere)]
+        values[f"{s.key}_in_all_conditions_up_to_N_s_per_m"] = friction_map.everywhere(s.key)
+        values[f"{s.key}_in_any_condition_up_to_N_s_per_m"] = friction_map.anywhere(s.key)
+    ends = [
+        end(key)
+        for key in ("stroke_time", "pressure_inversion")
+        for end in (friction_map.everywhere, friction_map.anywhere)
+    ]
     texts = ["no friction" if end is None else f"{end:g} N s/m" for end in ends]
     claim = Claim(
         "viscous_friction",
         "experimental validation, Figs. 9-11",
         "The viscous friction coefficient is 111.08 N s/m.",
         f"{PAPERS:g} N s/m",
-        f"at {PAPERS:g} N s/m no effective area from {found.areas[0] * 1e6:g} to {found.areas[-1] * 1e6:g} mm² and no "
-        f"ramp from {found.ramps[0] * 1e3:g} to {found.ramps[-1] * 1e3:g} ms gives more than {papers} of {count} "
-        f"statements of the text on Figs. 9-11; none gives: {never or '-'}. Less friction gives up to {most}: "
+        f"at {PAPERS:g} N s/m no effective area from {areas[0]:g} to {areas[-1]:g} mm² and no "
+        f"ramp from {ramps[0]:g} to {ramps[-1]:g} ms gives more than {papers} of {count} "
+        f"statements of the text on Figs. 9-11; none gives: {never or '-'}. Less friction gives up to {highest}: "
         f"t_f is not monotonic in all conditions up to {texts[0]}, in some up to {texts[1]}; the pressure turns round "
         f"in all up to {texts[2]}, in some up to {texts[3]}",
         values,
@@ -176,46 +263,61 @@ def viscous_friction(found: FrictionMap) -> Claim:
         f"says of the motion; the search went from {SEARCHED[0]:g} to {SEARCHED[1]:g} N s/m (Table 2). "
         "The figure friction_map shows it.",
     )
-    by_area = sum(np.all(found.holds[s.key][row] == 1.0, axis=-1) for s in STATEMENTS).max(axis=-1)
+    by_area = sum(np.all(friction_map.holds[s.key][row] == 1.0, axis=-1) for s in STATEMENTS).max(axis=-1)
     claims = [
         claim._replace(ours=f"at most {n} of {count} statements", verdict=verdict_of(n == count)) for n in by_area
     ]
-    return with_range(claim, range_of(AREA, "mm^2", (1e6 * found.areas).round(6).tolist(), claims))
+    return with_range(claim, range_of(AREA, "mm^2", areas.round(6).tolist(), claims))
 
 
-def conditions_in_words(found: FrictionMap) -> str:
+def conditions_in_words(friction_map: FrictionMap) -> str:
     """Say over what the map was made, with its resolution, in a sentence.
 
     Parameters
     ----------
-    found : FrictionMap
+    friction_map : FrictionMap
 
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> axis = np.ones(1)
+    >>> frictions = FrictionMap(np.array([0.0, PAPERS]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, {})
+    >>> conditions_in_words(frictions).partition(",")[0]
+    'Opening strokes at 2 frictions from 0 to 111.08 N s/m'
     """
-    areas, ramps = found.areas * 1e6, found.ramps * 1e3
-    temperatures, pressures = ", ".join(f"{t:g}" for t in found.temperatures), found.pressures / 1e6
+    areas, ramps, frictions = friction_map.areas * 1e6, friction_map.ramps * 1e3, friction_map.frictions
+    temperatures, pressures = ", ".join(f"{t:g}" for t in friction_map.temperatures), friction_map.pressures / 1e6
     return (
-        f"Opening strokes at {len(found.frictions)} frictions from {found.frictions[0]:g} to {found.frictions[-1]:g} "
+        f"Opening strokes at {len(frictions)} frictions from {frictions[0]:g} to {frictions[-1]:g} "
         f"N s/m, {len(areas)} effective areas from {areas[0]:g} to {areas[-1]:g} mm², ramps of "
         f"{', '.join(f'{r:g}' for r in ramps)} ms, {temperatures} K and {len(pressures)} pressures from "
         f"{pressures[0]:.1f} to {pressures[-1]:.1f} MPa gauge; all else as in the machine."
     )
 
 
-def friction_table(found: FrictionMap) -> tuple[list[str], np.ndarray]:
+def friction_table(friction_map: FrictionMap) -> tuple[list[str], np.ndarray]:
     """Table of the map: shares of the temperatures at which each statement holds.
 
     Parameters
     ----------
-    found : FrictionMap
+    friction_map : FrictionMap
 
     Returns
     -------
     header : list of str
         Names with units.
     rows : (n, m) float array
+
+    Examples
+    --------
+    >>> axis, holds = np.ones(1), {statement.key: np.zeros((1, 1, 1, 1)) for statement in STATEMENTS}
+    >>> frictions = FrictionMap(np.array([PAPERS]), 9e-6 * axis, 1.5e-3 * axis, 287.0 * axis, 1e6 * axis, holds)
+    >>> header, rows = friction_table(frictions)
+    >>> header[:3], rows[0, :3].round(2).tolist()
+    (['viscous_friction [N s/m]', 'effective_area [mm^2]', 'ramp_time [ms]'], [111.08, 9.0, 1.5])
     """
     header = [
         "viscous_friction [N s/m]",
@@ -223,6 +325,6 @@ def friction_table(found: FrictionMap) -> tuple[list[str], np.ndarray]:
         "ramp_time [ms]",
         *(f"{s.key} [-]" for s in STATEMENTS),
     ]
-    axes = np.meshgrid(found.frictions, found.areas * 1e6, found.ramps * 1e3, indexing="ij")
-    shares = [found.holds[s.key].mean(axis=-1) for s in STATEMENTS]
+    axes = np.meshgrid(friction_map.frictions, friction_map.areas * 1e6, friction_map.ramps * 1e3, indexing="ij")
+    shares = [friction_map.holds[s.key].mean(axis=-1) for s in STATEMENTS]
     return header, np.column_stack([column.ravel() for column in (*axes, *shares)])
