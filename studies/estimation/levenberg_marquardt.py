@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from apesim.studies.estimation.residuals import EndedEarly
+from apesim.studies.estimation.residuals import EndedEarly, first_steps
 
 MAX_STEPS = 40
 CONVERGED = 0.02
@@ -38,6 +38,8 @@ class Fitted(NamedTuple):
     """Sensitivities of the residuals at x or close to it, (n + p, p)."""
     converged: bool
     """Whether no step by sensitivities taken at x promises more."""
+    steps: np.ndarray
+    """Steps of finite differences with which the next sensitivities near x are to be taken, (p,)."""
 
     @property
     def cost(self) -> float:
@@ -64,13 +66,67 @@ class LeastSquares(Protocol):
     """Largest parameters, (p,)."""
 
     def at(self, x: np.ndarray) -> np.ndarray:
-        """Residuals at x."""
+        """Find the residuals at x.
 
-    def jacobian(self, x: np.ndarray, errors: np.ndarray) -> np.ndarray:
-        """Sensitivities of the residuals at x, where they are `errors`."""
+        Parameters
+        ----------
+        x : (p,) float array
+
+        Returns
+        -------
+        (n,) float array
+            [standard deviations]
+
+        Raises
+        ------
+        apesim.studies.estimation.residuals.EndedEarly
+            A simulation does not come to its end.
+
+        Examples
+        --------
+        >>> class Mean:
+        ...     low, high = np.array([-10.0]), np.array([10.0])
+        ...     def at(self, x):
+        ...         return x - np.array([1.0, 3.0])
+        >>> Mean().at(np.array([2.0])).tolist()
+        [1.0, -1.0]
+        """
+
+    def jacobian(self, x: np.ndarray, residuals: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Find the sensitivities of the residuals at x.
+
+        Parameters
+        ----------
+        x : (p,) float array
+        residuals : (n,) float array
+            Residuals at x.
+        steps : (p,) float array
+            Step of each finite difference, in units of x.
+
+        Returns
+        -------
+        jacobian : (n, p) float array
+        steps : (p,) float array
+            Steps for the next differences.
+
+        Raises
+        ------
+        apesim.studies.estimation.residuals.EndedEarly
+            A simulation does not come to its end.
+
+        Examples
+        --------
+        >>> class Mean:
+        ...     def jacobian(self, x, residuals, steps):
+        ...         return np.ones((2, 1)), steps
+        >>> Mean().jacobian(np.array([2.0]), np.array([1.0, -1.0]), np.array([0.1]))[0].tolist()
+        [[1.0], [1.0]]
+        """
 
 
-def descend(residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = None) -> Fitted:
+def descend(
+    residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = None, steps: np.ndarray | None = None
+) -> Fitted:
     """Descend to the nearest minimum of the sum of squares within the bounds.
 
     Each step solves ``(J'J + damping diag(J'J)) step = -J'e`` (Levenberg [1]_, Marquardt [2]_) for the parameters that
@@ -85,6 +141,8 @@ def descend(residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None 
         Start; it is clipped to the bounds.
     jacobian : (n + p, p) float array, optional
         Sensitivities from nearby; without them they are taken at the start.
+    steps : (p,) float array, optional
+        Steps of finite differences, such as those of a fit nearby; without them, `first_steps`.
 
     Returns
     -------
@@ -111,11 +169,11 @@ def descend(residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None 
 
     >>> class Line:
     ...     low, high = np.array([-10.0, -10.0]), np.array([10.0, 10.0])
-    ...     at, seen = np.arange(4.0), np.array([1.0, 3.0, 5.0, 7.0])
+    ...     times, seen = np.arange(4.0), np.array([1.0, 3.0, 5.0, 7.0])
     ...     def at(self, x):
-    ...         return (x[0] + x[1] * self.at - self.seen) / 0.01
-    ...     def jacobian(self, x, errors):
-    ...         return np.column_stack([np.ones(4), self.at]) / 0.01
+    ...         return (x[0] + x[1] * self.times - self.seen) / 0.01
+    ...     def jacobian(self, x, residuals, steps):
+    ...         return np.column_stack([np.ones(4), self.times]) / 0.01, steps
     >>> fitted = descend(Line(), np.zeros(2))
     >>> fitted.x.round(3).tolist(), fitted.converged
     ([1.0, 2.0], True)
@@ -123,14 +181,17 @@ def descend(residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None 
     x = np.clip(np.asarray(x, dtype=float), residuals.low, residuals.high)
     errors = residuals.at(x)
     fresh = jacobian is None
-    jacobian = residuals.jacobian(x, errors) if jacobian is None else jacobian.copy()
+    steps = first_steps(len(x)) if steps is None else steps
+    if jacobian is None:
+        jacobian, steps = residuals.jacobian(x, errors, steps)
     damping, before = 1e-3, np.inf
     for _ in range(MAX_STEPS):
         step, promise = _step(residuals, x, errors, jacobian, damping)
         if promise < CONVERGED and fresh:
-            return Fitted(x, errors, jacobian, True)
+            return Fitted(x, errors, jacobian, True, steps)
         if not fresh and (promise < CONVERGED or (promise > CREEPING * before and damping < UNDAMPED)):
-            jacobian, fresh = residuals.jacobian(x, errors), True
+            jacobian, steps = residuals.jacobian(x, errors, steps)
+            fresh = True
             continue
         before = promise
         try:
@@ -143,16 +204,18 @@ def descend(residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None 
             x, errors, fresh = x + step, tried, False
             damping = max(damping / 5.0, 1e-9)
             if not FORESEEN[0] < fall / promise < FORESEEN[1]:
-                jacobian, fresh = residuals.jacobian(x, errors), True
+                jacobian, steps = residuals.jacobian(x, errors, steps)
+                fresh = True
         elif fresh:
             if promise < BENT and damping > 1.0:
-                return Fitted(x, errors, jacobian, True)
+                return Fitted(x, errors, jacobian, True, steps)
             if fall > 0.0:
                 x, errors, fresh = x + step, tried, False
             damping = max(10.0 * damping, DAMPING_FELT)
         else:
-            jacobian, fresh = residuals.jacobian(x, errors), True
-    return Fitted(x, errors, jacobian, False)
+            jacobian, steps = residuals.jacobian(x, errors, steps)
+            fresh = True
+    return Fitted(x, errors, jacobian, False, steps)
 
 
 def _step(

@@ -1,17 +1,19 @@
 """Measured runs against their simulation, in standard deviations of the noise, as a function of parameters."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from copy import copy
 from itertools import accumulate, pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from apesim.engine.effects import library_of
+from apesim.engine.machine import Machine
 from apesim.march.adaptive import TOLERANCE
-from apesim.studies.estimation.noise.process import noise_for, whitened
-from apesim.studies.estimation.parameters import put
+from apesim.studies.estimation.noise.process import Noise, noise_for, whitened
+from apesim.studies.estimation.parameters import Parameter, put
+from apesim.studies.estimation.starts import Starts, starts_at
 from apesim.studies.measured import MeasuredRun
-from apesim.studies.measured.prediction import predict, run_of, start_of
+from apesim.studies.measured.prediction import Memory, Prediction, predict, run_of
 
 STEP = 0.01
 """Step of the first finite difference, in units of x."""
@@ -20,8 +22,6 @@ CHANGE = 1.5
 the data, with less the march's own error is seen."""
 STEPS = 1e-4, 0.1
 """Smallest and largest finite difference, in units of x."""
-
-
 KEPT = 2
 """Points at which marches are remembered."""
 
@@ -53,24 +53,26 @@ def unless_ended(function: Callable[..., Any], *arguments: Any) -> Any:
     ----------
     function : callable
     *arguments : object
-        What it is called with.
+        Arguments that it is called with.
 
     Returns
     -------
     object or None
-        What the function returns; None where it raises `EndedEarly`.
+        Result of the function; None where it raises `EndedEarly`.
+
+    Examples
+    --------
+    >>> def simulate(speed):
+    ...     if speed > 100.0:
+    ...         raise EndedEarly("no periodic state")
+    ...     return speed
+    >>> unless_ended(simulate, 50.0), unless_ended(simulate, 500.0)
+    (50.0, None)
     """
     try:
         return function(*arguments)
     except EndedEarly:
         return None
-
-
-def volumes_of(machine):
-    """Names of the effects that add volumes, and with them states."""
-    effects = machine.effects
-    volumes = [effect for effect in library_of(effects) if effect.volume]
-    return tuple(effect.name for effect in volumes if effect.is_on(getattr(effects, effect.name)))
 
 
 def blocks_of(runs: Iterable[MeasuredRun]) -> list[Block]:
@@ -84,6 +86,13 @@ def blocks_of(runs: Iterable[MeasuredRun]) -> list[Block]:
     -------
     list of Block
         Run after run, the channels of a run before its means.
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 0.1, 1e-3)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
+    >>> [(block.sensor, len(block.values), block.interval) for block in blocks_of([run])]
+    [('lift', 100, 0.001)]
     """
     found: list[Block] = []
     for number, run in enumerate(runs):
@@ -95,105 +104,266 @@ def blocks_of(runs: Iterable[MeasuredRun]) -> list[Block]:
     return found
 
 
+class Counter:
+    """Number of simulations of one run each.
+
+    Examples
+    --------
+    >>> counter = Counter()
+    >>> counter.add(3)
+    >>> counter.number
+    3
+    """
+
+    def __init__(self) -> None:
+        self.number = 0
+
+    def add(self, number: int) -> None:
+        """Count more simulations.
+
+        Parameters
+        ----------
+        number : int
+
+        Examples
+        --------
+        >>> counter = Counter()
+        >>> counter.add(2)
+        >>> counter.number
+        2
+        """
+        self.number += number
+
+
+def first_steps(number: int) -> np.ndarray:
+    """Give the steps of the first finite differences of some parameters.
+
+    Parameters
+    ----------
+    number : int
+        Number of parameters.
+
+    Returns
+    -------
+    (number,) float array
+        In units of x.
+
+    Examples
+    --------
+    >>> first_steps(2).tolist()
+    [0.01, 0.01]
+    """
+    return np.full(number, STEP)
+
+
 class WhitenedResiduals:
     """Residuals of measured runs as a function of parameters of a machine, whitened, with the pulls of the priors.
+
+    Nothing that it gives depends on what was asked of it before: simulations are remembered at `KEPT` points alone, and
+    counted in the counter that was handed in.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
     runs : sequence of apesim.studies.measured.MeasuredRun
     parameters : sequence of Parameter
-    noise : dict
-        See `apesim.studies.estimation.noise.estimation.noise_of`.
+    noise : dict, optional
+        Noise by sensor and sampling interval, see `apesim.studies.estimation.noise.estimation.noise_of`; without it
+        there are predictions alone.
+    starts : apesim.studies.estimation.starts.Starts, optional
+        Starts of an engine's runs; without them those of the machine as it is.
+    counter : Counter, optional
+        Counter of the simulations; without it one of its own.
     """
 
-    def __init__(self, machine, runs, parameters, noise=None):
+    def __init__(
+        self,
+        machine: Machine,
+        runs: Iterable[MeasuredRun],
+        parameters: Iterable[Parameter],
+        noise: dict[str, dict[float, Noise]] | None = None,
+        *,
+        starts: Starts | None = None,
+        counter: Counter | None = None,
+    ) -> None:
         self.machine, self.runs, self.parameters = machine, list(runs), list(parameters)
-        self.blocks = blocks_of(runs)
-        self.noise = noise
+        self.blocks = blocks_of(self.runs)
+        self.noise = noise or {}
         self.low = np.array([p.low for p in self.parameters])
         self.high = np.array([p.high for p in self.parameters])
         self.known = np.array([p.prior for p in self.parameters], dtype=bool)
-        self.starts = {}
-        """Periodic states from which those of little different machines are near, by number of an engine's run, and
-        by the volumes that are among its states."""
-        self.marched = np.array([p.is_marched for p in self.parameters], dtype=bool)
-        self._memory = {}
-        self.steps = np.full(len(self.parameters), STEP)
-        self.simulations = 0
+        self.starts = starts or starts_at(machine, self.runs)
+        self.counter = counter or Counter()
+        self._marched = np.array([p.is_marched for p in self.parameters], dtype=bool)
+        self._memory: dict[tuple[int, bytes, float], Memory] = {}
 
-    def __getstate__(self):
-        """For another process, where what was marched is of no use."""
+    def __getstate__(self) -> dict[str, Any]:
+        """State for another process, where what was marched is of no use."""
         return self.__dict__ | {"_memory": {}}
 
-    def with_parameters(self, parameters):
-        """Return these runs with other parameters; parameters that stay keep their steps."""
-        other = WhitenedResiduals(self.machine, self.runs, parameters, self.noise)
-        other.go_on_from(self)
-        return other
+    @property
+    def simulations(self) -> int:
+        """Number of simulations that its counter has counted."""
+        return self.counter.number
 
-    def with_noise(self, noise):
-        """Return these residuals with another noise; what was marched and the steps stay."""
-        other = WhitenedResiduals(self.machine, self.runs, self.parameters, noise)
-        other.go_on_from(self)
-        other._memory, other.simulations = dict(self._memory), self.simulations
-        return other
+    def with_parameters(self, parameters: Iterable[Parameter]) -> "WhitenedResiduals":
+        """Take other parameters on the same runs, with the same starts and a new counter.
 
-    def go_on_from(self, other):
-        """Start from the periodic states of another, with its steps of the parameters that are the same."""
-        self.starts = dict(other.starts)
-        known = dict(zip((p.key for p in other.parameters), other.steps, strict=True))
-        self.steps = np.array([known.get(p.key, STEP) for p in self.parameters])
-
-    def with_runs(self, runs):
-        """Return these parameters on other runs."""
-        return WhitenedResiduals(self.machine, runs, self.parameters, self.noise)
-
-    def by_block(self, whole):
-        """What stands of each block in an array over all of them: residuals, without or with the pulls behind them.
+        Parameters
+        ----------
+        parameters : iterable of Parameter
 
         Returns
         -------
-        list of (n,) float array
+        WhitenedResiduals
+
+        Examples
+        --------
+        >>> residuals = WhitenedResiduals(Machine(), [], [])
+        >>> mass = Parameter("valve.moving_mass", 0.1, 0.1, 10.0)
+        >>> [parameter.key for parameter in residuals.with_parameters([mass]).parameters]
+        ['valve.moving_mass']
+        """
+        return WhitenedResiduals(self.machine, self.runs, parameters, self.noise, starts=self.starts)
+
+    def with_noise(self, noise: dict[str, dict[float, Noise]]) -> Self:
+        """Take another noise on the same runs, with the same starts and counter.
+
+        Parameters
+        ----------
+        noise : dict
+            Noise by sensor and sampling interval.
+
+        Returns
+        -------
+        WhitenedResiduals
+
+        Examples
+        --------
+        >>> from apesim.studies.estimation.noise.process import white
+        >>> residuals = WhitenedResiduals(Machine(), [], []).with_noise({"lift": {5e-5: white(3e-5, "stated")}})
+        >>> residuals.noise["lift"][5e-5].deviation
+        3e-05
+        """
+        other = self._derived(self.runs, noise, self.starts, self.counter)
+        other._memory = dict(self._memory)
+        return other
+
+    def with_runs(self, runs: Iterable[MeasuredRun], starts: Starts | None = None) -> Self:
+        """Take other runs for the same parameters, with a new counter.
+
+        Parameters
+        ----------
+        runs : iterable of apesim.studies.measured.MeasuredRun
+        starts : apesim.studies.estimation.starts.Starts, optional
+            Starts of these runs; without them those of the machine as it is.
+
+        Returns
+        -------
+        WhitenedResiduals
+
+        Examples
+        --------
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.arange(0.0, 0.1, 1e-3), {})
+        >>> [run.name for run in WhitenedResiduals(Machine(), [], []).with_runs([run]).runs]
+        ['p040']
+        """
+        return self._derived(runs, self.noise, starts, None)
+
+    def restarted_at(self, x: np.ndarray) -> Self:
+        """Fix the starts of an engine's runs anew, at given parameters, for all that is simulated near them.
+
+        Parameters
+        ----------
+        x : (p,) float array
+
+        Returns
+        -------
+        WhitenedResiduals
+            Residuals with the same counter; on a valve's bench, which starts from rest, they are the same to the bit.
+
+        Examples
+        --------
+        >>> residuals = WhitenedResiduals(Machine(), [], [])
+        >>> residuals.restarted_at(np.zeros(0)) is residuals
+        False
+        """
+        starts = starts_at(self.machine, self.runs, self.parameters, x)
+        return self._derived(self.runs, self.noise, starts, self.counter)
+
+    def _derived(
+        self,
+        runs: Iterable[MeasuredRun],
+        noise: dict[str, dict[float, Noise]],
+        starts: Starts | None,
+        counter: Counter | None,
+    ) -> Self:
+        """Copy of these residuals, of the same class and with the same parameters."""
+        other = copy(self)
+        WhitenedResiduals.__init__(other, self.machine, runs, self.parameters, noise, starts=starts, counter=counter)
+        return other
+
+    def by_block(self, whole: np.ndarray) -> list[np.ndarray]:
+        """Split an array over all blocks: residuals, without or with the pulls behind them.
+
+        Parameters
+        ----------
+        whole : (n,) or (n + p,) float array
+
+        Returns
+        -------
+        list of (m,) float array
+            Part of each block.
+
+        Examples
+        --------
+        >>> times = np.array([0.0, 1e-3, 2e-3])
+        >>> runs = [MeasuredRun(name, "", 0.5e6, 287.0, 1e-3, "fit", times, {"lift": 0.0 * times}) for name in "ab"]
+        >>> [part.tolist() for part in WhitenedResiduals(Machine(), runs, []).by_block(np.arange(6.0))]
+        [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
         """
         return [whole[rows] for rows in self.block_slices()]
 
-    def block_slices(self):
-        """Place of each block in such an array, a slice each."""
+    def block_slices(self) -> list[slice]:
+        """Find the place of each block in an array over all of them.
+
+        Returns
+        -------
+        list of slice
+
+        Examples
+        --------
+        >>> times = np.array([0.0, 1e-3, 2e-3])
+        >>> runs = [MeasuredRun(name, "", 0.5e6, 287.0, 1e-3, "fit", times, {"lift": 0.0 * times}) for name in "ab"]
+        >>> [(rows.start, rows.stop) for rows in WhitenedResiduals(Machine(), runs, []).block_slices()]
+        [(0, 3), (3, 6)]
+        """
         ends = accumulate((len(block.values) for block in self.blocks), initial=0)
         return [slice(*pair) for pair in pairwise(ends)]
 
-    def _predictions(self, x, tolerance=TOLERANCE):
-        marched = np.asarray(x, dtype=float)[self.marched].tobytes()
+    def _predictions(self, x: np.ndarray, tolerance: float = TOLERANCE) -> Iterator[tuple[MeasuredRun, Prediction]]:
+        """Runs and their predictions."""
+        marched = np.asarray(x, dtype=float)[self._marched].tobytes()
         for number, run in enumerate(self.runs):
-            self.simulations += 1
-            nominal = run_of(self.machine, run)
+            self.counter.add(1)
             memory = self._remembered(number, marched, tolerance)
-            machine = put(nominal, self.parameters, x)
-            start = number, volumes_of(machine)
-            if start not in self.starts:
-                self.starts[start] = start_of(machine, run)
-            prediction = predict(machine, run, None, self.starts[start], tolerance, memory)
+            machine = put(run_of(self.machine, run), self.parameters, x)
+            prediction = predict(machine, run, None, self.starts.near(number, machine), tolerance, memory)
             if prediction.failed:
                 raise EndedEarly(f"{run.name}: the simulation does not come to its end")
-            self.starts[start] = prediction.start or self.starts[start]
             yield run, prediction
 
-    def start_at(self, x):
-        """Find the periodic states anew at a point, for all that begins near it."""
-        self.starts.clear()
-        self.at(x)
-
-    def _remembered(self, *key):
+    def _remembered(self, number: int, marched: bytes, tolerance: float) -> Memory:
         """What was marched at a point, for the parameters that only the sensors know."""
+        key = number, marched, tolerance
         memory = self._memory.pop(key, {})
         self._memory[key] = memory
         while len(self._memory) > KEPT * len(self.runs):
             del self._memory[next(iter(self._memory))]
         return memory
 
-    def predicted(self, x, tolerance=TOLERANCE):
-        """What the sensors would show of each block without noise.
+    def predicted(self, x: np.ndarray, tolerance: float = TOLERANCE) -> list[np.ndarray]:
+        """Predict what the sensors would show of each block without noise.
 
         Parameters
         ----------
@@ -203,13 +373,21 @@ class WhitenedResiduals:
 
         Returns
         -------
-        list of (n,) float array
+        list of (m,) float array
             One for each block [SI].
 
         Raises
         ------
         EndedEarly
             A simulation does not come to its end.
+
+        Examples
+        --------
+        >>> times = np.array([0.0, 1e-3])
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": np.array([1e-5, 0.0])})
+        >>> residuals = WhitenedResiduals(Machine(), [run], [])
+        >>> [values.tolist() for values in residuals.predicted(np.zeros(0))]  # at rest for the first millisecond
+        [[0.0, 0.0]]
         """
         found = []
         for run, prediction in self._predictions(x, tolerance):
@@ -217,12 +395,55 @@ class WhitenedResiduals:
             found += [np.array([prediction.means[sensor]]) for sensor in run.means]
         return found
 
-    def marks(self, x):
-        """Instants that divide the stroke or cycle of each run, see `apesim.studies.measured.prediction`."""
+    def marks(self, x: np.ndarray) -> list[dict[str, float]]:
+        """Find the instants that divide the stroke or cycle of each run.
+
+        Parameters
+        ----------
+        x : (p,) float array
+
+        Returns
+        -------
+        list of dict
+            One for each run, see `apesim.studies.measured.prediction.Prediction`.
+
+        Raises
+        ------
+        EndedEarly
+            A simulation does not come to its end.
+
+        Examples
+        --------
+        >>> times = np.array([0.0, 1e-3])
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
+        >>> (marks,) = WhitenedResiduals(Machine(), [run], []).marks(np.zeros(0))
+        >>> marks["release"]
+        0.05
+        """
         return [prediction.marks for _, prediction in self._predictions(x)]
 
-    def whiten(self, arrays):
-        """Blocks one below the other, the noise made white; shape (n,) or (n, k)."""
+    def whiten(self, arrays: Sequence[np.ndarray]) -> np.ndarray:
+        """Whiten the noise of arrays, one for each block, and put them one below the other.
+
+        Parameters
+        ----------
+        arrays : sequence of (m,) or (m, k) float array
+            [SI]
+
+        Returns
+        -------
+        (n, k) float array
+            [standard deviations]
+
+        Examples
+        --------
+        >>> from apesim.studies.estimation.noise.process import white
+        >>> times = np.array([0.0, 1e-3])
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
+        >>> residuals = WhitenedResiduals(Machine(), [run], [], {"lift": {1e-3: white(3e-5, "stated")}})
+        >>> residuals.whiten([np.array([3e-5, 6e-5])]).round(6).tolist()
+        [[1.0], [2.0]]
+        """
         return np.concatenate(
             [
                 whitened(noise_for(self.noise, block), a.reshape(len(a), -1), block.times)
@@ -231,7 +452,7 @@ class WhitenedResiduals:
         )
 
     def at(self, x: np.ndarray) -> np.ndarray:
-        """Residuals: prediction less measurement, whitened, and behind them the pull of each prior.
+        """Find the residuals: prediction less measurement, whitened, and behind them the pull of each prior.
 
         Parameters
         ----------
@@ -246,12 +467,22 @@ class WhitenedResiduals:
         ------
         EndedEarly
             A simulation does not come to its end.
+
+        Examples
+        --------
+        >>> from apesim.studies.estimation.noise.process import white
+        >>> times = np.array([0.0, 1e-3])
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": np.array([6e-5, -3e-5])})
+        >>> known = Parameter("valve.moving_mass", 0.01, -5.0, 5.0, 0.1, shifts=True, prior=True)
+        >>> residuals = WhitenedResiduals(Machine(), [run], [known], {"lift": {1e-3: white(3e-5, "stated")}})
+        >>> residuals.at(np.array([0.5])).round(6).tolist()  # two samples at rest, and the pull of the prior
+        [-2.0, 1.0, 0.5]
         """
-        left = [v - b.values for b, v in zip(self.blocks, self.predicted(x), strict=True)]
-        return np.append(self.whiten(left)[:, 0], self.pulls(x))
+        differences = [v - b.values for b, v in zip(self.blocks, self.predicted(x), strict=True)]
+        return np.append(self.whiten(differences)[:, 0], self.pulls(x))
 
     def pulls(self, x: np.ndarray) -> np.ndarray:
-        """Pull of each parameter's prior: x where it has one, else 0.
+        """Find the pull of each parameter's prior: x where it has one, else 0.
 
         Parameters
         ----------
@@ -261,44 +492,100 @@ class WhitenedResiduals:
         -------
         (p,) float array
             [standard deviations]
+
+        Examples
+        --------
+        >>> known = Parameter("valve.moving_mass", 0.01, -5.0, 5.0, 0.1, shifts=True, prior=True)
+        >>> free = Parameter("valve.viscous_friction", 100.0, 0.0, 10.0)
+        >>> WhitenedResiduals(Machine(), [], [known, free]).pulls(np.array([0.5, 1.1])).tolist()
+        [0.5, 0.0]
         """
         return np.where(self.known, x, 0.0)
 
-    def column(self, x, j, step, errors=None):
-        """Sensitivity of the residuals to one parameter, by a difference of a given step."""
-        moved = np.array(x)
-        moved[j] += step
-        return (self.at(moved) - (self.at(x) if errors is None else errors)) / step
-
-    def jacobian(self, x, errors, only=None):
-        """Sensitivities of the residuals to the parameters, by one-sided differences.
-
-        The step of each parameter is then adapted, so that the next difference changes the data by `CHANGE`.
+    def column(self, x: np.ndarray, j: int, step: float, residuals: np.ndarray | None = None) -> np.ndarray:
+        """Find the sensitivity of the residuals to one parameter, by a difference of a given step.
 
         Parameters
         ----------
         x : (p,) float array
-        errors : (n + p,) float array
+        j : int
+            Place of the parameter.
+        step : float
+            Step in x.
+        residuals : (n + p,) float array, optional
+            Residuals at x; they are found where they are left out.
+
+        Returns
+        -------
+        (n + p,) float array
+
+        Raises
+        ------
+        EndedEarly
+            A simulation does not come to its end.
+
+        Examples
+        --------
+        >>> known = Parameter("valve.moving_mass", 0.01, -5.0, 5.0, 0.1, shifts=True, prior=True)
+        >>> WhitenedResiduals(Machine(), [], [known]).column(np.array([0.5]), 0, 0.25)  # doctest: +SKIP
+        array([1.])
+        """
+        moved = np.array(x)
+        moved[j] += step
+        return (self.at(moved) - (self.at(x) if residuals is None else residuals)) / step
+
+    def jacobian(
+        self,
+        x: np.ndarray,
+        residuals: np.ndarray,
+        steps: np.ndarray | None = None,
+        only: Sequence[int] | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Find the sensitivities of the residuals to the parameters, by one-sided differences.
+
+        Parameters
+        ----------
+        x : (p,) float array
+        residuals : (n + p,) float array
             Residuals at x, see `at`.
+        steps : (p,) float array, optional
+            Step of each difference, in units of x; `STEP` where they are left out.
         only : sequence of int, optional
             Places of the parameters; without it, all.
 
         Returns
         -------
-        (n + p, p) or (n + p, len(only)) float array
+        jacobian : (n + p, p) or (n + p, len(only)) float array
+        steps : (p,) float array
+            Steps with which the next differences change the data by `CHANGE`; of parameters left out they stay.
 
         Raises
         ------
         EndedEarly
             A simulation does not come to its end on either side of x.
+
+        Examples
+        --------
+        A gain of the lift that is known within 0.5 %, of a run at rest, which does not show it:
+
+        >>> from apesim.studies.estimation.noise.process import white
+        >>> times = np.array([0.0, 1e-3])
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
+        >>> gain = Parameter("effects.sensor_gain.lift", 0.005, -5.0, 5.0, shifts=True, prior=True)
+        >>> residuals = WhitenedResiduals(Machine(), [run], [gain], {"lift": {1e-3: white(3e-5, "stated")}})
+        >>> x = np.zeros(1)
+        >>> jacobian, steps = residuals.jacobian(x, residuals.at(x))
+        >>> jacobian.round(6).tolist(), steps.tolist()
+        ([[0.0], [0.0], [1.0]], [0.1])
         """
+        steps = first_steps(len(x)) if steps is None else np.array(steps)
         columns = []
         for j in range(len(x)) if only is None else only:
-            step = self.steps[j] if x[j] + self.steps[j] <= self.high[j] else -self.steps[j]
+            step = steps[j] if x[j] + steps[j] <= self.high[j] else -steps[j]
             try:
-                column = self.column(x, j, step, errors)
+                column = self.column(x, j, step, residuals)
             except EndedEarly:
-                column = self.column(x, j, -step, errors)
-            self.steps[j] = np.clip(CHANGE / max(np.linalg.norm(column), 1e-9), *STEPS)
+                column = self.column(x, j, -step, residuals)
+            steps[j] = np.clip(CHANGE / max(float(np.linalg.norm(column)), 1e-9), *STEPS)
             columns.append(column)
-        return np.column_stack(columns)
+        return np.column_stack(columns), steps

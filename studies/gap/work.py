@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from apesim.studies.estimation.residuals import Counter
 from apesim.studies.execution.pool import Team
 
 
@@ -16,6 +17,11 @@ class Work:
     tell : callable, optional
         Called with the name of a stage, the number of its tasks that are done, and their number in all.
 
+    Attributes
+    ----------
+    simulations : apesim.studies.estimation.residuals.Counter
+        Counter of the simulations of all stages, of one run each.
+
     Examples
     --------
     >>> Work().each("adding", max, [(1, 2), (4, 3)])
@@ -25,6 +31,7 @@ class Work:
     def __init__(self, team: Team | None = None, tell: Callable[[str, int, int], object] | None = None) -> None:
         self.team = team or Team()
         self.tell = tell or (lambda stage, done, whole: None)
+        self.simulations = Counter()
 
     def each(self, stage: str, function: Callable[..., Any], items: Iterable[tuple[Any, ...]]) -> list[Any]:
         """Call a function with each of several tuples of arguments, and report the progress of the stage.

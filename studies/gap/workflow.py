@@ -186,7 +186,7 @@ def profile_intervals(explanation: Explanation, work: Work) -> Explanation:
     if decision.verdict not in BLAMING or before is None or not is_shaped(before.model):
         return explanation
     model, simulations = with_profiles(before.model, work)
-    explanation.calibrated.residuals.simulations += simulations
+    work.simulations.add(simulations)
     if model.profiles is None:
         warnings = [*warnings, f"no interval is given of {' and '.join(model.names)}: its fit has too many minima"]
     best = Choice(model, before.cost + model.cost - before.model.cost)
@@ -220,5 +220,5 @@ def check_on_unused_runs(explanation: Explanation, work: Work) -> Explanation:
         consistency=consistency,
         warnings=warnings,
         checked=checked,
-        simulations=calibrated.residuals.simulations,
+        simulations=work.simulations.number,
     )

@@ -57,7 +57,7 @@ def compare_points(model: Model) -> list[Inconsistency]:
     .. [1] J. A. Hausman, "Specification tests in econometrics", Econometrica 46, 1978, pp. 1251-1271,
        doi 10.2307/1913827.
     """
-    residuals, (x, errors, jacobian, _) = model.residuals, model.fitted
+    residuals, (x, errors, jacobian, *_) = model.residuals, model.fitted
     points = points_of(residuals.runs)
     if len(points) < 2:
         return []

@@ -13,6 +13,7 @@ import numpy as np
 from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import WhitenedResiduals
+from apesim.studies.estimation.starts import starts_at
 from apesim.studies.gap.decide.operating_points import is_at, points_of
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
@@ -119,7 +120,7 @@ def left_over(model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) 
     """
     residuals = Anchored(model, runs, noise)
     errors = residuals.at(model.fitted.x)
-    settled = descend(residuals, model.fitted.x, residuals.jacobian(model.fitted.x, errors))
+    settled = descend(residuals, model.fitted.x, *residuals.jacobian(model.fitted.x, errors, model.fitted.steps))
     n = len(errors) - len(model.fitted.x)
     windowed, _ = _windows(residuals.by_block(settled.residuals))
     _, scatter = _windows(residuals.by_block(errors))
@@ -148,8 +149,9 @@ class Anchored(WhitenedResiduals):
     """
 
     def __init__(self, model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) -> None:
-        super().__init__(model.residuals.machine, runs, model.residuals.parameters, noise)
-        self.steps = model.residuals.steps.copy()
+        machine, parameters = model.residuals.machine, model.residuals.parameters
+        starts = starts_at(machine, runs, parameters, model.fitted.x)
+        super().__init__(machine, runs, parameters, noise, starts=starts)
         self.anchor, self.root = model.fitted.x, np.linalg.qr(model.fitted.jacobian, mode="r")
 
     def pulls(self, x: np.ndarray) -> np.ndarray:
@@ -175,7 +177,7 @@ def all_left_over(
     Parameters
     ----------
     base : apesim.studies.estimation.model.Model
-        The calibrated machine, whose residuals counts the simulations.
+        The calibrated machine.
     models : iterable of apesim.studies.estimation.model.Model
     runs : sequence of apesim.studies.measured.MeasuredRun
     noise : dict
@@ -188,7 +190,7 @@ def all_left_over(
         One for each model, in their order.
     """
     found = work.each("judging", left_over, [(model, runs, noise) for model in models])
-    base.residuals.simulations += sum(left.simulations for left in found)
+    work.simulations.add(sum(left.simulations for left in found))
     return found
 
 
@@ -277,20 +279,20 @@ def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
     if len(points) < 2:
         return None
     pairs = work.each("judging", _without, [(base, model, point) for point in points])
-    base.residuals.simulations += sum(left.simulations for pair in pairs for left in pair)
+    work.simulations.add(sum(left.simulations for pair in pairs for left in pair))
     return compared(pairs)
 
 
 def _without(base: Model, model: Model, point: MeasuredRun) -> list[LeftOver]:
     """The residuals of two models at an operating point, both fitted anew without it."""
-    starts: dict[Any, Any] = {}
     runs, noise, pair = base.residuals.runs, base.residuals.noise, []
     kept = [run for run in runs if not is_at(run, point)]
     out = [run for run in runs if is_at(run, point)]
+    starts = starts_at(base.residuals.machine, kept, base.residuals.parameters, base.fitted.x)
     for one in (base, model):
-        residuals = one.residuals.with_runs(kept)
-        residuals.starts = starts
-        left = left_over(Model(one.candidates, residuals, descend(residuals, one.fitted.x)), out, noise)
+        residuals = one.residuals.with_runs(kept, starts)
+        fitted = descend(residuals, one.fitted.x, steps=one.fitted.steps)
+        left = left_over(Model(one.candidates, residuals, fitted), out, noise)
         pair.append(left._replace(simulations=left.simulations + residuals.simulations))
     return pair
 

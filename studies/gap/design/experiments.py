@@ -113,7 +113,7 @@ def _with(run, sensors):
     )
 
 
-def residuals_of(experiment, machine, parameters, noise):
+def residuals_of(experiment, machine, parameters, noise, starts=None):
     """An experiment as a residuals: the parameters, and behind them what is uncertain about its new sensors.
 
     Parameters
@@ -123,6 +123,8 @@ def residuals_of(experiment, machine, parameters, noise):
     parameters : list of apesim.studies.estimation.parameters.Parameter
     noise : dict
         As it was found; a new sensor has its usual one.
+    starts : apesim.studies.estimation.starts.Starts, optional
+        Starts of the experiment; without them those of the machine as it is.
 
     Returns
     -------
@@ -132,4 +134,4 @@ def residuals_of(experiment, machine, parameters, noise):
     known = {parameter.key for parameter in parameters}
     new = [parameter for parameter in nuisances_of(machine, alone) if parameter.key not in known]
     usual = {sensor: {0.0: white(USUAL[sensor], "usual")} for sensor in experiment.added}
-    return WhitenedResiduals(machine, [experiment.run], [*parameters, *new], noise | usual)
+    return WhitenedResiduals(machine, [experiment.run], [*parameters, *new], noise | usual, starts=starts)

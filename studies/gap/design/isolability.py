@@ -139,11 +139,11 @@ def _isolability(
     machine: Machine, measured: Measured, without: Sequence[str], work: Work
 ) -> tuple[list[dict[str, Any]], dict[str, Any], list[str]]:
     """Rows, noise and warnings of `Isolability`."""
-    residuals, warnings = uncalibrated(machine, measured)
+    residuals, warnings = uncalibrated(machine, measured, work.simulations)
     nominal = np.zeros(len(residuals.parameters))
-    errors, jacobian = _slopes(residuals, nominal)
+    errors, jacobian, steps = _slopes(residuals, nominal)
     candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without, machine))
-    fitted = Fitted(nominal, errors, jacobian, True)
+    fitted = Fitted(nominal, errors, jacobian, True, steps)
     columns = find_sensitivities(residuals, fitted, candidates, work, "effects")
     best = {name: sharpened(residuals, fitted, column) for name, column in clearest(columns).items()}
     limits = detection_limits(list(best.values()))
@@ -170,10 +170,10 @@ def _isolability(
 
 
 def _slopes(residuals, x):
-    """Errors at x, and their sensitivities by steps that are adapted to them."""
+    """Residuals at x, their sensitivities by steps that are adapted to them, and the steps for the next."""
     errors = residuals.at(x)
-    residuals.jacobian(x, errors)
-    return errors, residuals.jacobian(x, errors)
+    _, steps = residuals.jacobian(x, errors)
+    return errors, *residuals.jacobian(x, errors, steps)
 
 
 def _widened(experiment, residuals, jacobian, wanted):
@@ -195,7 +195,7 @@ def _widened(experiment, residuals, jacobian, wanted):
     """
     more = residuals_of(experiment, residuals.machine, residuals.parameters, residuals.noise)
     x = np.zeros(len(more.parameters))
-    errors, slopes = _slopes(more, x)
+    errors, slopes, _ = _slopes(more, x)
     own = len(errors) - len(x)
     old = np.column_stack([jacobian, np.zeros((len(jacobian), len(x) - jacobian.shape[1]))])
     space = find_nuisance_space(np.vstack([old, slopes[:own], np.diag(more.known.astype(float))]))

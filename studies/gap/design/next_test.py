@@ -6,6 +6,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from apesim.studies.estimation.residuals import EndedEarly
+from apesim.studies.estimation.starts import starts_at
 from apesim.studies.gap.design.experiments import experiments_of, residuals_of
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.detection_limits import detection_limits
@@ -91,7 +92,7 @@ def _screened(explanation, truth, rivals):
     """The experiments in which the models differ most as they are, with the periodic states found."""
     found = []
     for experiment in experiments_of(explanation.measured, truth.residuals.machine.ambient.pressure):
-        starts: dict = {}
+        starts = starts_at(truth.residuals.machine, [experiment.run], truth.residuals.parameters, truth.fitted.x)
         try:
             own = _shown(experiment, truth, explanation.noise, starts)
             plain = min(np.linalg.norm(own - _shown(experiment, rival, explanation.noise, starts)) for rival in rivals)
@@ -102,8 +103,7 @@ def _screened(explanation, truth, rivals):
 
 
 def _evaluated(experiment, model, noise, starts):
-    residuals = residuals_of(experiment, model.residuals.machine, model.residuals.parameters, noise)
-    residuals.starts = starts
+    residuals = residuals_of(experiment, model.residuals.machine, model.residuals.parameters, noise, starts)
     new = len(residuals.parameters) - len(model.fitted.x)
     return residuals, np.append(model.fitted.x, np.zeros(new)), new
 
@@ -126,8 +126,8 @@ def missed(experiment, truth, rival, noise, starts):
     experiment : apesim.studies.gap.design.experiments.Experiment
     truth, rival : apesim.studies.estimation.model.Model
     noise : dict
-    starts : dict
-        See `apesim.studies.estimation.residuals.WhitenedResiduals.starts`.
+    starts : apesim.studies.estimation.starts.Starts
+        Starts of the experiment.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def missed(experiment, truth, rival, noise, starts):
     residuals, x, new = _evaluated(experiment, rival, noise, starts)
     errors = residuals.at(x)
     n = len(errors) - len(x)
-    slopes = residuals.jacobian(x, errors)[:n]
+    slopes = residuals.jacobian(x, errors)[0][:n]
     apart = errors[:n] - _shown(experiment, truth, noise, starts)
     information = block_diag(rival.fitted.jacobian.T @ rival.fitted.jacobian, np.eye(new))
     shift = -np.linalg.lstsq(slopes.T @ slopes + information, slopes.T @ apart, rcond=None)[0]

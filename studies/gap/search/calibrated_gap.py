@@ -73,7 +73,7 @@ def find_gap(
         The machine itself cannot be simulated.
     """
     work.tell("calibrating", 0, 1)
-    calibrated, warnings = calibrate(machine, measured)
+    calibrated, warnings = calibrate(machine, measured, work.simulations)
     calibrated, sensitivities = score_candidates(calibrated, candidates, work)
     residuals = calibrated.residuals
     marks = residuals.marks(np.zeros(len(calibrated.fitted.x)))
@@ -122,7 +122,7 @@ def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: W
     if noise is None:
         return calibrated, columns
     residuals = residuals.with_noise(noise)
-    calibrated = Model((), residuals, descend(residuals, x))
+    calibrated = Model((), residuals, descend(residuals, x, steps=calibrated.fitted.steps))
     return calibrated, find_sensitivities(residuals, calibrated.fitted, candidates, work)
 
 

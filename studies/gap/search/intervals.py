@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from apesim.studies.estimation.levenberg_marquardt import descend
+from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.profile_likelihood import End, Likelihood, find_end, first_better
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
@@ -68,20 +68,26 @@ class Held:
         """
         return self.residuals.at(self.whole(x))
 
-    def jacobian(self, x: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    def jacobian(self, x: np.ndarray, residuals: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sensitivities to the free parameters.
 
         Parameters
         ----------
         x : (p - 1,) float array
-        errors : (n + p,) float array
+        residuals : (n + p,) float array
             Residuals at x.
+        steps : (p - 1,) float array
+            Step of each difference, in units of x.
 
         Returns
         -------
-        (n + p, p - 1) float array
+        jacobian : (n + p, p - 1) float array
+        steps : (p - 1,) float array
+            Steps for the next differences, see `apesim.studies.estimation.residuals.WhitenedResiduals.jacobian`.
         """
-        return self.residuals.jacobian(self.whole(x), errors, self.others)
+        all_steps = np.insert(steps, self.number, np.nan)  # the parameter that is held takes none
+        jacobian, all_steps = self.residuals.jacobian(self.whole(x), residuals, all_steps, self.others)
+        return jacobian, all_steps[self.others]
 
 
 def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
@@ -114,7 +120,7 @@ def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
         if better is None:
             return model._replace(profiles=profiles), simulations
         residuals = _copy(model.residuals)
-        model = model._replace(fitted=descend(residuals, better))
+        model = model._replace(fitted=descend(residuals, better, steps=model.fitted.steps))
         simulations += residuals.simulations
     return model, simulations
 
@@ -152,7 +158,7 @@ def _end(model: Model, j: int, side: int, aside: Sequence[np.ndarray]) -> tuple[
 
     def hold(guess: np.ndarray, j: int) -> tuple[np.ndarray, float, bool]:
         starts = [guess, *(np.where(np.arange(len(guess)) == j, guess, point) for point in aside)]
-        return min((_held(residuals, fitted.jacobian, start, j) for start in starts), key=lambda found: found[1])
+        return min((_held(residuals, fitted, start, j) for start in starts), key=lambda found: found[1])
 
     bounds = np.array([residuals.low, residuals.high])
     likelihood = Likelihood(fitted.x, fitted.cost, covariance, bounds, hold, close=CLOSE)
@@ -160,20 +166,18 @@ def _end(model: Model, j: int, side: int, aside: Sequence[np.ndarray]) -> tuple[
 
 
 def _copy(residuals: WhitenedResiduals) -> WhitenedResiduals:
-    """A residuals whose state is its own, so that what is found depends on no order."""
+    """Residuals like these, with a counter of their own."""
     return residuals.with_parameters(residuals.parameters)
 
 
-def _held(
-    residuals: WhitenedResiduals, jacobian: np.ndarray, start: np.ndarray, j: int
-) -> tuple[np.ndarray, float, bool]:
+def _held(residuals: WhitenedResiduals, fitted: Fitted, start: np.ndarray, j: int) -> tuple[np.ndarray, float, bool]:
     """Least squares from a start with parameter j held.
 
     See `apesim.studies.estimation.profile_likelihood.Likelihood.hold`.
     """
     held = Held(residuals, j, start[j])
     try:
-        found = descend(held, start[held.others], jacobian[:, held.others])
+        found = descend(held, start[held.others], fitted.jacobian[:, held.others], fitted.steps[held.others])
     except EndedEarly:
         return start, np.inf, False
     return held.whole(found.x), found.cost, found.converged

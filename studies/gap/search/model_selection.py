@@ -136,7 +136,7 @@ def singles(base: Model, ranked: Sequence[Score], library: int, work: Work) -> l
     tasks = _scored(wanted.values())
     others = [score.column.probe.candidate for score in ranked if score.name not in wanted]
     large = work.each("scoring", at_large, [(base, candidate) for candidate in others])
-    base.residuals.simulations += sum(simulations for *_, simulations in large)
+    work.simulations.add(sum(simulations for *_, simulations in large))
     near = sorted(zip(large, others, strict=True), key=lambda one: one[0][0])
     tasks += [((candidate,), (x,)) for (cost, x, _), candidate in near[:LARGE] if cost < base.cost]
     return _fitted(base, refit, tasks, library, work, "fitting effects")
@@ -294,7 +294,7 @@ def _fitted(
     """The calibrated model fitted anew in several ways, the best first; without those that do not come to their end."""
     models = work.each(stage, unless_ended, [(fit, base, *how) for how in wanted])
     models = [model for model in models if model]
-    base.residuals.simulations += sum(model.residuals.simulations for model in models)
+    work.simulations.add(sum(model.residuals.simulations for model in models))
     return sorted((priced(model, library) for model in models), key=lambda choice: choice.cost)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
-from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
+from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals, first_steps
 from apesim.studies.gap.search.candidates import Candidate, probes_of
 
 STARTS = (0.25, 0.5, 1.0)
@@ -50,10 +50,11 @@ def refit(
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *freed])
     jacobian, best = _padded(base.fitted.jacobian, len(freed)), None
+    steps = np.append(base.fitted.steps, first_steps(len(freed)))
     for _, x, errors in _ranked(residuals, jacobian, _starts(base, candidates, guesses, within))[:DESCENTS]:
         try:
-            own = residuals.jacobian(x, errors, range(len(base.fitted.x), len(x)))
-            found = descend(residuals, x, np.column_stack([jacobian, own]))
+            own, adapted = residuals.jacobian(x, errors, steps, range(len(base.fitted.x), len(x)))
+            found = descend(residuals, x, np.column_stack([jacobian, own]), adapted)
         except EndedEarly:
             continue
         if best is None or found.cost < best.cost:
@@ -62,7 +63,8 @@ def refit(
     if best is None or best.cost > smaller.cost:
         off = _from(base, smaller, candidates, [np.zeros(len(candidate.parameters)) for candidate in candidates])
         errors = residuals.at(off)
-        best = Fitted(off, errors, residuals.jacobian(off, errors), False)
+        jacobian, steps = residuals.jacobian(off, errors, steps)
+        best = Fitted(off, errors, jacobian, False, steps)
     return Model((*base.candidates, *candidates), residuals, best)
 
 
@@ -125,7 +127,8 @@ def reduced(base: Model, model: Model, number: int) -> Model:
     """
     kept = model.candidates[number]
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *kept.parameters])
-    found = descend(residuals, np.append(model.fitted.x[: len(base.fitted.x)], model.own(number)))
+    x = np.append(model.fitted.x[: len(base.fitted.x)], model.own(number))
+    found = descend(residuals, x, steps=np.append(base.fitted.steps, first_steps(len(kept.parameters))))
     return Model((kept,), residuals, found)
 
 
@@ -152,7 +155,7 @@ def release(base: Model, number: int) -> Model:
     parameters = list(base.residuals.parameters)
     parameters[number] = parameters[number]._replace(prior=False)
     residuals = base.residuals.with_parameters(parameters)
-    found = descend(residuals, base.fitted.x)
+    found = descend(residuals, base.fitted.x, steps=base.fitted.steps)
     return Model((), residuals, found, parameters[number].key)
 
 

@@ -83,7 +83,7 @@ def find_sensitivities(
         imitate all of it.
     """
     found = work.each(stage, probe_candidate, [(residuals, fitted, candidate) for candidate in candidates])
-    residuals.simulations += sum(simulations for _, simulations in found)
+    work.simulations.add(sum(simulations for _, simulations in found))
     return [column for columns, _ in found for column in columns]
 
 

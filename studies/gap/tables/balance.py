@@ -11,7 +11,7 @@ import numpy as np
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
-from apesim.studies.estimation.residuals import WhitenedResiduals
+from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps
 from apesim.studies.gap.search.candidates import Candidate, strength
 
 REACH = 2.0
@@ -65,13 +65,9 @@ class Smoothed(WhitenedResiduals):
         Of the nodes' prior covariance, lower triangle.
     """
 
-    def __init__(self, machine, runs, parameters, noise, root):
-        super().__init__(machine, runs, parameters, noise)
+    def __init__(self, machine, runs, parameters, noise, root, *, starts=None):
+        super().__init__(machine, runs, parameters, noise, starts=starts)
         self.root = root
-
-    def with_runs(self, runs):
-        """Return these parameters on other runs."""
-        return Smoothed(self.machine, runs, self.parameters, self.noise, self.root)
 
     def pulls(self, x):
         """Return what `WhitenedResiduals.pulls` does, with that of the nodes' prior."""
@@ -81,9 +77,8 @@ class Smoothed(WhitenedResiduals):
 
     def smoothed(self, root):
         """Return these residuals with another prior of the nodes."""
-        other = Smoothed(self.machine, self.runs, self.parameters, self.noise, root)
-        other.go_on_from(self)
-        other.simulations = self.simulations
+        other = Smoothed(self.machine, self.runs, self.parameters, self.noise, root, starts=self.starts)
+        other.counter.add(self.simulations)
         return other
 
 
@@ -105,7 +100,7 @@ def balances(base, effects, work):
     own = base.residuals.machine.effects
     tables = [effect for effect in effects if effect.tabulated and not effect.is_on(getattr(own, effect.name))]
     found = work.each("weighing balances", straight, [(base, effect) for effect in tables])
-    base.residuals.simulations += sum(balance.residuals.simulations for balance in found)
+    work.simulations.add(sum(balance.residuals.simulations for balance in found))
     return sorted(found, key=lambda balance: -balance.gain)
 
 
@@ -123,13 +118,15 @@ def straight(base, effect):
     """
     nodes, old = [strength(effect, name) for name in effect.strengths], len(base.fitted.x)
     known = base.residuals
-    residuals = Smoothed(known.machine, known.runs, [*known.parameters, *nodes], known.noise, np.eye(len(nodes)))
-    residuals.go_on_from(known)
+    parameters, root = [*known.parameters, *nodes], np.eye(len(nodes))
+    residuals = Smoothed(known.machine, known.runs, parameters, known.noise, root, starts=known.starts)
     x = np.append(base.fitted.x, np.zeros(len(nodes)))
     errors = residuals.at(x)
-    columns = residuals.jacobian(x, errors, range(old, len(x)))
+    steps = np.append(base.fitted.steps, first_steps(len(nodes)))
+    columns, steps = residuals.jacobian(x, errors, steps, range(old, len(x)))
     jacobian = np.column_stack([np.vstack([base.fitted.jacobian, np.zeros((len(nodes), old))]), columns])
-    return weighed(Balance(effect.name, effect.tabulated, 0.0, 0.0, 0.0, residuals, Fitted(x, errors, jacobian, False)))
+    fitted = Fitted(x, errors, jacobian, False, steps)
+    return weighed(Balance(effect.name, effect.tabulated, 0.0, 0.0, 0.0, residuals, fitted))
 
 
 def through_the_simulator(base, balance):
@@ -146,7 +143,7 @@ def through_the_simulator(base, balance):
             balance = before
             break
         residuals = balance.residuals
-        fitted = descend(residuals, balance.fitted.x, balance.fitted.jacobian)
+        fitted = descend(residuals, balance.fitted.x, balance.fitted.jacobian, balance.fitted.steps)
         balance = balance._replace(fall=base.cost - fitted.cost, fitted=fitted)
         if not fitted.converged:
             break
@@ -162,7 +159,7 @@ def resized(root, other):
 
 def weighed(balance):
     """Return a balance with the most probable sizes of its nodes, and the nodes to which they lead."""
-    residuals, (x, errors, jacobian, _) = balance.residuals, balance.fitted
+    residuals, (x, errors, jacobian, _, steps) = balance.residuals, balance.fitted
     nodes = len(residuals.root)
     old = len(x) - nodes
     columns = jacobian[:-nodes, old:]
@@ -176,9 +173,8 @@ def weighed(balance):
     root, fall, price, moved, shift = max(found, key=lambda one: one[1] - one[2])
     jacobian = np.vstack([jacobian[:-nodes], np.hstack([np.zeros((nodes, old)), np.linalg.inv(root)])])
     x = np.append(x[:old], root @ shift)
-    return Balance(
-        balance.name, balance.balance, fall, price, moved, residuals.smoothed(root), Fitted(x, errors, jacobian, False)
-    )
+    fitted = Fitted(x, errors, jacobian, False, steps)
+    return Balance(balance.name, balance.balance, fall, price, moved, residuals.smoothed(root), fitted)
 
 
 def most_probable(columns, errors, branches):

@@ -73,7 +73,7 @@ class Tables:
         for before, balance in zip(new, found, strict=True):
             self._known[before.name] = balance
             if balance:
-                self.base.residuals.simulations += balance.residuals.simulations - before.residuals.simulations
+                self.work.simulations.add(balance.residuals.simulations - before.residuals.simulations)
         known = [self._known[balance.name] for balance in wanted]
         return [balance for balance in known if balance and balance.gain > least]
 

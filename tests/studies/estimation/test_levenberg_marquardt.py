@@ -24,8 +24,8 @@ class Curved:
             raise EndedEarly("too far")
         return np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0]])
 
-    def jacobian(self, x, errors):
-        return np.column_stack([(self.at(x + 1e-6 * one) - errors) / 1e-6 for one in np.eye(2)])
+    def jacobian(self, x, residuals, steps):
+        return np.column_stack([(self.at(x + 1e-6 * one) - residuals) / 1e-6 for one in np.eye(2)]), steps
 
 
 def test_it_finds_the_end_of_a_curved_valley():
@@ -61,7 +61,7 @@ def test_sensitivities_from_nearby_save_simulations():
             return np.array([[2.0, 1.0], [0.5, 3.0], [1.0, 1.0]]) @ x - [4.0, 3.5, 2.0]
 
     cold, warm = Straight(), Straight()
-    slopes = cold.jacobian(np.zeros(2), cold.at(np.zeros(2)))
+    slopes, _ = cold.jacobian(np.zeros(2), cold.at(np.zeros(2)), np.zeros(2))
     first = descend(warm, [0.0, 0.0], slopes)
     assert first.x == pytest.approx([1.5, 1.0], abs=0.2)
     assert warm.evaluations <= 6
@@ -86,8 +86,8 @@ class Fronts:
     def at(self, x):
         return np.append(self.trace(x) - self.seen, x)
 
-    def jacobian(self, x, errors):
-        return np.column_stack([(self.at(x + 1e-4 * one) - errors) / 1e-4 for one in np.eye(len(x))])
+    def jacobian(self, x, residuals, steps):
+        return np.column_stack([(self.at(x + 1e-4 * one) - residuals) / 1e-4 for one in np.eye(len(x))]), steps
 
 
 def test_sensitivities_are_renewed_where_a_step_brings_more_than_they_promise():
@@ -139,8 +139,8 @@ class Torn(Curved):
     def with_parameters(self, parameters):
         return Torn(self.depth)
 
-    def start_at(self, x):
-        self.at(x)
+    def restarted_at(self, x):
+        return self
 
 
 def test_a_calibration_is_the_deepest_of_several_minima():

@@ -29,7 +29,7 @@ def fitted(true, runs=RUNS):
     x = -np.linalg.lstsq(jacobian, known, rcond=None)[0]
     blocks = [SimpleNamespace(run=run, values=TIMES) for run in runs]
     residuals = SimpleNamespace(runs=list(runs), blocks=blocks, parameters=PARAMETERS)
-    return Model((), residuals, Fitted(x, known + jacobian @ x, jacobian, True))
+    return Model((), residuals, Fitted(x, known + jacobian @ x, jacobian, True, np.full(2, 0.01)))
 
 
 def test_of_noise_alone_the_differences_are_standard_normal_numbers():

@@ -10,7 +10,7 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import put
 from apesim.studies.estimation.priors import Prior, nuisance
 from apesim.studies.estimation.profile_likelihood import End, EndKind
-from apesim.studies.estimation.residuals import WhitenedResiduals
+from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.explanation import Explanation
 from apesim.studies.gap.reasons import ReasonKind, Verdict
@@ -34,9 +34,8 @@ def fitted(base, runs, parameters, x, candidates=(), released=""):
     """A model at given parameters, as if it had been fitted."""
     jacobian = np.vstack([np.eye(len(x)), np.eye(len(x))])
     residuals = WhitenedResiduals(base, runs, parameters)
-    return Model(
-        candidates, residuals, Fitted(np.array(x, dtype=float), np.zeros(2 * len(x)), jacobian, True), released
-    )
+    at_optimum = Fitted(np.array(x, dtype=float), np.zeros(2 * len(x)), jacobian, True, first_steps(len(x)))
+    return Model(candidates, residuals, at_optimum, released)
 
 
 def released(base, prior, x, runs=RUNS):

@@ -7,7 +7,7 @@ from scipy.interpolate import PchipInterpolator
 from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import Parameter
-from apesim.studies.estimation.residuals import EndedEarly
+from apesim.studies.estimation.residuals import Counter, EndedEarly
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import Candidate, Probe
@@ -38,7 +38,7 @@ class Basins:
         self.parameters, self.fails_beyond = list(parameters), fails_beyond
         self.low, self.high = (np.array([getattr(p, end) for p in parameters]) for end in ("low", "high"))
         self.known = np.array([p.prior for p in parameters])
-        self.simulations = 0
+        self.counter = Counter()
 
     def with_parameters(self, parameters):
         return Basins(parameters, self.fails_beyond)
@@ -51,9 +51,13 @@ class Basins:
         left = 2.0 * (bent - 2.0) * ((bent + 1.0) ** 2 + 0.5)
         return np.array([left, 3.0 - plain, x[0], x[0], *np.zeros(len(x) - 1)])
 
-    def jacobian(self, x, errors, only=None):
-        steps = 1e-6 * np.eye(len(x))[range(len(x)) if only is None else only]
-        return np.column_stack([(self.at(x + step) - errors) / 1e-6 for step in steps])
+    @property
+    def simulations(self):
+        return self.counter.number
+
+    def jacobian(self, x, residuals, steps=None, only=None):
+        moves = 1e-6 * np.eye(len(x))[range(len(x)) if only is None else only]
+        return np.column_stack([(self.at(x + move) - residuals) / 1e-6 for move in moves]), steps
 
 
 class Hump(Basins):

@@ -1,0 +1,141 @@
+"""Periodic states from which the runs of an engine are marched, fixed before anything is fitted."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from apesim.engine.effects import library_of
+from apesim.engine.machine import Machine
+from apesim.march.periodic import Known
+from apesim.quantities.trees import fields
+from apesim.studies.estimation.parameters import Parameter, put
+from apesim.studies.measured import MeasuredRun
+from apesim.studies.measured.prediction import run_of, start_of, with_value
+
+
+class Starts:
+    """Periodic states near which those of similar machines are found in a few cycles.
+
+    Each depends on the machine of its run alone, and on which effects with volumes of gas, and so with states of their
+    own, are on: never on what was marched before. They are found when they are first asked for, and remembered.
+
+    Parameters
+    ----------
+    machines : sequence of apesim.engine.machine.Machine
+        Machine of each run, see `apesim.studies.measured.prediction.run_of`.
+    runs : sequence of apesim.studies.measured.MeasuredRun
+    """
+
+    def __init__(self, machines: Sequence[Machine], runs: Sequence[MeasuredRun]) -> None:
+        self._machines, self._runs = list(machines), list(runs)
+        self._known: dict[tuple[int, tuple[str, ...]], Known | None] = {}
+
+    def near(self, number: int, machine: Machine) -> Known | None:
+        """Give the start of a run for a machine similar to the one that is known.
+
+        Parameters
+        ----------
+        number : int
+            Number of the run, from 0.
+        machine : apesim.engine.machine.Machine
+
+        Returns
+        -------
+        apesim.march.periodic.Known or None
+            None on a valve's bench, which starts from rest, and where an engine does not settle to every cycle alike.
+
+        Examples
+        --------
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.arange(0.0, 0.1, 1e-3), {})
+        >>> Starts([Machine()], [run]).near(0, Machine()) is None  # a run of the valve
+        True
+        """
+        key = number, volumes_on(machine)
+        if key not in self._known:
+            own = with_volumes(self._machines[number], key[1])
+            self._known[key] = start_of(own, self._runs[number])
+        return self._known[key]
+
+
+def starts_at(
+    machine: Machine,
+    runs: Sequence[MeasuredRun],
+    parameters: Sequence[Parameter] = (),
+    x: Sequence[float] | np.ndarray = (),
+) -> Starts:
+    """Fix the starts of runs at given parameters of a machine.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    runs : sequence of apesim.studies.measured.MeasuredRun
+    parameters : sequence of apesim.studies.estimation.parameters.Parameter
+        Parameters that differ from the machine's own; without them, the machine counts as it is.
+    x : (p,) float array
+        Scaled values of the parameters.
+
+    Returns
+    -------
+    Starts
+
+    Examples
+    --------
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.arange(0.0, 0.1, 1e-3), {})
+    >>> mass = Parameter("valve.moving_mass", 0.1, 0.1, 10.0)
+    >>> starts_at(Machine(), [run], [mass], [1.2]).near(0, Machine()) is None  # a run of the valve
+    True
+    """
+    return Starts([put(run_of(machine, run), parameters, x) for run in runs], runs)
+
+
+def volumes_on(machine: Machine) -> tuple[str, ...]:
+    """Find the effects that are on and add volumes of gas, and with them states.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+
+    Returns
+    -------
+    tuple of str
+        Their names.
+
+    Examples
+    --------
+    >>> volumes_on(with_value(Machine(), "effects.supply_droop.feed_area", 10e-6))
+    ('supply_droop',)
+    """
+    effects = machine.effects
+    volumes = [effect for effect in library_of(effects) if effect.volume]
+    return tuple(effect.name for effect in volumes if effect.is_on(getattr(effects, effect.name)))
+
+
+def with_volumes(machine: Machine, names: Iterable[str]) -> Machine:
+    """Switch effects that add volumes on and off, so that those of some names are on and no others.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    names : iterable of str
+        Names of the effects that are to be on. One that is on already stays as it is; another has its strengths in the
+        middle of their ranges.
+
+    Returns
+    -------
+    apesim.engine.machine.Machine
+
+    Examples
+    --------
+    >>> volumes_on(with_volumes(Machine(), ["supply_droop"]))
+    ('supply_droop',)
+    """
+    wanted = set(names)
+    for effect in library_of(machine.effects):
+        is_on = effect.is_on(getattr(machine.effects, effect.name))
+        if not effect.volume or is_on == (effect.name in wanted):
+            continue
+        declared = fields(effect.parameters)
+        for strength in effect.strengths or effect.parameters._fields[:1]:  # type: ignore[attr-defined]
+            middle = 0.5 * sum(declared[strength].ends)
+            machine = with_value(machine, f"effects.{effect.name}.{strength}", effect.off if is_on else middle)
+    return machine

@@ -1,0 +1,127 @@
+"""Whitened residuals give the same bits for the same question, whatever was asked of them before."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from apesim.engine.machine import Machine
+from apesim.studies.estimation.levenberg_marquardt import descend
+from apesim.studies.estimation.noise.process import white
+from apesim.studies.estimation.priors import Prior, nuisance
+from apesim.studies.estimation.residuals import Counter, WhitenedResiduals
+from apesim.studies.gap.search.candidates import candidates_of
+from apesim.studies.gap.search.library import effects_on
+from apesim.studies.measured import MeasuredRun
+from apesim.studies.measured.prediction import predict, run_of
+
+MACHINE = Machine()
+NOISE = {
+    "lift": {0.0: white(3e-5, "stated")},
+    "torque": {0.0: white(0.3, "stated")},
+    "air_flow": {0.0: white(1e-4, "stated")},
+}
+PRIORS = (
+    Prior("valve.viscous_friction", 0.10, True),
+    Prior("supply.pressure", 0.01, True),
+    Prior("effects.sensor_gain.lift", 0.005),
+)
+WITH_VOLUME = {"valve": "supply_droop", "engine": "intake_pipe_loss"}
+
+
+def run_on(bench):
+    """A run without noise of a machine that is not quite the one that is fitted."""
+    times = np.arange(0.0, 0.06, 2.5e-4)
+    run = MeasuredRun("", "", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": 0.0 * times})
+    if bench == "engine":
+        speed = 1000.0 * np.pi / 30.0
+        run = MeasuredRun("", "", 1.1e6, 287.0, np.nan, "fit", np.empty(0), {}, "engine", speed, -0.1, 1.2)
+        run = run._replace(means={"torque": 0.0, "air_flow": 0.0})
+    other = MACHINE.with_(**{"valve.viscous_friction": 1.05 * MACHINE.valve.viscous_friction})
+    shown = predict(run_of(other, run), run)
+    return run._replace(channels=shown.channels, means=shown.means)
+
+
+RUNS = {bench: run_on(bench) for bench in ("valve", "engine")}
+
+
+def fresh(bench, **options):
+    """Residuals of which nothing was asked, with an effect among the parameters that adds a volume."""
+    name = WITH_VOLUME[bench]
+    (candidate,) = (one for one in candidates_of(MACHINE, bench, effects_on(bench)) if one.name == name)
+    parameters = [
+        *(nuisance(MACHINE, prior) for prior in PRIORS[: 3 if bench == "valve" else 2]),
+        *candidate.parameters,
+    ]
+    return WhitenedResiduals(MACHINE, [RUNS[bench]], parameters, NOISE, **options)
+
+
+def bits(values):
+    return np.ascontiguousarray(values).tobytes()
+
+
+def points(residuals):
+    """A point at which the volume is on, and one at which it is off."""
+    on = np.full(len(residuals.parameters), 0.3)
+    return on, np.where(residuals.known, on, 0.0)
+
+
+@pytest.mark.parametrize("bench", ["valve", "engine"])
+def test_residuals_and_sensitivities_are_those_of_a_fresh_object_after_any_other_calls(bench):
+    used = fresh(bench)
+    on, off = points(used)
+    used.at(off)
+    _, steps = used.jacobian(0.5 * on, used.at(0.5 * on))
+    used.marks(off)
+    pickle.loads(pickle.dumps(used)).at(on)
+    assert not np.array_equal(steps, np.full(len(on), 0.01))
+    for x in (on, off):
+        new = fresh(bench)
+        residuals, expected = used.at(x), new.at(x)
+        assert bits(residuals) == bits(expected)
+        for one, other in zip(used.jacobian(x, residuals), new.jacobian(x, expected), strict=True):
+            assert bits(one) == bits(other)
+
+
+@pytest.mark.parametrize("bench", ["valve", "engine"])
+def test_two_fits_from_one_start_are_the_same_to_the_bit_whichever_ran_first(bench):
+    shared = fresh(bench)
+    _, off = points(shared)
+    start, other_start = 0.5 * off, -0.5 * off
+    first, second = descend(shared, start), descend(shared, other_start)
+    second_alone, first_alone = descend(fresh(bench), other_start), descend(fresh(bench), start)
+    for one, other in ((first, first_alone), (second, second_alone)):
+        assert all(bits(a) == bits(b) for a, b in zip(one, other, strict=True))
+
+
+def test_starts_are_moved_in_a_new_object_alone():
+    residuals = fresh("engine")
+    _, off = points(residuals)
+    before = bits(residuals.at(off))
+    moved = residuals.restarted_at(off)
+    assert bits(moved.at(off)) != before
+    assert bits(residuals.at(off)) == before
+    assert moved.at(off) == pytest.approx(residuals.at(off), abs=1e-3)
+
+
+def test_steps_that_are_handed_in_stay_as_they_are():
+    residuals = fresh("valve")
+    on, _ = points(residuals)
+    steps = np.full(len(on), 0.02)
+    _, adapted = residuals.jacobian(on, residuals.at(on), steps, only=[0])
+    assert steps.tolist() == [0.02] * len(on)
+    assert adapted[0] != 0.02
+    assert adapted[1:].tolist() == steps[1:].tolist()
+
+
+def test_simulations_are_counted_where_they_are_to_be():
+    counter = Counter()
+    residuals = fresh("valve", counter=counter)
+    on, off = points(residuals)
+    residuals.at(on)
+    residuals.with_noise(NOISE).at(off)
+    residuals.restarted_at(on).at(off)
+    assert counter.number == residuals.simulations == 3
+    other = residuals.with_parameters(residuals.parameters)
+    other.at(on)
+    assert (other.simulations, counter.number) == (1, 3)
