@@ -48,6 +48,15 @@ def open_measured(
     ------
     InputError
         With every fault.
+
+    Examples
+    --------
+    >>> from apesim.quantities import Quantity
+    >>> measured = Measured("", {}, (), "valve", 101325.0)
+    >>> share = Quantity("", 0, 1, "a call")
+    >>> _, given = open_measured("explain", Machine(), measured, bench="valve", tolerance=(0.1, share))
+    >>> given
+    {'tolerance': 0.1}
     """
     arguments = arguments_of(function, machine)
     given = {name: arguments.quantity(name, value, declared) for name, (value, declared) in numbers.items()}

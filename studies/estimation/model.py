@@ -65,6 +65,17 @@ class Model(NamedTuple):
         -------
         (q,) float array
             In the order of the candidate's parameters.
+
+        Examples
+        --------
+        >>> from types import SimpleNamespace
+        >>> from apesim.studies.estimation.parameters import Parameter
+        >>> force = Parameter("effects.side_force.force", 10.0, 0.0, 1.3)
+        >>> candidate = SimpleNamespace(name="side_force", parameters=(force,))
+        >>> fitted = Fitted(np.array([0.3]), np.array([0.1, 0.0]), np.array([[8.0], [0.0]]), True, np.array([0.01]))
+        >>> model = Model((candidate,), WhitenedResiduals(Machine(), [], [force]), fitted)
+        >>> model.own(0).tolist()
+        [0.3]
         """
         first = len(self.fitted.x) - self.added
         first += sum(len(candidate.parameters) for candidate in self.candidates[:number])
@@ -79,6 +90,17 @@ class Model(NamedTuple):
         Returns
         -------
         apesim.engine.machine.Machine
+
+        Examples
+        --------
+        >>> from types import SimpleNamespace
+        >>> from apesim.studies.estimation.parameters import Parameter
+        >>> force = Parameter("effects.side_force.force", 10.0, 0.0, 1.3)
+        >>> candidate = SimpleNamespace(name="side_force", parameters=(force,))
+        >>> fitted = Fitted(np.array([0.3]), np.array([0.1, 0.0]), np.array([[8.0], [0.0]]), True, np.array([0.01]))
+        >>> model = Model((candidate,), WhitenedResiduals(Machine(), [], [force]), fitted)
+        >>> model.machine().effects.side_force.force
+        3.0
         """
         machine, runs = self.residuals.machine, self.residuals.runs
         for p, x, told in zip(self.residuals.parameters, self.fitted.x, self.identifiable, strict=True):

@@ -79,6 +79,11 @@ class Parameter(NamedTuple):
         -------
         float
             [SI]
+
+        Examples
+        --------
+        >>> Parameter("effects.coulomb_friction.force", 12.0, 0.0, 1.3).value(0.5)
+        6.0
         """
         if self.inverse:
             return self.scale / float(x) if x > 0.0 else self.origin
@@ -173,6 +178,12 @@ def put(machine: Machine, parameters: Iterable[Parameter], x: Iterable[float]) -
     Returns
     -------
     apesim.engine.machine.Machine
+
+    Examples
+    --------
+    >>> force = Parameter("effects.side_force.force", 10.0, 0.0, 1.3)
+    >>> put(Machine(), [force], [0.3]).effects.side_force.force
+    3.0
     """
     for parameter, number in zip(parameters, x, strict=True):
         value = parameter.value(number)
@@ -202,6 +213,15 @@ def corrections(machine: Machine, parameter: Parameter, x: float, runs: Sequence
     dict of float
         SI values by key. There are two where only some of the runs state their temperature: the instrument's offset,
         then the machine's own number.
+
+    Examples
+    --------
+    A supply that is 2 % higher than its gauge says:
+
+    >>> supply = Parameter("supply.pressure", 0.01, -5.0, 5.0, shifts=True, relative=True, prior=True)
+    >>> gain = corrections(Machine(), supply, 2.0, [])
+    >>> {key: round(value, 4) for key, value in gain.items()}
+    {'effects.sensor_gain.supply_pressure': -0.0196}
     """
     states = {"supply.pressure": True, "supply.temperature": any(not isnan(run.temperature) for run in runs)}
     found: dict[str, float] = {}
@@ -230,5 +250,10 @@ def value_at(machine: Machine, parameter: Parameter, x: float) -> float:
     -------
     float
         [SI]
+
+    Examples
+    --------
+    >>> value_at(Machine(), Parameter("effects.side_force.force", 10.0, 0.0, 1.3), 0.3)
+    3.0
     """
     return value_of(put(machine, (parameter,), (x,)), parameter.key)

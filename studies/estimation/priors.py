@@ -63,6 +63,12 @@ def nuisances_of(machine: Machine, measured: Measured) -> list[Parameter]:
     Returns
     -------
     list of apesim.studies.estimation.parameters.Parameter
+
+    Examples
+    --------
+    >>> nuisances = nuisances_of(Machine(), Measured("", {}, (), "valve"))  # no sensor at all
+    >>> [parameter.key for parameter in nuisances][:2], len(nuisances)
+    (['valve.viscous_friction', 'valve.solenoid.effective_area'], 6)
     """
     sensors = {sensor for run in measured.runs for sensor in (*run.channels, *run.means)}
     priors = VALVE if measured.bench == "valve" else VALVE + ENGINE

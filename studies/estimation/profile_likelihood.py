@@ -85,6 +85,12 @@ def first_better(ends: Iterable[End]) -> np.ndarray | None:
     -------
     (p,) float array or None
         None: none was met.
+
+    Examples
+    --------
+    >>> ends = [End(1.0, EndKind.CLOSED, np.array([1.0])), End(2.0, EndKind.NONE, np.array([2.4]))]
+    >>> first_better(ends).tolist()
+    [2.4]
     """
     return next((end.point for end in ends if end.kind is EndKind.NONE), None)
 

@@ -15,8 +15,7 @@ from tests.folders import ROOT
 FOLDERS = "apesim", "valve", "engine", "studies"
 """Layers whose public functions are held to Parameters, Returns and Examples."""
 UNDOCUMENTED = (
-    "studies/estimation/",
-    "studies/estimation/noise/",
+    "studies/estimation/noise/first_order.py",
     "studies/gap/",
     "studies/gap/decide/",
     "studies/gap/design/",

@@ -4,12 +4,19 @@ That is what repeats of a run differ by, else what was recorded before the trigg
 stands still, else what nothing in the library explains.
 """
 
+from collections.abc import Mapping, Sequence
 from math import log
+from typing import Any
 
 import numpy as np
 
-from apesim.studies.estimation.noise.hum import Records, going_on, mains_in, with_hum
-from apesim.studies.estimation.noise.process import ENOUGH, STRETCH, noise_for, white
+from apesim.studies.estimation.noise.hum import Record, Records, going_on, mains_in, with_hum
+from apesim.studies.estimation.noise.process import ENOUGH, STRETCH, Noise, noise_for, white
+
+Pair = tuple[Any, np.ndarray]
+"""A block, `apesim.studies.estimation.residuals.Block`, with an array of as many samples."""
+AllNoise = dict[str, dict[float, Noise]]
+"""Noise of every channel, by sensor and sampling interval [s]."""
 
 LIKE = 1.5
 """Ratio of sampling intervals that count as one."""
@@ -38,15 +45,17 @@ FLOOR = {
 """The simulator's own error, below which no noise is believed [SI]."""
 
 
-def noise_of(blocks, predicted, stated):
-    """The noise of every channel, at each sampling interval that it comes with.
+def noise_of(
+    blocks: Sequence[Any], predicted: Sequence[np.ndarray], stated: Mapping[str, float]
+) -> tuple[AllNoise, list[str]]:
+    """Estimate the noise of every channel, at each sampling interval that it comes with.
 
     Parameters
     ----------
-    blocks : list of apesim.studies.estimation.residuals.Block
-    predicted : list of (n,) float array
-        What the model gives for each.
-    stated : dict
+    blocks : sequence of apesim.studies.estimation.residuals.Block
+    predicted : sequence of (n,) float array
+        Prediction of the model for each block [SI].
+    stated : mapping of str to float
         Standard deviations that the user states [SI], by sensor.
 
     Returns
@@ -54,33 +63,48 @@ def noise_of(blocks, predicted, stated):
     noise : dict of dict of Noise
         By sensor and sampling interval [s], see `noise_for`.
     warnings : list of str
+
+    Examples
+    --------
+    A lift at rest with a noise of 0.03 mm that is stated as 0.01 mm:
+
+    >>> from types import SimpleNamespace
+    >>> times, lift = np.arange(2000) * 5e-5, np.random.default_rng(1).normal(0.0, 3e-5, 2000)
+    >>> run = SimpleNamespace(name="p040", role="fit")
+    >>> block = SimpleNamespace(run=run, sensor="lift", times=times, values=lift, interval=5e-5)
+    >>> noise, warnings = noise_of([block], [np.zeros(2000)], {"lift": 1e-5})
+    >>> noise["lift"][5e-5].deviation, warnings
+    (1e-05, ['lift: the noise is stated as 1e-05, but stretches at rest show 3.03e-05 (SI)'])
     """
-    groups, found, warnings = {}, {}, []
+    groups: dict[tuple[str, int], list[Pair]] = {}
+    found: AllNoise = {}
+    warnings: list[str] = []
     for block, values in zip(blocks, predicted, strict=True):
         like = round(log(block.interval) / log(LIKE)) if block.interval else 0
         groups.setdefault((block.sensor, like), []).append((block, values))
-    told = {key: _records(pairs, stated.get(key[0], np.nan)) for key, pairs in groups.items() if pairs[0][0].interval}
-    mains = mains_in([records for records in told.values() if records])
+    known_by = {
+        key: _records(pairs, stated.get(key[0], np.nan)) for key, pairs in groups.items() if pairs[0][0].interval
+    }
+    mains = mains_in([records for records in known_by.values() if records])
     for (sensor, like), pairs in groups.items():
         if not pairs[0][0].interval:
             found[sensor] = {0.0: _of_a_mean(sensor, pairs, stated, warnings)}
             continue
-        records = told[sensor, like]
+        records = known_by[sensor, like]
         noise = with_hum(records, mains) if records else white(_by_differences(pairs), TAKEN_FOR_WHITE)
-        own = max(noise.deviation, FLOOR[sensor])
+        deviation = max(noise.deviation, FLOOR[sensor])
         if sensor in stated:
             known = noise.source != TAKEN_FOR_WHITE
-            if known and not 0.7 < own / stated[sensor] < 1.4:
-                warnings.append(
-                    f"{sensor}: the noise is stated as {stated[sensor]:.3g}, but {noise.source} show {own:.3g} (SI)"
-                )
-            own, noise = max(stated[sensor], FLOOR[sensor]), noise._replace(is_stated=True)
+            if known and not 0.7 < deviation / stated[sensor] < 1.4:
+                shown = f"{noise.source} show {deviation:.3g} (SI)"
+                warnings.append(f"{sensor}: the noise is stated as {stated[sensor]:.3g}, but {shown}")
+            deviation, noise = max(stated[sensor], FLOOR[sensor]), noise._replace(is_stated=True)
         interval = float(np.median([block.interval for block, _ in pairs]))
-        found.setdefault(sensor, {})[interval] = noise._replace(deviation=own)
+        found.setdefault(sensor, {})[interval] = noise._replace(deviation=deviation)
     return found, warnings
 
 
-def _of_a_mean(sensor, pairs, stated, warnings):
+def _of_a_mean(sensor: str, pairs: Sequence[Pair], stated: Mapping[str, float], warnings: list[str]) -> Noise:
     """Noise of a mean over the cycle: stated, from repeats, or taken for a share of it."""
     if sensor in stated:
         return white(max(stated[sensor], FLOOR[sensor]), "stated")
@@ -95,7 +119,7 @@ def _of_a_mean(sensor, pairs, stated, warnings):
     return white(max(OF_A_MEAN * size, FLOOR[sensor]), "a share of the mean")
 
 
-def _records(pairs, stated):
+def _records(pairs: Sequence[Pair], stated: float) -> Records | None:
     """What tells the noise of a channel: repeats, else stretches at rest; None: there is too little of both."""
     contrasts, rest = _contrasts(pairs), _at_rest(pairs)
     for found in (
@@ -107,9 +131,10 @@ def _records(pairs, stated):
     return None
 
 
-def _contrasts(pairs):
+def _contrasts(pairs: Sequence[Pair]) -> list[Record]:
     """What repeats of runs differ by: Helmert's contrasts, independent series of the noise's own deviation."""
-    groups, records = {}, []
+    groups: dict[tuple[Any, ...], list[Any]] = {}
+    records: list[Record] = []
     for block, _ in pairs:
         groups.setdefault((block.run.name, block.run.role, len(block.values), block.times.tobytes()), []).append(block)
     for repeats in groups.values():
@@ -120,15 +145,15 @@ def _contrasts(pairs):
     return records
 
 
-def _at_rest(pairs):
+def _at_rest(pairs: Sequence[Pair]) -> list[Record]:
     """Samples before the trigger and stretches in which the model hardly moves, records of them."""
     rough = _by_differences(pairs)
     records = [_stretches_at_rest(block, values, rough) for block, values in pairs]
     return [record for record in records if record]
 
 
-def _stretches_at_rest(block, values, rough):
-    """Those of one block, where the model gives the values and its noise is roughly so much."""
+def _stretches_at_rest(block: Any, values: np.ndarray, rough: float) -> Record:
+    """Stretches at rest of one block, where the model gives the values and its noise is roughly so much."""
     if len(values) < ENOUGH:
         return []
     moving = (np.abs(np.gradient(values)) > STILL * rough) & (block.times > 0.0)
@@ -138,36 +163,82 @@ def _stretches_at_rest(block, values, rough):
     return [(block.values[first:end], block.times[first:end]) for first, end in ends if end - first >= STRETCH]
 
 
-def is_known(noise):
-    """Whether the colour of every channel's noise is known from noise itself."""
-    return all(one.source != TAKEN_FOR_WHITE for known in noise.values() for one in known.values())
+def is_known(noise: AllNoise) -> bool:
+    """Tell whether the colour of every channel's noise is known from noise itself.
+
+    Parameters
+    ----------
+    noise : dict
+        See `noise_of`.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> is_known({"lift": {5e-5: white(3e-5, AT_REST)}, "torque": {0.0: white(0.3, TAKEN_FOR_WHITE)}})
+    False
+    """
+    return all(each.source != TAKEN_FOR_WHITE for known in noise.values() for each in known.values())
 
 
-def may_hum(noise):
-    """Whether channels known from stretches at rest may hum more faintly than those tell: none does, all are white."""
-    known = [one for by_interval in noise.values() for one in by_interval.values()]
-    return any(one.source == AT_REST for one in known) and not any(one.hums or one.order for one in known)
+def may_hum(noise: AllNoise) -> bool:
+    """Tell whether channels known from stretches at rest may hum more faintly than those show.
+
+    They may where none is seen to hum, and all are white.
+
+    Parameters
+    ----------
+    noise : dict
+        See `noise_of`.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> may_hum({"lift": {5e-5: white(3e-5, AT_REST)}}), may_hum({"lift": {5e-5: white(3e-5, "repeats")}})
+    (True, False)
+    """
+    known = [each for by_interval in noise.values() for each in by_interval.values()]
+    return any(each.source == AT_REST for each in known) and not any(each.hums or each.order for each in known)
 
 
-def from_what_nothing_explains(blocks, noise, left, explained):
-    """The noise of channels that are never at rest and never repeated, anew.
+def from_what_nothing_explains(
+    blocks: Sequence[Any], noise: AllNoise, left: Sequence[np.ndarray], explained: Sequence[np.ndarray]
+) -> AllNoise:
+    """Estimate the noise of channels that are never at rest and never repeated, anew.
 
     Where there is nothing left of a channel at a sampling interval, as of gate runs, its colour is that at the nearest.
 
     Parameters
     ----------
-    blocks : list of apesim.studies.estimation.residuals.Block
+    blocks : sequence of apesim.studies.estimation.residuals.Block
     noise : dict
         See `noise_of`.
-    left : list of (n,) float array
-        For each block what neither the nuisances nor any effect of the library can explain [SI].
-    explained : list of (n, k) float array
-        For each block its rows of the columns that were taken off, in proportion to [SI].
+    left : sequence of (n,) float array
+        Part of each block that neither the nuisances nor any effect of the library can explain [SI].
+    explained : sequence of (n, k) float array
+        Rows of each block of the columns that were taken off, in proportion to [SI].
 
     Returns
     -------
     dict
-        The noise of all channels, as `noise_of` has it; the one given stays as it is.
+        Noise of all channels, as `noise_of` has it; `noise` stays as it is.
+
+    Examples
+    --------
+    Red noise that was taken for white, of which nothing was taken off but a constant:
+
+    >>> from types import SimpleNamespace
+    >>> values = np.cumsum(np.random.default_rng(1).normal(size=2000))
+    >>> block = SimpleNamespace(sensor="lift", times=np.arange(2000) * 5e-5, interval=5e-5)
+    >>> noise = {"lift": {5e-5: white(1.0, TAKEN_FOR_WHITE)}}
+    >>> found = from_what_nothing_explains([block], noise, [values - values.mean()], [np.ones((2000, 1))])
+    >>> round(float(found["lift"][5e-5].predictors[-1][0]), 1), found["lift"][5e-5].source
+    (1.0, 'what nothing in the library explains')
     """
     noise = {sensor: dict(by_interval) for sensor, by_interval in noise.items()}
     groups = _by_noise(blocks, noise, left, TAKEN_FOR_WHITE)
@@ -175,40 +246,53 @@ def from_what_nothing_explains(blocks, noise, left, explained):
     channels = [
         _unexplained(group)._replace(explained=tuple(rows[id(block)] for block, _ in group)) for _, group in groups
     ]
-    elsewhere = {f for by_interval in noise.values() for one in by_interval.values() for f, _ in one.hums}
+    elsewhere = {f for by_interval in noise.values() for each in by_interval.values() for f, _ in each.hums}
     mains = tuple(sorted(elsewhere)) or mains_in(channels)
     for (known, group), records in zip(groups, channels, strict=True):
         by_interval = noise[group[0][0].sensor]
-        interval = next(at for at, one in by_interval.items() if one is known)
+        interval = next(at for at, each in by_interval.items() if each is known)
         found = with_hum(records, mains)
         by_interval[interval] = found._replace(deviation=max(found.deviation, known.deviation))
     for by_interval in noise.values():
-        told = {interval: one for interval, one in by_interval.items() if one.source != TAKEN_FOR_WHITE}
-        for interval in set(by_interval) - set(told) if told else ():
-            near = told[min(told, key=lambda other: abs(log(other / interval)))]
-            own = by_interval[interval].deviation
-            by_interval[interval] = near._replace(deviation=max(near.deviation, own))
+        sure = {interval: each for interval, each in by_interval.items() if each.source != TAKEN_FOR_WHITE}
+        for interval in set(by_interval) - set(sure) if sure else ():
+            near = sure[min(sure, key=lambda other: abs(log(other / interval)))]
+            by_interval[interval] = near._replace(deviation=max(near.deviation, by_interval[interval].deviation))
     return noise
 
 
-def hum_of_what_nothing_explains(blocks, noise, predicted, left):
-    """Hum that is too faint to be told from stretches at rest, but goes on in them.
+def hum_of_what_nothing_explains(
+    blocks: Sequence[Any], noise: AllNoise, predicted: Sequence[np.ndarray], left: Sequence[np.ndarray]
+) -> AllNoise | None:
+    """Find hum that is too faint to be seen in stretches at rest, but goes on in them.
 
     A sensor that hums does so at all its sampling intervals.
 
     Parameters
     ----------
-    blocks : list of apesim.studies.estimation.residuals.Block
+    blocks : sequence of apesim.studies.estimation.residuals.Block
     noise : dict
         See `noise_of`; one that `may_hum`.
-    predicted, left : list of (n,) float array
-        For each block what the model gives, and what of the measured is more than anything in the library can explain
-        [SI].
+    predicted : sequence of (n,) float array
+        Prediction of the model for each block [SI].
+    left : sequence of (n,) float array
+        Part of each block that nothing in the library can explain [SI].
 
     Returns
     -------
     dict or None
-        The noise of all channels with their hum; None: there is none.
+        Noise of all channels with their hum; None: there is none.
+
+    Examples
+    --------
+    White noise alone:
+
+    >>> from types import SimpleNamespace
+    >>> times, values = np.arange(2000) * 5e-5, np.random.default_rng(1).normal(0.0, 3e-5, 2000)
+    >>> block = SimpleNamespace(sensor="lift", times=times, values=values, interval=5e-5)
+    >>> noise = {"lift": {5e-5: white(3e-5, AT_REST)}}
+    >>> hum_of_what_nothing_explains([block], noise, [np.zeros(2000)], [values]) is None
+    True
     """
     groups = _by_noise(blocks, noise, left, AT_REST)
     channels = [_unexplained(group) for _, group in groups]
@@ -228,13 +312,15 @@ def hum_of_what_nothing_explains(blocks, noise, predicted, left):
     noise = dict(noise)
     for (_, group), records in zip(groups, channels, strict=True):
         sensor, hums = group[0][0].sensor, with_hum(records, mains).hums
-        noise[sensor] = {interval: one._replace(hums=hums) for interval, one in noise[sensor].items()}
+        noise[sensor] = {interval: each._replace(hums=hums) for interval, each in noise[sensor].items()}
     return noise
 
 
-def _by_noise(blocks, noise, left, source):
+def _by_noise(
+    blocks: Sequence[Any], noise: AllNoise, left: Sequence[np.ndarray], source: str
+) -> list[tuple[Noise, list[Pair]]]:
     """Noise from a source, and the blocks that have it with what is left of each; means apart."""
-    groups = {}
+    groups: dict[int, tuple[Noise, list[Pair]]] = {}
     for block, values in zip(blocks, left, strict=True):
         known = noise_for(noise, block)
         if known.source == source and len(values) > 1:
@@ -242,12 +328,12 @@ def _by_noise(blocks, noise, left, source):
     return list(groups.values())
 
 
-def _unexplained(group):
+def _unexplained(group: Sequence[Pair]) -> Records:
     """What is left of the blocks of a group as records of noise."""
     return Records([[(values, block.times)] for block, values in group], UNEXPLAINED, [], False, np.nan)
 
 
-def _by_differences(pairs):
+def _by_differences(pairs: Sequence[Pair]) -> float:
     """White noise from second differences of what the model leaves."""
     bends = np.concatenate([[], *(np.diff(block.values - values, 2) for block, values in pairs)])
     return float(np.median(np.abs(bends)) / 0.6745 / np.sqrt(6.0)) if len(bends) else 0.0

@@ -90,7 +90,7 @@ def _deviation_and_colour(errors):
 
 def _repeat_differences(pairs):
     """Noise of runs that share a name, a pulse, a supply and times: what they differ by from their mean."""
-    groups = {}
+    groups: dict = {}
     for run, r in pairs:
         groups.setdefault((run.name, run.pulse, run.supply, run.times.tobytes()), []).append(r)
     found = []

@@ -1,17 +1,20 @@
 """Hum of the mains in records of a channel's noise: which frequency, how much, and the noise without it."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import detrend
 
-from apesim.studies.estimation.noise.process import autoregressive, beside, drifting, sines
+from apesim.studies.estimation.noise.process import Noise, autoregressive, beside, drifting, sines
 
 MAINS = (50.0, 60.0)
 """Frequencies at which hum is looked for [Hz]."""
 TOLD_APART = 15.0
 """Power over that of the noise, by which one frequency has to take more than the other to be the only one."""
+Record = list[tuple[np.ndarray, np.ndarray]]
+"""Stretches of one record: values [SI] and times [s], (n,) float arrays each."""
 EVIDENCE = 4.0
 """Deviations beyond chance by which a sine has to take power from the noise, to be a hum."""
 
@@ -19,34 +22,44 @@ EVIDENCE = 4.0
 class Records(NamedTuple):
     """What is known of a channel's noise."""
 
-    noise: list
+    noise: list[Record]
     """For each record its stretches of nothing but noise: values [SI] and times [s], (n,) float arrays each. The hum of
     a record has one phase."""
     source: str
-    others: list
+    others: list[Record]
     """Further records that may show hum: in what repeats differ by, it is lost where their phases are alike."""
     drifts: bool
     """Whether each stretch may drift straight."""
     stated: float
     """Standard deviation that the user states [SI]; NaN: none."""
-    explained: tuple = ()
+    explained: tuple[np.ndarray, ...] = ()
     """For each record, of one stretch, its rows of columns that were taken off all of them together, (n, k) float
     arrays; none: nothing was."""
 
 
-def mains_in(channels):
-    """The frequencies of the mains that channels hum with [Hz]; two where they are too short to tell which.
+def mains_in(channels: Sequence[Records]) -> tuple[float, ...]:
+    """Find the frequencies of the mains that channels hum with; two where they are too short to tell which.
 
     Parameters
     ----------
-    channels : list of Records
+    channels : sequence of Records
 
     Returns
     -------
     tuple of float
-        () : there is no hum.
+        [Hz]; none: there is no hum.
+
+    Examples
+    --------
+    White noise with a hum of as much, over half a second:
+
+    >>> times = np.arange(0.0, 0.5, 1e-3)
+    >>> values = np.random.default_rng(1).normal(size=500) + np.sin(2.0 * np.pi * 50.0 * times)
+    >>> mains_in([Records([[(values, times)]], "repeats", [], False, np.nan)])
+    (50.0,)
     """
-    falls, chances = {frequency: [] for frequency in MAINS}, []
+    falls: dict[float, list[float]] = {frequency: [] for frequency in MAINS}
+    chances: list[float] = []
     for records in channels:
         chances.append(2.0 * (len(records.noise) + len(records.others)))
         for frequency in MAINS:
@@ -58,27 +71,35 @@ def mains_in(channels):
     most = max(map(sum, falls.values()))
     best = max(MAINS, key=lambda frequency: sum(falls[frequency]))
 
-    def is_seen(fall, chance):
+    def is_seen(fall: float, chance: float) -> bool:
         return fall > chance + EVIDENCE * np.sqrt(2.0 * chance)
 
     each = zip(falls[best], chances, strict=True)
-    if not channels or not (is_seen(most, sum(chances)) or any(is_seen(*one) for one in each)):
+    if not channels or not (is_seen(most, sum(chances)) or any(is_seen(*pair) for pair in each)):
         return ()
     return tuple(frequency for frequency in MAINS if most - sum(falls[frequency]) < TOLD_APART)
 
 
-def with_hum(records, frequencies):
-    """Noise from stretches of nothing but noise, and hum.
+def with_hum(records: Records, frequencies: tuple[float, ...]) -> Noise:
+    """Estimate noise from stretches of nothing but noise, and hum.
 
     Parameters
     ----------
     records : Records
     frequencies : tuple of float
-        Of the hum [Hz].
+        Frequencies of the hum [Hz].
 
     Returns
     -------
     Noise
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 5.0, 1e-3)
+    >>> values = np.random.default_rng(1).normal(size=5000) + 2.0 * np.sin(2.0 * np.pi * 50.0 * times)
+    >>> noise = with_hum(Records([[(values, times)]], "repeats", [], False, np.nan), (50.0,))
+    >>> round(noise.deviation, 1), [(frequency, round(size, 1)) for frequency, size in noise.hums]
+    (1.0, [(50.0, 1.4)])
     """
     if not frequencies:
         return _noise_of_stretches([values for record in records.noise for values, _ in record], records)
@@ -88,34 +109,44 @@ def with_hum(records, frequencies):
     return found._replace(hums=tuple(zip(frequencies, sizes.tolist(), strict=True)))
 
 
-def going_on(records, rests, frequencies):
-    """Power that the sines that fit whole records best take from their stretches at rest; below 0 where they add some.
+def going_on(records: Sequence[Record], rests: Sequence[Record], frequencies: tuple[float, ...]) -> float:
+    """Find the power that the sines that fit whole records best take from their stretches at rest.
 
     Parameters
     ----------
-    records : list
-        Of one stretch each, see `Records.noise`.
-    rests : list
-        For each record its stretches at rest, the same way; each is free to drift straight.
+    records : sequence of list of (values, times)
+        Records of one stretch each, see `Records.noise`.
+    rests : sequence of list of (values, times)
+        Stretches at rest of each record; each is free to drift straight.
     frequencies : tuple of float
-        Of the sines [Hz].
+        Frequencies of the sines [Hz].
 
     Returns
     -------
     float
-        [SI squared]
+        [SI squared]; below 0 where the sines add some.
+
+    Examples
+    --------
+    A hum that goes on while the model rests, in the last 100 samples:
+
+    >>> times = np.arange(0.0, 0.5, 1e-3)
+    >>> values = np.sin(2.0 * np.pi * 50.0 * times)
+    >>> round(going_on([[(values, times)]], [[(values[-100:], times[-100:])]], (50.0,)), -1)
+    50.0
     """
     fall = 0.0
     for record, rest in zip(records, rests, strict=True):
         ((values, times),), ((left,), *_) = record, _without_sines(record, frequencies)
         for seen, at in rest:
-            first = np.searchsorted(times, at[0])
+            first = int(np.searchsorted(times, at[0]))
             bare, wave = detrend(seen), detrend((values - left)[first : first + len(seen)])
             fall += float(bare @ bare - (bare - wave) @ (bare - wave))
     return fall
 
 
-def _noise_of_stretches(stretches, records, fitted=()):
+def _noise_of_stretches(stretches: Sequence[np.ndarray], records: Records, fitted: Sequence[np.ndarray] = ()) -> Noise:
+    """Estimate the noise of stretches as their records want it."""
     if records.explained:
         return beside(stretches, records.explained, records.source, fitted)
     if not records.drifts:
@@ -123,7 +154,9 @@ def _noise_of_stretches(stretches, records, fitted=()):
     return drifting(stretches, records.source, fitted, records.stated)
 
 
-def _without_hum(records, frequencies):
+def _without_hum(
+    records: Records, frequencies: tuple[float, ...]
+) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray], float]:
     """All records without the sines that fit each best.
 
     Returns
@@ -133,11 +166,13 @@ def _without_hum(records, frequencies):
     fitted : list of (n, k) float array
         What was fitted to each of them, see `apesim.studies.estimation.noise.process.autoregressive`.
     amplitudes : list of (m,) float array
-        Of the sines of each record.
+        Amplitudes of the sines of each record.
     fall : float
         Power that the sines take.
     """
-    left, fitted, amplitudes, fall = [], [], [], 0.0
+    left: list[np.ndarray] = []
+    fitted: list[np.ndarray] = []
+    amplitudes, fall = [], 0.0
     for number, record in enumerate([*records.noise, *records.others]):
         rest, columns, amplitude, taken = _without_sines(record, frequencies)
         if number < len(records.noise):
@@ -148,7 +183,9 @@ def _without_hum(records, frequencies):
     return left, fitted, amplitudes, fall
 
 
-def _without_sines(record, frequencies):
+def _without_sines(
+    record: Record, frequencies: tuple[float, ...]
+) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray, float]:
     """One record without sines, each stretch of which is free to drift straight."""
     times = np.concatenate([t for _, t in record])
     drift = np.zeros((len(times), 2 * len(record)))
@@ -160,8 +197,8 @@ def _without_sines(record, frequencies):
     straight = values - drift @ np.linalg.lstsq(drift, values, rcond=None)[0]
     columns = np.column_stack([*(sines(frequency, times) for frequency in frequencies), drift])
     weights, *_ = np.linalg.lstsq(columns, values, rcond=None)
-    left, own = values - columns @ weights, weights[: 2 * len(frequencies)]
+    left, sizes = values - columns @ weights, weights[: 2 * len(frequencies)]
     taken = float(straight @ straight - left @ left)
     fitted = np.linalg.qr(columns)[0]
-    parts = ([part[first:end] for first, end in pairwise(ends)] for part in (left, fitted))
-    return *parts, np.hypot(own[::2], own[1::2]), taken
+    parts = [[part[first:end] for first, end in pairwise(ends)] for part in (left, fitted)]
+    return parts[0], parts[1], np.hypot(sizes[::2], sizes[1::2]), taken

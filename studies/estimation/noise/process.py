@@ -143,6 +143,18 @@ def autoregressive(
     -------
     Noise
 
+    Examples
+    --------
+    Noise of a standard deviation of 2 whose neighbours have a correlation of 0.8:
+
+    >>> rng = np.random.default_rng(1)
+    >>> values = [0.0]
+    >>> for innovation in rng.normal(0.0, 1.2, 20000):
+    ...     values.append(0.8 * values[-1] + innovation)
+    >>> noise = autoregressive([np.array(values)], "repeats")
+    >>> noise.order, round(noise.deviation, 1), noise.predictors[-1].round(1).tolist()
+    (1, 2.0, [0.8])
+
     References
     ----------
     .. [1] G. Schwarz, "Estimating the dimension of a model", Ann. Statist. 6, 1978, pp. 461-464,
@@ -194,6 +206,15 @@ def drifting(
     -------
     Noise
 
+    Examples
+    --------
+    White noise on a line:
+
+    >>> line = np.linspace(0.0, 100.0, 5000)
+    >>> noise = drifting([line + np.random.default_rng(1).normal(0.0, 2.0, 5000)], "stretches at rest")
+    >>> noise.order, round(noise.deviation, 1)
+    (0, 2.0)
+
     References
     ----------
     .. [1] H. D. Patterson and R. Thompson, "Recovery of inter-block information when block sizes are unequal",
@@ -229,6 +250,16 @@ def beside(
     -------
     Noise
 
+    Examples
+    --------
+    White noise of which its part along a slope was taken off:
+
+    >>> slope, values = np.linspace(-1.0, 1.0, 5000)[:, None], np.random.default_rng(1).normal(0.0, 2.0, 5000)
+    >>> left_over = values - slope[:, 0] * (slope[:, 0] @ values) / np.sum(slope**2)
+    >>> noise = beside([left_over], [slope], "what nothing explains")
+    >>> noise.order, round(noise.deviation, 1)
+    (0, 2.0)
+
     References
     ----------
     .. [1] H. D. Patterson and R. Thompson, "Recovery of inter-block information when block sizes are unequal",
@@ -262,7 +293,7 @@ def _most_probable(groups, source, free, stated):
         lagged = sum(whole[1:].T @ whole[:-1] for whole in wholes)
         twice = sum(whole[1:-1].T @ whole[1:-1] for whole in wholes)
         sums.append((once, lagged + lagged.T, twice, len(group)))
-    best = None
+    best = -np.inf, 0.0, 0.0
     for correlation in CORRELATIONS:
         energy = volume = 0.0
         for once, lagged, twice, number in sums:
@@ -272,7 +303,7 @@ def _most_probable(groups, source, free, stated):
             volume += np.linalg.slogdet(inner)[1] - number * np.log(1.0 - correlation**2)
         variance = energy / free if np.isnan(stated) else stated**2 * (1.0 - correlation**2)
         likelihood = -0.5 * (energy / variance + free * np.log(variance) + volume)
-        if best is None or likelihood > best[0]:
+        if likelihood > best[0]:
             best = likelihood, correlation, energy / free
     _, correlation, variance = best
     spread = np.array([1.0, np.sqrt(1.0 - correlation**2)])
@@ -372,6 +403,13 @@ def noise_for(noise: Mapping[str, Mapping[float, Noise]], block: Any) -> Noise:
     Returns
     -------
     Noise
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> noise = {"lift": {1e-4: white(3e-5, "stated"), 1e-3: white(2e-5, "stated")}}
+    >>> noise_for(noise, SimpleNamespace(sensor="lift", interval=2e-4)).deviation
+    3e-05
     """
     known = noise[block.sensor]
     return known[min(known, key=lambda interval: abs(interval - block.interval))]
