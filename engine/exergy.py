@@ -165,7 +165,7 @@ def add_exergy_rates(
     r[HEAT_TRANSFER] += terms.wall_exergy - heat_exergy(ambient, heat, t_c)
     control, mixing = 0.0, 0.0
     if p.engine.intake == EPV:
-        source, _ = control_air(p, y)
+        source = control_air(p, y).before
         control, mixing = add_valve_rates(p.actuator, t, y, mode, source, supply_of(p, y), r)
     if has_pipe(p):
         drawn = stream_through(mode[EXCHANGE + exchange.PIPE], sides.pipe, flows.pipe.mass)
@@ -239,8 +239,7 @@ def stored_exergy(p: Cycle, t: float, y: np.ndarray) -> float:
     if has_pipe(p):
         gases.append((pipe_gas(y), intake_state(p, y, receiver), p.pipe.volume))
     if has_line(p.actuator):
-        _, before_solenoids = control_air(p, y)
-        gases.append((line_gas(y), before_solenoids, p.actuator.line.volume))
+        gases.append((line_gas(y), control_air(p, y).behind, p.actuator.line.volume))
     total = sum(exergy_stored(gas, ambient, *content) for content in gases)
     return total + (valve_stored(p.actuator, y, supply_of(p, y)) if p.engine.intake == EPV else 0.0)
 

@@ -9,13 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.air import GasState
 from apesim.kernel import kernel
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, Accuracy, march
 from apesim.march.error_bounds import closure_of
 from apesim.march.hybrid_system import events, handle_event, observe, power, rates, start_segment, zero_crossings
 from apesim.march.periodic import Orbit, periodic_orbit
-from apesim.restriction import Flow
+from apesim.restriction import Flow, Sides
 from apesim.valve.actuator import (
     GAS_SCALE,
     MAX_STEP,
@@ -159,7 +158,7 @@ def effects_ledger(y: np.ndarray) -> Flow:
 
 
 @kernel
-def control_air(p: Bench, y: np.ndarray) -> tuple[GasState, GasState]:
+def control_air(p: Bench, y: np.ndarray) -> Sides:
     """Return the state of the control air at its source and before the solenoids.
 
     Parameters
@@ -171,19 +170,18 @@ def control_air(p: Bench, y: np.ndarray) -> tuple[GasState, GasState]:
 
     Returns
     -------
-    source, before : apesim.air.GasState
-        Pressure and temperature.
+    apesim.restriction.Sides
+        Both sides of the feed of a supply line; equal where there is none.
 
     Examples
     --------
     >>> import apesim
     >>> p, tables = bench_of(apesim.Machine(), edges=[0.0])
     >>> y, mode = closed_at_start(p)
-    >>> source, before = control_air(p, y)
-    >>> source
+    >>> control_air(p, y).before
     GasState(pressure=1101325.0, temperature=287.0)
     """
-    return p.supply.control, before_solenoids(p.actuator, y, LINE, p.supply.control)
+    return Sides(p.supply.control, before_solenoids(p.actuator, y, LINE, p.supply.control))
 
 
 @kernel
@@ -210,8 +208,7 @@ def supply_of(p: Bench, y: np.ndarray) -> ValveSupply:
     >>> supply_of(p, y).control
     GasState(pressure=1101325.0, temperature=287.0)
     """
-    _, before = control_air(p, y)
-    return ValveSupply(before, p.supply.intake_pressure)
+    return ValveSupply(control_air(p, y).behind, p.supply.intake_pressure)
 
 
 @rates.for_type(Bench)
@@ -257,7 +254,7 @@ def bench_rates(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
         if mass <= 0.0 or energy <= 0.0:
             return False
     r = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
-    fed = line_feed(p.actuator, mode, *control_air(p, y), r)
+    fed = line_feed(p.actuator, mode, control_air(p, y), r)
     update_part(dy, 0, r.states)
     update_part(dy, LINE, (fed.mass - r.supplied.mass, fed.enthalpy - r.supplied.enthalpy))
     update_control_ledger(dy, LEDGER, ControlLedger(fed, r.supplied, r.vented, r.work))
@@ -294,7 +291,7 @@ def bench_events(p: Bench, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndar
     -1.0
     """
     actuator_events(p.actuator, y, mode, supply_of(p, y), g)
-    g[LINE_FLOW] = line_event(p.actuator, *control_air(p, y), mode)
+    g[LINE_FLOW] = line_event(p.actuator, control_air(p, y), mode)
 
 
 @handle_event.for_type(Bench)
@@ -327,7 +324,7 @@ def handle_bench_event(p: Bench, tables: ActuatorTables, event: int, t: float, y
     True
     """
     if event == LINE_FLOW:
-        change_line_regime(p.actuator, *control_air(p, y), mode)
+        change_line_regime(p.actuator, control_air(p, y), mode)
     else:
         handle_actuator_event(p.actuator, tables, event, y, mode, supply_of(p, y))
 
@@ -395,7 +392,7 @@ def start_bench_segment(
     True
     """
     start_actuator_segment(p.actuator, tables, t, t_end, y, mode, supply_of(p, y))
-    start_line_segment(p.actuator, *control_air(p, y), mode)
+    start_line_segment(p.actuator, control_air(p, y), mode)
 
 
 @power.for_type(Bench)

@@ -85,7 +85,7 @@ def before_solenoids(actuator: Actuator, y: np.ndarray, first: int, source: GasS
 
 
 @kernel
-def line_feed(actuator: Actuator, mode: np.ndarray, source: GasState, line: GasState, valve: ActuatorRates) -> Flow:
+def line_feed(actuator: Actuator, mode: np.ndarray, control: Sides, valve: ActuatorRates) -> Flow:
     """Return the control air from its source: into the line, or to the solenoids where there is none.
 
     ``mdot = S psi(r) p/sqrt(R T)``, Eq. 7 of the EPV paper (doi 10.1631/jzus.A0820373), with the area of the feed.
@@ -96,10 +96,8 @@ def line_feed(actuator: Actuator, mode: np.ndarray, source: GasState, line: GasS
         Valve as the kernels take it.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
-    source : apesim.air.GasState
-        State of the control air before its line.
-    line : apesim.air.GasState
-        State of the control air before the solenoids.
+    control : apesim.restriction.Sides
+        State of the control air at its source and before the solenoids.
     valve : apesim.valve.actuator.ActuatorRates
         Rates of the valve.
 
@@ -120,26 +118,24 @@ def line_feed(actuator: Actuator, mode: np.ndarray, source: GasState, line: GasS
     >>> from apesim.valve.actuator import MODES, actuator_rates
     >>> mode = np.zeros(MODES)
     >>> rates = actuator_rates(actuator, 0.0, y, mode, supply)
-    >>> line_feed(actuator, mode, supply.control, supply.control, rates)
+    >>> line_feed(actuator, mode, Sides(supply.control, supply.control), rates)
     Flow(mass=0.0, enthalpy=0.0)
     """
     if has_line(actuator):
-        return flow_in(actuator.gas, mode[LINE_REGIME], actuator.line.feed_area, Sides(source, line))
+        return flow_in(actuator.gas, mode[LINE_REGIME], actuator.line.feed_area, control)
     return valve.supplied
 
 
 @kernel
-def start_line_segment(actuator: Actuator, source: GasState, line: GasState, mode: np.ndarray) -> None:
+def start_line_segment(actuator: Actuator, control: Sides, mode: np.ndarray) -> None:
     """Write the regime of the feed at the start of a smooth stretch into the modes.
 
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
         Valve as the kernels take it.
-    source : apesim.air.GasState
-        State of the control air before its line.
-    line : apesim.air.GasState
-        State of the control air before the solenoids.
+    control : apesim.restriction.Sides
+        State of the control air at its source and before the solenoids.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
 
@@ -156,25 +152,23 @@ def start_line_segment(actuator: Actuator, source: GasState, line: GasState, mod
     >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
     >>> mode = np.ones(MODES)
-    >>> start_line_segment(actuator, supply.control, supply.control, mode)
+    >>> start_line_segment(actuator, Sides(supply.control, supply.control), mode)
     >>> float(mode[LINE_REGIME])
     0.0
     """
-    mode[LINE_REGIME] = regime_between(actuator.gas, Sides(source, line)) if has_line(actuator) else SHUT
+    mode[LINE_REGIME] = regime_between(actuator.gas, control) if has_line(actuator) else SHUT
 
 
 @kernel
-def line_event(actuator: Actuator, source: GasState, line: GasState, mode: np.ndarray) -> float:
+def line_event(actuator: Actuator, control: Sides, mode: np.ndarray) -> float:
     """Return by how much the feed has left its regime; above zero it has.
 
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
         Valve as the kernels take it.
-    source : apesim.air.GasState
-        State of the control air before its line.
-    line : apesim.air.GasState
-        State of the control air before the solenoids.
+    control : apesim.restriction.Sides
+        State of the control air at its source and before the solenoids.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
 
@@ -193,24 +187,22 @@ def line_event(actuator: Actuator, source: GasState, line: GasState, mode: np.nd
     >>> supply = ValveSupply(GasState(1e6, 300.0), intake_pressure=1e5)
     >>> y = closed_at_rest(actuator, supply.control)
     >>> from apesim.valve.actuator import MODES
-    >>> line_event(actuator, supply.control, supply.control, np.zeros(MODES))
+    >>> line_event(actuator, Sides(supply.control, supply.control), np.zeros(MODES))
     -1.0
     """
-    return beyond_regime(actuator.gas, mode[LINE_REGIME], Sides(source, line)) if has_line(actuator) else -1.0
+    return beyond_regime(actuator.gas, mode[LINE_REGIME], control) if has_line(actuator) else -1.0
 
 
 @kernel
-def change_line_regime(actuator: Actuator, source: GasState, line: GasState, mode: np.ndarray) -> None:
+def change_line_regime(actuator: Actuator, control: Sides, mode: np.ndarray) -> None:
     """Take the feed over into the regime that follows.
 
     Parameters
     ----------
     actuator : apesim.valve.actuator.Actuator
         Valve as the kernels take it.
-    source : apesim.air.GasState
-        State of the control air before its line.
-    line : apesim.air.GasState
-        State of the control air before the solenoids.
+    control : apesim.restriction.Sides
+        State of the control air at its source and before the solenoids.
     mode : (>= MODES,) float array
         Modes of the valve, see `apesim.valve.actuator`.
 
@@ -228,8 +220,8 @@ def change_line_regime(actuator: Actuator, source: GasState, line: GasState, mod
     >>> from apesim.restriction import CHOKED, SUBSONIC
     >>> from apesim.valve.actuator import MODES
     >>> mode = np.full(MODES, float(CHOKED))
-    >>> change_line_regime(actuator, supply.control, GasState(8e5, 300.0), mode)
+    >>> change_line_regime(actuator, Sides(supply.control, GasState(8e5, 300.0)), mode)
     >>> bool(mode[LINE_REGIME] == SUBSONIC)
     True
     """
-    mode[LINE_REGIME] = next_regime(actuator.gas, mode[LINE_REGIME], Sides(source, line))
+    mode[LINE_REGIME] = next_regime(actuator.gas, mode[LINE_REGIME], control)

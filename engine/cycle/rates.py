@@ -229,7 +229,7 @@ def cycle_rates(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, dy: np.ndar
         if not valve_actuator.in_domain(p.actuator, y):
             return False
         valve = actuator_rates(p.actuator, t, y, mode, supply_of(p, y))
-    line = line_feed(p.actuator, mode, *control_air(p, y), valve)
+    line = line_feed(p.actuator, mode, control_air(p, y), valve)
     terms = effect_terms(p, cylinder)
     let_in = terms.let_in
     flows = with_past_groove(p, flows, terms.past_groove)
@@ -295,7 +295,7 @@ def cycle_events(p: Cycle, t: float, y: np.ndarray, mode: np.ndarray, g: np.ndar
     """
     if p.engine.intake == EPV:
         actuator_events(p.actuator, y, mode, supply_of(p, y), g)
-        g[LINE_FLOW] = line_event(p.actuator, *control_air(p, y), mode)
+        g[LINE_FLOW] = line_event(p.actuator, control_air(p, y), mode)
     exchange_events(p, t, y, mode, g, FLOW)
     if len(p.effects) > 0:
         g[BRANCHED] = -1.0 if effect_branches(p, t, y) == mode[BRANCHES] else 1.0
@@ -337,7 +337,7 @@ def handle_cycle_event(p: Cycle, tables: CycleTables, event: int, t: float, y: n
     elif event >= FLOW:
         change_exchange_regime(p, t, y, event - FLOW, mode)
     elif event == LINE_FLOW:
-        change_line_regime(p.actuator, *control_air(p, y), mode)
+        change_line_regime(p.actuator, control_air(p, y), mode)
     else:
         handle_actuator_event(p.actuator, tables.valve, event, y, mode, supply_of(p, y))
         if event == CORNER:
@@ -476,7 +476,7 @@ def start_cycle_segment(p: Cycle, tables: CycleTables, t: float, t_end: float, y
     middle = p.start + p.speed * 0.5 * (t + t_end)
     if p.engine.intake == EPV:
         start_actuator_segment(p.actuator, tables.valve, t, t_end, y, mode, supply_of(p, y))
-        start_line_segment(p.actuator, *control_air(p, y), mode)
+        start_line_segment(p.actuator, control_air(p, y), mode)
     elif p.engine.intake == CAM:
         if p.has_lift_curve:
             mode[LIFT], mode[LIFT_SLOPE] = lift_line(tables.cam, middle)

@@ -11,7 +11,7 @@ from apesim.engine.cylinder import CylinderState, Engine
 from apesim.engine.effects import EngineLaws, EngineTables
 from apesim.engine.kinematics import Crank, cylinder_volume
 from apesim.kernel import kernel
-from apesim.restriction import Flow
+from apesim.restriction import Flow, Sides
 from apesim.valve import actuator as valve_actuator
 from apesim.valve.actuator import Actuator, ActuatorTables
 from apesim.valve.chamber import chamber_state
@@ -467,7 +467,7 @@ def cylinder_state(p: Cycle, t: float, y: np.ndarray) -> tuple[CylinderState, fl
 
 
 @kernel
-def control_air(p: Cycle, y: np.ndarray) -> tuple[GasState, GasState]:
+def control_air(p: Cycle, y: np.ndarray) -> Sides:
     """State of the control air at its source and before the solenoids.
 
     Parameters
@@ -479,10 +479,8 @@ def control_air(p: Cycle, y: np.ndarray) -> tuple[GasState, GasState]:
 
     Returns
     -------
-    source : apesim.air.GasState
-        State of the air in the receiver or behind the regulator.
-    before_solenoids : apesim.air.GasState
-        State of the air in the supply line, or where there is none, that of the source.
+    apesim.restriction.Sides
+        State of the air in the receiver or behind the regulator, and in the supply line; equal where there is none.
 
     Examples
     --------
@@ -490,12 +488,11 @@ def control_air(p: Cycle, y: np.ndarray) -> tuple[GasState, GasState]:
     >>> from apesim.engine.machine import Machine
     >>> cycle, tables, _ = cycle_of(Machine(), 100.0)
     >>> y, mode = charged_at_rest(cycle)
-    >>> source, before = control_air(cycle, y)
-    >>> source
+    >>> control_air(cycle, y).before
     GasState(pressure=1101325.0, temperature=287.0)
     """
     source = receiver_state(p, y) if p.control_from_receiver else p.control
-    return source, before_solenoids(p.actuator, y, LINE, source)
+    return Sides(source, before_solenoids(p.actuator, y, LINE, source))
 
 
 @kernel
@@ -524,8 +521,7 @@ def supply_of(p: Cycle, y: np.ndarray) -> ValveSupply:
     >>> supply_of(cycle, y).intake_pressure
     1101325.0
     """
-    _, before = control_air(p, y)
     intake = p.supply
     if len(p.actuator.effects) > 0:
         intake = intake_state(p, y, receiver_state(p, y))
-    return ValveSupply(before, intake.pressure)
+    return ValveSupply(control_air(p, y).behind, intake.pressure)
