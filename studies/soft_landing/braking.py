@@ -5,11 +5,12 @@ where the piston turns back or falls off its stop again. So all brakes of a grid
 the best ones on ever finer grids: a scan sees a cliff, where a descent would end on it.
 """
 
+from collections.abc import Sequence
 from math import ceil, inf
 
 import numpy as np
 
-from apesim.studies.soft_landing.landing import SOLENOIDS, apart_of, land
+from apesim.studies.soft_landing.landing import SOLENOIDS, Landing, Task, apart_of, land
 from apesim.valve.solenoid import opening_curve
 
 RESOLUTION = 0.01e-3
@@ -17,7 +18,7 @@ RESOLUTION = 0.01e-3
 COARSE = 32
 """Step of the first grid, in units of the resolution; a power of two."""
 MIN_ADDED = 3e-3
-"""Added time up to which brakes are sought, at least [s]."""
+"""Shortest added time up to which brakes are sought [s]."""
 FRONT_STEP = 0.05e-3
 """The front is refined at one brake for each such step of added time [s]."""
 SPACINGS = np.arange(1, 19) * 0.25e-3
@@ -29,22 +30,34 @@ BRAKE, RELEASE, ADDED, SPEED, APART, SWITCHED = range(6)
 time between two edges of a solenoid [s], number in `SOLENOIDS` of those it switches."""
 
 
-def front_of(brakes, apart=0.0, max_added=inf):
-    """The brakes that no other beats in both added time and seating speed.
+def front_of(brakes: np.ndarray, apart: float = 0.0, max_added: float = inf) -> np.ndarray:
+    """Select the brakes that no other beats in both added time and seating speed.
 
     Parameters
     ----------
     brakes : (n, 6) float array
-        See `BRAKE`.
+        Brakes with the columns from `BRAKE` on.
     apart : float
-        Least time between two edges [s].
+        Shortest time between two edges that is allowed [s].
     max_added : float
-        [s]
+        Longest added time that is allowed [s].
 
     Returns
     -------
     (m, 6) float array
         Added time ascending, seating speed falling; the softest is the last.
+
+    Examples
+    --------
+    >>> brakes = np.array(
+    ...     [
+    ...         [8.72e-3, 9.46e-3, 0.9e-3, 0.04, 0.74e-3, 0],
+    ...         [8.08e-3, 12.4e-3, 0.9e-3, 0.27, 4.31e-3, 1],
+    ...         [7.00e-3, 11.6e-3, 2.0e-3, 0.30, 4.60e-3, 1],
+    ...     ]
+    ... )
+    >>> front_of(brakes)[:, SPEED].tolist(), front_of(brakes, apart=4e-3)[:, SPEED].tolist()
+    ([0.04], [0.27])
     """
     allowed = brakes[(brakes[:, APART] >= apart) & (brakes[:, ADDED] <= max_added)]
     allowed = allowed[np.lexsort((allowed[:, SPEED], allowed[:, ADDED]))]
@@ -52,53 +65,93 @@ def front_of(brakes, apart=0.0, max_added=inf):
     return allowed[allowed[:, SPEED] < lowest[:-1]]
 
 
-def widest_soft(brakes, unbraked, cost):
-    """The brake whose edges are farthest apart of those that land softly (see `SOFT`) at a cost; shape (0 or 1, 6)."""
+def widest_soft(brakes: np.ndarray, unbraked: Landing, cost: float) -> np.ndarray:
+    """Select the brake whose edges are farthest apart, of those that land softly (see `SOFT`) at a cost.
+
+    Parameters
+    ----------
+    brakes : (n, 6) float array
+        Brakes with the columns from `BRAKE` on.
+    unbraked : Landing
+        Landing without a brake.
+    cost : float
+        Longest added time that is allowed [s].
+
+    Returns
+    -------
+    (0 or 1, 6) float array
+        The brake; empty where none lands softly.
+
+    Examples
+    --------
+    >>> brakes = np.array(
+    ...     [
+    ...         [8.72e-3, 9.46e-3, 0.9e-3, 0.04, 0.74e-3, 0],
+    ...         [8.08e-3, 12.4e-3, 0.9e-3, 0.27, 4.31e-3, 1],
+    ...         [7.00e-3, 11.6e-3, 2.0e-3, 0.30, 4.60e-3, 1],
+    ...     ]
+    ... )
+    >>> widest_soft(brakes, Landing(5.7e-3, 11.5e-3, 1.54, True), cost=1e-3)[:, APART].tolist()
+    [0.00431]
+    """
     soft = brakes[(brakes[:, ADDED] <= cost) & (brakes[:, SPEED] <= SOFT * unbraked.speed)]
     return soft[np.argsort(soft[:, APART])[-1:]]
 
 
-def search(task, unbraked, spacing, cost):
-    """Brakes of a task's solenoids that complete the stroke and lower its seating speed.
+def search(task: Task, unbraked: Landing, spacing: float, cost: float) -> np.ndarray:
+    """Search brakes of a task's solenoids that complete the stroke and lower its seating speed.
 
     Parameters
     ----------
     task : Task
+        Stroke that is to land softly.
     unbraked : Landing
-        Of the same task.
+        Landing of the same task without a brake.
     spacing : float
-        Between two edges of a solenoid, at least; brakes with closer edges are found too [s].
+        Shortest time between two edges of a solenoid for which the search is refined [s]; closer edges are tried, too.
     cost : float
-        Added time allowed [s].
+        Longest added time that is allowed [s].
 
     Returns
     -------
     (n, 6) float array
-        See `BRAKE`; of each front all that were met, refined for the given spacing, for none and for `SPACINGS`.
+        Brakes with the columns from `BRAKE` on: all that were met, refined along the fronts for the given spacing, for
+        none and for `SPACINGS`.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> task = Task(Machine(), 50e-3, "closing")
+    >>> unbraked = land(task)
+    >>> softest = front_of(search(task, unbraked, spacing=0.6e-3, cost=1e-3), max_added=1e-3)[-1]
+    >>> round(unbraked.speed, 2), bool(softest[SPEED] < 0.1 * unbraked.speed)  # [m/s]
+    (1.54, True)
     """
     max_added = max(MIN_ADDED, cost)
-    points, tried, found = first_grid(task, unbraked, spacing, max_added), set(), []
+    points = _first_grid(task, unbraked, spacing, max_added)
+    tried: set[tuple[int, int]] = set()
+    completed: list[tuple[float, ...]] = []
     unit, brakes = COARSE, np.empty((0, 6))
     while points:
-        found += [row for point in sorted(points) if (row := attempt(task, unbraked, max_added, point))]
+        completed += [row for point in sorted(points) if (row := _attempt(task, unbraked, max_added, point))]
         tried |= points
-        brakes = np.array(found).reshape(-1, 6)
+        brakes = np.array(completed).reshape(-1, 6)
         softest = [front_of(brakes, apart, cost)[-1:] for apart in (spacing, 0.0)]
         if unit > 1:
             unit //= 2
-            moves = (-unit, 0, unit)
+            moves = [-unit, 0, unit]
             fronts = [_thinned(front_of(brakes, apart, max_added)) for apart in (spacing, 0.0)]
             spaced = [front_of(brakes, apart, cost)[-1:] for apart in SPACINGS]
             rows = np.concatenate((*softest, *fronts, *spaced, widest_soft(brakes, unbraked, cost)))
         else:  # until all around the softest have been tried
-            rows, moves = np.concatenate(softest), (-2, -1, 0, 1, 2)
+            rows, moves = np.concatenate(softest), [-2, -1, 0, 1, 2]
         centres = np.round(rows[:, (BRAKE, RELEASE)] / RESOLUTION).astype(int).tolist()
         points = {(i + a, j + b) for i, j in centres for a in moves for b in moves} - tried
     return brakes
 
 
-def first_grid(task, unbraked, spacing, max_added):
-    """Edges to begin with, in units of the resolution.
+def _first_grid(task: Task, unbraked: Landing, spacing: float, max_added: float) -> set[tuple[int, int]]:
+    """Choose the edges to begin with, in units of the resolution.
 
     A brake that has fully acted before the motion only delays it, and one that acts after contact lowers nothing. If
     the stroke is completed after the release, a late one costs too much; if before, an earlier one is better.
@@ -118,25 +171,14 @@ def first_grid(task, unbraked, spacing, max_added):
     }
 
 
-def attempt(task, unbraked, max_added, point):
-    """Run a brake.
+def _attempt(
+    task: Task, unbraked: Landing, max_added: float, point: tuple[int, int]
+) -> tuple[float, float, float, float, float, int] | None:
+    """Run a brake with edges in units of the resolution, see `BRAKE` for what is returned.
 
-    Parameters
-    ----------
-    task : Task
-    unbraked : Landing
-        Of the same task.
-    max_added : float
-        Added time allowed [s].
-    point : pair of int
-        Its edges, in units of the resolution.
-
-    Returns
-    -------
-    tuple of float or None
-        A row of brakes, see `BRAKE`; None: the stroke is not completed in time, or not softer than unbraked.
+    None is returned where the stroke is not completed in time, or not softer than unbraked.
     """
-    brake, release = (round(edge * RESOLUTION, 9) for edge in point)
+    brake, release = _edges_of(point)
     apart = apart_of(task, (brake, release))
     if apart <= 0.0:
         return None
@@ -149,55 +191,79 @@ def attempt(task, unbraked, max_added, point):
     return brake, release, added, landing.speed, apart, SOLENOIDS.index(task.solenoids)
 
 
-def _thinned(front):
-    """The last brake of a front for each step of added time."""
+def _thinned(front: np.ndarray) -> np.ndarray:
+    """Last brake of a front for each step of added time."""
     steps = np.floor(front[:, ADDED] / FRONT_STEP)
     return front[np.append(steps[1:] != steps[:-1], True)] if len(front) else front
 
 
-def sturdiest(conditions, brakes, spacing, cost):
-    """The brake with the lowest worst seating speed over several conditions, costing no more in any.
+def sturdiest(
+    conditions: Sequence[tuple[Task, Landing]], brakes: np.ndarray, spacing: float, cost: float
+) -> tuple[tuple[float, float] | None, float]:
+    """Find the brake with the lowest worst seating speed over several conditions, costing no more in any.
 
-    The best of the given brakes that begin on a grid, moved by ever smaller steps for as long as its worst speed falls.
+    It starts from the best of the given brakes that begin on a grid, and moves by ever smaller steps for as long as the
+    worst speed falls.
 
     Parameters
     ----------
     conditions : sequence of (Task, Landing)
-        Each with its unbraked landing, all of the same solenoids.
+        Tasks of the same solenoids, each with its unbraked landing.
     brakes : (n, 6) float array
-        See `BRAKE`; of those solenoids.
-    spacing, cost : float
-        [s]
+        Brakes of those solenoids with the columns from `BRAKE` on.
+    spacing : float
+        Shortest time between two edges of a solenoid [s].
+    cost : float
+        Longest added time that is allowed [s].
 
     Returns
     -------
-    pair of float or None, float
-        Its edges after the command [s]; None: no brake completes the stroke in every condition at that cost. Its worst
-        seating speed [m/s].
+    brake : pair of float or None
+        Its edges after the command [s]; None: no brake completes the stroke in every condition at that cost.
+    worst : float
+        Its worst seating speed [m/s].
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> task = Task(Machine(), 50e-3, "closing")
+    >>> brakes = np.array([[8.72e-3, 9.46e-3, 0.91e-3, 0.036, 0.74e-3, 0]])
+    >>> brake, worst = sturdiest([(task, land(task))], brakes, spacing=0.6e-3, cost=1e-3)
+    >>> round(1e3 * brake[0], 1), worst < 0.1  # [ms], [m/s]
+    (8.7, True)
     """
-    conditions, unit = list(conditions), COARSE // 8
+    ordered, unit = list(conditions), COARSE // 8
     points = np.round(brakes[:, (BRAKE, RELEASE)] / RESOLUTION).astype(int)
     start = (brakes[:, APART] >= spacing) & (brakes[:, ADDED] <= cost) & (points[:, 0] % unit == 0)
-    best, lowest, around = None, inf, list(map(tuple, points[start].tolist()))
-    while unit:
+    best: tuple[int, int] | None = None
+    lowest, around = inf, [(first, last) for first, last in points[start].tolist()]
+    while True:
         moved = False
         for point in around:
-            brake = tuple(round(edge * RESOLUTION, 9) for edge in point)
-            if apart_of(conditions[0][0], brake) < max(spacing, RESOLUTION):
+            brake = _edges_of(point)
+            if apart_of(ordered[0][0], brake) < max(spacing, RESOLUTION):
                 continue
-            speed = worst_speed(conditions, brake, cost, lowest)
+            speed = _worst_speed(ordered, brake, cost, lowest)
             if speed < lowest:
                 best, lowest, moved = point, speed, True
         if best is None:
             return None, inf
         unit = unit if moved else unit // 2
-        moves = range(-2 * unit, 2 * unit + 1, unit or 1)
+        if not unit:
+            return _edges_of(best), lowest
+        moves = range(-2 * unit, 2 * unit + 1, unit)
         around = [(best[0] + a, best[1] + b) for a in moves for b in moves if a or b]
-    return tuple(round(edge * RESOLUTION, 9) for edge in best), lowest
 
 
-def worst_speed(conditions, brake, cost, bound=inf):
-    """Highest seating speed of a brake over conditions [m/s]; inf where it reaches a bound or a stroke fails.
+def _edges_of(point: tuple[int, int]) -> tuple[float, float]:
+    """Edges of a brake [s], from units of the resolution."""
+    return round(point[0] * RESOLUTION, 9), round(point[1] * RESOLUTION, 9)
+
+
+def _worst_speed(
+    conditions: list[tuple[Task, Landing]], brake: tuple[float, float], cost: float, bound: float = inf
+) -> float:
+    """Find the highest seating speed of a brake over conditions [m/s]; inf where it reaches a bound or a stroke fails.
 
     The condition that shows it is moved to the front of the list: it is likely to show it for the next brake as well.
     """

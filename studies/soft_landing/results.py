@@ -1,11 +1,13 @@
 """The archive of a study of soft landing."""
 
+from collections.abc import Sequence
 from math import nan
 
 import numpy as np
 
 from apesim.archive import Archive, Variable
 from apesim.archive.columns import NO_YES, column, run_axis
+from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
 from apesim.studies.soft_landing.braking import (
@@ -21,7 +23,7 @@ from apesim.studies.soft_landing.braking import (
     widest_soft,
 )
 from apesim.studies.soft_landing.landing import OPENING, SOLENOIDS, STROKES
-from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS
+from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, Choice, Result
 from apesim.valve.solenoid import energised_fraction, opening_curve
 
 STEP = 0.02e-3
@@ -31,23 +33,43 @@ SAMPLE = 0.05e-3
 NUMBERED = "-1 none, 0 both, 1 A, 2 B"
 
 
-def archive_of(machine, results, spacing, cost, command="", solenoids=SOLENOIDS):
-    """Results as an archive; a run is a pressure.
+def archive_of(
+    machine: Machine,
+    results: Sequence[Result],
+    spacing: float,
+    cost: float,
+    command: str = "",
+    solenoids: Sequence[str] = SOLENOIDS,
+) -> Archive:
+    """Store brakes as an archive; a run is a pressure.
 
     Parameters
     ----------
-    machine : apesim.engine.machine.Machine
-    results : list of Result
-    spacing, cost : float
-        [s]
+    machine : Machine
+        Machine whose text goes into the archive.
+    results : sequence of Result
+        Opening and closing for each pressure.
+    spacing : float
+        Shortest time between two edges of a solenoid [s].
+    cost : float
+        Longest added time that is allowed [s].
     command : str
-        The command line.
+        The command line, which the archive keeps.
     solenoids : sequence of str
-        Tried to brake with, see `apesim.studies.soft_landing.strokes.soften`.
+        Ways to brake that were tried, see `apesim.studies.soft_landing.strokes.soft_landings`.
 
     Returns
     -------
     Archive
+        Landings, fronts, chosen brakes and traces of both strokes; NaN where there is no brake.
+
+    Examples
+    --------
+    >>> from apesim.studies.soft_landing.strokes import soft_landings
+    >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
+    >>> archive = archive_of(Machine(), results, spacing=4e-3, cost=1e-3)
+    >>> archive.variables["opening_within_spacing_softest_speed"].values
+    array([nan])
     """
     openings = [result for result in results if result.task.stroke == OPENING]
     controls = [result.task.machine.supply.control() for result in openings]
@@ -82,14 +104,15 @@ def archive_of(machine, results, spacing, cost, command="", solenoids=SOLENOIDS)
     return Archive(dumps(machine), provenance, variables)
 
 
-def _max_added(results):
+def _max_added(results: Sequence[Result]) -> float:
+    """Longest added time of all brakes [s]; 0 without any."""
     return max((result.brakes[:, ADDED].max() for result in results if len(result.brakes)), default=0.0)
 
 
-def _landings(stroke, results, cost):
+def _landings(stroke: str, results: Sequence[Result], cost: float) -> dict[str, Variable]:
     """Unbraked landings, and the softest brake over the spacing, as variables."""
 
-    def over_spacing(result):
+    def over_spacing(result: Result) -> list[float]:
         fronts = [front_of(result.brakes, apart, cost) for apart in SPACINGS]
         return [front[-1, SPEED] if len(front) else result.unbraked.speed for front in fronts]
 
@@ -112,7 +135,7 @@ def _landings(stroke, results, cost):
     return variables
 
 
-def _fronts(stroke, results, added, spacing):
+def _fronts(stroke: str, results: Sequence[Result], added: np.ndarray, spacing: float) -> dict[str, Variable]:
     """Fronts as variables: for each added time the softest brake that costs no more; NaN where there is none."""
     variables = {}
     for limit, apart in zip(LIMITS, (spacing, 0.0), strict=True):
@@ -122,24 +145,26 @@ def _fronts(stroke, results, added, spacing):
             last = np.searchsorted(front[:, ADDED], added, side="right") - 1
             for number, place in enumerate((SPEED, BRAKE, RELEASE, SWITCHED)):
                 values[number, run, last >= 0] = front[last[last >= 0], place]
-        told = (
-            ("speed", "m/s", "front: seating speed"),
-            ("brake", "s", "front: begin of the brake after the command edge"),
-            ("release", "s", "front: end of the brake after the command edge"),
+        declared = (
+            ("speed", "m/s", "front: seating speed", ""),
+            ("brake", "s", "front: begin of the brake after the command edge", ""),
+            ("release", "s", "front: end of the brake after the command edge", ""),
             ("solenoids", "1", "front: solenoids that the brake switches", NUMBERED),
         )
         columns = (*values[:3], _numbers(values[3]))
-        for (name, *of), values_of_front in zip(told, columns, strict=True):
-            variables[f"{stroke}_{limit}_front_{name}"] = Variable(("run", "added_time"), values_of_front, *of)
+        for (name, unit, description, meanings), front in zip(declared, columns, strict=True):
+            variable = Variable(("run", "added_time"), front, unit, description, meanings)
+            variables[f"{stroke}_{limit}_front_{name}"] = variable
     return variables
 
 
-def _numbers(solenoids):
+def _numbers(solenoids: np.ndarray) -> np.ndarray:
+    """Numbers of solenoids as codes; -1 where there are none."""
     return np.nan_to_num(solenoids, nan=-1.0).astype(np.int8)
 
 
-def _choices(prefix, choices):
-    """A kind of choice as variables; NaN where there is none."""
+def _choices(prefix: str, choices: Sequence[Choice | None]) -> dict[str, Variable]:
+    """Kind of choice as variables; NaN where there is none."""
     shape = (len(choices), len(FACTORS), len(OFFSETS))
     rows, speed, added = np.full((len(choices), 6), nan), np.full(shape, nan), np.full(shape, nan)
     stays = np.zeros(shape, dtype=np.int8)
@@ -162,7 +187,7 @@ def _choices(prefix, choices):
     }
 
 
-def _traces(results):
+def _traces(results: Sequence[Result]) -> dict[str, Variable]:
     """Lift, velocity and energised fractions over both strokes, unbraked and with the best brakes, as variables."""
     openings, closings = results[::2], results[1::2]
     task = results[0].task

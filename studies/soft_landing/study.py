@@ -32,11 +32,13 @@ class SoftLanding(GridResult):
 
     Attributes
     ----------
-    spacing, cost : float
-        Time between two edges of a solenoid, at least, and time added to a stroke, at most [s].
+    spacing : float
+        Shortest time between two edges of a solenoid [s].
+    cost : float
+        Longest time that a brake may add to a stroke [s].
     solenoids : {"both", "a", "b", "any"}
-        Those that a brake may switch.
-    strokes : tuple of apesim.studies.soft_landing.strokes.Result
+        Solenoids that a brake may switch.
+    strokes : tuple of Result
         Opening and closing for each pressure.
     """
 
@@ -49,14 +51,35 @@ class SoftLanding(GridResult):
     strokes: tuple[Result, ...] = field(kw_only=True)
 
     def to_dict(self) -> dict[str, Any]:
-        """The result under the keys of ``apesim valve soft-landing --json``; NaN where JSON says null."""
+        """Convert to a dictionary with the keys of ``apesim valve soft-landing --json``.
+
+        Returns
+        -------
+        dict
+            Spacing, cost, and the brakes of each stroke under ``points``; NaN where JSON says null.
+
+        Examples
+        --------
+        >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
+        >>> landings = SoftLanding.of(
+        ...     archive_of(Machine(), results, SPACING, 1e-3),
+        ...     ambient_pressure=101325.0,
+        ...     spacing=SPACING,
+        ...     cost=1e-3,
+        ...     solenoids=ANY,
+        ...     strokes=tuple(results),
+        ... )
+        >>> data = landings.to_dict()
+        >>> round(data["spacing_ms"], 2), [point["reachable"] for point in data["points"]]
+        (4.17, [False, False])
+        """
         spacing, cost = self.spacing, self.cost
         return {
             "spacing_ms": 1e3 * spacing,
             "cost_ms": 1e3 * cost,
             "solenoids": self.solenoids,
             "reachable": not self.failed,
-            "points": [stroke_json(one, spacing, cost) for one in self.strokes],
+            "points": [stroke_json(stroke, spacing, cost) for stroke in self.strokes],
             "faults": list(self.failed),
         }
 
@@ -66,7 +89,32 @@ class SoftLanding(GridResult):
         return soft_landing_figures(self.archive, self.ambient_pressure, folder)
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the softest landing over the time between edges that the solenoids need; returns the axes."""
+        """Draw the softest landing over the time between edges that the solenoids need.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Examples
+        --------
+        >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
+        >>> landings = SoftLanding.of(
+        ...     archive_of(Machine(), results, SPACING, 1e-3),
+        ...     ambient_pressure=101325.0,
+        ...     spacing=SPACING,
+        ...     cost=1e-3,
+        ...     solenoids=ANY,
+        ...     strokes=tuple(results),
+        ... )
+        >>> landings.plot().get_xlabel()
+        'shortest time between two edges [ms]'
+        """
         from apesim.studies.figures.axes import axes_for
         from apesim.studies.figures.soft_landing import draw_over_spacing, shown_of
 
@@ -98,6 +146,7 @@ def find_soft_landing(
     Parameters
     ----------
     machine : Machine
+        Machine with the valve.
     pressure : str, float or sequence
         Control pressures, e.g. "0.4:1.6:0.6 MPa gauge", or [Pa abs].
     temperature : str or float
@@ -142,30 +191,29 @@ def find_soft_landing(
     arguments = arguments_of("find_soft_landing", machine)
     choice = Choice((*SOLENOIDS, ANY), "command line")
     pressures = arguments.range("pressure", pressure, PRESSURE)
-    temperature = arguments.quantity("temperature", temperature, TEMPERATURE)
-    cost = arguments.quantity("cost", cost, SHORT_TIME)
-    spacing = SPACING if spacing is None else arguments.quantity("spacing", spacing, SHORT_TIME)
+    kelvin = arguments.quantity("temperature", temperature, TEMPERATURE)
+    max_added = arguments.quantity("cost", cost, SHORT_TIME)
+    min_spacing = SPACING if spacing is None else arguments.quantity("spacing", spacing, SHORT_TIME)
     number = arguments.quantity("solenoids", solenoids, choice)
-    pulse = arguments.quantity("pulse", pulse, TIME)
+    dwell = arguments.quantity("pulse", pulse, TIME)
     arguments.refuse()
-    solenoids = choice.options[number]
-    ways = SOLENOIDS if solenoids == ANY else (solenoids,)
+    ways = SOLENOIDS if choice.options[number] == ANY else (choice.options[number],)
     strokes: list[Result] = []
 
     def compute(report: Callable[[int, int], None]) -> Archive:
-        strokes.extend(soft_landings(machine, pressures, temperature, pulse, spacing, cost, report, ways))
-        return archive_of(machine, strokes, spacing, cost, call, ways)
+        strokes.extend(soft_landings(machine, pressures, kelvin, dwell, min_spacing, max_added, report, ways))
+        return archive_of(machine, strokes, min_spacing, max_added, call, ways)
 
-    first_march = run_bench, machine, pulse
+    first_march = run_bench, machine, dwell
     with show_progress(progress, "soft landing") as report:
         archive, wall_time = computed(compute, first_march, out, overwrite=overwrite, report=report)
     return SoftLanding.of(
         archive,
         wall_time,
-        failed=faults_of(strokes, spacing, cost, ways),
+        failed=faults_of(strokes, min_spacing, max_added, ways),
         ambient_pressure=machine.ambient.pressure,
-        spacing=spacing,
-        cost=cost,
-        solenoids=solenoids,
+        spacing=min_spacing,
+        cost=max_added,
+        solenoids=choice.options[number],
         strokes=tuple(strokes),
     )

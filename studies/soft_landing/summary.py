@@ -1,6 +1,7 @@
 """Soft landings as tables on the terminal and as JSON."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -10,15 +11,39 @@ from apesim.studies.soft_landing.landing import BOTH, ONLY_A, ONLY_B, SOLENOIDS
 from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, Choice, Result
 from apesim.studies.tables import table_of
 
-TOLD = {BOTH: "A and B", ONLY_A: "A", ONLY_B: "B"}
+SOLENOID_NAMES = {BOTH: "A and B", ONLY_A: "A", ONLY_B: "B"}
 BRAKE_HEADER = (
     *("MPa gauge", "stroke", "brake", "solenoids", "edges\n[ms]", "added\n[ms]", "v_e\n[m/s]", "energy left\n[%]"),
     *("worst v_e\n[m/s]", "worst added\n[ms]"),
 )
 
 
-def stroke_json(result: Result, spacing: float, cost: float) -> dict:
-    """Brakes of a stroke at one pressure, for JSON."""
+def stroke_json(result: Result, spacing: float, cost: float) -> dict[str, Any]:
+    """Lay out the brakes of a stroke at one pressure, for JSON.
+
+    Parameters
+    ----------
+    result : Result
+        Brakes of the stroke.
+    spacing : float
+        Shortest time between two edges of a solenoid [s].
+    cost : float
+        Longest added time that is allowed [s].
+
+    Returns
+    -------
+    dict
+        Conditions, unbraked landing, chosen brakes and fronts; None where there is no brake.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.soft_landing.strokes import soft_landings
+    >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
+    >>> data = stroke_json(results[0], spacing=4e-3, cost=1e-3)
+    >>> data["stroke"], data["reachable"], data["within_spacing"]
+    ('opening', False, {'softest': None, 'sturdy': None})
+    """
     pressure, temperature = result.task.machine.supply.control()
     wide = widest_soft(result.brakes, result.unbraked, cost)
     fronts = zip(LIMITS, (spacing, 0.0), strict=True)
@@ -65,7 +90,7 @@ def _energy(result: Result, speed: float) -> float:
     return 0.5 * result.task.machine.valve.moving_mass * speed**2
 
 
-def _pattern(result: Result, choice: Choice | None) -> dict | None:
+def _pattern(result: Result, choice: Choice | None) -> dict[str, Any] | None:
     """A choice, for JSON; None if there is none."""
     if not choice:
         return None
@@ -92,7 +117,31 @@ def _pattern(result: Result, choice: Choice | None) -> dict | None:
 
 
 def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> Iterator[Table | str]:
-    """Strokes without a brake, the best brakes, and what the columns are."""
+    """Lay out the tables that the console shows: strokes without a brake, the best brakes, and what the columns are.
+
+    Parameters
+    ----------
+    results : sequence of Result
+        Brakes of each stroke at each pressure.
+    spacing : float
+        Shortest time between two edges of a solenoid [s].
+    cost : float
+        Longest added time that is allowed [s].
+
+    Yields
+    ------
+    rich.table.Table or str
+        Tables, and lines where there is no table to show.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.soft_landing.strokes import soft_landings
+    >>> results = soft_landings(Machine(), [0.12e6], 287.0, dwell=50e-3)  # too little pressure to move the piston
+    >>> table, *lines = landing_tables(results, spacing=4e-3, cost=1e-3)
+    >>> table.row_count, lines[0].strip()
+    (2, 'Brakes with edges 4 ms apart, for 1 ms: none lowers the seating speed')
+    """
     rows: list[tuple[str, ...]] = []
     for result in results:
         wide = widest_soft(result.brakes, result.unbraked, cost)
@@ -111,7 +160,8 @@ def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> It
     yield table_of("Without a brake; edges so far apart that a brake could halve v_e", header, rows, left=(1,))
     titles = (f"Brakes with edges {1e3 * spacing:.3g} ms apart", "Brakes with edges as close as it takes")
     for title, limit in zip(titles, LIMITS, strict=True):
-        rows = [_row(result, limit, kind) for result in results for kind in KINDS if result.choices[limit, kind]]
+        choices = [(result, kind, result.choices[limit, kind]) for result in results for kind in KINDS]
+        rows = [_row(result, kind, choice) for result, kind, choice in choices if choice]
         if rows:
             yield table_of(f"{title}, for {1e3 * cost:.3g} ms", BRAKE_HEADER, (*rows,), left=(1, 2, 3))
         else:
@@ -122,9 +172,8 @@ def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> It
     )
 
 
-def _row(result: Result, limit: str, kind: str) -> tuple[str, ...]:
+def _row(result: Result, kind: str, choice: Choice) -> tuple[str, ...]:
     """Cells of a brake."""
-    choice = result.choices[limit, kind]
     speeds = [landing.speed for landing in choice.landings]
     worst = "fails" if np.isnan(speeds).any() else f"{max(speeds):.3f}"
     falls = "" if all(landing.stays for landing in choice.landings) else " !"
@@ -132,7 +181,7 @@ def _row(result: Result, limit: str, kind: str) -> tuple[str, ...]:
         f"{result.gauge / 1e6:.3g}",
         result.task.stroke,
         kind,
-        TOLD[choice.solenoids],
+        SOLENOID_NAMES[choice.solenoids],
         " ".join(f"{edge:.2f}" for edge in _edges(choice.row)[1:]),
         f"{1e3 * choice.row[ADDED]:.2f}",
         f"{choice.row[SPEED]:.3f}",
