@@ -17,15 +17,15 @@ from apesim.studies.gap.decide.consistency import Inconsistency
 from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.reasons import Verdict
-from apesim.studies.gap.report.extended_machine import extend_machine, lineage_of
-from apesim.studies.gap.report.petab_select import model_space
+from apesim.studies.gap.report.extended_machine import extend_machine, find_lineage
+from apesim.studies.gap.report.petab_select import export_model_space
 from apesim.studies.gap.report.verdict_json import describe
 from apesim.studies.gap.search.gap_test import GapTest
 from apesim.studies.gap.search.localisation import Cell
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.search.score_test import Score, Sensitivity
 from apesim.studies.gap.tables.balance import Balance
-from apesim.studies.gap.tables.latent import branches
+from apesim.studies.gap.tables.latent import find_branches
 from apesim.studies.gap.tables.tabulate import Tabulated
 from apesim.studies.measured import Measured
 from apesim.studies.output import make_folder
@@ -151,7 +151,7 @@ class Explanation:
         machine = self.calibrated.residuals.machine
         parent = dumps(machine) if self.parent_text is None else self.parent_text
         data = plain(describe(self) | {"next_test": self.next_test})
-        return data | {"lineage": lineage_of(self.measured, parent, machine)}
+        return data | {"lineage": find_lineage(self.measured, parent, machine)}
 
     @property
     def sentence(self) -> str:
@@ -194,7 +194,18 @@ class Explanation:
         return self._described["detection_limits"]
 
     def to_dict(self) -> dict[str, Any]:
-        """The content of ``verdict.json``."""
+        """The content of ``verdict.json``.
+
+        Returns
+        -------
+        dict
+
+        Examples
+        --------
+        >>> from apesim.studies.gap.example_bench import explain_example
+        >>> explain_example().to_dict()["verdict"]
+        'NAMED'
+        """
         return json.loads(json.dumps(self._described)) | {"wall_time_s": self.wall_time_s}
 
     def write(
@@ -224,24 +235,35 @@ class Explanation:
         ------
         ArchiveError
             The folder or a file cannot be written, or the folder is not empty.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> from apesim.studies.gap.example_bench import explain_example
+        >>> with TemporaryDirectory() as folder:
+        ...     written = explain_example().write(folder)
+        ...     sorted(path.name for path in Path(folder).iterdir())
+        ['figures', 'machine.toml', 'petab_select', 'report.html', 'verdict.json']
         """
         from apesim.studies.figures.gap import draw_gap
-        from apesim.studies.gap.report.comparison import compare
-        from apesim.studies.gap.report.html import added_to, page, tried
+        from apesim.studies.gap.report.comparison import compare_signals
+        from apesim.studies.gap.report.html import compare_candidates, describe_added, render_page
 
         start, data, folder = time.perf_counter(), self.to_dict(), Path(folder)
         make_folder(folder, overwrite)
         if progress:
             progress("writing the report", 0, 1)
         _write(folder, "machine.toml", extend_machine(self, data, folder))
-        compared = compare(self)
+        compared = compare_signals(self)
         for name in ("figures", "petab_select"):
             (folder / name).mkdir(exist_ok=True)
-        latent = branches(self.tabulated.model) if self.tabulated else ()
+        latent = find_branches(self.tabulated.model) if self.tabulated else ()
         ambient = self.calibrated.residuals.machine.ambient.pressure
-        figures = draw_gap(compared, tried(self), added_to(self), ambient, folder / "figures", latent)
-        _write(folder, "report.html", page(self, data, compared, figures))
-        for name, text in model_space(self).items():
+        figures = draw_gap(
+            compared, compare_candidates(self), describe_added(self), ambient, folder / "figures", latent
+        )
+        _write(folder, "report.html", render_page(self, data, compared, figures))
+        for name, text in export_model_space(self).items():
             _write(folder, f"petab_select/{name}", text)
         data["wall_time_s"] += time.perf_counter() - start
         _write(folder, "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
@@ -261,7 +283,7 @@ class Explanation:
 
     def _repr_html_(self) -> str:
         rows = "".join(
-            f'<tr><td>{html.escape(score.name)}</td><td style="text-align:right">{score.deviations:.1f}</td></tr>'
+            f'<tr><td>{html.escape(score.name)}</td><td style="text-align:right">{score.n_sigma:.1f}</td></tr>'
             for score in self.scores[:MAX_SHOWN]
         )
         lines = "".join(f"<div>{html.escape(line.strip())}</div>" for line in repr(self).splitlines()[1:])

@@ -34,10 +34,10 @@ class ReasonKind(StrEnum):
 
     NOISE_ALONE = "noise alone leaves as much with a chance of {chance:.2g}"
     TOO_SMALL = "the gap is {size:.2g} of the noise where it is largest: too small to matter"
-    FAR_NUISANCE = "{key} is {x:+.1f} prior deviations from what the machine says"
+    FAR_NUISANCE = "{key} is {x:+.1f} prior sigmas from what the machine says"
     WRONG_NUMBER = "a number of the machine is wrong, and nothing is missing"
-    TOLD = "told from every other explanation, and held out"
-    ONE_OF_A_CLASS = "one of a class that these data do not tell apart"
+    DISTINGUISHABLE = "distinguishable from every other explanation, and confirmed on runs held out"
+    ONE_OF_A_CLASS = "one of a class that these data do not distinguish"
     SEVERAL_SINGLES = "several explanations are as good"
     SEVERAL_PAIRS = "several pairs are as good"
     PAIR_WITHOUT_BEST_SINGLE = "the best pair does not contain the best single effect"
@@ -46,7 +46,7 @@ class ReasonKind(StrEnum):
     NOTHING_EARNS_ITS_PLACE = "no effect of the library earns its place"
     FAINT = "the best explanation hardly earns its place"
     MORE_THAN_NOISE_LEFT = "what the best explanation leaves is more than noise"
-    NUISANCE_STILL_FAR = "the best explanation still needs {key} {limit:g} prior deviations away"
+    NUISANCE_STILL_FAR = "the best explanation still needs {key} {limit:g} prior sigmas away"
     BEYOND_ITS_RANGE = "the best explanation needs {key} beyond its range"
     REMOVES_NOTHING = "on runs that it was not fitted to, the best explanation removes nothing"
     GAP_STILL_THERE = "on runs that it was not fitted to, {percent:.0f} % of the gap is still there"
@@ -55,6 +55,15 @@ class ReasonKind(StrEnum):
 
     def with_facts(self, **facts: Any) -> "Reason":
         """The reason with its numbers.
+
+        Parameters
+        ----------
+        **facts : object
+            Numbers and names that the sentence leaves open, by their names in it.
+
+        Returns
+        -------
+        Reason
 
         Examples
         --------

@@ -32,7 +32,7 @@ ALIKE = 0.9
 DOUBTFUL = 0.25
 """Chance of noise alone to leave what a single effect leaves, below which all others and pairs are tried, too."""
 MIN_STANDING = 0.8
-"""Standing from which both effects of a pair are named, see `apesim.studies.gap.decide.verdict.standing`."""
+"""Standing from which both effects of a pair are named, see `apesim.studies.gap.decide.verdict.find_standing`."""
 BEHIND = 100.0
 """Penalised cost by which the best single effect has to be behind a pair that does not contain it, for the pair to be
 named: nearer, something else that neither of them is may look like both."""

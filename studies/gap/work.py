@@ -49,5 +49,12 @@ class Work:
         -------
         list
             Results in the order of the items; see `apesim.studies.execution.pool.Team.map`.
+
+        Examples
+        --------
+        >>> Work(tell=print).each("adding", max, [(1, 2), (4, 3)])
+        adding 1 2
+        adding 2 2
+        [2, 4]
         """
         return self.team.map(function, items, lambda *at: self.tell(stage, *at))

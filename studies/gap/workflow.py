@@ -14,23 +14,28 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
 from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.execution.pool import Team
-from apesim.studies.gap.decide.consistency import compare_points, too_far
-from apesim.studies.gap.decide.held_out import all_left_over, compared, held_out, judge_held_out
-from apesim.studies.gap.decide.operating_points import label_of, points_of
-from apesim.studies.gap.decide.verdict import Decision, explained, with_alarm, without_alarm
-from apesim.studies.gap.design.next_test import next_test
+from apesim.studies.gap.decide.consistency import compare_points, select_significant
+from apesim.studies.gap.decide.held_out import (
+    compare_residuals,
+    find_all_held_out_residuals,
+    judge_by_runs,
+    judge_held_out,
+)
+from apesim.studies.gap.decide.operating_points import find_points, label_point
+from apesim.studies.gap.decide.verdict import Decision, decide_with_alarm, decide_without_alarm, find_explained_gap
+from apesim.studies.gap.design.next_test import find_next_test
 from apesim.studies.gap.explanation import Explanation
 from apesim.studies.gap.input_checks import check_input
 from apesim.studies.gap.reasons import BLAMING, ReasonKind, Verdict
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap, find_gap
-from apesim.studies.gap.search.candidate_fits import compare_left_over, fit_candidates
-from apesim.studies.gap.search.candidates import candidates_of
-from apesim.studies.gap.search.intervals import is_shaped, with_profiles
-from apesim.studies.gap.search.library import effects_on, faults_of
+from apesim.studies.gap.search.candidate_fits import compare_model_with_noise, fit_candidates
+from apesim.studies.gap.search.candidates import find_candidates
+from apesim.studies.gap.search.intervals import find_profiles, has_shape
+from apesim.studies.gap.search.library import find_faults, select_effects
 from apesim.studies.gap.search.localisation import localise
 from apesim.studies.gap.search.model_selection import Choice
-from apesim.studies.gap.tables.balance import balances
-from apesim.studies.gap.tables.tabulate import Tables, likelier, tabulate
+from apesim.studies.gap.tables.balance import weigh_balances
+from apesim.studies.gap.tables.tabulate import Tables, find_likelier_table, tabulate
 from apesim.studies.gap.thresholds import TOLERANCE
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import CHECK, Measured
@@ -78,33 +83,35 @@ def explain(
 
     Examples
     --------
-    Lift of a valve with a side force of 3 N that the machine lacks (a folder with one run to be fitted and one to judge
-    the fit)::
+    Lift of a valve with a side force of 3 N that the machine lacks, by a small part of the library; of your own data,
+    give the folder. ``explanation.write("explained")`` then writes the report.
 
-        explanation = apesim.explain(apesim.Machine(), "my_bench")
-        explanation.verdict, explanation.probability, explanation.effects
-        explanation.write("explained")
+    >>> import apesim
+    >>> from apesim.studies.gap.example_bench import list_left_out, read_example
+    >>> explanation = apesim.explain(apesim.Machine(), read_example(), without=list_left_out())
+    >>> str(explanation.verdict), explanation.best.names
+    ('NAMED', ('side_force',))
     """
     start = time.perf_counter()
-    measured, given = open_measured(
+    measured, numbers = open_measured(
         "explain",
         machine,
         measured,
-        faults=faults_of(without, machine),
+        faults=find_faults(without, machine),
         tolerance=(tolerance, SIZE),
         jobs=(jobs, JOBS),
     )
-    with Team(int(given["jobs"])) as team:
-        explanation = run_workflow(machine, measured, without, given["tolerance"], Work(team, progress))
+    with Team(int(numbers["jobs"])) as team:
+        explanation = _run_workflow(machine, measured, without, numbers["tolerance"], Work(team, progress))
     return replace(explanation, wall_time_s=time.perf_counter() - start)
 
 
-def run_workflow(
+def _run_workflow(
     machine: Machine, measured: Measured, without: Sequence[str], tolerance: float, work: Work
 ) -> Explanation:
     """Run all stages of the workflow, see `explain`."""
     warnings = check_input(measured)
-    candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without, machine))
+    candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
     gap, solver_error, more = find_gap(machine, measured, candidates, work)
     explanation = Explanation(
         measured=measured,
@@ -115,15 +122,15 @@ def run_workflow(
         solver_error=solver_error,
         tolerance=tolerance,
         cells=localise(gap.calibrated.residuals, gap.marks, gap.calibrated.fitted.data_residuals, holds_noise=True),
-        decision=without_alarm(gap.calibrated, gap.gap_test.p_value),
+        decision=decide_without_alarm(gap.calibrated, gap.gap_test.p_value),
         warnings=[*warnings, *more],
     )
     if gap.gap_test.alarm:
         fits = fit_candidates(gap, len(candidates), work)
         explanation = decide(explanation, gap, fits, len(candidates), work)
-        explanation = profile_intervals(explanation, work)
+        explanation = _profile_intervals(explanation, work)
     explanation = check_on_unused_runs(explanation, work)
-    return replace(explanation, next_test=next_test(explanation))
+    return replace(explanation, next_test=find_next_test(explanation))
 
 
 def decide(
@@ -144,20 +151,31 @@ def decide(
     Returns
     -------
     Explanation
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example, find_example_gap
+    >>> decided = decide(explain_example(), find_example_gap(), explain_example().fits, 3, Work())
+    >>> decided.decision.best.names, decided.gap_size > 0.15
+    (('side_force',), True)
     """
     calibrated, measured, cells, chance = explanation.calibrated, explanation.measured, explanation.cells, 1.0
     ranked, judged = judge_held_out(calibrated, fits, measured, work)
     if ranked and ranked[0].cost < calibrated.cost:
-        cells = localise(calibrated.residuals, gap.marks, explained(calibrated, ranked[0]), holds_noise=False)
-        chance = compare_left_over(ranked[0].model, gap).p_value
+        cells = localise(
+            calibrated.residuals, gap.marks, find_explained_gap(calibrated, ranked[0].model), holds_noise=False
+        )
+        chance = compare_model_with_noise(ranked[0].model, gap).p_value
     size = max(cell.size for cell in cells)
-    decision = with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance)
-    tables = Tables(calibrated, balances(calibrated, effects_on(measured.bench), work), work)
+    decision = decide_with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance)
+    tables = Tables(calibrated, weigh_balances(calibrated, select_effects(measured.bench), work), work)
     if decision.verdict in BLAMING and judged:
-        decision = refuse_for_table(decision, tables, library_size)
+        decision = _refuse_for_table(decision, tables, library_size)
     tabulated = tabulate(tables, measured, explanation.noise) if decision.verdict == Verdict.REFUSED else None
     if tabulated:
-        cells = localise(calibrated.residuals, gap.marks, explained(calibrated, tabulated), holds_noise=False)
+        cells = localise(
+            calibrated.residuals, gap.marks, find_explained_gap(calibrated, tabulated.model), holds_noise=False
+        )
     return replace(
         explanation,
         fits=fits,
@@ -171,21 +189,21 @@ def decide(
     )
 
 
-def refuse_for_table(decision: Decision, tables: Tables, library_size: int) -> Decision:
+def _refuse_for_table(decision: Decision, tables: Tables, library_size: int) -> Decision:
     """The decision, or a refusal where a table without a name makes the data more probable."""
-    better = likelier(tables, decision.best.model, library_size) if decision.best else None
+    better = find_likelier_table(tables, decision.best.model, library_size) if decision.best else None
     if not better:
         return decision
     reason = ReasonKind.TABLE_TAKES_MORE.with_facts(balance=better.balance)
     return decision._replace(verdict=Verdict.REFUSED, reason=reason)
 
 
-def profile_intervals(explanation: Explanation, work: Work) -> Explanation:
+def _profile_intervals(explanation: Explanation, work: Work) -> Explanation:
     """The explanation with intervals by profile likelihood, where the curvature at the optimum does not give them."""
     decision, warnings, before = explanation.decision, explanation.warnings, explanation.decision.best
-    if decision.verdict not in BLAMING or before is None or not is_shaped(before.model):
+    if decision.verdict not in BLAMING or before is None or not has_shape(before.model):
         return explanation
-    model, simulations = with_profiles(before.model, work)
+    model, simulations = find_profiles(before.model, work)
     work.simulations.add(simulations)
     if model.profiles is None:
         warnings = [*warnings, f"no interval is given of {' and '.join(model.names)}: its fit has too many minima"]
@@ -194,27 +212,45 @@ def profile_intervals(explanation: Explanation, work: Work) -> Explanation:
 
 
 def check_on_unused_runs(explanation: Explanation, work: Work) -> Explanation:
-    """The explanation, held against the check runs, which are opened once, here."""
+    """The explanation, compared with the check runs, which are opened once, here.
+
+    Parameters
+    ----------
+    explanation : Explanation
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    Explanation
+        With ``checked``, ``consistency``, ``simulations`` and further ``warnings``.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> checked = check_on_unused_runs(explain_example(), Work()).checked
+    >>> checked.rms_before > checked.rms_after
+    True
+    """
     best, calibrated, runs = explanation.best, explanation.calibrated, explanation.measured.of(CHECK)
     warnings = [*explanation.warnings]
     if best is not calibrated and not best.fitted.converged:
-        warnings.append("the fit of what is told did not converge")
+        warnings.append("the fit of what is reported did not converge")
     warnings += [f"{key} is fitted beyond its range, and written as the end of it" for key in best.beyond]
     consistency, ambient = compare_points(best), best.residuals.machine.ambient.pressure
     warnings += [
-        f"{one.parameter.key}: {label_of(one.run, ambient)} alone says another value than all runs together, "
-        f"by {abs(one.deviations):.1f} deviations"
-        for one in too_far(consistency, len(points_of(best.residuals.runs)))
+        f"{each.parameter.key}: {label_point(each.run, ambient)} alone gives another value than all runs together, "
+        f"by {abs(each.n_sigma):.1f} sigmas"
+        for each in select_significant(consistency, len(find_points(best.residuals.runs)))
     ]
     if not runs:
         checked = None
     elif explanation.tabulated:
         checked = explanation.tabulated.judged
     elif best is calibrated:
-        left_over = all_left_over(calibrated, [best], runs, explanation.noise, work)
-        checked = compared([(left, left) for left in left_over])
+        residuals = find_all_held_out_residuals(calibrated, [best], runs, explanation.noise, work)
+        checked = compare_residuals([(each, each) for each in residuals])
     else:
-        checked = held_out(calibrated, best, runs, explanation.noise, work)
+        checked = judge_by_runs(calibrated, best, runs, explanation.noise, work)
     return replace(
         explanation,
         consistency=consistency,

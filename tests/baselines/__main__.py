@@ -10,7 +10,7 @@ from pathlib import Path
 from time import perf_counter
 
 from apesim.engine.machine import Machine
-from apesim.studies.gap.search.library import effects_on
+from apesim.studies.gap.search.library import select_effects
 from apesim.studies.measured import read_measured
 
 from .fits import one_parameter_fits
@@ -69,7 +69,7 @@ def main():
     started = perf_counter()
     machine = Machine.load(given.machine, ())
     measured = read_measured(given.case, machine.ambient.pressure)
-    effects = effects_on(measured.bench, given.without)
+    effects = select_effects(measured.bench, given.without)
     if given.method == "sindy":
         verdict = by_sparse_regression(machine, measured)
     else:

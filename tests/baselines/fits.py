@@ -5,7 +5,7 @@ from scipy.optimize import least_squares
 
 from apesim.studies.estimation.parameters import put
 from apesim.studies.estimation.priors import nuisances_of
-from apesim.studies.gap.search.candidates import candidates_of
+from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.measured import FIT
 from apesim.studies.measured.prediction import predict, run_of, start_of
 
@@ -83,7 +83,7 @@ def one_parameter_fits(machine, measured, effects):
     calibrated = fits.calibrated()
     base = fits.errors(fits.parameters, calibrated)
     rows = []
-    for candidate in candidates_of(machine, measured.bench, effects):
+    for candidate in find_candidates(machine, measured.bench, effects):
         parameter = candidate.strengths[0]
         both = [*fits.parameters, parameter]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from apesim.engine.machine import Machine
-from apesim.studies.gap.search.library import effects_on
+from apesim.studies.gap.search.library import select_effects
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 from tests.baselines.fits import one_parameter_fits
@@ -13,7 +13,7 @@ from tests.baselines.sparse import missing_force
 AMBIENT = 101325.0
 TIMES = np.arange(0.0, 0.07, 0.1e-3)
 RIVALS = [
-    effect for effect in effects_on("valve") if effect.name in ("side_force", "seal_friction", "spring_rate_error")
+    effect for effect in select_effects("valve") if effect.name in ("side_force", "seal_friction", "spring_rate_error")
 ]
 NOISE = {"lift": 0.03e-3, "pressure_a": 2e3, "pressure_b": 2e3}
 

@@ -25,10 +25,10 @@ def list_effects(common: Common) -> None:
     >>> next(effect["layer"] for effect in effects if effect["name"] == "ring_leakage")
     'valve'
     """
-    from apesim.studies.gap.search.library import library
+    from apesim.studies.gap.search.library import list_library
     from apesim.studies.tables import table_of
 
-    entries = library(common.load_machine())
+    entries = list_library(common.load_machine())
     data = [
         entry._asdict() | {"parameters": [parameter._asdict() for parameter in entry.parameters]} for entry in entries
     ]

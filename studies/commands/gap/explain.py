@@ -109,14 +109,14 @@ def explain_gap(
 
 def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     """The verdict on a terminal: in a line, the next test, and the scores of the effects."""
-    from apesim.studies.gap.design.isolability import limit_text
+    from apesim.studies.gap.design.isolability import format_limit
     from apesim.studies.tables import table_of
 
     yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
     rows = [
-        [row["effect"], f"{row['deviations']:.1f}", limit_text(data["detection_limits"].get(row["effect"]))]
+        [row["effect"], f"{row['deviations']:.1f}", format_limit(data["detection_limits"].get(row["effect"]))]
         for row in data["scores"][:MAX_SHOWN]
     ]
     yield f"Next test: {data['next_test']['text']}"
     if rows:
-        yield table_of("", ("effect", "score [deviations]", "visible from (5 deviations)"), rows, left=(0,))
+        yield table_of("", ("effect", "score [sigmas]", "visible from (5 sigmas)"), rows, left=(0,))

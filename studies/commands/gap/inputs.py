@@ -11,7 +11,7 @@ from apesim.quantities import Fault, InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.console import COMMAND_LINE, Console
 from apesim.studies.gap.input_checks import check_input
-from apesim.studies.gap.search.library import faults_of
+from apesim.studies.gap.search.library import find_faults
 from apesim.studies.measured import Measured, read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
 from apesim.studies.options import Common
@@ -76,7 +76,7 @@ def read_inputs(common: Common, folder: str | PathLike[str], without: Sequence[s
     apesim.quantities.input_errors.InputError: command line: --without: 'ring_leak' is no effect; see apesim gap effects
     """
     machine = common.load_machine()
-    faults = faults_of(without, machine)
+    faults = find_faults(without, machine)
     if faults:
         raise InputError([Fault(COMMAND_LINE, f"--{name}", wrong, right) for name, wrong, right in faults])
     measured = read_measured(folder, machine.ambient.pressure)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from apesim.studies.gap.design.isolability import Isolability
 
-HEADER = ("effect", "seen from (5 deviations)", "kept", "hardly told from", "what would help")
+HEADER = ("effect", "visible from (5 sigmas)", "retained", "hardly distinguishable from", "what would help")
 
 
 def show_isolability(common: Common, folder: MeasuredFolder, without: Without = None) -> int:
@@ -66,7 +66,7 @@ def show_isolability(common: Common, folder: MeasuredFolder, without: Without = 
 
 def _shown(isolability: "Isolability") -> "Iterator[Table | str]":
     """A table, the effects that are seen first, and how many they are."""
-    from apesim.studies.gap.design.isolability import limit_text
+    from apesim.studies.gap.design.isolability import format_limit
     from apesim.studies.tables import table_of
 
     rows = isolability.effects
@@ -77,7 +77,7 @@ def _shown(isolability: "Isolability") -> "Iterator[Table | str]":
         [
             (
                 row["effect"],
-                limit_text(row),
+                format_limit(row),
                 f"{100.0 * row['kept']:.0f} %",
                 ", ".join(row["class"]) or "-",
                 row["helped_by"]["text"] if row["helped_by"] else _without_help(row),

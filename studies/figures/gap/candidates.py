@@ -10,7 +10,7 @@ from apesim.studies.figures.drawing.panels import legend_handle, open_one
 from apesim.studies.figures.gap.looks import AFTER, BEFORE, THRESHOLD, WIDTH
 
 if TYPE_CHECKING:
-    from apesim.studies.gap.report.html import Tried
+    from apesim.studies.gap.report.html import TriedCandidate
 
 TICKS = (0, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
 """Ticks of the x axis, which is linear up to 10 and logarithmic beyond."""
@@ -18,12 +18,12 @@ CLEAR = 5.0
 """Sigmas from which an effect is beyond doubt, marked by a line."""
 
 
-def plot_candidates(rows: "Sequence[Tried]") -> Figure:
+def plot_candidates(rows: "Sequence[TriedCandidate]") -> Figure:
     """Plot what each candidate promised and what fitting it gave, with the legend above.
 
     Parameters
     ----------
-    rows : sequence of apesim.studies.gap.report.html.Tried
+    rows : sequence of apesim.studies.gap.report.html.TriedCandidate
 
     Returns
     -------
@@ -31,8 +31,8 @@ def plot_candidates(rows: "Sequence[Tried]") -> Figure:
 
     Examples
     --------
-    >>> from apesim.studies.gap.report.html import Tried
-    >>> figure = plot_candidates([Tried("ring_leakage", 12.0, 11.5), Tried("side_force", 3.0, None)])
+    >>> from apesim.studies.gap.report.html import TriedCandidate
+    >>> figure = plot_candidates([TriedCandidate("ring_leakage", 12.0, 11.5), TriedCandidate("side_force", 3.0, None)])
     >>> [label.get_text() for label in figure.axes[0].get_yticklabels()]
     ['ring leakage', 'side force']
     """
@@ -41,13 +41,13 @@ def plot_candidates(rows: "Sequence[Tried]") -> Figure:
     handles = [
         legend_handle(ls="", marker="o", mfc="none", mec=BEFORE, mew=1.4, label="expected, by its score"),
         legend_handle(ls="", marker="o", color=AFTER, label="realised, fitted through the simulator"),
-        legend_handle(label=f"{CLEAR:g} deviations", **THRESHOLD),
+        legend_handle(label=f"{CLEAR:g} sigmas", **THRESHOLD),
     ]
     figure.legend(handles=handles, loc="outside upper right", ncols=3)
     return figure
 
 
-def _draw_candidates(axis: Axes, rows: "Sequence[Tried]") -> Axes:
+def _draw_candidates(axis: Axes, rows: "Sequence[TriedCandidate]") -> Axes:
     """Draw the part of the gap that each candidate promised as a circle, and what fitting it gave as a dot."""
     for place, row in enumerate(rows):
         if row.realised is not None:
@@ -62,5 +62,5 @@ def _draw_candidates(axis: Axes, rows: "Sequence[Tried]") -> Axes:
     axis.set_xticks([], minor=True)
     axis.set_yticks(range(len(rows)), [row.name.replace("_", " ") for row in rows])
     axis.set_ylim(len(rows) - 0.4, -0.6)
-    axis.set_xlabel("part of the gap that it explains [deviations]")
+    axis.set_xlabel("part of the gap that it explains [sigmas]")
     return axis

@@ -44,11 +44,11 @@ def plot_branches(latent: "Sequence[Branch]") -> Figure:
 def _draw_branch(axis: Axes, branch: "Branch") -> Axes:
     """Draw the values of a branch over its nodes, with their intervals of 95 %."""
     draw_zero(axis, colour="0.2")
-    if len(branch.places) > 1:
-        axis.plot(*branch.curve(), color=AFTER, lw=1.4)
+    if len(branch.positions) > 1:
+        axis.plot(*branch.interpolate(), color=AFTER, lw=1.4)
     bars: Look = {"fmt": "o", "color": AFTER, "ms": 4, "elinewidth": 1.0, "capsize": 2}
-    axis.errorbar(branch.places, branch.values, NORMAL_95 * branch.deviations, **bars)
-    axis.set(xlabel=branch.over, ylabel=branch.quantity.replace("^2", "²"))
-    if branch.is_round:
+    axis.errorbar(branch.positions, branch.values, NORMAL_95 * branch.standard_deviations, **bars)
+    axis.set(xlabel=branch.abscissa, ylabel=branch.quantity.replace("^2", "²"))
+    if branch.is_periodic:
         axis.set_xticks(range(0, 361, 90))
     return axis

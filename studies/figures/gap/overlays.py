@@ -11,13 +11,13 @@ from matplotlib.patches import Patch
 
 from apesim.studies.figures.drawing.panels import label_axes, open_panels
 from apesim.studies.figures.gap.looks import AFTER, BEFORE, MEASURED, WIDTH, WORDS
-from apesim.studies.gap.decide.operating_points import label_of
-from apesim.studies.gap.report.comparison import shown_of
-from apesim.studies.gap.search.phases import PHASES, phases
+from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.gap.report.comparison import find_display
+from apesim.studies.gap.search.phases import PHASES, find_phases
 from apesim.studies.measured import ENGINE
 
 if TYPE_CHECKING:
-    from apesim.studies.gap.report.comparison import Compared
+    from apesim.studies.gap.report.comparison import ComparedSignal
 
 SHADES = {
     "dead time": "#e8e8e8",
@@ -38,12 +38,12 @@ NOISE_BAND = 2.0
 """Half the width of the band that noise alone would fill, in standard deviations."""
 
 
-def plot_overlays(chosen: "Sequence[Compared]", added: str, ambient_pressure: float) -> Figure:
+def plot_overlays(chosen: "Sequence[ComparedSignal]", added: str, ambient_pressure: float) -> Figure:
     """Plot traces over the models, each with its residuals below.
 
     Parameters
     ----------
-    chosen : sequence of apesim.studies.gap.report.comparison.Compared
+    chosen : sequence of apesim.studies.gap.report.comparison.ComparedSignal
     added : str
         What was added to the model, in words.
     ambient_pressure : float
@@ -56,13 +56,14 @@ def plot_overlays(chosen: "Sequence[Compared]", added: str, ambient_pressure: fl
     Examples
     --------
     >>> from apesim.studies.estimation.residuals import Block
-    >>> from apesim.studies.gap.report.comparison import Compared
+    >>> from apesim.studies.gap.report.comparison import ComparedSignal
     >>> from apesim.studies.measured import MeasuredRun
     >>> times, lift = np.linspace(0.0, 40e-3, 81), np.zeros(81)
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 20e-3, "check", times, {"lift": lift})
     >>> marks = {"energise": 0.0, "release": 20e-3, "opening_start": 5e-3, "opening_contact": 12e-3}
     >>> marks |= {"closing_start": 25e-3, "closing_contact": 32e-3}
-    >>> signal = Compared(Block(0, run, "lift", times, lift, 5e-4), 3e-5, lift + 1e-4, None, lift + 3.0, None, marks)
+    >>> block = Block(0, run, "lift", times, lift, 5e-4)
+    >>> signal = ComparedSignal(block, 3e-5, lift + 1e-4, None, lift + 3.0, None, marks)
     >>> figure = plot_overlays([signal], "ring leakage", 0.1e6)
     >>> [axis.get_ylabel() for axis in figure.axes]
     ['lift [mm]', 'left [noise]']
@@ -81,22 +82,22 @@ def plot_overlays(chosen: "Sequence[Compared]", added: str, ambient_pressure: fl
 
 
 def _draw_overlay(
-    above: Axes, below: Axes, signal: "Compared", *, added: str, ambient_pressure: float
+    above: Axes, below: Axes, signal: "ComparedSignal", *, added: str, ambient_pressure: float
 ) -> dict[str, str]:
     """Draw a trace over the models, and its residuals below."""
     block: Any = signal.block
-    run, shown = block.run, shown_of(block)
+    run, shown = block.run, find_display(block)
     x = np.degrees(run.angles) if run.bench == ENGINE else block.times * 1e3
     shades = _shade_phases(above, x, signal)
-    above.plot(x, shown.of(block.values), ".", color=MEASURED, ms=3, label="measured")
-    above.plot(x, shown.of(signal.before), color=BEFORE, lw=1.2, label="calibrated model")
+    above.plot(x, shown.convert(block.values), ".", color=MEASURED, ms=3, label="measured")
+    above.plot(x, shown.convert(signal.before), color=BEFORE, lw=1.2, label="calibrated model")
     below.axhspan(-NOISE_BAND, NOISE_BAND, color="0.93", lw=0, zorder=0)
     _draw_residuals(below, x, (signal.before - block.values) / signal.noise, BEFORE)
     if signal.after is not None:
-        above.plot(x, shown.of(signal.after), color=AFTER, lw=1.2, ls="--", label=added)
+        above.plot(x, shown.convert(signal.after), color=AFTER, lw=1.2, ls="--", label=added)
         _draw_residuals(below, x, (signal.after - block.values) / signal.noise, AFTER)
     label_axes(above, y=(shown.name, shown.unit))
-    above.set_title(f"{label_of(run, ambient_pressure)}, {WORDS[signal.role]}", loc="left")
+    above.set_title(f"{label_point(run, ambient_pressure)}, {WORDS[signal.role]}", loc="left")
     above.tick_params(labelbottom=False)
     over = ("crank angle", "deg") if run.bench == ENGINE else ("time after the command", "ms")
     label_axes(below, x=over, y=("left", "noise"))
@@ -113,9 +114,9 @@ def _draw_residuals(axis: Axes, x: np.ndarray, residuals: np.ndarray, colour: st
         axis.plot(x[MEAN_SAMPLES // 2 : MEAN_SAMPLES // 2 + len(mean)], mean, color=colour, lw=1.3)
 
 
-def _shade_phases(axis: Axes, x: np.ndarray, signal: "Compared") -> dict[str, str]:
+def _shade_phases(axis: Axes, x: np.ndarray, signal: "ComparedSignal") -> dict[str, str]:
     """Shade the phases of a run; returns the shades that were used, by the name of the phase."""
-    phase_of, used = phases(signal.block, signal.marks), {}
+    phase_of, used = find_phases(signal.block, signal.marks), {}
     for phase, samples in groupby(range(len(phase_of)), key=phase_of.__getitem__):
         inside = list(samples)
         name = PHASES[phase]

@@ -10,8 +10,8 @@ from matplotlib.image import AxesImage
 
 from apesim.studies.figures.drawing.panels import open_row
 from apesim.studies.figures.gap.looks import MARKS, WIDTH
-from apesim.studies.gap.decide.operating_points import label_of
-from apesim.studies.gap.report.comparison import shown_of
+from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.gap.report.comparison import find_display
 
 if TYPE_CHECKING:
     from apesim.studies.gap.report.residual_map import ResidualMap
@@ -41,12 +41,12 @@ def plot_residual_map(residuals: "ResidualMap", added: str, ambient_pressure: fl
     Examples
     --------
     >>> from apesim.studies.estimation.residuals import Block
-    >>> from apesim.studies.gap.report.comparison import Compared
+    >>> from apesim.studies.gap.report.comparison import ComparedSignal
     >>> from apesim.studies.gap.report.residual_map import ResidualMap
     >>> from apesim.studies.measured import MeasuredRun
     >>> times, lift = np.linspace(0.0, 40e-3, 81), np.zeros(81)
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 20e-3, "check", times, {"lift": lift})
-    >>> signal = Compared(Block(0, run, "lift", times, lift, 5e-4), 3e-5, lift + 1e-4, None, lift + 3.0, None, {})
+    >>> signal = ComparedSignal(Block(0, run, "lift", times, lift, 5e-4), 3e-5, lift + 1e-4, None, lift + 3.0, None, {})
     >>> residuals = ResidualMap([signal], [("dead time", 2), ("opening flight", 2)], np.full((1, 4), 3.0), None)
     >>> [label.get_text() for label in plot_residual_map(residuals, "nothing", 0.1e6).axes[0].get_xticklabels()]
     ['dead time', 'opening flight']
@@ -58,7 +58,7 @@ def plot_residual_map(residuals: "ResidualMap", added: str, ambient_pressure: fl
         image = _draw_picture(axis, residuals, picture, limit)
         axis.set_title(title, loc="left")
     labels = [
-        f"{shown_of(row.block).name}, {label_of(row.block.run, ambient_pressure)}{MARKS[row.role]}"
+        f"{find_display(row.block).name}, {label_point(row.block.run, ambient_pressure)}{MARKS[row.role]}"
         for row in residuals.rows
     ]
     panels[0].set_yticks(range(len(labels)), labels, fontsize=7)

@@ -11,23 +11,23 @@ from matplotlib.patches import Patch
 from apesim.studies.figures.drawing.panels import legend_handle, open_one
 from apesim.studies.figures.drawing.style import Look
 from apesim.studies.figures.gap.looks import AFTER, BEFORE, THRESHOLD, WIDTH, WORDS
-from apesim.studies.gap.decide.operating_points import label_of
-from apesim.studies.gap.report.comparison import by_run, size_of
+from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.gap.report.comparison import find_rms, group_by_run
 from apesim.studies.measured import CHECK
 
 if TYPE_CHECKING:
-    from apesim.studies.gap.report.comparison import Compared
+    from apesim.studies.gap.report.comparison import ComparedSignal
 
 SPACE = 0.6
 """Space between runs of different roles, in heights of a run."""
 
 
-def plot_sizes(compared: "Sequence[Compared]", added: str, ambient_pressure: float) -> Figure:
+def plot_sizes(compared: "Sequence[ComparedSignal]", added: str, ambient_pressure: float) -> Figure:
     """Plot the gap of each run before and after, over the noise, with the legend above.
 
     Parameters
     ----------
-    compared : sequence of apesim.studies.gap.report.comparison.Compared
+    compared : sequence of apesim.studies.gap.report.comparison.ComparedSignal
     added : str
         What was added to the model, in words.
     ambient_pressure : float
@@ -41,15 +41,15 @@ def plot_sizes(compared: "Sequence[Compared]", added: str, ambient_pressure: flo
     --------
     >>> import numpy as np
     >>> from apesim.studies.estimation.residuals import Block
-    >>> from apesim.studies.gap.report.comparison import Compared
+    >>> from apesim.studies.gap.report.comparison import ComparedSignal
     >>> from apesim.studies.measured import MeasuredRun
     >>> times, lift = np.linspace(0.0, 40e-3, 81), np.zeros(81)
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 20e-3, "check", times, {"lift": lift})
-    >>> signal = Compared(Block(0, run, "lift", times, lift, 5e-4), 3e-5, lift + 1e-4, None, lift + 3.0, None, {})
+    >>> signal = ComparedSignal(Block(0, run, "lift", times, lift, 5e-4), 3e-5, lift + 1e-4, None, lift + 3.0, None, {})
     >>> [text.get_text() for text in plot_sizes([signal], "nothing", 0.1e6).axes[0].texts]
     ['3.00']
     """
-    figure, axis = open_one((WIDTH, 0.9 + 0.36 * len(by_run(compared))))
+    figure, axis = open_one((WIDTH, 0.9 + 0.36 * len(group_by_run(compared))))
     _draw_sizes(axis, compared, ambient_pressure)
     handles: list[Patch | Line2D] = [Patch(color=BEFORE, label="calibrated model")]
     if _has_after(compared):
@@ -59,28 +59,29 @@ def plot_sizes(compared: "Sequence[Compared]", added: str, ambient_pressure: flo
     return figure
 
 
-def _has_after(compared: "Sequence[Compared]") -> bool:
+def _has_after(compared: "Sequence[ComparedSignal]") -> bool:
     """Whether something was added to the model."""
-    return compared[0].left_after is not None
+    return compared[0].residuals_after is not None
 
 
-def _draw_sizes(axis: Axes, compared: "Sequence[Compared]", ambient_pressure: float) -> Axes:
+def _draw_sizes(axis: Axes, compared: "Sequence[ComparedSignal]", ambient_pressure: float) -> Axes:
     """Draw the gap of each run as bars, pale where the run was used, over the noise."""
-    runs = by_run(compared)
+    runs = group_by_run(compared)
     place, labels, places = 0.0, [], []
     for number, signals in enumerate(runs):
         role = signals[0].role
         place += SPACE * bool(number and role != runs[number - 1][0].role)
-        bars = [(size_of(signal.left_before for signal in signals), BEFORE)]
-        if _has_after(compared):
-            bars.append((size_of(signal.left_after for signal in signals), AFTER))
+        bars = [(find_rms(signal.residuals_before for signal in signals), BEFORE)]
+        after = [signal.residuals_after for signal in signals if signal.residuals_after is not None]
+        if after:
+            bars.append((find_rms(after), AFTER))
         for k, (size, colour) in enumerate(bars):
             height = 0.8 / len(bars)
             y = place - 0.4 + (k + 0.5) * height
             axis.barh(y, size, height=height, color=colour, alpha=1.0 if role == CHECK else 0.55)
             where: Look = {"xytext": (3, 0), "textcoords": "offset points", "va": "center", "fontsize": 8, "zorder": 4}
             axis.annotate(f"{size:.2f}", (size, y), **where, bbox={"fc": "white", "ec": "none", "pad": 0.6})
-        labels.append(f"{label_of(signals[0].block.run, ambient_pressure)} ({WORDS[role]})")
+        labels.append(f"{label_point(signals[0].block.run, ambient_pressure)} ({WORDS[role]})")
         places.append(place)
         place += 1.0
     axis.axvline(1.0, **THRESHOLD)

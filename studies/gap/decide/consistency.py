@@ -8,11 +8,11 @@ from scipy.stats import norm
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import Parameter
-from apesim.studies.gap.decide.operating_points import is_at, points_of
+from apesim.studies.gap.decide.operating_points import find_points, is_at
 from apesim.studies.gap.thresholds import ALARM
 from apesim.studies.measured import MeasuredRun
 
-LEAST = 0.01
+MIN_EXTRA_VARIANCE = 0.01
 """Share by which the variance of a parameter from one operating point alone has to be above that from all: below it,
 that point alone determines the parameter, and its difference from all is rounding."""
 
@@ -25,7 +25,7 @@ class Inconsistency(NamedTuple):
     """First run at the operating point."""
     x: float
     """Scaled value of the parameter to which that point alone leads, in a model that is linear in the parameters."""
-    deviations: float
+    n_sigma: float
     """Difference from the estimate of all points, in standard deviations that noise alone gives it."""
 
 
@@ -56,38 +56,46 @@ def compare_points(model: Model) -> list[Inconsistency]:
     ----------
     .. [1] J. A. Hausman, "Specification tests in econometrics", Econometrica 46, 1978, pp. 1251-1271,
        doi 10.2307/1913827.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> for each in compare_points(explain_example().best)[:2]:
+    ...     each.parameter.key, f"{each.run.supply / 1e6:.2f} MPa abs", bool(abs(each.n_sigma) < 3.0)
+    ('supply.pressure', '0.50 MPa abs', True)
+    ('valve.viscous_friction', '0.40 MPa abs', True)
     """
     residuals, (x, errors, jacobian, *_) = model.residuals, model.fitted
-    points = points_of(residuals.runs)
+    points = find_points(residuals.runs)
     if len(points) < 2:
         return []
     samples = len(errors) - len(x)
-    at = np.concatenate([np.full(len(b.values), _place(points, b.run)) for b in residuals.blocks])
-    all_of_them, told, found = np.diag(model.fitted.covariance), model.identifiable, []
+    at = np.concatenate([np.full(len(b.values), _number_of_point(points, b.run)) for b in residuals.blocks])
+    variances, identifiable, shifts = np.diag(model.fitted.covariance), model.identifiable, []
     for number, point in enumerate(points):
         rows = np.append(np.flatnonzero(at == number), np.arange(samples, len(errors)))
         covariance = np.linalg.pinv(jacobian[rows].T @ jacobian[rows])
         shift = -covariance @ (jacobian[rows].T @ errors[rows])
-        more = np.diag(covariance) - all_of_them
+        extra = np.diag(covariance) - variances
         for j, parameter in enumerate(residuals.parameters):
-            if more[j] > LEAST * all_of_them[j] and told[j]:
-                found.append(Inconsistency(parameter, point, x[j] + shift[j], shift[j] / np.sqrt(more[j])))
-    found.sort(key=lambda one: -abs(one.deviations))
-    first: dict[str, Inconsistency] = {}
-    for one in found:
-        first.setdefault(one.parameter.key, one)
-    return list(first.values())
+            if extra[j] > MIN_EXTRA_VARIANCE * variances[j] and identifiable[j]:
+                shifts.append(Inconsistency(parameter, point, x[j] + shift[j], shift[j] / np.sqrt(extra[j])))
+    shifts.sort(key=lambda each: -abs(each.n_sigma))
+    largest: dict[str, Inconsistency] = {}
+    for each in shifts:
+        largest.setdefault(each.parameter.key, each)
+    return list(largest.values())
 
 
-def too_far(found: Sequence[Inconsistency], points: int) -> list[Inconsistency]:
+def select_significant(inconsistencies: Sequence[Inconsistency], points: int) -> list[Inconsistency]:
     """The inconsistencies that are larger than noise alone would make them.
 
-    The limit is Bonferroni's [1]_, for ``m = points len(found)`` looks in both directions: noise alone puts one of them
-    beyond ``isf(ALARM / (2 m))`` of a standard normal number with a chance of at most `ALARM`.
+    The limit is Bonferroni's [1]_, for ``m = points len(inconsistencies)`` looks in both directions: noise alone puts
+    one of them beyond ``isf(ALARM / (2 m))`` of a standard normal number with a chance of at most `ALARM`.
 
     Parameters
     ----------
-    found : sequence of Inconsistency
+    inconsistencies : sequence of Inconsistency
         See `compare_points`.
     points : int
         Number of operating points.
@@ -100,11 +108,20 @@ def too_far(found: Sequence[Inconsistency], points: int) -> list[Inconsistency]:
     ----------
     .. [1] O. J. Dunn, "Multiple comparisons among means", J. Am. Statist. Assoc. 56, 1961, pp. 52-64,
        doi 10.1080/01621459.1961.10482090.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> first, *_ = explain_example().consistency
+    >>> len(select_significant([first._replace(n_sigma=3.0)], points=2))
+    1
+    >>> len(select_significant([first._replace(n_sigma=2.0)], points=2))
+    0
     """
-    limit = norm.isf(0.5 * ALARM / max(1, points * len(found)))
-    return [one for one in found if abs(one.deviations) > limit]
+    limit = norm.isf(0.5 * ALARM / max(1, points * len(inconsistencies)))
+    return [each for each in inconsistencies if abs(each.n_sigma) > limit]
 
 
-def _place(points: Sequence[MeasuredRun], run: MeasuredRun) -> int:
+def _number_of_point(points: Sequence[MeasuredRun], run: MeasuredRun) -> int:
     """Number of the operating point that a run is at."""
     return next(number for number, point in enumerate(points) if is_at(run, point))

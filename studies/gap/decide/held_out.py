@@ -14,14 +14,14 @@ from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.estimation.starts import starts_at
-from apesim.studies.gap.decide.operating_points import is_at, points_of
+from apesim.studies.gap.decide.operating_points import find_points, is_at
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import GATE, Measured, MeasuredRun
 
-WINDOWS = 50
-"""Number of windows of each channel of each run."""
+MAX_WINDOWS = 50
+"""Windows of each channel of each run: of some ms each, they average noise out and still show each phase."""
 
 
 class HeldOut(NamedTuple):
@@ -29,25 +29,25 @@ class HeldOut(NamedTuple):
 
     Examples
     --------
-    >>> judged = HeldOut(samples=100, before=3.0, after=1.2, removed=800.0, left=50.0, chance=10.0)
-    >>> round(judged.left_surely, 3), round(judged.share, 3), round(judged.size, 3)
+    >>> judged = HeldOut(100, 3.0, 1.2, removed_energy=800.0, remaining_energy=50.0, remaining_sigma=10.0)
+    >>> round(judged.significant_energy, 3), round(judged.removed_share, 3), round(judged.size_after, 3)
     (33.6, 0.96, 0.58)
     """
 
     samples: int
     """Number of samples."""
-    before: float
+    rms_before: float
     """Root mean square of the residuals of the calibrated machine, over the noise."""
-    after: float
+    rms_after: float
     """Root mean square of the residuals of the model with its effects, over the noise."""
-    removed: float
+    removed_energy: float
     """Energy of the gap that the effects take away: by how much they lower the sum of squares [standard deviations
     squared]."""
-    left: float
+    remaining_energy: float
     """Energy of the gap that is still there: the sum of squares of the means over windows, less what noise gives them
     [standard deviations squared]."""
-    chance: float
-    """Standard deviation of `left` by noise alone."""
+    remaining_sigma: float
+    """Standard deviation of `remaining_energy` by noise alone [standard deviations squared]."""
     noise_floor: float = 1.0
     """Root mean square of what varies within windows of what the model with its effects leaves, over the noise."""
     misfit: float = 0.0
@@ -55,51 +55,52 @@ class HeldOut(NamedTuple):
 
     @property
     def settled_before(self) -> float:
-        """Size `before`, the parameters' uncertainty taken off."""
-        return float(np.sqrt((self.misfit + self.removed) / self.samples))
+        """Size `rms_before`, the parameters' uncertainty taken off."""
+        return float(np.sqrt((self.misfit + self.removed_energy) / self.samples))
 
     @property
     def settled_after(self) -> float:
-        """Size `after`, the parameters' uncertainty taken off."""
+        """Size `rms_after`, the parameters' uncertainty taken off."""
         return float(np.sqrt(self.misfit / self.samples))
 
     @property
-    def left_surely(self) -> float:
-        """Energy that is still there, as far as it stands out of noise: ``left - SURE chance``, 0 at least."""
-        return max(0.0, self.left - SURE * self.chance)
+    def significant_energy(self) -> float:
+        """Energy that is still there and stands out of noise: ``remaining_energy - SURE remaining_sigma`` or 0."""
+        return max(0.0, self.remaining_energy - SURE * self.remaining_sigma)
 
     @property
-    def share(self) -> float:
-        """Share of the gap's energy that is gone, ``removed / (removed + left_surely)``; 0 if nothing was removed."""
-        return self.removed / (self.removed + self.left_surely) if self.removed > 0.0 else 0.0
+    def removed_share(self) -> float:
+        """Share of the gap's energy that is gone, ``removed / (removed + significant)``; 0 if nothing was removed."""
+        whole = self.removed_energy + self.significant_energy
+        return self.removed_energy / whole if self.removed_energy > 0.0 else 0.0
 
     @property
-    def size(self) -> float:
+    def size_after(self) -> float:
         """Root mean square of the gap that is still there, over the noise."""
-        return float(np.sqrt(self.left_surely / self.samples))
+        return float(np.sqrt(self.significant_energy / self.samples))
 
     @property
     def size_before(self) -> float:
         """Root mean square of the gap without the effects."""
-        return float(np.sqrt(max(0.0, self.removed + self.left) / self.samples))
+        return float(np.sqrt(max(0.0, self.removed_energy + self.remaining_energy) / self.samples))
 
 
-class LeftOver(NamedTuple):
+class HeldOutResiduals(NamedTuple):
     """The residuals of a model on runs that it was not fitted to."""
 
-    plain: np.ndarray
+    residuals: np.ndarray
     """Whitened residuals with the parameters as fitted, (n,) [standard deviations]."""
     misfit: float
     """Least sum of squares with the parameters moved, and the price of that: ``|e(x + d)|^2 + d' C^-1 d``."""
-    windowed: np.ndarray
+    window_means: np.ndarray
     """Means over windows with the parameters moved, (m,) [standard deviations of a mean]."""
     scatter: float
-    """Sum of squares of `plain` about its means over windows."""
+    """Sum of squares of `residuals` about its means over windows."""
     simulations: int
     """Number of simulations that it took."""
 
 
-def left_over(model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) -> LeftOver:
+def find_held_out_residuals(model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) -> HeldOutResiduals:
     """The residuals of a model on runs that it was not fitted to, with its parameters moved within their uncertainty.
 
     Parameters
@@ -111,30 +112,38 @@ def left_over(model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) 
 
     Returns
     -------
-    LeftOver
+    HeldOutResiduals
 
     Raises
     ------
     apesim.studies.estimation.residuals.EndedEarly
         The simulation of a run does not come to its end with the parameters as fitted.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example, read_example
+    >>> explanation = explain_example()
+    >>> checked = find_held_out_residuals(explanation.best, read_example().of("check"), explanation.noise)
+    >>> len(checked.residuals), len(checked.window_means), round(float(checked.residuals.std()), 1)
+    (160, 50, 1.0)
     """
-    residuals = Anchored(model, runs, noise)
+    residuals = AnchoredResiduals(model, runs, noise)
     errors = residuals.at(model.fitted.x)
     settled = descend(residuals, model.fitted.x, *residuals.jacobian(model.fitted.x, errors, model.fitted.steps))
     n = len(errors) - len(model.fitted.x)
-    windowed, _ = _windows(residuals.by_block(settled.residuals))
-    _, scatter = _windows(residuals.by_block(errors))
-    return LeftOver(errors[:n], settled.cost, windowed, scatter, residuals.simulations)
+    window_means, _ = _average_over_windows(residuals.by_block(settled.residuals))
+    _, scatter = _average_over_windows(residuals.by_block(errors))
+    return HeldOutResiduals(errors[:n], settled.cost, window_means, scatter, residuals.simulations)
 
 
-def _windows(channels: Iterable[np.ndarray]) -> tuple[np.ndarray, float]:
+def _average_over_windows(channels: Iterable[np.ndarray]) -> tuple[np.ndarray, float]:
     """Sums over windows of channels, over the root of their length, (m,) array; and the squares about their means."""
-    parts = [part for own in channels for part in np.array_split(own, min(WINDOWS, len(own)))]
+    parts = [part for values in channels for part in np.array_split(values, min(MAX_WINDOWS, len(values)))]
     sums = np.array([part.sum() / np.sqrt(len(part)) for part in parts])
     return sums, float(sum(np.sum(part**2) for part in parts) - sums @ sums)
 
 
-class Anchored(WhitenedResiduals):
+class AnchoredResiduals(WhitenedResiduals):
     """Residuals of runs that a model was not fitted to, its fit standing for the priors of all its parameters.
 
     The pulls behind the residuals are ``R (x - x_fit)`` with ``R'R = J'J`` of the fit, so that their squares add up to
@@ -165,14 +174,22 @@ class Anchored(WhitenedResiduals):
         -------
         (p,) float array
             [standard deviations]
+
+        Examples
+        --------
+        >>> from apesim.studies.gap.example_bench import explain_example, read_example
+        >>> explanation = explain_example()
+        >>> anchored = AnchoredResiduals(explanation.best, read_example().of("check"), explanation.noise)
+        >>> float(np.abs(anchored.pulls(explanation.best.fitted.x)).max())
+        0.0
         """
         return self.root @ (x - self.anchor)
 
 
-def all_left_over(
+def find_all_held_out_residuals(
     base: Model, models: Iterable[Model], runs: Sequence[MeasuredRun], noise: dict[str, Any], work: Work
-) -> list[LeftOver]:
-    """The residuals of several models on runs that they were not fitted to, see `left_over`.
+) -> list[HeldOutResiduals]:
+    """The residuals of several models on runs that they were not fitted to, see `find_held_out_residuals`.
 
     Parameters
     ----------
@@ -186,15 +203,24 @@ def all_left_over(
 
     Returns
     -------
-    list of LeftOver
+    list of HeldOutResiduals
         One for each model, in their order.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example, read_example
+    >>> explanation = explain_example()
+    >>> models, runs = (explanation.calibrated, explanation.best), read_example().of("check")
+    >>> before, after = find_all_held_out_residuals(models[0], models, runs, explanation.noise, Work())
+    >>> before.misfit > after.misfit
+    True
     """
-    found = work.each("judging", left_over, [(model, runs, noise) for model in models])
-    work.simulations.add(sum(left.simulations for left in found))
-    return found
+    judged = work.each("judging", find_held_out_residuals, [(model, runs, noise) for model in models])
+    work.simulations.add(sum(each.simulations for each in judged))
+    return judged
 
 
-def held_out(base: Model, model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any], work: Work) -> HeldOut:
+def judge_by_runs(base: Model, model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any], work: Work) -> HeldOut:
     """Judge a model with effects, against the calibrated machine, by runs that neither was fitted to.
 
     Parameters
@@ -211,15 +237,24 @@ def held_out(base: Model, model: Model, runs: Sequence[MeasuredRun], noise: dict
     Returns
     -------
     HeldOut
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example, read_example
+    >>> explanation = explain_example()
+    >>> models, runs = (explanation.calibrated, explanation.best), read_example().of("check")
+    >>> judged = judge_by_runs(*models, runs, explanation.noise, Work())
+    >>> judged.samples, judged.rms_before > judged.rms_after, judged.size_after < 0.15
+    (160, True, True)
     """
-    return compared([all_left_over(base, (base, model), runs, noise, work)])
+    return compare_residuals([find_all_held_out_residuals(base, (base, model), runs, noise, work)])
 
 
-def compared(pairs: Sequence[Sequence[LeftOver]]) -> HeldOut:
+def compare_residuals(pairs: Sequence[Sequence[HeldOutResiduals]]) -> HeldOut:
     """Compare the residuals of the calibrated machine with those of a model with effects.
 
     With the means w over m windows of the model with effects, the energy that it leaves and its standard deviation by
-    noise alone are ``left = sum(w^2) - m`` and ``chance = sqrt(2 m + 4 max(left, 0))``.
+    noise alone are ``E = sum(w^2) - m`` and ``sqrt(2 m + 4 max(E, 0))``.
 
     Parameters
     ----------
@@ -233,23 +268,23 @@ def compared(pairs: Sequence[Sequence[LeftOver]]) -> HeldOut:
 
     Examples
     --------
-    >>> before = LeftOver(np.array([3.0, 3.0]), 18.0, np.array([3.0, 3.0]), 0.0, 1)
-    >>> after = LeftOver(np.array([1.0, -1.0]), 2.0, np.array([1.0, -1.0]), 0.0, 1)
-    >>> judged = compared([(before, after)])
-    >>> judged.before, judged.after, judged.removed, judged.left, judged.chance
+    >>> before = HeldOutResiduals(np.array([3.0, 3.0]), 18.0, np.array([3.0, 3.0]), 0.0, 1)
+    >>> after = HeldOutResiduals(np.array([1.0, -1.0]), 2.0, np.array([1.0, -1.0]), 0.0, 1)
+    >>> judged = compare_residuals([(before, after)])
+    >>> judged.rms_before, judged.rms_after, judged.removed_energy, judged.remaining_energy, judged.remaining_sigma
     (3.0, 1.0, 16.0, 0.0, 2.0)
     """
-    samples = sum(len(base.plain) for base, _ in pairs)
-    before = sum(float(base.plain @ base.plain) for base, _ in pairs)
-    after = sum(float(model.plain @ model.plain) for _, model in pairs)
+    samples = sum(len(base.residuals) for base, _ in pairs)
+    before = sum(float(base.residuals @ base.residuals) for base, _ in pairs)
+    after = sum(float(model.residuals @ model.residuals) for _, model in pairs)
     removed = sum(base.misfit - model.misfit for base, model in pairs)
-    windows = sum(len(model.windowed) for _, model in pairs)
-    left = sum(float(model.windowed @ model.windowed) for _, model in pairs) - windows
-    chance = float(np.sqrt(2.0 * windows + 4.0 * max(left, 0.0)))
+    windows = sum(len(model.window_means) for _, model in pairs)
+    remaining = sum(float(model.window_means @ model.window_means) for _, model in pairs) - windows
+    sigma = float(np.sqrt(2.0 * windows + 4.0 * max(remaining, 0.0)))
     floor = float(np.sqrt(sum(model.scatter for _, model in pairs) / max(1, samples - windows)))
     misfit = sum(model.misfit for _, model in pairs)
     before, after = (float(np.sqrt(squares / samples)) for squares in (before, after))
-    return HeldOut(samples, before, after, removed, left, chance, floor, misfit)
+    return HeldOut(samples, before, after, removed, remaining, sigma, floor, misfit)
 
 
 def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
@@ -274,26 +309,34 @@ def leave_one_out(base: Model, model: Model, work: Work) -> HeldOut | None:
     ----------
     .. [1] M. Stone, "Cross-validatory choice and assessment of statistical predictions", J. R. Statist. Soc. B 36,
        1974, pp. 111-147, doi 10.1111/j.2517-6161.1974.tb00994.x.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> judged = leave_one_out(explanation.calibrated, explanation.best, Work())
+    >>> judged.samples, judged.removed_energy > 0.0
+    (320, True)
     """
-    points = points_of(base.residuals.runs)
+    points = find_points(base.residuals.runs)
     if len(points) < 2:
         return None
-    pairs = work.each("judging", _without, [(base, model, point) for point in points])
-    work.simulations.add(sum(left.simulations for pair in pairs for left in pair))
-    return compared(pairs)
+    pairs = work.each("judging", _judge_without, [(base, model, point) for point in points])
+    work.simulations.add(sum(each.simulations for pair in pairs for each in pair))
+    return compare_residuals(pairs)
 
 
-def _without(base: Model, model: Model, point: MeasuredRun) -> list[LeftOver]:
+def _judge_without(base: Model, model: Model, point: MeasuredRun) -> list[HeldOutResiduals]:
     """The residuals of two models at an operating point, both fitted anew without it."""
     runs, noise, pair = base.residuals.runs, base.residuals.noise, []
-    kept = [run for run in runs if not is_at(run, point)]
-    out = [run for run in runs if is_at(run, point)]
-    starts = starts_at(base.residuals.machine, kept, base.residuals.parameters, base.fitted.x)
-    for one in (base, model):
-        residuals = one.residuals.with_runs(kept, starts)
-        fitted = descend(residuals, one.fitted.x, steps=one.fitted.steps)
-        left = left_over(Model(one.candidates, residuals, fitted), out, noise)
-        pair.append(left._replace(simulations=left.simulations + residuals.simulations))
+    fitted_runs = [run for run in runs if not is_at(run, point)]
+    held_out_runs = [run for run in runs if is_at(run, point)]
+    starts = starts_at(base.residuals.machine, fitted_runs, base.residuals.parameters, base.fitted.x)
+    for whole in (base, model):
+        residuals = whole.residuals.with_runs(fitted_runs, starts)
+        fitted = descend(residuals, whole.fitted.x, steps=whole.fitted.steps)
+        judged = find_held_out_residuals(Model(whole.candidates, residuals, fitted), held_out_runs, noise)
+        pair.append(judged._replace(simulations=judged.simulations + residuals.simulations))
     return pair
 
 
@@ -319,6 +362,14 @@ def judge_held_out(
         The best first.
     judged : HeldOut or None
         None: there is nothing to hold out.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> ranked, judged = judge_held_out(explanation.calibrated, explanation.fits, explanation.measured, Work())
+    >>> ranked[0].names, judged.removed_share > 0.9
+    (('side_force',), True)
     """
     runs, noise = measured.of(GATE), calibrated.residuals.noise
     if not choices or choices[0].cost >= calibrated.cost:
@@ -327,8 +378,8 @@ def judge_held_out(
         return choices, leave_one_out(calibrated, choices[0].model, work)
     single = next((choice for choice in choices if len(choice.names) == 1), None)
     near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS_COST]
-    before, *after = all_left_over(calibrated, [calibrated, *(c.model for c in near)], runs, noise, work)
-    left = {c.names: own for c, own in zip(near, after, strict=True)}
-    near = [Choice(c.model, c.cost + left[c.names].misfit - before.misfit) for c in near]
+    before, *after = find_all_held_out_residuals(calibrated, [calibrated, *(c.model for c in near)], runs, noise, work)
+    judged = {c.names: residuals for c, residuals in zip(near, after, strict=True)}
+    near = [Choice(c.model, c.cost + judged[c.names].misfit - before.misfit) for c in near]
     choices = sorted(near, key=lambda choice: choice.cost)
-    return choices, compared([(before, left[choices[0].names])])
+    return choices, compare_residuals([(before, judged[choices[0].names])])

@@ -7,12 +7,12 @@ import numpy as np
 
 from apesim.studies.measured import ENGINE, MeasuredRun
 
-NEAR, WARMER = 0.01, 2.0
+MAX_SHARE_APART, MAX_WARMER = 0.01, 2.0
 """Share of supply pressure, pulse and speed, and difference of temperature [K], within which two runs are at one
 operating point: gauges err by as much."""
 
 
-def points_of(runs: Iterable[MeasuredRun]) -> list[MeasuredRun]:
+def find_points(runs: Iterable[MeasuredRun]) -> list[MeasuredRun]:
     """The operating points of measured runs, each stood for by the first run at it.
 
     Parameters
@@ -23,19 +23,26 @@ def points_of(runs: Iterable[MeasuredRun]) -> list[MeasuredRun]:
     -------
     list of apesim.studies.measured.MeasuredRun
         One run for each operating point, in the order in which the points first occur; see `is_at`.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import read_example
+    >>> runs = read_example().runs
+    >>> len(find_points([*runs, runs[0]._replace(temperature=294.0)]))
+    4
     """
-    found: list[MeasuredRun] = []
+    points: list[MeasuredRun] = []
     for run in runs:
-        if not any(is_at(run, point) for point in found):
-            found.append(run)
-    return found
+        if not any(is_at(run, point) for point in points):
+            points.append(run)
+    return points
 
 
 def is_at(run: MeasuredRun, point: MeasuredRun) -> bool:
     """Whether a run is at the operating point of another, as far as gauges can distinguish them.
 
-    Supply pressure, pulse and speed may differ by the share `NEAR`, the temperature by `WARMER` [K]. A temperature that
-    one of the two does not state is no difference.
+    Supply pressure, pulse and speed may differ by the share `MAX_SHARE_APART`, the temperature by `MAX_WARMER` [K]. A
+    temperature that one of the two does not state is no difference.
 
     Parameters
     ----------
@@ -54,9 +61,9 @@ def is_at(run: MeasuredRun, point: MeasuredRun) -> bool:
     (True, False)
     """
     warmer = 0.0 if isnan(run.temperature) or isnan(point.temperature) else run.temperature - point.temperature
-    return abs(warmer) <= WARMER and all(
-        isclose(one, other, rel_tol=NEAR) or (isnan(one) and isnan(other))
-        for one, other in (
+    return abs(warmer) <= MAX_WARMER and all(
+        isclose(value, other, rel_tol=MAX_SHARE_APART) or (isnan(value) and isnan(other))
+        for value, other in (
             (run.supply, point.supply),
             (run.pulse, point.pulse),
             (run.speed, point.speed),
@@ -64,7 +71,7 @@ def is_at(run: MeasuredRun, point: MeasuredRun) -> bool:
     )
 
 
-def label_of(run: MeasuredRun, ambient_pressure: float) -> str:
+def label_point(run: MeasuredRun, ambient_pressure: float) -> str:
     """The operating point of a run in a few words: supply pressure and pulse, or speed and supply pressure.
 
     Parameters
@@ -81,7 +88,7 @@ def label_of(run: MeasuredRun, ambient_pressure: float) -> str:
     --------
     >>> import numpy as np
     >>> from apesim.studies.measured import MeasuredRun
-    >>> label_of(MeasuredRun("a", "a.csv", 0.5e6, 293.0, 0.05, "fit", np.zeros(0), {}), 0.1e6)
+    >>> label_point(MeasuredRun("a", "a.csv", 0.5e6, 293.0, 0.05, "fit", np.zeros(0), {}), 0.1e6)
     '0.40 MPa gauge, 50 ms'
     """
     supply = f"{(run.supply - ambient_pressure) * 1e-6:.2f} MPa gauge"

@@ -20,9 +20,9 @@ from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import TWINS
 from apesim.studies.gap.search.model_selection import Choice
-from apesim.studies.gap.search.plausibility import implausible, pulled
+from apesim.studies.gap.search.plausibility import find_implausible, find_pulled
 from apesim.studies.gap.search.refit import release
-from apesim.studies.gap.search.score_test import cosine
+from apesim.studies.gap.search.score_test import find_cosine
 from apesim.studies.gap.thresholds import (
     ALARM,
     ALIKE,
@@ -51,24 +51,33 @@ class Decision(NamedTuple):
     reason: Reason
 
 
-def explained(base: Model, choice: Choice) -> np.ndarray:
-    """The part of the gap that a choice takes away: residuals of the calibrated machine less those of the choice.
+def find_explained_gap(base: Model, model: Model) -> np.ndarray:
+    """Find the part of the gap that a model takes away: residuals of the calibrated machine less those of the model.
 
     Parameters
     ----------
     base : apesim.studies.estimation.model.Model
         The calibrated machine.
-    choice : apesim.studies.gap.search.model_selection.Choice
+    model : apesim.studies.estimation.model.Model
+        The machine with what was added.
 
     Returns
     -------
     (n,) float array
         Whitened, without the pulls of the priors [standard deviations].
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> gap = find_explained_gap(explanation.calibrated, explanation.best)
+    >>> round(float(np.sqrt(gap @ gap)))
+    13
     """
-    return base.fitted.data_residuals - choice.model.fitted.data_residuals
+    return base.fitted.data_residuals - model.fitted.data_residuals
 
 
-def without_alarm(base: Model, p_value: float) -> Decision:
+def decide_without_alarm(base: Model, p_value: float) -> Decision:
     """The verdict where noise alone explains what the calibrated machine leaves: NO_GAP or CALIBRATION.
 
     CALIBRATION comes first: it is given where a nuisance is pulled beyond `MAX_PULL` prior standard deviations.
@@ -83,8 +92,15 @@ def without_alarm(base: Model, p_value: float) -> Decision:
     Returns
     -------
     Decision
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> decision = decide_without_alarm(explain_example().calibrated, p_value=0.4)
+    >>> str(decision.verdict), str(decision.reason)
+    ('NO_GAP', 'noise alone leaves as much with a chance of 0.4')
     """
-    if pulled(base):
+    if find_pulled(base):
         return _blame_calibration(base)
     return Decision(Verdict.NO_GAP, None, (), ReasonKind.NOISE_ALONE.with_facts(chance=p_value))
 
@@ -95,7 +111,7 @@ def _blame_calibration(base: Model) -> Decision:
     It is given where what is left is noise, or is too small to matter, but only because a nuisance went beyond
     `MAX_PULL` prior standard deviations. Its explanation is the machine fitted anew without the prior of that nuisance.
     """
-    number = pulled(base)[0]
+    number = find_pulled(base)[0]
     key, x = base.residuals.parameters[number].key, base.fitted.x[number]
     reason = ReasonKind.FAR_NUISANCE.with_facts(key=key, x=x)
     return Decision(Verdict.CALIBRATION, Choice(release(base, number), 0.0), (), reason)
@@ -132,12 +148,12 @@ def _find_best_and_rivals(choices: list[Choice]) -> tuple[Choice, tuple[Choice, 
     )
 
 
-def with_alarm(
+def decide_with_alarm(
     base: Model,
     choices: list[Choice],
     size: float,
     judged: HeldOut | None,
-    left: float = 1.0,
+    p_value: float = 1.0,
     tolerance: float = TOLERANCE,
 ) -> Decision:
     """The verdict where noise alone does not explain what the calibrated machine leaves.
@@ -148,14 +164,14 @@ def with_alarm(
        deviations, else NO_GAP.
     2. No choice has a penalised cost below the cost of the calibrated machine: REFUSED.
     3. No runs can be held out: AMBIGUOUS.
-    4. The best choice fails on the runs held out (see `refusal`), needs implausible numbers, leaves more than noise (a
-       chance below `ALARM`), or is less than `AMBIGUOUS_COST` better than the calibrated machine: REFUSED.
+    4. The best choice fails on the runs held out (see `find_refusal`), needs implausible numbers, leaves more than
+       noise (a chance below `ALARM`), or is less than `AMBIGUOUS_COST` better than the calibrated machine: REFUSED.
     5. The best choice is a nuisance without its prior: CALIBRATION, or AMBIGUOUS where it has rivals.
     6. The best choice is one effect: NAMED without rivals, NAMED_CLASS where all rivals explain the same part of the
        gap (a cosine above `ALIKE`), else AMBIGUOUS.
     7. The best choice is a pair: TWO_EFFECTS where it contains the best single effect or leaves it behind by `BEHIND`,
-       where its rivals share an effect with it and explain the same part of the gap, and where its `standing` is at
-       least `MIN_STANDING`; else AMBIGUOUS.
+       where its rivals share an effect with it and explain the same part of the gap, and where its `find_standing` is
+       at least `MIN_STANDING`; else AMBIGUOUS.
 
     Parameters
     ----------
@@ -167,7 +183,7 @@ def with_alarm(
         Root mean square of the gap over the noise, in the signal and phase where it is largest.
     judged : apesim.studies.gap.decide.held_out.HeldOut or None
         The best choice on runs that it was not fitted to; None: there are none.
-    left : float
+    p_value : float
         Chance of noise alone to leave as much as the best choice does.
     tolerance : float
         Size of a gap, over the noise, that does not matter.
@@ -175,9 +191,19 @@ def with_alarm(
     Returns
     -------
     Decision
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> fits, judged = explanation.ranked, explanation.judged
+    >>> str(decide_with_alarm(explanation.calibrated, fits, size=0.5, judged=judged).verdict)
+    'NAMED'
+    >>> str(decide_with_alarm(explanation.calibrated, fits, size=0.5, judged=judged, tolerance=1.0).verdict)
+    'NO_GAP'
     """
     if size < tolerance:
-        if pulled(base):
+        if find_pulled(base):
             return _blame_calibration(base)
         return Decision(Verdict.NO_GAP, None, (), ReasonKind.TOO_SMALL.with_facts(size=size))
     if not choices or choices[0].cost >= base.cost:
@@ -185,8 +211,8 @@ def with_alarm(
     best, rivals = _find_best_and_rivals(choices)
     if judged is None:
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.NOTHING_HELD_OUT.with_facts())
-    refused = refusal(judged, tolerance) or implausible(best.model)
-    if not refused and left < ALARM:
+    refused = find_refusal(judged, tolerance) or find_implausible(best.model)
+    if not refused and p_value < ALARM:
         refused = ReasonKind.MORE_THAN_NOISE_LEFT.with_facts()
     if not refused and best.cost > base.cost - AMBIGUOUS_COST:
         refused = ReasonKind.FAINT.with_facts()
@@ -195,28 +221,28 @@ def with_alarm(
     if best.model.released:
         verdict = Verdict.CALIBRATION if not rivals else Verdict.AMBIGUOUS
         return Decision(verdict, best, rivals, ReasonKind.WRONG_NUMBER.with_facts())
-    own = explained(base, best)
-    alike = all(cosine(own, explained(base, choice)) > ALIKE for choice in rivals)
+    explained = find_explained_gap(base, best.model)
+    alike = all(find_cosine(explained, find_explained_gap(base, choice.model)) > ALIKE for choice in rivals)
     if len(best.names) == 1:
         if not rivals:
-            return Decision(Verdict.NAMED, best, (), ReasonKind.TOLD.with_facts())
+            return Decision(Verdict.NAMED, best, (), ReasonKind.DISTINGUISHABLE.with_facts())
         if alike:
             return Decision(Verdict.NAMED_CLASS, best, rivals, ReasonKind.ONE_OF_A_CLASS.with_facts())
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_SINGLES.with_facts())
     singles = [choice for choice in choices if len(choice.names) == 1]
-    if singles[0].cost < best.cost + BEHIND and not contains(base, best, singles):
+    if singles[0].cost < best.cost + BEHIND and not contains_best_single(base, best, singles):
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.PAIR_WITHOUT_BEST_SINGLE.with_facts())
     if rivals and not (alike and all(set(best.names) & set(choice.names) for choice in rivals)):
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_PAIRS.with_facts())
-    if standing(best, rivals, singles) < MIN_STANDING:
+    if find_standing(best, rivals, singles) < MIN_STANDING:
         kind = ReasonKind.SEVERAL_PAIRS if rivals else ReasonKind.SECOND_IS_FAINT
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
         return Decision(Verdict.AMBIGUOUS, best, rivals, kind.with_facts())
-    return Decision(Verdict.TWO_EFFECTS, best, rivals, ReasonKind.TOLD.with_facts())
+    return Decision(Verdict.TWO_EFFECTS, best, rivals, ReasonKind.DISTINGUISHABLE.with_facts())
 
 
-def standing(pair: Choice, rivals: Sequence[Choice], singles: Sequence[Choice]) -> float:
+def find_standing(pair: Choice, rivals: Sequence[Choice], singles: Sequence[Choice]) -> float:
     """The standing of a pair of effects, by which it is named or not.
 
     It is the weight of the pair among its rivals by penalised likelihood, reduced where its second effect is faint::
@@ -238,13 +264,22 @@ def standing(pair: Choice, rivals: Sequence[Choice], singles: Sequence[Choice]) 
     -------
     float
         Below 1.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> pair, single = (Choice(explain_example().best, cost) for cost in (100.0, 140.0))
+    >>> round(find_standing(pair, [], [single]), 2)
+    0.73
+    >>> round(find_standing(pair, [pair._replace(cost=102.0)], [single]), 2)
+    0.53
     """
     weights = [exp(-0.5 * (choice.cost - pair.cost)) for choice in (pair, *rivals)]
     fall = max(singles[0].cost - pair.cost, 1.0)
     return (1.0 - min(MAX_OUTSIDE, MIN_OUTSIDE + OUTSIDE_FAINT / fall)) / sum(weights)
 
 
-def contains(base: Model, pair: Choice, singles: Sequence[Choice]) -> bool:
+def contains_best_single(base: Model, pair: Choice, singles: Sequence[Choice]) -> bool:
     """Whether a pair contains the best single effect, or one that these data do not distinguish from it.
 
     Two single effects are indistinguishable where their penalised costs differ by less than `AMBIGUOUS_COST`, and the
@@ -261,17 +296,27 @@ def contains(base: Model, pair: Choice, singles: Sequence[Choice]) -> bool:
     Returns
     -------
     bool
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> singles = [choice for choice in explanation.fits if len(choice.names) == 1]
+    >>> contains_best_single(explanation.calibrated, singles[0], singles)
+    True
+    >>> contains_best_single(explanation.calibrated, singles[1], singles)
+    False
     """
-    own = explained(base, singles[0])
+    explained = find_explained_gap(base, singles[0].model)
     return any(
         choice.names[0] in pair.names
         and choice.cost - singles[0].cost < AMBIGUOUS_COST
-        and cosine(own, explained(base, choice)) > ALIKE
+        and find_cosine(explained, find_explained_gap(base, choice.model)) > ALIKE
         for choice in singles
     )
 
 
-def refusal(judged: HeldOut, tolerance: float = TOLERANCE) -> Reason | None:
+def find_refusal(judged: HeldOut, tolerance: float = TOLERANCE) -> Reason | None:
     """The reason for which the best explanation is refused on runs that it was not fitted to.
 
     It is refused where it removes nothing there, where it removes less than the share `MIN_REMOVED` of the gap's
@@ -291,16 +336,16 @@ def refusal(judged: HeldOut, tolerance: float = TOLERANCE) -> Reason | None:
     Examples
     --------
     >>> from apesim.studies.gap.decide.held_out import HeldOut
-    >>> judged = HeldOut(samples=100, before=3.0, after=1.2, removed=800.0, left=50.0, chance=10.0)
-    >>> str(refusal(judged))
+    >>> judged = HeldOut(100, 3.0, 1.2, removed_energy=800.0, remaining_energy=50.0, remaining_sigma=10.0)
+    >>> str(find_refusal(judged))
     'on runs that it was not fitted to, a gap of 0.58 of the noise is left'
-    >>> refusal(judged._replace(left=10.0)) is None
+    >>> find_refusal(judged._replace(remaining_energy=10.0)) is None
     True
     """
-    if judged.removed <= 0.0:
+    if judged.removed_energy <= 0.0:
         return ReasonKind.REMOVES_NOTHING.with_facts()
-    if judged.share < MIN_REMOVED:
-        return ReasonKind.GAP_STILL_THERE.with_facts(percent=100.0 * (1.0 - judged.share))
-    if judged.size > max(tolerance, MAX_LEFT * judged.size_before):
-        return ReasonKind.GAP_LEFT.with_facts(size=judged.size)
+    if judged.removed_share < MIN_REMOVED:
+        return ReasonKind.GAP_STILL_THERE.with_facts(percent=100.0 * (1.0 - judged.removed_share))
+    if judged.size_after > max(tolerance, MAX_LEFT * judged.size_before):
+        return ReasonKind.GAP_LEFT.with_facts(size=judged.size_after)
     return None

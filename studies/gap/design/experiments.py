@@ -1,33 +1,38 @@
 """Experiments that could be made next on the same bench: other runs, and sensors that are not there yet."""
 
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from apesim.engine.angles import TURN
+from apesim.engine.machine import Machine
 from apesim.studies.estimation.noise.process import white
+from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.estimation.priors import nuisances_of
 from apesim.studies.estimation.residuals import WhitenedResiduals
-from apesim.studies.gap.decide.operating_points import label_of
-from apesim.studies.measured import ENGINE, VALVE, Measured
+from apesim.studies.estimation.starts import Starts
+from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.measured import ENGINE, VALVE, Measured, MeasuredRun
 from apesim.studies.measured.prediction import MEANS
 
-GAUGE = np.array([0.1, 0.2, 0.4, 0.6, 0.8, 1.0]) * 1e6
+GAUGE_PRESSURES = np.array([0.1, 0.2, 0.4, 0.6, 0.8, 1.0]) * 1e6
 """Supply pressures above ambient [Pa]."""
 PULSES = 0.012, 0.05
-"""Too short for a stroke to rest, and long enough [s]."""
-AFTER = 0.05
-"""Recorded after the release [s]."""
+"""Pulses of a valve: one too short for a stroke to rest, and one that is long enough [s]."""
+RECORD_AFTER = 0.05
+"""Time that is recorded after the release: a stroke and its rebounds are over by then [s]."""
 SPEEDS = np.array([500.0, 1000.0, 1500.0]) * TURN / 60.0
-"""[rad/s]"""
+"""Speeds of an engine [rad/s]."""
 ANGLES = np.arange(0.0, TURN, TURN / 180.0)
-NEW = {
+"""Crank angles of the samples of an engine that has recorded none [rad]."""
+NEW_SENSORS = {
     VALVE: (("lift",), ("pressure_a",), ("pressure_b",), ("pressure_a", "pressure_b")),
     ENGINE: (("cylinder_pressure",), ("lift",), ("pressure_a", "pressure_b"), ("torque",), ("air_flow",)),
 }
 """Sensors that may be added together, by bench."""
-USUAL = {
+USUAL_NOISE = {
     "lift": 0.03e-3,
     "pressure_a": 2e3,
     "pressure_b": 2e3,
@@ -35,64 +40,73 @@ USUAL = {
     "torque": 0.3,
     "air_flow": 0.3e-3,
 }
-"""Noise that such a sensor usually has [SI]."""
+"""Standard deviation of the noise that a sensor usually has [SI]."""
 INTERVAL = 0.2e-3
-"""Between two samples on a bench that has recorded none [s]."""
+"""Interval between two samples on a bench that has recorded none [s]."""
 
 
 class Experiment(NamedTuple):
     """A run to be made."""
 
     text: str
-    run: object
-    """`apesim.studies.measured.MeasuredRun`, its values zero."""
-    added: tuple
+    """The run in words."""
+    run: MeasuredRun
+    """The run, its measured values zero."""
+    added: tuple[str, ...]
     """Sensors that are not there yet."""
 
 
-def experiments_of(measured, ambient_pressure):
-    """The experiments: each operating point of a list with the sensors that are there, and runs again with new ones.
+def list_experiments(measured: Measured, ambient_pressure: float) -> list[Experiment]:
+    """List the experiments: other operating points with the sensors that are there, and runs again with new sensors.
 
     Parameters
     ----------
     measured : apesim.studies.measured.Measured
     ambient_pressure : float
-        [Pa]
+        [Pa abs]
 
     Returns
     -------
     list of Experiment
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import read_example
+    >>> experiments = list_experiments(read_example(), 101325.0)
+    >>> experiments[0].text, experiments[-1].added
+    ('a run at 0.10 MPa gauge, 12 ms', ('pressure_a', 'pressure_b'))
     """
     runs = measured.runs
-    there = list(dict.fromkeys(sensor for run in runs for sensor in (*run.channels, *run.means)))
-    found = []
-    for run in _points(measured, ambient_pressure):
-        if not any(_alike(run, other) for other in runs):
-            found.append(Experiment(f"a run at {label_of(run, ambient_pressure)}", _with(run, there), ()))
+    sensors = list(dict.fromkeys(sensor for run in runs for sensor in (*run.channels, *run.means)))
+    experiments = []
+    for run in _list_runs(measured, ambient_pressure):
+        if not any(_is_alike(run, other) for other in runs):
+            text = f"a run at {label_point(run, ambient_pressure)}"
+            experiments.append(Experiment(text, _add_sensors(run, sensors), ()))
     again = max(runs, key=lambda run: run.supply)
-    for added in NEW[measured.bench]:
-        if not set(added) & set(there):
+    for added in NEW_SENSORS[measured.bench]:
+        if not set(added) & set(sensors):
             names = " and ".join(sensor.replace("_", " ") for sensor in added)
-            text = f"the run at {label_of(again, ambient_pressure)} again, with {names} measured"
-            found.append(Experiment(text, _with(again, [*there, *added]), added))
-    return found
+            text = f"the run at {label_point(again, ambient_pressure)} again, with {names} measured"
+            experiments.append(Experiment(text, _add_sensors(again, [*sensors, *added]), added))
+    return experiments
 
 
-def _points(measured, ambient_pressure):
+def _list_runs(measured: Measured, ambient_pressure: float) -> Iterator[MeasuredRun]:
     """A run of the data at each operating point of the list."""
-    own = measured.runs[0]
+    pattern = measured.runs[0]
     if measured.bench == ENGINE:
         supplies = sorted({run.supply for run in measured.runs})
         for speed, supply in product(SPEEDS, {supplies[0], supplies[-1]}):
-            yield own._replace(speed=float(speed), supply=supply)
+            yield pattern._replace(speed=float(speed), supply=supply)
         return
     interval = min((float(np.median(np.diff(run.times))) for run in measured.runs), default=INTERVAL)
-    for gauge, pulse in product(GAUGE, PULSES):
-        times = np.arange(0.0, pulse + AFTER, interval)
-        yield own._replace(supply=ambient_pressure + gauge, pulse=pulse, times=times)
+    for gauge, pulse in product(GAUGE_PRESSURES, PULSES):
+        times = np.arange(0.0, pulse + RECORD_AFTER, interval)
+        yield pattern._replace(supply=ambient_pressure + gauge, pulse=pulse, times=times)
 
 
-def _alike(run, other):
+def _is_alike(run: MeasuredRun, other: MeasuredRun) -> bool:
     """Whether two runs are of one operating point, as far as it can be set."""
     near = abs(run.supply - other.supply) < 0.05e6
     if run.bench == ENGINE:
@@ -100,8 +114,9 @@ def _alike(run, other):
     return near and 0.5 < run.pulse / other.pulse < 2.0
 
 
-def _with(run, sensors):
+def _add_sensors(run: MeasuredRun, sensors: Iterable[str]) -> MeasuredRun:
     """A run with these sensors, its values zero."""
+    sensors = list(sensors)
     traces = [sensor for sensor in sensors if sensor not in MEANS]
     if run.bench == ENGINE and traces and not len(run.angles):
         run = run._replace(angles=ANGLES)
@@ -113,25 +128,41 @@ def _with(run, sensors):
     )
 
 
-def residuals_of(experiment, machine, parameters, noise, starts=None):
-    """An experiment as a residuals: the parameters, and behind them what is uncertain about its new sensors.
+def make_residuals(
+    experiment: Experiment,
+    machine: Machine,
+    parameters: Sequence[Parameter],
+    noise: dict[str, Any],
+    starts: Starts | None = None,
+) -> WhitenedResiduals:
+    """Make the residuals of an experiment, with the nuisances of its new sensors behind the parameters.
 
     Parameters
     ----------
     experiment : Experiment
     machine : apesim.engine.machine.Machine
-    parameters : list of apesim.studies.estimation.parameters.Parameter
+    parameters : sequence of apesim.studies.estimation.parameters.Parameter
     noise : dict
-        As it was found; a new sensor has its usual one.
+        Noise of the sensors that there are; a new sensor has its usual one.
     starts : apesim.studies.estimation.starts.Starts, optional
         Starts of the experiment; without them those of the machine as it is.
 
     Returns
     -------
     apesim.studies.estimation.residuals.WhitenedResiduals
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> calibrated = explain_example().calibrated
+    >>> experiment = list_experiments(explain_example().measured, 101325.0)[-1]
+    >>> old = calibrated.residuals
+    >>> residuals = make_residuals(experiment, old.machine, old.parameters, old.noise)
+    >>> [block.sensor for block in residuals.blocks], len(residuals.parameters) > len(old.parameters)
+    (['lift', 'pressure_a', 'pressure_b'], True)
     """
     alone = Measured("", {}, (experiment.run,), experiment.run.bench)
     known = {parameter.key for parameter in parameters}
     new = [parameter for parameter in nuisances_of(machine, alone) if parameter.key not in known]
-    usual = {sensor: {0.0: white(USUAL[sensor], "usual")} for sensor in experiment.added}
+    usual = {sensor: {0.0: white(USUAL_NOISE[sensor], "usual")} for sensor in experiment.added}
     return WhitenedResiduals(machine, [experiment.run], [*parameters, *new], noise | usual, starts=starts)

@@ -14,14 +14,14 @@ from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.estimation.calibration import uncalibrated
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
-from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.gap.design.experiments import experiments_of, residuals_of
+from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
+from apesim.studies.gap.design.experiments import Experiment, list_experiments, make_residuals
 from apesim.studies.gap.input_checks import check_input
-from apesim.studies.gap.report.verdict_json import noise_told
-from apesim.studies.gap.search.candidates import candidates_of
-from apesim.studies.gap.search.detection_limits import clearest, detection_limits, sharpened
-from apesim.studies.gap.search.library import effects_on, faults_of
-from apesim.studies.gap.search.score_test import cosine, find_sensitivities
+from apesim.studies.gap.report.verdict_json import describe_noise
+from apesim.studies.gap.search.candidates import Probe, find_candidates
+from apesim.studies.gap.search.detection_limits import find_detection_limits, select_clearest, sharpen_probe
+from apesim.studies.gap.search.library import find_faults, select_effects
+from apesim.studies.gap.search.score_test import Sensitivity, find_cosine, find_sensitivities
 from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import Measured
@@ -34,7 +34,7 @@ class Isolability:
     Attributes
     ----------
     effects : list of dict
-        For each effect ``effect``, ``parameter``, ``unit``, ``limit`` (the size seen with 5 standard deviations; None:
+        For each effect ``effect``, ``parameter``, ``unit``, ``limit`` (the size visible with 5 sigmas; None:
         beyond its range), ``kept`` (the share that is left once the uncertain numbers of the machine are fitted),
         ``class`` (others that the data would hardly distinguish from it) and ``helped_by`` (the experiment that would
         show it or split its class; None: none is needed, or none of the list would do).
@@ -61,31 +61,59 @@ class Isolability:
         return [row["effect"] for row in self.effects if row["limit"] is not None and not row["class"]]
 
     def to_dict(self) -> dict[str, Any]:
-        """The content of ``apesim gap isolability --json``."""
+        """The content of ``apesim gap isolability --json``.
+
+        Returns
+        -------
+        dict
+
+        Examples
+        --------
+        >>> row = {"effect": "side_force", "limit": 1.2, "unit": "N", "kept": 0.4, "class": []}
+        >>> isolability = Isolability([row], noise={}, warnings=[])
+        >>> isolability.to_dict()["effects"][0]["limit"], isolability.isolable
+        (1.2, ['side_force'])
+        """
         return {
             "effects": self.effects,
-            "noise": noise_told(self.noise),
+            "noise": describe_noise(self.noise),
             "warnings": self.warnings,
             "wall_time_s": self.wall_time_s,
         }
 
     def __repr__(self) -> str:
         seen, alone = len(self.visible), len(self.isolable)
-        return f"Isolability: {seen} of {len(self.effects)} effects could be seen, {alone} of them told from all others"
+        counts = f"{seen} of {len(self.effects)} effects could be seen"
+        return f"Isolability: {counts}, {alone} of them distinguishable from all others"
 
     def _repr_html_(self) -> str:
         cells = [
-            (row["effect"], limit_text(row), f"{100.0 * row['kept']:.0f} %", ", ".join(row["class"]) or "-")
+            (row["effect"], format_limit(row), f"{100.0 * row['kept']:.0f} %", ", ".join(row["class"]) or "-")
             for row in sorted(self.effects, key=lambda row: row["limit"] is None)
         ]
-        header = ("effect", "seen from (5 standard deviations)", "kept", "hardly told from")
+        header = ("effect", "visible from (5 sigmas)", "retained", "hardly distinguishable from")
         rows = "".join(f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in cells)
         head = "".join(f"<th>{cell}</th>" for cell in header)
         return f"{html.escape(repr(self))}<table><tr>{head}</tr>{rows}</table>"
 
 
-def limit_text(limit: dict[str, Any] | None) -> str:
-    """The size from which an effect is seen."""
+def format_limit(limit: dict[str, Any] | None) -> str:
+    """The size from which an effect is visible, as text.
+
+    Parameters
+    ----------
+    limit : dict or None
+        With ``limit`` and ``unit``, see `apesim.studies.gap.search.detection_limits.find_detection_limits`.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> format_limit({"limit": 1.2345, "unit": "N"}), format_limit(None)
+    ('1.23 N', 'beyond its range')
+    """
     if limit is None or limit["limit"] is None:
         return "beyond its range"
     return f"{limit['limit']:.3g} {limit['unit']}".strip()
@@ -123,13 +151,16 @@ def find_isolability(
 
     Examples
     --------
-    ::
+    Lift of a valve at two supply pressures, and a small part of the library; of your own data, give the folder.
 
-        found = apesim.find_isolability(apesim.Machine(), "my_bench")
-        found.isolable
+    >>> import apesim
+    >>> from apesim.studies.gap.example_bench import list_left_out, read_example
+    >>> isolability = apesim.find_isolability(apesim.Machine(), read_example(), without=list_left_out())
+    >>> isolability.visible
+    ['coulomb_friction', 'side_force']
     """
     start = time.perf_counter()
-    measured, _ = open_measured("find_isolability", machine, measured, faults=faults_of(without, machine))
+    measured, _ = open_measured("find_isolability", machine, measured, faults=find_faults(without, machine))
     warnings = check_input(measured)
     rows, noise, more = _isolability(machine, measured, without, Work(tell=progress))
     return Isolability(rows, noise, [*warnings, *more], time.perf_counter() - start)
@@ -141,82 +172,92 @@ def _isolability(
     """Rows, noise and warnings of `Isolability`."""
     residuals, warnings = uncalibrated(machine, measured, work.simulations)
     nominal = np.zeros(len(residuals.parameters))
-    errors, jacobian, steps = _slopes(residuals, nominal)
-    candidates = candidates_of(machine, measured.bench, effects_on(measured.bench, without, machine))
+    errors, jacobian, steps = _find_slopes(residuals, nominal)
+    candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
     fitted = Fitted(nominal, errors, jacobian, True, steps)
     columns = find_sensitivities(residuals, fitted, candidates, work, "effects")
-    best = {name: sharpened(residuals, fitted, column) for name, column in clearest(columns).items()}
-    limits = detection_limits(list(best.values()))
+    best = {name: sharpen_probe(residuals, fitted, column) for name, column in select_clearest(columns).items()}
+    limits = find_detection_limits(list(best.values()))
     n = len(errors) - len(nominal)
     effects = {name: column.effect[:n] for name, column in best.items()}
     classes = {name: limit["class"] for name, limit in limits.items() if limit["limit"] is not None}
     wanted = [name for name in best if name not in classes or classes[name]]
     wanted += [other for name in wanted for other in classes.get(name, ()) if other not in wanted]
     probes = {name: (best[name].probe, effects[name]) for name in wanted}
-    found: dict = {name: [] for name in wanted}
-    experiments = experiments_of(measured, machine.ambient.pressure) if wanted else []
+    outcomes: dict[str, list[tuple[Experiment, float, float]]] = {name: [] for name in wanted}
+    experiments = list_experiments(measured, machine.ambient.pressure) if wanted else []
     for done, experiment in enumerate(experiments, 1):
         try:
-            wider = _widened(experiment, residuals, jacobian[:n], probes)
+            wider = _add_experiment(experiment, residuals, jacobian[:n], probes)
         except EndedEarly:
             continue
         for name in wanted:
-            found[name].append((experiment, *_told(name, wider, classes.get(name, ()), best)))
+            outcomes[name].append((experiment, *_compare_with_class(name, wider, classes.get(name, ()), best)))
         work.tell("experiments", done, len(experiments))
     rows = [
-        {"effect": name, **limit, "helped_by": _help(name, found, classes, limit)} for name, limit in limits.items()
+        {"effect": name, **limit, "helped_by": _choose_experiment(outcomes.get(name, []), classes.get(name), limit)}
+        for name, limit in limits.items()
     ]
     return rows, residuals.noise, warnings
 
 
-def _slopes(residuals, x):
+def _find_slopes(residuals: WhitenedResiduals, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Residuals at x, their sensitivities by steps that are adapted to them, and the steps for the next."""
     errors = residuals.at(x)
     _, steps = residuals.jacobian(x, errors)
     return errors, *residuals.jacobian(x, errors, steps)
 
 
-def _widened(experiment, residuals, jacobian, wanted):
-    """What the data and an experiment together would see of effects, nuisances projected out.
+def _add_experiment(
+    experiment: Experiment,
+    residuals: WhitenedResiduals,
+    jacobian: np.ndarray,
+    wanted: dict[str, tuple[Probe, np.ndarray]],
+) -> dict[str, np.ndarray]:
+    """Changes of the data and of an experiment together by effects, nuisances projected out.
 
     Parameters
     ----------
     experiment : apesim.studies.gap.design.experiments.Experiment
     residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-        Of the nuisances and the data that there are.
+        Residuals of the data that there are, as a function of the nuisances.
     jacobian : (n, p) float array
-        Of those data.
+        Sensitivities of those data.
     wanted : dict
-        Probes, and what they do to those data, (n,), by name.
+        Probes, and the changes of those data by them, (n,), by name.
 
     Returns
     -------
     dict of (m,) float array
     """
-    more = residuals_of(experiment, residuals.machine, residuals.parameters, residuals.noise)
+    more = make_residuals(experiment, residuals.machine, residuals.parameters, residuals.noise)
     x = np.zeros(len(more.parameters))
-    errors, slopes, _ = _slopes(more, x)
-    own = len(errors) - len(x)
+    errors, slopes, _ = _find_slopes(more, x)
+    samples = len(errors) - len(x)
     old = np.column_stack([jacobian, np.zeros((len(jacobian), len(x) - jacobian.shape[1]))])
-    space = find_nuisance_space(np.vstack([old, slopes[:own], np.diag(more.known.astype(float))]))
-    found = {}
+    space = find_nuisance_space(np.vstack([old, slopes[:samples], np.diag(more.known.astype(float))]))
+    changes = {}
     for name, (probe, effect) in wanted.items():
         with_it = more.with_parameters([*more.parameters, *probe.candidate.parameters])
-        shown = with_it.at(np.append(x, probe.x))[:own] - errors[:own]
-        found[name] = space.project_out(np.concatenate([effect, shown, np.zeros(len(x))]))
-    return found
+        shown = with_it.at(np.append(x, probe.x))[:samples] - errors[:samples]
+        changes[name] = space.project_out(np.concatenate([effect, shown, np.zeros(len(x))]))
+    return changes
 
 
-def _told(name, wider, mates, best):
-    """The largest cosine with a mate, and the size over the range from which it is seen, both with more data."""
-    alike = max((abs(cosine(wider[name], wider[mate])) for mate in mates), default=0.0)
+def _compare_with_class(
+    name: str, changes: dict[str, np.ndarray], class_names: Sequence[str], best: dict[str, Sensitivity]
+) -> tuple[float, float]:
+    """The largest cosine with another of its class, and the size over the range that is visible, with more data."""
+    alike = max((abs(find_cosine(changes[name], changes[other])) for other in class_names), default=0.0)
     probe = best[name].probe
-    length = np.linalg.norm(wider[name])
+    length = float(np.linalg.norm(changes[name]))
     return alike, abs(probe.x[probe.strength]) * N_SIGMA_VISIBLE / length if length else np.inf
 
 
-def _help(name, found, classes, limit):
-    """The experiment that would tell an effect from its class, or show it at all.
+def _choose_experiment(
+    outcomes: list[tuple[Experiment, float, float]], class_names: Sequence[str] | None, limit: dict[str, Any]
+) -> dict[str, Any] | None:
+    """The experiment that would distinguish an effect from its class, or show it at all.
 
     Returns
     -------
@@ -225,11 +266,11 @@ def _help(name, found, classes, limit):
         experiment of the list would do.
     """
     if limit["limit"] is None:
-        shown = [(size, alike, e) for e, alike, size in found[name] if size <= 1.0]
+        shown = [(size, alike, e) for e, alike, size in outcomes if size <= 1.0]
         chosen = min(shown, key=lambda row: row[0], default=None)
-    elif classes[name]:
-        told = [(size, alike, e) for e, alike, size in found[name] if alike <= ALIKE]
-        chosen = min(told, key=lambda row: row[1], default=None)
+    elif class_names:
+        distinguishing = [(size, alike, e) for e, alike, size in outcomes if alike <= ALIKE]
+        chosen = min(distinguishing, key=lambda row: row[1], default=None)
     else:
         return None
     return chosen and {"text": chosen[2].text, "cosine": chosen[1], "limit_of_range": chosen[0]}

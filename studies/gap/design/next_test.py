@@ -1,29 +1,38 @@
-"""What to test next: the experiment that would split what these data leave open."""
+"""Next test: the experiment that would split the explanations between which these data do not decide."""
 
 from math import ceil
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from apesim.studies.estimation.residuals import EndedEarly
-from apesim.studies.estimation.starts import starts_at
-from apesim.studies.gap.design.experiments import experiments_of, residuals_of
+from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
+from apesim.studies.estimation.starts import Starts, starts_at
+from apesim.studies.gap.design.experiments import Experiment, list_experiments, make_residuals
 from apesim.studies.gap.reasons import ReasonKind, Verdict
-from apesim.studies.gap.search.detection_limits import detection_limits
-from apesim.studies.gap.search.library import library
+from apesim.studies.gap.search.detection_limits import find_detection_limits
+from apesim.studies.gap.search.library import list_library
 from apesim.studies.gap.thresholds import N_SIGMA_VISIBLE
 
-RIVALS = 3
-"""That an experiment has to split from the best."""
-LOOKED_INTO = 5
-"""Experiments for which everything that is uncertain is fitted anew: those in which the models differ most."""
-TOLD = 3
-"""Effects whose own experiment is named."""
+if TYPE_CHECKING:
+    from apesim.studies.gap.explanation import Explanation
+
+MAX_RIVALS = 3
+"""Rivals that an experiment has to split from the best: with more, none of the list does."""
+MAX_EXPERIMENTS = 5
+"""Experiments for which everything that is uncertain is fitted anew, those in which the models differ most: each costs
+seconds."""
+MAX_EFFECTS = 3
+"""Effects whose own experiment is named: more would not be read."""
+MAX_REPEATS = 100
+"""Repeats of an experiment above which it is no advice."""
 AS_IT_IS = "the machine as it is"
+"""Name of the calibrated machine, where it is one of the explanations."""
 
 
-def next_test(explanation):
-    """The next test, as text and data.
+def find_next_test(explanation: "Explanation") -> dict[str, Any]:
+    """Find the next test, as text and data.
 
     Parameters
     ----------
@@ -35,41 +44,75 @@ def next_test(explanation):
         ``text``; ``truth`` and ``experiments`` where explanations are to be split, the best experiment first, each with
         the ``deviations`` by which each rival would miss what the truth gives; ``isolate``, the library's own
         experiment for effects.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> find_next_test(explain_example())["isolate"][0]["effect"]
+    'side_force'
     """
     decision = explanation.decision
     if not explanation.scores:
         return {"text": "The same again, with the library: nothing of it was tried.", "isolate": []}
     if decision.verdict in (Verdict.AMBIGUOUS, Verdict.NAMED_CLASS) or decision.reason.kind is ReasonKind.FAINT:
-        return split(explanation)
+        return rank_experiments(explanation)
+    names = list(decision.best.names) if decision.best else []
     if decision.verdict == Verdict.CALIBRATION:
-        key = decision.best.names[0]
+        key = names[0]
         return {"text": f"Measure {key} with another instrument, or by another way.", "isolate": []}
     if decision.verdict == Verdict.REFUSED:
-        names = [score.name for score in explanation.scores[:TOLD]]
+        names = [score.name for score in explanation.scores[:MAX_EFFECTS]]
         opening = "Nothing in the library will do. What comes nearest shows best by itself"
     elif decision.verdict == Verdict.NO_GAP:
-        names = [name for name, limit in detection_limits(explanation.sensitivities).items() if limit["limit"] is None]
+        names = [
+            name for name, limit in find_detection_limits(explanation.sensitivities).items() if limit["limit"] is None
+        ]
         if not names:
             return {"text": "None is due: every effect of the library would have been seen.", "isolate": []}
         opening = "None is due for what these data show. What they cannot show needs its own test"
     else:
-        names, opening = list(decision.best.names), "To see it by itself"
-    isolated = {entry.name: entry.isolated_by for entry in library(explanation.calibrated.residuals.machine)}
-    rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:TOLD] if name in isolated]
+        opening = "To see it by itself"
+    isolated = {entry.name: entry.isolated_by for entry in list_library(explanation.calibrated.residuals.machine)}
+    rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:MAX_EFFECTS] if name in isolated]
     ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in rows)
     return {"text": f"{opening}: {ways}.", "isolate": rows}
 
 
-def split(explanation):
-    """The experiments that would tell the best explanation from its rivals, the best first; see `next_test`."""
+def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
+    """Rank the experiments that would distinguish the best explanation from its rivals.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
+        With a best explanation.
+
+    Returns
+    -------
+    dict
+        ``text``, ``truth`` and ``experiments``, the best first, see `find_next_test`.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> rivals = tuple(choice for choice in explanation.fits if choice.names == ("coulomb_friction",))
+    >>> ranked = rank_experiments(replace(explanation, decision=explanation.decision._replace(rivals=rivals)))
+    >>> ranked["truth"], ranked["experiments"][0]["least"] > N_SIGMA_VISIBLE
+    ('side_force', True)
+    """
+    assert explanation.decision.best is not None
     truth = explanation.decision.best.model
-    rivals = [choice.model for choice in explanation.decision.rivals[:RIVALS]]
+    rivals = [choice.model for choice in explanation.decision.rivals[:MAX_RIVALS]]
     if not rivals or explanation.decision.reason.kind is ReasonKind.FAINT:
         rivals.append(explanation.calibrated)
-    rows = []
-    for plain, experiment, starts in _screened(explanation, truth, rivals):
+    rows: list[dict[str, Any]] = []
+    for plain, experiment, starts in _screen_experiments(explanation, truth, rivals):
         try:
-            deviations = {_name(rival): missed(experiment, truth, rival, explanation.noise, starts) for rival in rivals}
+            n_sigma = {
+                _name_model(rival): find_separation(experiment, truth, rival, explanation.noise, starts)
+                for rival in rivals
+            }
         except EndedEarly:
             continue
         rows.append(
@@ -79,43 +122,51 @@ def split(explanation):
                 "pulse_s": experiment.run.pulse,
                 "speed_rad_s": experiment.run.speed,
                 "sensors": [*experiment.run.channels, *experiment.run.means],
-                "deviations": deviations,
-                "least": min(deviations.values()),
+                "deviations": n_sigma,
+                "least": min(n_sigma.values()),
                 "least_unfitted": plain,
             }
         )
     rows.sort(key=lambda row: -row["least"])
-    return {"text": _advice(rows, _name(truth)), "truth": _name(truth), "experiments": rows}
+    return {"text": _write_advice(rows, _name_model(truth)), "truth": _name_model(truth), "experiments": rows}
 
 
-def _screened(explanation, truth, rivals):
+def _screen_experiments(
+    explanation: "Explanation", truth: Model, rivals: list[Model]
+) -> list[tuple[float, Experiment, Starts]]:
     """The experiments in which the models differ most as they are, with the periodic states found."""
-    found = []
-    for experiment in experiments_of(explanation.measured, truth.residuals.machine.ambient.pressure):
+    screened = []
+    for experiment in list_experiments(explanation.measured, truth.residuals.machine.ambient.pressure):
         starts = starts_at(truth.residuals.machine, [experiment.run], truth.residuals.parameters, truth.fitted.x)
         try:
-            own = _shown(experiment, truth, explanation.noise, starts)
-            plain = min(np.linalg.norm(own - _shown(experiment, rival, explanation.noise, starts)) for rival in rivals)
+            expected = _predict_whitened(experiment, truth, explanation.noise, starts)
+            plain = min(
+                np.linalg.norm(expected - _predict_whitened(experiment, rival, explanation.noise, starts))
+                for rival in rivals
+            )
         except EndedEarly:
             continue
-        found.append((float(plain), experiment, starts))
-    return sorted(found, key=lambda row: -row[0])[:LOOKED_INTO]
+        screened.append((float(plain), experiment, starts))
+    return sorted(screened, key=lambda row: -row[0])[:MAX_EXPERIMENTS]
 
 
-def _evaluated(experiment, model, noise, starts):
-    residuals = residuals_of(experiment, model.residuals.machine, model.residuals.parameters, noise, starts)
+def _make_residuals(
+    experiment: Experiment, model: Model, noise: dict[str, Any], starts: Starts
+) -> tuple[WhitenedResiduals, np.ndarray, int]:
+    """Residuals of an experiment, the parameters as fitted with those of new sensors at 0, and the number of these."""
+    residuals = make_residuals(experiment, model.residuals.machine, model.residuals.parameters, noise, starts)
     new = len(residuals.parameters) - len(model.fitted.x)
     return residuals, np.append(model.fitted.x, np.zeros(new)), new
 
 
-def _shown(experiment, model, noise, starts):
-    """What a model gives in an experiment [standard deviations], shape (n,)."""
-    residuals, x, _ = _evaluated(experiment, model, noise, starts)
+def _predict_whitened(experiment: Experiment, model: Model, noise: dict[str, Any], starts: Starts) -> np.ndarray:
+    """Whitened prediction of an experiment by a model, (n,) [standard deviations]."""
+    residuals, x, _ = _make_residuals(experiment, model, noise, starts)
     return residuals.whiten(residuals.predicted(x))[:, 0]
 
 
-def missed(experiment, truth, rival, noise, starts):
-    """The deviations by which a rival misses the truth in an experiment, all its parameters fitted anew.
+def find_separation(experiment: Experiment, truth: Model, rival: Model, noise: dict[str, Any], starts: Starts) -> float:
+    """Find by how many sigmas a rival misses the truth in an experiment, all its parameters fitted anew.
 
     It is, to first order, the root of the least ``|d + J s|^2 + s' I s`` over shifts s of the rival's parameters. d is
     the difference of both models in the experiment, J its sensitivities, and I the information of the data so far on
@@ -126,6 +177,7 @@ def missed(experiment, truth, rival, noise, starts):
     experiment : apesim.studies.gap.design.experiments.Experiment
     truth, rival : apesim.studies.estimation.model.Model
     noise : dict
+        See `apesim.studies.estimation.noise.estimation.noise_of`.
     starts : apesim.studies.estimation.starts.Starts
         Starts of the experiment.
 
@@ -133,31 +185,45 @@ def missed(experiment, truth, rival, noise, starts):
     -------
     float
         [standard deviations]
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> experiment = list_experiments(explanation.measured, 101325.0)[0]
+    >>> residuals = explanation.best.residuals
+    >>> starts = starts_at(residuals.machine, [experiment.run], residuals.parameters, explanation.best.fitted.x)
+    >>> find_separation(experiment, explanation.best, explanation.best, explanation.noise, starts)
+    0.0
+    >>> find_separation(experiment, explanation.best, explanation.calibrated, explanation.noise, starts) > 1.0
+    True
     """
-    residuals, x, new = _evaluated(experiment, rival, noise, starts)
+    residuals, x, new = _make_residuals(experiment, rival, noise, starts)
     errors = residuals.at(x)
     n = len(errors) - len(x)
     slopes = residuals.jacobian(x, errors)[0][:n]
-    apart = errors[:n] - _shown(experiment, truth, noise, starts)
+    difference = errors[:n] - _predict_whitened(experiment, truth, noise, starts)
     information = block_diag(rival.fitted.jacobian.T @ rival.fitted.jacobian, np.eye(new))
-    shift = -np.linalg.lstsq(slopes.T @ slopes + information, slopes.T @ apart, rcond=None)[0]
-    left = apart + slopes @ shift
-    return float(np.sqrt(left @ left + shift @ information @ shift))
+    shift = -np.linalg.lstsq(slopes.T @ slopes + information, slopes.T @ difference, rcond=None)[0]
+    missed = difference + slopes @ shift
+    return float(np.sqrt(missed @ missed + shift @ information @ shift))
 
 
-def _name(model):
+def _name_model(model: Model) -> str:
+    """Name of an explanation, by what it adds."""
     return " with ".join(model.names) or AS_IT_IS
 
 
-def _advice(rows, truth):
+def _write_advice(rows: list[dict[str, Any]], truth: str) -> str:
+    """Advice on the best of the experiments, in words."""
     if not rows:
         return "No experiment of the list could be simulated."
     best = rows[0]
-    apart = " and ".join(f"{name} by {value:.2g}" for name, value in best["deviations"].items())
-    text = f"Make {best['text']}: it would tell {truth} from {apart} deviations.".replace("_", " ")
+    differences = " and ".join(f"{name} by {value:.2g}" for name, value in best["deviations"].items())
+    text = f"Make {best['text']}: it would distinguish {truth} from {differences} sigmas.".replace("_", " ")
     if best["least"] >= N_SIGMA_VISIBLE:
         return text
     repeats = ceil((N_SIGMA_VISIBLE / max(best["least"], 1e-3)) ** 2)
-    if repeats > 100:
+    if repeats > MAX_REPEATS:
         return "No run of the list, and no sensor, would split them; what comes nearest: " + text[0].lower() + text[1:]
     return f"{text} That is less than {N_SIGMA_VISIBLE:g}: repeat it about {repeats} times."

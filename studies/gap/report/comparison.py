@@ -1,17 +1,22 @@
 """Every measured signal beside the calibrated machine, and the machine with what explains it best."""
 
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from apesim.quantities import unit
+from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.process import noise_for
 from apesim.studies.estimation.residuals import Block, WhitenedResiduals
-from apesim.studies.measured import CHECK, FIT, GATE
+from apesim.studies.measured import CHECK, FIT, GATE, MeasuredRun
 from apesim.studies.measured.sensors import SENSORS
 
+if TYPE_CHECKING:
+    from apesim.studies.gap.explanation import Explanation
 
-class Compared(NamedTuple):
+
+class ComparedSignal(NamedTuple):
     """One signal of one run, measured and simulated."""
 
     block: Block
@@ -19,28 +24,29 @@ class Compared(NamedTuple):
     noise: float
     """Standard deviation [SI]."""
     before: np.ndarray
-    """What the calibrated machine gives [SI], shape (n,)."""
+    """Values that the calibrated machine gives, (n,) [SI]."""
     after: np.ndarray | None
-    """What the machine with what was added gives; None: nothing was."""
-    left_before: np.ndarray
-    """What the calibrated machine leaves, made white [standard deviations], shape (n,)."""
-    left_after: np.ndarray | None
-    marks: dict
+    """Values that the machine with what was added gives, (n,) [SI]; None: nothing was added."""
+    residuals_before: np.ndarray
+    """Whitened residuals of the calibrated machine, (n,) [standard deviations]."""
+    residuals_after: np.ndarray | None
+    """Whitened residuals of the machine with what was added, (n,) [standard deviations]; None: nothing was added."""
+    marks: dict[str, float]
     """Instants that divide the run, see `apesim.studies.measured.prediction.Prediction`."""
 
     @property
-    def role(self):
+    def role(self) -> str:
         """Role of the run."""
         return self.block.run.role
 
     @property
-    def is_mean(self):
+    def is_mean(self) -> bool:
         """Whether it is a mean over the cycle, no trace."""
         return len(self.block.values) == 1
 
 
-def compare(explanation):
-    """All signals of all runs; those that were never fitted too, which are simulated as they are.
+def compare_signals(explanation: "Explanation") -> list[ComparedSignal]:
+    """Compare all signals of all runs with the models, those that were never fitted, too.
 
     Parameters
     ----------
@@ -48,30 +54,49 @@ def compare(explanation):
 
     Returns
     -------
-    list of Compared
+    list of ComparedSignal
         Runs to check first, then the gates, then the fitted ones.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> [(signal.role, signal.block.sensor) for signal in compare_signals(explain_example())]
+    [('check', 'lift'), ('gate', 'lift'), ('fit', 'lift'), ('fit', 'lift')]
     """
     measured = explanation.measured
     runs = [run for role in (CHECK, GATE, FIT) for run in measured.of(role)]
-    residuals, before, left_before = _simulated(explanation.calibrated, runs, explanation.noise)
-    after = left_after = [None] * len(before)
+    residuals, before, residuals_before = _simulate(explanation.calibrated, runs, explanation.noise)
+    after: Sequence[np.ndarray | None] = [None] * len(before)
+    residuals_after = after
     if explanation.best is not explanation.calibrated:
-        _, after, left_after = _simulated(explanation.best, runs, explanation.noise)
+        _, after, residuals_after = _simulate(explanation.best, runs, explanation.noise)
     marks = residuals.marks(explanation.calibrated.fitted.x)
+    rows = zip(residuals.blocks, before, after, residuals_before, residuals_after, strict=True)
     return [
-        Compared(block, noise_for(explanation.noise, block).deviation, *values, marks[block.number])
-        for block, *values in zip(residuals.blocks, before, after, left_before, left_after, strict=True)
+        ComparedSignal(
+            block,
+            noise=noise_for(explanation.noise, block).deviation,
+            before=values_before,
+            after=values_after,
+            residuals_before=white_before,
+            residuals_after=white_after,
+            marks=marks[block.number],
+        )
+        for block, values_before, values_after, white_before, white_after in rows
     ]
 
 
-def _simulated(model, runs, noise):
+def _simulate(
+    model: Model, runs: list[MeasuredRun], noise: dict[str, Any]
+) -> tuple[WhitenedResiduals, list[np.ndarray], list[np.ndarray]]:
+    """Residuals of runs as a function of parameters, with their values at the fit and those made white."""
     residuals = WhitenedResiduals(model.residuals.machine, runs, model.residuals.parameters, noise)
     values = residuals.predicted(model.fitted.x)
-    left = [simulated - block.values for simulated, block in zip(values, residuals.blocks, strict=True)]
-    return residuals, values, residuals.by_block(residuals.whiten(left)[:, 0])
+    differences = [simulated - block.values for simulated, block in zip(values, residuals.blocks, strict=True)]
+    return residuals, values, residuals.by_block(residuals.whiten(differences)[:, 0])
 
 
-def size_of(arrays):
+def find_rms(arrays: Iterable[np.ndarray]) -> float:
     """Root mean square of all numbers of several arrays.
 
     Parameters
@@ -84,60 +109,117 @@ def size_of(arrays):
 
     Examples
     --------
-    >>> size_of([np.array([3.0]), np.array([4.0, 0.0, 0.0])])
+    >>> find_rms([np.array([3.0]), np.array([4.0, 0.0, 0.0])])
     2.5
     """
     joined = np.concatenate(list(arrays))
     return float(np.sqrt(np.mean(joined**2)))
 
 
-class Shown(NamedTuple):
+class Display(NamedTuple):
     """How values of a sensor are shown."""
 
     name: str
+    """Name of the sensor in words."""
     unit: str
+    """Unit in which values are shown."""
     factor: float
     """SI values over shown ones."""
 
-    def of(self, values):
-        """Shown values of SI ones."""
+    def convert(self, values: np.ndarray) -> np.ndarray:
+        """Values in the unit in which they are shown.
+
+        Parameters
+        ----------
+        values : float or (n,) float array
+            [SI]
+
+        Returns
+        -------
+        float or (n,) float array
+
+        Examples
+        --------
+        >>> Display("lift", "mm", 1e-3).convert(np.array([0.5, 0.25])).tolist()
+        [500.0, 250.0]
+        """
         return values / self.factor
 
 
-def shown_of(block):
+def find_display(block: Block) -> Display:
     """How a block's sensor is shown: in the unit in which its noise is stated.
 
     Parameters
     ----------
     block : apesim.studies.estimation.residuals.Block
-    """
-    sensors = SENSORS[block.run.bench]
-    quantity = (sensors.traces | sensors.means)[block.sensor]
-    return Shown(block.sensor.replace("_", " "), quantity.unit, unit(quantity.unit).si("1"))
-
-
-def by_run(compared):
-    """The signals of each run together, in their order.
 
     Returns
     -------
-    list of list of Compared
+    Display
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> find_display(explain_example().calibrated.residuals.blocks[0])
+    Display(name='lift', unit='mm', factor=0.001)
     """
-    found: dict = {}
-    for one in compared:
-        found.setdefault(one.block.number, []).append(one)
-    return list(found.values())
+    sensors = SENSORS[block.run.bench]
+    quantity = (sensors.traces | sensors.means)[block.sensor]
+    return Display(block.sensor.replace("_", " "), quantity.unit, unit(quantity.unit).si("1"))
 
 
-def worst(compared, count):
+def group_by_run(compared: Iterable[ComparedSignal]) -> list[list[ComparedSignal]]:
+    """The signals of each run together, in their order.
+
+    Parameters
+    ----------
+    compared : iterable of ComparedSignal
+
+    Returns
+    -------
+    list of list of ComparedSignal
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> [len(signals) for signals in group_by_run(compare_signals(explain_example()))]
+    [1, 1, 1, 1]
+    """
+    by_run: dict[int, list[ComparedSignal]] = {}
+    for signal in compared:
+        by_run.setdefault(signal.block.number, []).append(signal)
+    return list(by_run.values())
+
+
+def select_worst(compared: Iterable[ComparedSignal], count: int) -> list[ComparedSignal]:
     """The traces that the calibrated machine misses by most, of runs that were never fitted where there are such.
 
     A signal comes once, as long as there are others.
+
+    Parameters
+    ----------
+    compared : iterable of ComparedSignal
+    count : int
+        Largest number of traces.
+
+    Returns
+    -------
+    list of ComparedSignal
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> [signal.role for signal in select_worst(compare_signals(explain_example()), 2)]
+    ['check', 'gate']
     """
-    traces = sorted((one for one in compared if not one.is_mean), key=lambda one: -size_of([one.left_before]))
-    unseen = [one for role in (CHECK, GATE, FIT) for one in traces if one.role == role]
-    first: dict = {}
-    for one in unseen:
-        first.setdefault(one.block.sensor, one)
-    chosen = sorted(first.values(), key=lambda one: -size_of([one.left_before]))
-    return (chosen + [one for one in unseen if not any(one is other for other in chosen)])[:count]
+
+    def rms(signal: ComparedSignal) -> float:
+        return find_rms([signal.residuals_before])
+
+    traces = sorted((signal for signal in compared if not signal.is_mean), key=rms, reverse=True)
+    by_role = [signal for role in (CHECK, GATE, FIT) for signal in traces if signal.role == role]
+    of_sensor: dict[str, ComparedSignal] = {}
+    for signal in by_role:
+        of_sensor.setdefault(signal.block.sensor, signal)
+    chosen = sorted(of_sensor.values(), key=rms, reverse=True)
+    return (chosen + [signal for signal in by_role if not any(signal is other for other in chosen)])[:count]

@@ -1,35 +1,61 @@
 """What is said of each parameter that a model adds: its value, and the interval that the data leave it."""
 
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import Any
+
 import numpy as np
 
+from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import DECLARED, corrections, shown
 from apesim.studies.estimation.profile_likelihood import End, EndKind
 from apesim.studies.gap.search.candidates import SHAPES
-from apesim.studies.gap.search.intervals import shaped
+from apesim.studies.gap.search.intervals import find_shapes
 
 NORMAL_95 = 1.959963984540054
-LOW, HIGH = SIDES = "low", "high"
-"""Sides of an interval."""
+"""Half the width of a 95 % interval of a standard normal number: its quantile at 0.975."""
 
 
-def effects_of(model):
+class Side(StrEnum):
+    """A side of an interval."""
+
+    LOW = "low"
+    HIGH = "high"
+
+
+SIDES = tuple(Side)
+"""Both sides of an interval, the lower one first."""
+
+
+def describe_effects(model: Model) -> list[dict[str, Any]]:
     """Parameters of the effects that a model adds, or of the nuisance that it frees, with their intervals.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
 
     Returns
     -------
     list of dict
         ``interval_95`` is None where it was not sought; ``open_ends`` says on which sides the data do not hold the
         parameter: there the interval ends at the end of its range.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> (row,) = describe_effects(explain_example().best)
+    >>> low, high = row["interval_95"]
+    >>> row["key"], row["unit"], low < 3.0 < high
+    ('effects.side_force.force', 'N', True)
     """
     machine, runs, rows = model.residuals.machine, model.residuals.runs, []
     for j, (parameter, x) in enumerate(zip(model.residuals.parameters, model.fitted.x, strict=True)):
         if parameter.prior:
             continue
-        ends = ends_of(model, j)
+        ends = find_ends(model, j)
         if not model.identifiable[j] and all(end.is_open for end in ends):
             continue
-        said = corrections(machine, parameter, x, runs)
-        key, value = next(iter(said.items()))
+        key, value = next(iter(corrections(machine, parameter, x, runs).items()))
         declared = parameter.declaration if key == parameter.key else DECLARED[key]
         interval = sorted((corrections(machine, parameter, end.at, runs)[key], end.is_open) for end in ends)
         rows.append(
@@ -38,26 +64,40 @@ def effects_of(model):
                 "parameter": key.split(".")[-1],
                 "key": key,
                 "value": shown(declared, value),
-                "unit": declared.unit,
+                "unit": declared.unit,  # type: ignore[union-attr]
                 "interval_95": [shown(declared, end) for end, _ in interval] or None,
-                "open_ends": [side for side, (_, is_open) in zip(SIDES, interval, strict=False) if is_open],
-                "text": declared.render(value),
+                "open_ends": [str(side) for side, (_, is_open) in zip(SIDES, interval, strict=False) if is_open],
+                "text": declared.render(value),  # type: ignore[union-attr]
             }
         )
     return rows
 
 
-def ends_of(model, j):
+def find_ends(model: Model, j: int) -> Sequence[End]:
     """Both ends of a parameter's 95 % interval, in x.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+    j : int
+        Number of the parameter.
 
     Returns
     -------
     sequence of apesim.studies.estimation.profile_likelihood.End
         By profile likelihood where the effect has a shape, none where that was not sought; else by the curvature, where
         a parameter on which the data do not depend is held on neither side.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> model = explain_example().best
+    >>> low, high = find_ends(model, len(model.fitted.x) - 1)
+    >>> bool(low.at < model.fitted.x[-1] < high.at), low.is_open
+    (True, False)
     """
     parameter = model.residuals.parameters[j]
-    if any(j in numbers for numbers in shaped(model)):
+    if any(j in numbers for numbers in find_shapes(model)):
         return (model.profiles or {}).get(parameter.key, ())
     x, half = model.fitted.x, NORMAL_95 * np.sqrt(model.fitted.covariance[j, j])
     if not model.identifiable[j]:
@@ -68,31 +108,67 @@ def ends_of(model, j):
     return [End(end, kind, x) for end, kind in zip(ends, kinds, strict=True)]
 
 
-def value_text(row):
-    """The value of a row of `effects_of`; of a shape that is held on one side only, that side, on neither, ""."""
+def format_value(row: dict[str, Any]) -> str:
+    """The value of a parameter as text; of a shape that the data hold on one side only, that side.
+
+    Parameters
+    ----------
+    row : dict
+        See `describe_effects`.
+
+    Returns
+    -------
+    str
+        "" for a shape that the data hold on neither side.
+
+    Examples
+    --------
+    >>> row = {"name": "side_force", "parameter": "force", "value": 3.14159, "unit": "N", "open_ends": []}
+    >>> format_value(row)
+    '3.14 N'
+    """
     if row["open_ends"] and row["parameter"] in SHAPES.get(row["name"], ()):
-        return _held_side(row, 3)
-    return _number(row["value"], row["unit"], 3)
+        return _format_held_side(row, 3)
+    return _format_number(row["value"], row["unit"], 3)
 
 
-def interval_text(row, digits=3):
-    """What a row of `effects_of` says of its interval."""
+def format_interval(row: dict[str, Any], digits: int = 3) -> str:
+    """The interval of a parameter as text.
+
+    Parameters
+    ----------
+    row : dict
+        See `describe_effects`.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> row = {"interval_95": [2.5, 3.75], "unit": "N", "open_ends": []}
+    >>> format_interval(row), format_interval(row | {"open_ends": ["low"]})
+    ('95 % interval 2.5 to 3.75 N', 'at most 3.75 N (95 %)')
+    """
     if row["interval_95"] is None:
         return "interval not sought"
     if row["open_ends"]:
-        held = _held_side(row, digits)
+        held = _format_held_side(row, digits)
         return f"{held} (95 %)" if held else "not held by these data"
     low, high = row["interval_95"]
-    return f"95 % interval {low:.{digits}g} to {_number(high, row['unit'], digits)}"
+    return f"95 % interval {low:.{digits}g} to {_format_number(high, row['unit'], digits)}"
 
 
-def _held_side(row, digits):
+def _format_held_side(row: dict[str, Any], digits: int) -> str:
     """The end of an interval that the data hold; "" where there is none."""
     if len(row["open_ends"]) == len(SIDES):
         return ""
-    low, high = (_number(end, row["unit"], digits) for end in row["interval_95"])
-    return f"at most {high}" if LOW in row["open_ends"] else f"at least {low}"
+    low, high = (_format_number(end, row["unit"], digits) for end in row["interval_95"])
+    return f"at most {high}" if Side.LOW in row["open_ends"] else f"at least {low}"
 
 
-def _number(value, unit, digits):
+def _format_number(value: float, unit: str, digits: int) -> str:
+    """A number with its unit as text."""
     return f"{value:.{digits}g} {unit}".rstrip()

@@ -1,38 +1,44 @@
 """The report of `apesim gap explain`: one page that stands alone."""
 
 import base64
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
-from typing import NamedTuple
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jinja2
 import numpy as np
 
-from apesim.studies.gap.decide.operating_points import label_of
-from apesim.studies.gap.report.comparison import shown_of, size_of
-from apesim.studies.gap.report.effect_rows import interval_text, value_text
-from apesim.studies.gap.report.template import TEMPLATE
-from apesim.studies.gap.search.library import library
+from apesim.studies.estimation.model import Model
+from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms
+from apesim.studies.gap.report.effect_rows import format_interval, format_value
+from apesim.studies.gap.search.library import list_library
 from apesim.studies.measured import CHECK, GATE
 
-CANDIDATES = 12
-"""Candidates that are shown."""
-EXPLANATIONS = 8
-"""Models that are shown."""
-PULL = 2.0
-"""Prior deviations from which a pull is marked."""
+if TYPE_CHECKING:
+    from apesim.studies.gap.explanation import Explanation
+
+MAX_CANDIDATES = 12
+"""Candidates that are shown at most: those that are fitted alone for their score."""
+MAX_EXPLANATIONS = 8
+"""Models that are shown at most: more would not be read."""
+MARKED_PULL = 2.0
+"""Prior standard deviations beyond which a pull is marked: noise alone pulls one of twenty nuisances so far."""
 
 
-class Tried(NamedTuple):
-    """What was expected of a candidate, and what came."""
+class TriedCandidate(NamedTuple):
+    """A candidate with the part of the gap that its score promises, and the part that its fit takes away."""
 
     name: str
+    """Name of the effect."""
     expected: float
-    """Part of the gap that its score promises [deviations]."""
+    """Part of the gap that its score promises [standard deviations]."""
     realised: float | None
-    """What fitting it alone took away; None: it was not fitted."""
+    """Part of the gap that its fit alone takes away [standard deviations]; None: it was not fitted."""
 
 
-def tried(explanation):
+def compare_candidates(explanation: "Explanation") -> list[TriedCandidate]:
     """The candidates with the highest scores, and the others that were fitted alone; the highest score first.
 
     Parameters
@@ -41,24 +47,45 @@ def tried(explanation):
 
     Returns
     -------
-    list of Tried
+    list of TriedCandidate
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> compare_candidates(explain_example())[0].name
+    'side_force'
     """
     fitted = {
-        choice.names[0]: gained(explanation, choice.model) for choice in explanation.fits if len(choice.names) == 1
+        choice.names[0]: find_gain(explanation, choice.model) for choice in explanation.fits if len(choice.names) == 1
     }
-    rows = [Tried(score.name, score.deviations, fitted.get(score.name)) for score in explanation.scores]
-    return [row for place, row in enumerate(rows) if place < CANDIDATES or row.realised is not None]
+    rows = [TriedCandidate(score.name, score.n_sigma, fitted.get(score.name)) for score in explanation.scores]
+    return [row for place, row in enumerate(rows) if place < MAX_CANDIDATES or row.realised is not None]
 
 
-def added_to(explanation):
-    """What the second of two models has that the first has not, in words."""
+def describe_added(explanation: "Explanation") -> str:
+    """The part that was added to the machine, in words.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> describe_added(explain_example())
+    'with side force'
+    """
     model = explanation.best
     if model.released:
-        return f"with {key_of(model.released)} corrected"
-    return f"with {' and '.join(map(words, model.names))}"
+        return f"with {format_key(model.released)} corrected"
+    return f"with {' and '.join(map(format_name, model.names))}"
 
 
-def number(value, unit=""):
+def format_number(value: float | None, unit: str = "") -> str:
     """A number as text with three significant digits, and the unit if there is one.
 
     Parameters
@@ -73,13 +100,13 @@ def number(value, unit=""):
 
     Examples
     --------
-    >>> number(0.12345, "mm^2"), number(None)
+    >>> format_number(0.12345, "mm^2"), format_number(None)
     ('0.123 mm²', '-')
     """
-    return "-" if value is None else f"{value:.3g} {raised(unit)}".rstrip()
+    return "-" if value is None else f"{value:.3g} {format_unit(unit)}".rstrip()
 
 
-def chance(p_value):
+def format_chance(p_value: float) -> str:
     """A chance as text, with two digits; below 1 in 10 000 only that is said.
 
     Parameters
@@ -92,21 +119,31 @@ def chance(p_value):
 
     Examples
     --------
-    >>> chance(0.0312), chance(3e-6)
+    >>> format_chance(0.0312), format_chance(3e-6)
     ('0.031', 'below 0.0001')
     """
     return "below 0.0001" if p_value < 1e-4 else f"{p_value:.2g}"
 
 
-def page(explanation, data, compared, figures):
-    """The page as HTML.
+def _read_template() -> str:
+    """The page as a template of Jinja, from ``template.html`` beside this file."""
+    return files(__package__).joinpath("template.html").read_text(encoding="utf-8")
+
+
+def render_page(
+    explanation: "Explanation",
+    data: Mapping[str, Any],
+    compared: Sequence[ComparedSignal],
+    figures: Mapping[str, str],
+) -> str:
+    """Render the page of an explanation as HTML.
 
     Parameters
     ----------
     explanation : apesim.studies.gap.explanation.Explanation
     data : dict
         Content of ``verdict.json``, with ``next_test`` and ``lineage``.
-    compared : list of apesim.studies.gap.report.comparison.Compared
+    compared : sequence of apesim.studies.gap.report.comparison.ComparedSignal
     figures : dict of str
         SVG by name.
 
@@ -114,83 +151,195 @@ def page(explanation, data, compared, figures):
     -------
     str
         HTML; the same text each time, as no time or date is in it.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> from apesim.studies.gap.report.comparison import compare_signals
+    >>> explanation = explain_example()
+    >>> compared = compare_signals(explanation)
+    >>> text = render_page(explanation, explanation.to_dict(), compared, {"gap": "<svg/>", "maps": "<svg/>"})
+    >>> explanation.sentence in text
+    True
     """
     ambient = explanation.calibrated.residuals.machine.ambient.pressure
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"number": number, "chance": chance, "words": words, "unit": raised, "key": key_of}
-    environment.filters |= {"value": value_text, "interval": interval_text}
-    ranges = {entry.name: entry.parameters[0].range for entry in library(explanation.calibrated.residuals.machine)}
+    environment.filters |= {
+        "number": format_number,
+        "chance": format_chance,
+        "words": format_name,
+        "unit": format_unit,
+        "key": format_key,
+    }
+    environment.filters |= {"value": format_value, "interval": format_interval}
+    ranges = {entry.name: entry.parameters[0].range for entry in list_library(explanation.calibrated.residuals.machine)}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
-    return environment.from_string(TEMPLATE).render(
+    return environment.from_string(_read_template()).render(
         data=data,
         figures={name: base64.b64encode(text.encode()).decode() for name, text in figures.items()},
-        unseen=any(one.role == CHECK for one in compared),
-        check=unseen(compared),
-        added=added_to(explanation) if compared[0].left_after is not None else "",
+        unseen=any(signal.role == CHECK for signal in compared),
+        check=find_check_sizes(compared),
+        added=describe_added(explanation) if compared[0].residuals_after is not None else "",
         visible=sorted((row for row in limits if row["limit"] is not None), key=lambda row: row["effect"]),
         hidden=sorted((row | {"range": ranges[row["effect"]]} for row in limits if row["limit"] is None), key=_name),
-        means=[(label_of(one.block.run, ambient), shown_of(one.block), one) for one in compared if one.is_mean],
+        means=[
+            (label_point(signal.block.run, ambient), find_display(signal.block), signal)
+            for signal in compared
+            if signal.is_mean
+        ],
         runs=len(explanation.measured.runs),
-        sensors=list(dict.fromkeys(one.block.sensor for one in compared)),
-        explanations=explanations(explanation),
+        sensors=list(dict.fromkeys(signal.block.sensor for signal in compared)),
+        explanations=list_explanations(explanation),
         judged=bool(explanation.measured.of(GATE)),
-        units={one.block.sensor: shown_of(one.block) for one in compared},
-        pull=PULL,
+        units={signal.block.sensor: find_display(signal.block) for signal in compared},
+        pull=MARKED_PULL,
         version=version("apesim"),
     )
 
 
-def words(name):
-    """A name without underscores."""
+def format_name(name: str) -> str:
+    """A name without underscores.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> format_name("side_force")
+    'side force'
+    """
     return name.replace("_", " ")
 
 
-def raised(text):
-    """Powers as they are printed."""
+def format_unit(text: str) -> str:
+    """A unit, or a text with units, with powers as they are printed.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> format_unit("N s^2/m^2")
+    'N s²/m²'
+    """
     return text.replace("^2", "²").replace("^3", "³")
 
 
-def _name(row):
+def _name(row: dict[str, Any]) -> str:
+    """Name of the effect of a row."""
     return row["effect"]
 
 
-def key_of(key):
-    """A key of the machine in words."""
-    return words(key.removeprefix("effects.").replace(".", ", "))
+def format_key(key: str) -> str:
+    """A key of the machine in words.
+
+    Parameters
+    ----------
+    key : str
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> format_key("effects.side_force.force")
+    'side force, force'
+    """
+    return format_name(key.removeprefix("effects.").replace(".", ", "))
 
 
-def unseen(compared):
-    """Root mean squares over the noise on the runs that were never used, before and after; None: there are none."""
-    own = [one for one in compared if one.role == CHECK]
-    if not own:
+def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float | None] | None:
+    """Root mean squares over the noise on the check runs, before and after something was added.
+
+    Parameters
+    ----------
+    compared : iterable of apesim.studies.gap.report.comparison.ComparedSignal
+
+    Returns
+    -------
+    before : float
+    after : float or None
+        None: nothing was added.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> from apesim.studies.gap.report.comparison import compare_signals
+    >>> before, after = find_check_sizes(compare_signals(explain_example()))
+    >>> before > after
+    True
+    >>> find_check_sizes([]) is None  # no run is marked check
+    True
+    """
+    checks = [signal for signal in compared if signal.role == CHECK]
+    if not checks:
         return None
-    before = size_of(one.left_before for one in own)
-    return before, (size_of(one.left_after for one in own) if own[0].left_after is not None else None)
+    after = [signal.residuals_after for signal in checks if signal.residuals_after is not None]
+    return find_rms(signal.residuals_before for signal in checks), find_rms(after) if after else None
 
 
-def explanations(explanation):
+def list_explanations(explanation: "Explanation") -> list[dict[str, Any]]:
     """The models that were fitted, the best first.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
 
     Returns
     -------
     list of dict
         ``names``; ``cost``, penalised, above the least, by the fitted runs; ``judged``, the same with the runs that
-        judge (None: it was not judged); ``realised``, the part of the gap that it explains [deviations].
+        judge (None: it was not judged); ``realised``, the part of the gap that it explains [standard deviations].
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> best, *_ = list_explanations(explain_example())
+    >>> best["names"], best["cost"]
+    (['side_force'], 0.0)
     """
-    least = min((choice.cost for choice in explanation.fits), default=0.0)
+    min_cost = min((choice.cost for choice in explanation.fits), default=0.0)
     judged = {choice.names: choice.cost for choice in explanation.ranked} if explanation.measured.of(GATE) else {}
     rows = [
         {
             "names": list(choice.names),
-            "cost": choice.cost - least,
+            "cost": choice.cost - min_cost,
             "judged": judged[choice.names] - min(judged.values()) if choice.names in judged else None,
-            "realised": gained(explanation, choice.model),
+            "realised": find_gain(explanation, choice.model),
         }
         for choice in explanation.fits
     ]
-    return sorted(rows, key=lambda row: (row["judged"] is None, row["judged"] or 0.0, row["cost"]))[:EXPLANATIONS]
+    return sorted(rows, key=lambda row: (row["judged"] is None, row["judged"] or 0.0, row["cost"]))[:MAX_EXPLANATIONS]
 
 
-def gained(explanation, model):
-    """Part of the gap that a fitted model takes away [deviations]."""
+def find_gain(explanation: "Explanation", model: Model) -> float:
+    """The part of the gap that a fitted model takes away: the root of the fall of the sum of squares.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
+    model : apesim.studies.estimation.model.Model
+
+    Returns
+    -------
+    float
+        [standard deviations]
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> round(find_gain(explain_example(), explain_example().best))
+    13
+    """
     return float(np.sqrt(max(0.0, explanation.calibrated.cost - model.cost)))

@@ -10,11 +10,18 @@ them share; nor is a table in place of a law, which is no effect of the library.
 """
 
 import json
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 from math import log
+from typing import TYPE_CHECKING, Any
 
 from apesim.quantities.units import unit
-from apesim.studies.estimation.parameters import value_at, value_of
+from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.parameters import Parameter, value_at, value_of
+from apesim.studies.gap.search.candidates import Candidate
+
+if TYPE_CHECKING:
+    from apesim.studies.gap.explanation import Explanation
 
 ESTIMATE = "estimate"
 CALIBRATED = "calibrated_machine"
@@ -22,16 +29,16 @@ CALIBRATED = "calibrated_machine"
 PROBLEM, PARAMETERS, SPACE = "petab_problem.yaml", "parameters.tsv", "model_space.tsv"
 CRITERION = "BIC"
 """The heavier of those that count parameters. The search has its own penalty, see
-`apesim.studies.gap.search.model_selection.penalty`, and looks at runs held out: the best model by this one need not be
-the verdict."""
+`apesim.studies.gap.search.model_selection.find_penalty`, and looks at runs held out: the best model by this one need
+not be the verdict."""
 NOTE = """\
 # Values in SI; units stand in parameters.tsv.
 # NLLH: half the sum of squares over the noise, priors included; a constant that all models share is left out.
 """
 
 
-def model_space(explanation):
-    """What was searched, in the files of PEtab Select.
+def export_model_space(explanation: "Explanation") -> dict[str, str]:
+    """Export the models that were searched, in the files of PEtab Select.
 
     Parameters
     ----------
@@ -41,12 +48,22 @@ def model_space(explanation):
     -------
     dict of str
         Text by the name of the file.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> sorted(export_model_space(explain_example()))[:2]
+    ['calibrated_models.yaml', 'model_space.tsv']
     """
-    base, candidates = explanation.calibrated, open_to_the_search(explanation)
+    base, candidates = explanation.calibrated, list_candidates(explanation)
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
-    own = {id_of(p): value_of(base.residuals.machine, p.key) for p in freed}
-    models = [(), *((candidate,) for candidate in candidates), *combinations(candidates, 2)]
-    spaces = {frozenset(_names(added)): (name_of(added), _settings(own, added)) for added in models}
+    nominal = {format_id(p): value_of(base.residuals.machine, p.key) for p in freed}
+    models: list[tuple[Candidate, ...]] = [
+        (),
+        *((candidate,) for candidate in candidates),
+        *combinations(candidates, 2),
+    ]
+    spaces = {frozenset(_list_names(added)): (_name_model(added), _list_settings(nominal, added)) for added in models}
     fitted = [base, *(choice.model for choice in explanation.fits if not choice.model.released)]
     rows = [(name, PROBLEM, *settings.values()) for name, settings in spaces.values()]
     problem = {
@@ -55,40 +72,72 @@ def model_space(explanation):
         "method": "brute_force",
         "model_space_files": [SPACE],
     }
-    nothing = {kind: [] for kind in ("sbml_files", "condition_files", "observable_files", "measurement_files")}
+    nothing: dict[str, list[str]] = {
+        kind: [] for kind in ("sbml_files", "condition_files", "observable_files", "measurement_files")
+    }
     return {
-        SPACE: _tsv(("model_subspace_id", "model_subspace_petab_yaml", *own), rows),
-        PARAMETERS: _parameters(base, freed),
-        PROBLEM: yaml_of({"format_version": 1, "parameter_file": PARAMETERS, "problems": [nothing]}),
-        "petab_select_problem.yaml": yaml_of(problem),
-        "calibrated_models.yaml": NOTE + "".join(_entry(*spaces[frozenset(m.names)], m) for m in fitted),
+        SPACE: _format_table(("model_subspace_id", "model_subspace_petab_yaml", *nominal), rows),
+        PARAMETERS: _format_parameters(base, freed),
+        PROBLEM: format_yaml({"format_version": 1, "parameter_file": PARAMETERS, "problems": [nothing]}),
+        "petab_select_problem.yaml": format_yaml(problem),
+        "calibrated_models.yaml": NOTE + "".join(_format_model(*spaces[frozenset(m.names)], m) for m in fitted),
     }
 
 
-def open_to_the_search(explanation):
+def list_candidates(explanation: "Explanation") -> list[Candidate]:
     """The candidates that these data can show and that were scored, in the order of the library.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
 
     Returns
     -------
     list of apesim.studies.gap.search.candidates.Candidate
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> [candidate.name for candidate in list_candidates(explain_example())]
+    ['spring_rate_error', 'coulomb_friction', 'side_force']
     """
-    return list({column.probe.candidate.name: column.probe.candidate for column in explanation.sensitivities}.values())
+    return list({each.probe.candidate.name: each.probe.candidate for each in explanation.sensitivities}.values())
 
 
-def name_of(candidates):
-    """Return the name of a model, as PEtab Select's files call it."""
-    return "__".join(_names(candidates)) or CALIBRATED
+def _name_model(candidates: Iterable[Candidate]) -> str:
+    """The name of a model, as PEtab Select's files call it."""
+    return "__".join(_list_names(candidates)) or CALIBRATED
 
 
-def id_of(parameter):
-    """A key as PEtab allows it; a nuisance is told from an effect on the same key, as is the angle of the TDC."""
+def format_id(parameter: Parameter) -> str:
+    """The key of a parameter as PEtab allows it.
+
+    A nuisance and an effect may share a key, as the angle of the top dead centre: the nuisance has a prefix.
+
+    Parameters
+    ----------
+    parameter : apesim.studies.estimation.parameters.Parameter
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> format_id(Parameter("effects.side_force.force", 12.0, -1.3, 1.3))
+    'effects__side_force__force'
+    """
     return "nuisance__" * parameter.prior + parameter.key.replace(".", "__")
 
 
-def criteria_of(model):
+def find_criteria(model: Model) -> dict[str, float]:
     """NLLH, AIC and BIC of a fitted model; a prior counts as a measurement.
 
     The criteria are Akaike's [1]_ and Schwarz's [2]_.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
 
     Returns
     -------
@@ -100,24 +149,32 @@ def criteria_of(model):
        pp. 716-723, doi 10.1109/TAC.1974.1100705.
     .. [2] G. Schwarz, "Estimating the dimension of a model", Ann. Statist. 6, 1978, pp. 461-464,
        doi 10.1214/aos/1176344136.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> criteria = find_criteria(explain_example().best)
+    >>> criteria["NLLH"] == explain_example().best.cost / 2.0
+    True
     """
     freed = len(model.fitted.x)
     measured = len(model.fitted.residuals) - freed + int(model.residuals.known.sum())
     return {"NLLH": model.cost / 2.0, "AIC": model.cost + 2.0 * freed, "BIC": model.cost + freed * log(measured)}
 
 
-def _names(candidates):
+def _list_names(candidates: Iterable[Candidate]) -> list[str]:
+    """Names of candidates."""
     return [candidate.name for candidate in candidates]
 
 
-def _settings(own, added):
-    """What a model makes of each parameter: estimated, or as the machine has it, where its effect is off."""
-    freed = {id_of(parameter) for candidate in added for parameter in candidate.parameters}
-    return {name: ESTIMATE if name in freed else value for name, value in own.items()}
+def _list_settings(nominal: Mapping[str, Any], added: Iterable[Candidate]) -> dict[str, Any]:
+    """Setting of each parameter in a model: estimated, or the machine's own value where its effect is off."""
+    freed = {format_id(parameter) for candidate in added for parameter in candidate.parameters}
+    return {name: ESTIMATE if name in freed else value for name, value in nominal.items()}
 
 
-def _entry(name, settings, model):
-    """A fitted model."""
+def _format_model(name: str, settings: Mapping[str, Any], model: Model) -> str:
+    """An entry for a fitted model."""
     machine = model.residuals.machine
     fitted = zip(model.residuals.parameters, model.fitted.x, strict=True)
     entry = {
@@ -125,14 +182,14 @@ def _entry(name, settings, model):
         "model_subspace_indices": [0] * len(settings),
         "model_subspace_petab_yaml": PROBLEM,
         "model_id": name,
-        "criteria": criteria_of(model),
+        "criteria": find_criteria(model),
         "parameters": settings,
-        "estimated_parameters": {id_of(p): value_at(machine, p, x) for p, x in fitted},
+        "estimated_parameters": {format_id(p): value_at(machine, p, x) for p, x in fitted},
     }
-    return "- " + yaml_of(entry).rstrip("\n").replace("\n", "\n  ") + "\n"
+    return "- " + format_yaml(entry).rstrip("\n").replace("\n", "\n  ") + "\n"
 
 
-def _parameters(base, freed):
+def _format_parameters(base: Model, freed: Iterable[Parameter]) -> str:
     """PEtab's table of parameters: nuisances with their priors, and those of effects, which are off."""
     machine = base.residuals.machine
     rows = []
@@ -140,28 +197,46 @@ def _parameters(base, freed):
         mean = value_of(machine, p.key)
         low, high = sorted(value_at(machine, p, end) for end in (p.low, p.high))
         prior = ("normal", f"{mean!r};{abs(value_at(machine, p, 1.0) - mean)!r}") if p.prior else ("", "")
-        name = f"{p.key} [{unit(p.declaration.unit).si_text}]"
-        rows.append((id_of(p), name, "lin", low, high, mean, int(p.prior), *prior))
+        name = f"{p.key} [{unit(p.declaration.unit).si_text}]"  # type: ignore[attr-defined]
+        rows.append((format_id(p), name, "lin", low, high, mean, int(p.prior), *prior))
     columns = ("parameterId", "parameterName", "parameterScale", "lowerBound", "upperBound", "nominalValue")
-    return _tsv((*columns, ESTIMATE, "objectivePriorType", "objectivePriorParameters"), rows)
+    return _format_table((*columns, ESTIMATE, "objectivePriorType", "objectivePriorParameters"), rows)
 
 
-def _tsv(header, rows):
+def _format_table(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """A table with tabs between its columns."""
     return "".join("\t".join(map(str, row)) + "\n" for row in (header, *rows))
 
 
-def yaml_of(value):
-    """A mapping as YAML; mappings in it are indented, all else stands in its line."""
+def format_yaml(value: Mapping[str, Any]) -> str:
+    """A mapping as YAML; mappings in it are indented, all else stands in its line.
+
+    Parameters
+    ----------
+    value : mapping
+        Numbers, texts, lists and further mappings.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> print(format_yaml({"format_version": 1, "criteria": {"BIC": 12.5}}), end="")
+    format_version: 1
+    criteria:
+      BIC: 12.5
+    """
     lines = []
     for key, inner in value.items():
         if isinstance(inner, dict):
-            lines += [f"{key}:", *(f"  {line}" for line in yaml_of(inner).splitlines())]
+            lines += [f"{key}:", *(f"  {line}" for line in format_yaml(inner).splitlines())]
         else:
-            lines.append(f"{key}: {_scalar(inner)}")
+            lines.append(f"{key}: {_format_scalar(inner)}")
     return "".join(f"{line}\n" for line in lines)
 
 
-def _scalar(value):
-    """Write a number as JSON, but for powers of ten: YAML 1.1 reads no number in 1e-05."""
+def _format_scalar(value: Any) -> str:
+    """A number as JSON, but for powers of ten: YAML 1.1 reads no number in 1e-05."""
     text = json.dumps(value, allow_nan=False)
     return text.replace("e", ".0e") if isinstance(value, float) and "." not in text else text

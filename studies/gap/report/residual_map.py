@@ -1,11 +1,13 @@
-"""What is left of every signal, over the phases of a stroke or the angles of a cycle, on common columns."""
+"""Map of the residuals of every signal, over the phases of a stroke or the angles of a cycle, on common columns."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from apesim.engine.angles import TURN
+from apesim.studies.gap.report.comparison import ComparedSignal
 from apesim.studies.measured import ENGINE
 
 SECTIONS = (
@@ -18,85 +20,104 @@ SECTIONS = (
     ("rest", 10),
 )
 """Sections of a valve's run, with the columns that each has at most."""
-CYCLE_COLUMNS = 72
+MAX_CYCLE_COLUMNS = 72
+"""Most columns of a cycle: one for 5 degrees, as many as can be read."""
 
 
 class ResidualMap(NamedTuple):
     """Rows are signals of runs, columns parts of the stroke or cycle."""
 
-    rows: list
-    """`apesim.studies.gap.report.comparison.Compared`"""
-    sections: list
+    rows: list[ComparedSignal]
+    """Signal of each row."""
+    sections: list[tuple[str, int]]
     """Name and number of columns of each; a cycle has one, from 0 to 360 deg."""
     before: np.ndarray
-    """Mean of what the calibrated machine leaves in each cell, over what noise leaves of such a mean, shape (rows,
-    columns); NaN where there is no sample."""
+    """Mean residual of the calibrated machine in each cell, over what noise leaves of such a mean, (rows, columns); NaN
+    where there is no sample."""
     after: np.ndarray | None
+    """Mean residual of the machine with what was added, (rows, columns); None: nothing was added."""
 
 
-def residual_map(compared):
-    """Average what is left over cells; a mean over the cycle fills its row.
+def map_residuals(compared: Sequence[ComparedSignal]) -> ResidualMap:
+    """Average the residuals of all signals over cells; a mean over the cycle fills its row.
 
     Parameters
     ----------
-    compared : list of apesim.studies.gap.report.comparison.Compared
+    compared : sequence of apesim.studies.gap.report.comparison.ComparedSignal
 
     Returns
     -------
     ResidualMap
         Rows of one sensor together.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> from apesim.studies.gap.report.comparison import compare_signals
+    >>> residuals = map_residuals(compare_signals(explain_example()))
+    >>> [name for name, _ in residuals.sections]
+    ['dead time', 'opening', 'dwell', 'dead time', 'closing', 'rest']
+    >>> residuals.before.shape[0]
+    4
     """
-    sensors = list(dict.fromkeys(one.block.sensor for one in compared))
-    rows = sorted(compared, key=lambda one: sensors.index(one.block.sensor))
-    sections, edges = _cycle(rows) if rows[0].block.run.bench == ENGINE else _stroke(rows)
-    before = np.array([_row(one, one.left_before, own) for one, own in zip(rows, edges, strict=True)])
-    after = None
-    if rows[0].left_after is not None:
-        after = np.array([_row(one, one.left_after, own) for one, own in zip(rows, edges, strict=True)])
+    sensors = list(dict.fromkeys(signal.block.sensor for signal in compared))
+    rows = sorted(compared, key=lambda signal: sensors.index(signal.block.sensor))
+    sections, edges = _divide_cycle(rows) if rows[0].block.run.bench == ENGINE else _divide_stroke(rows)
+    before = np.array([_average_cells(row, row.residuals_before, ends) for row, ends in zip(rows, edges, strict=True)])
+    after_rows = [
+        _average_cells(row, row.residuals_after, ends)
+        for row, ends in zip(rows, edges, strict=True)
+        if row.residuals_after is not None
+    ]
+    after = np.array(after_rows) if after_rows else None
     return ResidualMap(rows, sections, before, after)
 
 
-def _row(one, left, edges):
+def _average_cells(signal: ComparedSignal, residuals: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Means of cells in their own standard deviations."""
-    if one.is_mean:
-        return np.full(len(edges) - 1, left[0])
-    sums, _ = np.histogram(_place(one), edges, weights=left)
-    counts, _ = np.histogram(_place(one), edges)
+    if signal.is_mean:
+        return np.full(len(edges) - 1, residuals[0])
+    sums, _ = np.histogram(_find_abscissa(signal), edges, weights=residuals)
+    counts, _ = np.histogram(_find_abscissa(signal), edges)
     return np.where(counts > 0, sums / np.sqrt(np.maximum(counts, 1)), np.nan)
 
 
-def _place(one):
-    """Place of each sample: its time [s], or its angle within the turn [deg]."""
-    run = one.block.run
-    return np.degrees(run.angles % TURN) if run.bench == ENGINE else one.block.times
+def _find_abscissa(signal: ComparedSignal) -> np.ndarray:
+    """Time of each sample [s], or its angle within the turn [deg]."""
+    run = signal.block.run
+    return np.degrees(run.angles % TURN) if run.bench == ENGINE else signal.block.times
 
 
-def _cycle(rows):
+def _divide_cycle(rows: list[ComparedSignal]) -> tuple[list[tuple[str, int]], list[np.ndarray]]:
     """One section, with no more columns than any trace fills."""
-    columns = min([CYCLE_COLUMNS, *(len(one.block.values) for one in rows if not one.is_mean)])
+    columns = min([MAX_CYCLE_COLUMNS, *(len(row.block.values) for row in rows if not row.is_mean)])
     return [("crank angle", columns)], [np.linspace(0.0, 360.0, columns + 1)] * len(rows)
 
 
-def _stroke(rows):
+def _divide_stroke(rows: list[ComparedSignal]) -> tuple[list[tuple[str, int]], list[np.ndarray]]:
     """Sections between the marks of each run, with fewer columns than samples, so that none is empty."""
-    knots = [_knots(one) for one in rows]
-    counts = np.array([_counts(one.block.times, own) for one, own in zip(rows, knots, strict=True)])
-    widths = [max(1, int(min([most, *(own[own > 0] - 1)]))) for own, (_, most) in zip(counts.T, SECTIONS, strict=True)]
-    used = [number for number, there in enumerate(counts.any(axis=0)) if there]
+    knots = [_find_knots(row) for row in rows]
+    counts = np.array([_count_samples(row.block.times, ends) for row, ends in zip(rows, knots, strict=True)])
+    widths = [
+        max(1, int(min([max_columns, *(samples[samples > 0] - 1)])))
+        for samples, (_, max_columns) in zip(counts.T, SECTIONS, strict=True)
+    ]
+    used = [number for number, there in enumerate(np.any(counts, axis=0).tolist()) if there]
     edges = [
-        np.concatenate([*(np.linspace(own[k], own[k + 1], widths[k] + 1)[:-1] for k in used), own[-1:]])
-        for own in knots
+        np.concatenate([*(np.linspace(ends[k], ends[k + 1], widths[k] + 1)[:-1] for k in used), ends[-1:]])
+        for ends in knots
     ]
     return [(SECTIONS[k][0], widths[k]) for k in used], edges
 
 
-def _counts(times, knots):
-    return [np.sum((times >= low) & (times < high)) for low, high in pairwise(knots)]
+def _count_samples(times: np.ndarray, knots: np.ndarray) -> list[int]:
+    """Number of samples in each section."""
+    return [int(np.sum((times >= low) & (times < high))) for low, high in pairwise(knots)]
 
 
-def _knots(one):
+def _find_knots(signal: ComparedSignal) -> np.ndarray:
     """Ends of the sections; a mark that never comes is where the next one is."""
-    times, marks = one.block.times, one.marks
+    times, marks = signal.block.times, signal.marks
     names = ("opening_start", "opening_contact", "release", "closing_start", "closing_contact")
     knots = [min(times[0], 0.0), 0.0, *(marks[name] for name in names), times[-1] + 1e-9]
     for k in range(len(knots) - 2, 1, -1):

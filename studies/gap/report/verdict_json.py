@@ -1,23 +1,46 @@
 """An explanation as plain data: what ``verdict.json`` holds."""
 
 from math import sqrt
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from apesim.engine.machine import Machine
+from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import SENSED, value_at
-from apesim.studies.gap.decide.operating_points import label_of
-from apesim.studies.gap.decide.verdict import refusal
+from apesim.studies.gap.decide.consistency import Inconsistency
+from apesim.studies.gap.decide.held_out import HeldOut
+from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.gap.decide.verdict import Decision, find_refusal
 from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
-from apesim.studies.gap.report.effect_rows import effects_of, value_text
-from apesim.studies.gap.search.detection_limits import detection_limits
+from apesim.studies.gap.report.effect_rows import describe_effects, format_value
+from apesim.studies.gap.search.detection_limits import find_detection_limits
+from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.tables.balance import Balance, BalanceKind
+from apesim.studies.gap.tables.tabulate import Tabulated
 
-ARTICLES = {"force": "a force", "heat": "heat", "leak": "leaks", "area": "a flow area", "delay": "a delay"}
-"""The balances in a sentence."""
+if TYPE_CHECKING:
+    from apesim.studies.gap.explanation import Explanation
+
+ARTICLES = {
+    BalanceKind.FORCE: "a force",
+    BalanceKind.HEAT: "heat",
+    BalanceKind.LEAK: "leaks",
+    BalanceKind.AREA: "a flow area",
+    BalanceKind.DELAY: "a delay",
+}
+"""Balances with their articles, for a sentence."""
 READINGS = "effects.sensor_offset.", "effects.sensor_gain."
-"""Keys of what an instrument reads too much."""
+"""Beginnings of the keys for what an instrument reads too much."""
 
 
-def describe(explanation):
+def _best(decision: Decision) -> Choice:
+    """The best explanation of a decision that has one."""
+    assert decision.best is not None
+    return decision.best
+
+
+def describe(explanation: "Explanation") -> dict[str, Any]:
     """The content of ``verdict.json``.
 
     Parameters
@@ -28,47 +51,54 @@ def describe(explanation):
     -------
     dict
         Without ``lineage``, ``next_test`` and ``wall_time_s``.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> data = describe(explain_example())
+    >>> data["verdict"], data["localised"]["signal"], str(data["localised"]["phase"])
+    ('NAMED', 'lift', 'opening flight')
     """
-    decision = explanation.decision
+    decision, tabulated = explanation.decision, explanation.tabulated
     cells = explanation.cells if explanation.gap_test.alarm else []
     named = decision.verdict in NAMING
-    found = effects_of(decision.best.model) if decision.best else []
+    effects = describe_effects(decision.best.model) if decision.best else []
     rivals = [
         {
             "effects": list(choice.names),
-            "cost": choice.cost - decision.best.cost,
-            "parameters": effects_of(choice.model),
+            "cost": choice.cost - _best(decision).cost,
+            "parameters": describe_effects(choice.model),
         }
         for choice in decision.rivals
     ]
     return {
         "verdict": str(decision.verdict),
-        "sentence": sentence(explanation),
+        "sentence": write_sentence(explanation),
         "reason": str(decision.reason),
-        "effects": found if named else [],
-        "nearest": [] if named else found,
-        "class": [*decision.best.names, *(name for c in decision.rivals for name in c.names)] if named else [],
+        "effects": effects if named else [],
+        "nearest": [] if named else effects,
+        "class": [name for choice in (_best(decision), *decision.rivals) for name in choice.names] if named else [],
         "alternatives": rivals,
         "probability": None,  # stated once it is calibrated
         "alarm": explanation.gap_test.alarm,
         "p_value": explanation.gap_test.p_value,
         "largest_score": explanation.gap_test.largest,
-        "gap": gap_of(explanation.calibrated, explanation.best),
-        "held_out": held_out_of(explanation.checked),
-        "gates": held_out_of(explanation.judged),
+        "gap": describe_gap(explanation.calibrated, explanation.best),
+        "held_out": describe_held_out(explanation.checked),
+        "gates": describe_held_out(explanation.judged),
         "localised": {
             "signal": cells[0].signal if cells else None,
             "phase": cells[0].phase if cells else None,
             "size": explanation.gap_size,
             "balance": explanation.balances[0].balance if explanation.balances else None,
-            "balances": [balance_of(balance) for balance in explanation.balances],
+            "balances": [describe_balance(balance) for balance in explanation.balances],
             "shares": [cell._asdict() for cell in cells if cell.share > 0.01],
         },
-        "tabulated": tabulated_of(explanation) if explanation.tabulated else None,
-        "detection_limits": detection_limits(explanation.sensitivities),
-        "scores": [{"effect": score.name, "deviations": score.deviations} for score in explanation.scores],
-        "nuisances": nuisances_of(explanation),
-        "noise": noise_told(explanation.noise),
+        "tabulated": _describe_table(tabulated, explanation.calibrated, explanation.tolerance) if tabulated else None,
+        "detection_limits": find_detection_limits(explanation.sensitivities),
+        "scores": [{"effect": score.name, "deviations": score.n_sigma} for score in explanation.scores],
+        "nuisances": describe_nuisances(explanation),
+        "noise": describe_noise(explanation.noise),
         "own_error": explanation.solver_error,
         "tolerance": explanation.tolerance,
         "simulations": explanation.simulations,
@@ -76,17 +106,34 @@ def describe(explanation):
     }
 
 
-def nuisances_of(explanation):
-    """What the calibration moved, the farthest first; ``apart``: which operating point alone leads farthest from it."""
+def describe_nuisances(explanation: "Explanation") -> list[dict[str, Any]]:
+    """The uncertain numbers of the machine where the calibration left them, the farthest from their prior first.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
+
+    Returns
+    -------
+    list of dict
+        ``apart`` says which operating point alone leads farthest from the value; None where that is not known.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> pulls = [abs(row["deviations"]) for row in describe_nuisances(explain_example())]
+    >>> max(pulls) == pulls[0], pulls[0] < 4.0
+    (True, True)
+    """
     model = explanation.best
-    machine, apart = model.residuals.machine, {one.parameter.key: one for one in explanation.consistency}
+    machine, inconsistencies = model.residuals.machine, {each.parameter.key: each for each in explanation.consistency}
     rows = [
         {
             "key": p.key,
             "value": p.shown(value_at(machine, p, x)),
-            "unit": p.declaration.unit,
+            "unit": p.declaration.unit,  # type: ignore[attr-defined]
             "deviations": float(x),
-            "apart": apart_of(apart[p.key], machine) if p.key in apart else None,
+            "apart": _describe_inconsistency(inconsistencies[p.key], machine) if p.key in inconsistencies else None,
         }
         for p, x in zip(model.residuals.parameters, model.fitted.x, strict=True)
         if p.prior
@@ -94,14 +141,36 @@ def nuisances_of(explanation):
     return sorted(rows, key=lambda row: -abs(row["deviations"]))
 
 
-def apart_of(one, machine):
-    """Return where an operating point alone leads a number."""
-    value = one.parameter.shown(value_at(machine, one.parameter, one.x))
-    return {"run": label_of(one.run, machine.ambient.pressure), "value": value, "deviations": float(one.deviations)}
+def _describe_inconsistency(inconsistency: Inconsistency, machine: Machine) -> dict[str, Any]:
+    """The value of a parameter that an operating point alone gives."""
+    parameter = inconsistency.parameter
+    return {
+        "run": label_point(inconsistency.run, machine.ambient.pressure),
+        "value": parameter.shown(value_at(machine, parameter, inconsistency.x)),
+        "deviations": float(inconsistency.n_sigma),
+    }
 
 
-def gap_of(base, best):
-    """The gap on the fitted runs, root mean squares over the noise."""
+def describe_gap(base: Model, best: Model) -> dict[str, float]:
+    """The gap on the fitted runs, root mean squares over the noise.
+
+    Parameters
+    ----------
+    base, best : apesim.studies.estimation.model.Model
+        The calibrated machine, and the machine with what was added.
+
+    Returns
+    -------
+    dict of float
+        ``before``, ``after`` and ``noise_floor``, what noise alone leaves of a fit with so many parameters.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> gap = describe_gap(explain_example().calibrated, explain_example().best)
+    >>> gap["before"] > gap["after"]
+    True
+    """
     before, after = base.fitted.data_residuals, best.fitted.data_residuals
     n = len(before)
     return {
@@ -111,8 +180,24 @@ def gap_of(base, best):
     }
 
 
-def balance_of(balance):
-    """What a table takes of the gap by the straight model."""
+def describe_balance(balance: Balance) -> dict[str, Any]:
+    """The part of the gap that a table takes away, in a model that is linear in its nodes.
+
+    Parameters
+    ----------
+    balance : apesim.studies.gap.tables.balance.Balance
+
+    Returns
+    -------
+    dict
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> described = describe_balance(explain_example().balances[0])
+    >>> described["table"] == f"tabulated_{described['balance']}", described["gain"] > 0.0
+    (True, True)
+    """
     return {
         "balance": balance.balance,
         "table": balance.name,
@@ -121,24 +206,40 @@ def balance_of(balance):
     }
 
 
-def tabulated_of(explanation):
+def _describe_table(tabulated: Tabulated, base: Model, tolerance: float) -> dict[str, Any]:
     """The table that was added in place of a law."""
-    tabulated, base = explanation.tabulated, explanation.calibrated
-    refused = refusal(tabulated.judged, explanation.tolerance) if tabulated.judged else None
+    refused = find_refusal(tabulated.judged, tolerance) if tabulated.judged else None
     return {
         "kind": tabulated.balance.name,
         "balance": tabulated.balance.balance,
-        "parameters": effects_of(tabulated.model),
-        "gap": gap_of(base, tabulated.model),
-        "held_out": held_out_of(tabulated.judged),
+        "parameters": describe_effects(tabulated.model),
+        "gap": describe_gap(base, tabulated.model),
+        "held_out": describe_held_out(tabulated.judged),
         "verified": not refused if tabulated.judged else None,
         "reason": str(refused or ""),
         "suggestion": tabulated.suggestion,
     }
 
 
-def noise_told(noise):
-    """The noise of each sensor, at each sampling interval."""
+def describe_noise(noise: dict[str, Any]) -> list[dict[str, Any]]:
+    """The noise of each sensor, at each sampling interval.
+
+    Parameters
+    ----------
+    noise : dict
+        See `apesim.studies.estimation.noise.estimation.noise_of`.
+
+    Returns
+    -------
+    list of dict
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> (lift,) = describe_noise(explain_example().noise)
+    >>> lift["sensor"], lift["deviation"]
+    ('lift', 3e-05)
+    """
     return [
         {
             "sensor": sensor,
@@ -152,51 +253,83 @@ def noise_told(noise):
     ]
 
 
-def held_out_of(judged):
-    """The gap on runs that nothing was fitted to; None where there are none."""
+def describe_held_out(judged: HeldOut | None) -> dict[str, float] | None:
+    """The gap on runs that nothing was fitted to.
+
+    Parameters
+    ----------
+    judged : apesim.studies.gap.decide.held_out.HeldOut or None
+
+    Returns
+    -------
+    dict of float, or None
+        None where there are no such runs.
+
+    Examples
+    --------
+    >>> judged = HeldOut(100, 3.0, 1.2, removed_energy=800.0, remaining_energy=50.0, remaining_sigma=10.0)
+    >>> round(describe_held_out(judged)["removed_share"], 3)
+    0.96
+    """
     if judged is None:
         return None
     return {
-        "before": judged.before,
-        "after": judged.after,
+        "before": judged.rms_before,
+        "after": judged.rms_after,
         "noise_floor": judged.noise_floor,
         "settled_before": judged.settled_before,
         "settled_after": judged.settled_after,
-        "removed_share": judged.share,
+        "removed_share": judged.removed_share,
         "size_before": judged.size_before,
-        "size_after": judged.size,
+        "size_after": judged.size_after,
     }
 
 
-def sentence(explanation):
-    """The verdict in a sentence that a technician understands."""
+def write_sentence(explanation: "Explanation") -> str:
+    """The verdict in a sentence that a technician understands.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> write_sentence(explain_example())
+    'The model lacks side force (force 3.14 N).'
+    """
     decision = explanation.decision
     if decision.verdict == Verdict.NO_GAP and explanation.gap_test.alarm:
         return "What the model leaves is more than noise, but too small to matter: nothing is added to it."
     if decision.verdict == Verdict.NO_GAP:
         return "The model explains the data: nothing is missing that these data could show."
     if decision.verdict == Verdict.REFUSED:
-        said = "nothing in the library closes it"
+        answer = "nothing in the library closes it"
         if decision.reason.kind is ReasonKind.FAINT:
-            said = f"these data hardly tell what closes it: {_either(decision)}"
+            answer = f"these data hardly show what closes it: {_list_alternatives(decision)}"
         if explanation.tabulated:
-            said += f"; a table of {ARTICLES[explanation.tabulated.balance.balance]} takes it best"
-        return f"There is a gap, and {said}."
+            answer += f"; a table of {ARTICLES[explanation.tabulated.balance.balance]} takes it best"
+        return f"There is a gap, and {answer}."
     if decision.verdict == Verdict.AMBIGUOUS:
-        return f"There is a gap, and these data do not tell what closes it: {_either(decision)}."
-    rows = effects_of(decision.best.model)
-    texts = _told(rows)
+        return f"There is a gap, and these data do not show what closes it: {_list_alternatives(decision)}."
+    best = _best(decision).model
+    rows = describe_effects(best)
+    texts = _format_effects(rows)
     said = " and ".join(texts.values())
     if decision.verdict == Verdict.CALIBRATION:
         wrong = "reading" if rows[0]["key"].startswith(READINGS) else "number"
         return f"Nothing is missing, but a {wrong} is wrong: {said}."
-    sensed = SENSED | {p.key.split(".")[1] for p in decision.best.model.residuals.parameters if p.is_sensed}
+    sensed = SENSED | {p.key.split(".")[1] for p in best.residuals.parameters if p.is_sensed}
     lacks = " and ".join(text for name, text in texts.items() if name not in sensed)
     recorded = " and ".join(text for name, text in texts.items() if name in sensed)
     if decision.verdict == Verdict.NAMED_CLASS:
         others = " or ".join(name.replace("_", " ") for choice in decision.rivals for name in choice.names)
         opening = "The gap is" if recorded else "The model lacks"
-        return f"{opening} {said}, or what these data do not tell from it: {others}."
+        return f"{opening} {said}, or what these data do not distinguish from it: {others}."
     if not lacks:
         return f"The model lacks nothing that these data show, but the record has {recorded}."
     if recorded:
@@ -204,26 +337,26 @@ def sentence(explanation):
     return f"The model lacks {'two effects: ' if decision.verdict == Verdict.TWO_EFFECTS else ''}{lacks}."
 
 
-def _either(decision):
+def _list_alternatives(decision: Decision) -> str:
     """The best explanation and its rivals in words."""
-    return ", or ".join(" with ".join(c.names) for c in (decision.best, *decision.rivals)).replace("_", " ")
+    return ", or ".join(" with ".join(c.names) for c in (_best(decision), *decision.rivals)).replace("_", " ")
 
 
-def _told(rows):
-    """What is said of each effect in a sentence, to the digits that can be read, by its name."""
-    found: dict = {}
+def _format_effects(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """Each effect with its values in words, by its name."""
+    by_name: dict[str, list[dict[str, Any]]] = {}
     for row in rows:
-        found.setdefault(row["name"], []).append(row)
-    return {name: _in_words(name, own) for name, own in found.items()}
+        by_name.setdefault(row["name"], []).append(row)
+    return {name: _format_effect(name, own_rows) for name, own_rows in by_name.items()}
 
 
-def _in_words(name, rows):
+def _format_effect(name: str, rows: list[dict[str, Any]]) -> str:
     """An effect, a number of the machine or a reading, with its values."""
     row = rows[0]
     if row["key"].startswith(READINGS):
         value, unit = (row["value"], row["unit"]) if row["unit"] else (100.0 * row["value"], "%")
         way = "high" if value > 0.0 else "low"
         return f"{row['parameter'].replace('_', ' ')} reads {abs(value):.3g} {unit} too {way}"
-    values = [("" if one["key"] == name else f"{one['parameter']} ", value_text(one)) for one in rows]
+    values = [("" if each["key"] == name else f"{each['parameter']} ", format_value(each)) for each in rows]
     said = ", ".join(parameter + value for parameter, value in values if value)
     return f"{name.replace('_', ' ').replace('.', ', ')} ({said})"

@@ -21,8 +21,8 @@ from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.gap.input_checks import MAX_SOLVER_ERROR, find_solver_error
 from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
-from apesim.studies.gap.search.phases import local_shapes
-from apesim.studies.gap.search.score_test import Score, Sensitivity, find_sensitivities, scores
+from apesim.studies.gap.search.phases import find_local_shapes
+from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import Measured
 
@@ -41,7 +41,7 @@ class CalibratedGap(NamedTuple):
     scores: list[Score]
     """The best first."""
     local_shapes: np.ndarray
-    """See `apesim.studies.gap.search.phases.local_shapes`."""
+    """See `apesim.studies.gap.search.phases.find_local_shapes`."""
     gap_test: GapTest
 
 
@@ -71,6 +71,13 @@ def find_gap(
     ------
     apesim.studies.estimation.residuals.EndedEarly
         The machine itself cannot be simulated.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import read_example
+    >>> gap, solver_error, warnings = find_gap(Machine(), read_example(), [], Work())
+    >>> gap.gap_test.alarm, solver_error < MAX_SOLVER_ERROR, warnings
+    (True, True, [])
     """
     work.tell("calibrating", 0, 1)
     calibrated, warnings = calibrate(machine, measured, work.simulations)
@@ -106,21 +113,34 @@ def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: W
     calibrated : Model
         The machine given, or the one calibrated again.
     sensitivities : list of Sensitivity
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import find_example_gap
+    >>> calibrated = find_example_gap().calibrated
+    >>> candidates = [sensitivity.probe.candidate for sensitivity in find_example_gap().sensitivities[:1]]
+    >>> again, sensitivities = score_candidates(calibrated, candidates, Work())
+    >>> again is calibrated, sensitivities[0].probe.candidate.name
+    (True, 'spring_rate_error')
     """
     residuals, x = calibrated.residuals, calibrated.fitted.x
-    columns = find_sensitivities(residuals, calibrated.fitted, candidates, work)
+    sensitivities = find_sensitivities(residuals, calibrated.fitted, candidates, work)
     known = is_known(residuals.noise)
     if known and not may_hum(residuals.noise):
-        return calibrated, columns
-    space = find_nuisance_space(np.column_stack([calibrated.fitted.jacobian, *(column.effect for column in columns)]))
+        return calibrated, sensitivities
+    space = find_nuisance_space(
+        np.column_stack([calibrated.fitted.jacobian, *(sensitivity.effect for sensitivity in sensitivities)])
+    )
     pairs = zip(residuals.by_block(space.project_out(calibrated.fitted.residuals)), residuals.blocks, strict=True)
-    left = [-part * noise_for(residuals.noise, block).deviation for part, block in pairs]
+    unexplained = [-part * noise_for(residuals.noise, block).deviation for part, block in pairs]
     if known:
-        noise = hum_of_what_nothing_explains(residuals.blocks, residuals.noise, residuals.predicted(x), left)
+        noise = hum_of_what_nothing_explains(residuals.blocks, residuals.noise, residuals.predicted(x), unexplained)
     else:
-        noise = from_what_nothing_explains(residuals.blocks, residuals.noise, left, residuals.by_block(space.base))
+        noise = from_what_nothing_explains(
+            residuals.blocks, residuals.noise, unexplained, residuals.by_block(space.base)
+        )
     if noise is None:
-        return calibrated, columns
+        return calibrated, sensitivities
     residuals = residuals.with_noise(noise)
     calibrated = Model((), residuals, descend(residuals, x, steps=calibrated.fitted.steps))
     return calibrated, find_sensitivities(residuals, calibrated.fitted, candidates, work)
@@ -141,8 +161,16 @@ def check_against_noise(
     Returns
     -------
     CalibratedGap
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import find_example_gap
+    >>> gap = find_example_gap()
+    >>> again = check_against_noise(gap.calibrated, gap.sensitivities, gap.marks)
+    >>> again.scores[0].name, again.gap_test.alarm
+    ('side_force', True)
     """
     errors = calibrated.fitted.residuals
-    local = local_shapes(calibrated.residuals, marks, find_nuisance_space(calibrated.fitted.jacobian))
+    local = find_local_shapes(calibrated.residuals, marks, find_nuisance_space(calibrated.fitted.jacobian))
     test = compare_with_noise(sensitivities, local, errors, parts_of(calibrated.residuals))
-    return CalibratedGap(calibrated, sensitivities, marks, scores(sensitivities, errors), local, test)
+    return CalibratedGap(calibrated, sensitivities, marks, find_scores(sensitivities, errors), local, test)

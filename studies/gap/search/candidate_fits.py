@@ -9,8 +9,16 @@ from apesim.studies.estimation.noise.sampling import parts_of
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
-from apesim.studies.gap.search.model_selection import Choice, alone_again, beside, pairs, released, remaining, singles
-from apesim.studies.gap.search.plausibility import implausible
+from apesim.studies.gap.search.model_selection import (
+    Choice,
+    fit_pairs,
+    fit_released,
+    fit_remaining,
+    fit_singles,
+    project_beside,
+    refit_each_alone,
+)
+from apesim.studies.gap.search.plausibility import find_implausible
 from apesim.studies.gap.thresholds import DOUBTFUL
 from apesim.studies.gap.work import Work
 
@@ -32,31 +40,37 @@ def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Ch
     -------
     list of Choice
         Penalised, the best first; the best of each set of effects.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import find_example_gap
+    >>> fit_candidates(find_example_gap(), library_size=3, work=Work())[0].names
+    ('side_force',)
     """
     base, ranked = gap.calibrated, gap.scores
-    found = singles(base, ranked, library_size, work) + released(base, library_size, work)
-    if is_doubtful(found, gap):
-        found += remaining(base, ranked, found, library_size, work)
-        if is_doubtful(found, gap):
-            alone = with_effects(found)
-            couples = pairs(base, gap.sensitivities, ranked, alone, library_size, work)
-            found += couples
-            if couples and couples[0].cost < alone[0].cost:
-                found += alone_again(base, couples[0], library_size, work)
+    fits = fit_singles(base, ranked, library_size, work) + fit_released(base, library_size, work)
+    if is_doubtful(fits, gap):
+        fits += fit_remaining(base, ranked, fits, library_size, work)
+        if is_doubtful(fits, gap):
+            singles = select_with_effects(fits)
+            couples = fit_pairs(base, gap.sensitivities, ranked, singles, library_size, work)
+            fits += couples
+            if couples and couples[0].cost < singles[0].cost:
+                fits += refit_each_alone(base, couples[0], library_size, work)
     best: dict[frozenset[str], Choice] = {}
-    for choice in sorted(found, key=lambda choice: choice.cost):
+    for choice in sorted(fits, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)
     return list(best.values())
 
 
-def is_doubtful(found: list[Choice], gap: CalibratedGap) -> bool:
+def is_doubtful(fits: list[Choice], gap: CalibratedGap) -> bool:
     """Whether the best model is implausible, or the best one with an effect leaves more than noise may well leave.
 
     The second holds where noise alone leaves as much with a chance below `DOUBTFUL`.
 
     Parameters
     ----------
-    found : list of Choice
+    fits : list of Choice
         Models that were fitted so far.
     gap : apesim.studies.gap.search.calibrated_gap.CalibratedGap
 
@@ -64,30 +78,45 @@ def is_doubtful(found: list[Choice], gap: CalibratedGap) -> bool:
     -------
     bool
         False where no model adds an effect.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example, find_example_gap
+    >>> fits = explain_example().fits
+    >>> is_doubtful([choice for choice in fits if choice.names == ("coulomb_friction",)], find_example_gap())
+    True
     """
-    alone = with_effects(found)
-    if not alone:
+    with_effects = select_with_effects(fits)
+    if not with_effects:
         return False
-    best = min(found, key=lambda choice: choice.cost)
-    return bool(implausible(best.model)) or compare_left_over(alone[0].model, gap).p_value < DOUBTFUL
+    best = min(fits, key=lambda choice: choice.cost)
+    return bool(find_implausible(best.model)) or compare_model_with_noise(with_effects[0].model, gap).p_value < DOUBTFUL
 
 
-def with_effects(found: Iterable[Choice]) -> list[Choice]:
+def select_with_effects(fits: Iterable[Choice]) -> list[Choice]:
     """The choices that add effects, without those that only take the prior of a nuisance away.
 
     Parameters
     ----------
-    found : iterable of Choice
+    fits : iterable of Choice
 
     Returns
     -------
     list of Choice
         The least penalised cost first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> bare = Choice(explanation.calibrated, 0.0)
+    >>> [choice.names for choice in select_with_effects([bare, *explanation.fits])][0]
+    ('side_force',)
     """
-    return sorted((choice for choice in found if choice.model.candidates), key=lambda choice: choice.cost)
+    return sorted((choice for choice in fits if choice.model.candidates), key=lambda choice: choice.cost)
 
 
-def compare_left_over(model: Model, gap: CalibratedGap) -> GapTest:
+def compare_model_with_noise(model: Model, gap: CalibratedGap) -> GapTest:
     """Compare what a model with effects leaves with what noise alone would leave.
 
     The scores are those of the candidates that the model does not have, and of local shapes, see `compare_with_noise`.
@@ -100,8 +129,14 @@ def compare_left_over(model: Model, gap: CalibratedGap) -> GapTest:
     Returns
     -------
     apesim.studies.gap.search.gap_test.GapTest
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example, find_example_gap
+    >>> compare_model_with_noise(explain_example().best, find_example_gap()).alarm
+    False
     """
-    again, local = beside(gap.sensitivities, model), gap.local_shapes
+    again, local = project_beside(gap.sensitivities, model), gap.local_shapes
     wider = find_nuisance_space(model.fitted.jacobian).project_out(
         np.vstack([local, np.zeros((model.added, local.shape[1]))])
     )

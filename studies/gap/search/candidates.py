@@ -18,9 +18,9 @@ SHAPES = {
     "supply_droop": ("volume",),
 }
 """Parameters beside the strength that a fit may free."""
-INVERSE = {"supply_droop": supply_droop.MIN_AREA, "intake_pipe_loss": intake_pipe_loss.MIN_AREA}
+MIN_AREAS = {"supply_droop": supply_droop.MIN_AREA, "intake_pipe_loss": intake_pipe_loss.MIN_AREA}
 """Effects whose strength is an area that does the less the larger it is; the least of it [m2]."""
-APART = {"cylinder_wall_heat": ("h",), "coulomb_friction": ("force",)}
+SEARCHED_STRENGTHS = {"cylinder_wall_heat": ("h",), "coulomb_friction": ("force",)}
 """Strengths that are searched for, where they are not all."""
 NUISANCES = ("sensor_gain", "sensor_offset", "time_zero")
 """Effects of the library that are no physics to be named, but known within a prior."""
@@ -35,7 +35,7 @@ SIZES, INVERSE_SIZES = (0.01, 0.25, -0.25), (0.1, 0.5)
 """Sizes of probes, in units of a strength's x."""
 LARGE_SIZES = {"bounce": (0.25, 0.5, 0.75, 1.0)}
 """Sizes of probes of effects whose slope at zero vanishes, and that look otherwise at each size."""
-REACH = 1.3
+MAX_REACH = 1.3
 """How far beyond its range a strength may be fitted: an effect that ends there by its interval is not the one."""
 
 
@@ -54,7 +54,7 @@ class Candidate(NamedTuple):
         """Parameters that a fit frees: the strengths, then the shapes."""
         return self.strengths + self.shapes
 
-    def switched_on(self, number: int, size: float, shapes: Iterable[float]) -> tuple[float, ...]:
+    def switch_on(self, number: int, size: float, shapes: Iterable[float]) -> tuple[float, ...]:
         """Values x of the parameters with one strength at a size, the other strengths off, and given shapes.
 
         Parameters
@@ -70,6 +70,16 @@ class Candidate(NamedTuple):
         -------
         tuple of float
             In the order of `parameters`.
+
+        Examples
+        --------
+        >>> from apesim.engine.effects import ALL_EFFECTS
+        >>> candidates = find_candidates(Machine(), "engine", ALL_EFFECTS)
+        >>> friction = next(candidate for candidate in candidates if candidate.name == "coulomb_friction")
+        >>> [parameter.key for parameter in friction.parameters]
+        ['effects.coulomb_friction.force', 'effects.coulomb_friction.breakaway']
+        >>> friction.switch_on(0, 0.5, [0.2])
+        (0.5, 0.2)
         """
         return (*(size if k == number else 0.0 for k in range(len(self.strengths))), *shapes)
 
@@ -93,7 +103,7 @@ class Probe(NamedTuple):
         """Whether the strength that the probe switches on cannot be negative."""
         return self.parameter.low >= 0.0
 
-    def scaled(self, factor: float) -> tuple[float, ...]:
+    def scale(self, factor: float) -> tuple[float, ...]:
         """Values x of the candidate's parameters with the probe's strength times a factor, the shapes as they are.
 
         Parameters
@@ -104,6 +114,14 @@ class Probe(NamedTuple):
         -------
         tuple of float
             The strength is clipped to the range that a fit may take.
+
+        Examples
+        --------
+        >>> from apesim.engine.effects import ALL_EFFECTS
+        >>> candidates = find_candidates(Machine(), "engine", ALL_EFFECTS)
+        >>> force = next(candidate for candidate in candidates if candidate.name == "side_force")
+        >>> Probe(force, (0.25,), strength=0).scale(2.0), Probe(force, (0.25,), strength=0).scale(-20.0)
+        ((0.5,), (-1.3,))
         """
         x = list(self.x)
         size = x[self.strength] * factor
@@ -111,7 +129,7 @@ class Probe(NamedTuple):
         return tuple(x)
 
 
-def candidates_of(machine: Machine, bench: str, effects: Iterable[Effect]) -> list[Candidate]:
+def find_candidates(machine: Machine, bench: str, effects: Iterable[Effect]) -> list[Candidate]:
     """The effects that may be missing: those of the library that are off in the machine.
 
     Tables are left out, and so are the sensors' gain, offset and time zero (`NUISANCES`), which are known within a
@@ -123,35 +141,42 @@ def candidates_of(machine: Machine, bench: str, effects: Iterable[Effect]) -> li
     bench : {"valve", "engine"}
         Bench of the data, by which `effects` has been chosen already.
     effects : iterable of apesim.effect.Effect
-        The library, see `apesim.studies.gap.search.library.effects_on`.
+        The library, see `apesim.studies.gap.search.library.select_effects`.
 
     Returns
     -------
     list of Candidate
         In the order of the library.
+
+    Examples
+    --------
+    >>> from apesim.valve.effects import VALVE_EFFECTS
+    >>> names = [candidate.name for candidate in find_candidates(Machine(), "valve", VALVE_EFFECTS)]
+    >>> "side_force" in names, "sensor_gain" in names, "tabulated_force" in names
+    (True, False, False)
     """
-    found = []
+    candidates = []
     for effect in effects:
         if effect.name in NUISANCES or effect.tabulated or effect.is_on(getattr(machine.effects, effect.name)):
             continue
         names = effect.strengths or effect.parameters._fields[:1]  # type: ignore[attr-defined]
-        strengths = [n for n in names if n in APART.get(effect.name, names)]
-        found.append(
+        strengths = [n for n in names if n in SEARCHED_STRENGTHS.get(effect.name, names)]
+        candidates.append(
             Candidate(
                 effect.name,
-                tuple(strength(effect, name) for name in strengths),
-                tuple(_shape(effect, name) for name in SHAPES.get(effect.name, ())),
+                tuple(make_strength(effect, name) for name in strengths),
+                tuple(_make_shape(effect, name) for name in SHAPES.get(effect.name, ())),
             )
         )
-    return found
+    return candidates
 
 
-def strength(effect: Effect, name: str) -> Parameter:
+def make_strength(effect: Effect, name: str) -> Parameter:
     """A strength of an effect as a scaled parameter that is off at x = 0.
 
     Its value is ``off + scale x``, where the scale reaches to the end of the declared range that is farther from off. A
-    fit may go `REACH` times as far. A strength of an effect in `INVERSE` has the value ``scale / x`` with the scale at
-    the least area, as it does the less the larger it is.
+    fit may go `MAX_REACH` times as far. A strength of an effect in `MIN_AREAS` has the value ``scale / x`` with the
+    scale at the least area, as it does the less the larger it is.
 
     Parameters
     ----------
@@ -166,32 +191,32 @@ def strength(effect: Effect, name: str) -> Parameter:
     Examples
     --------
     >>> from apesim.valve.effects import coulomb_friction
-    >>> force = strength(coulomb_friction.EFFECT, "force")
+    >>> force = make_strength(coulomb_friction.EFFECT, "force")
     >>> force.key, force.value(0.0), force.value(0.5)
     ('effects.coulomb_friction.force', 0.0, 6.0)
     """
     key = f"effects.{effect.name}.{name}"
     declared = fields(effect.parameters)[name]
     low, high = declared.ends
-    if effect.name in INVERSE:
-        least = INVERSE[effect.name]
-        return Parameter(key, least, least / high, 1.0, effect.off, inverse=True)
+    if effect.name in MIN_AREAS:
+        min_area = MIN_AREAS[effect.name]
+        return Parameter(key, min_area, min_area / high, 1.0, effect.off, inverse=True)
     away = max(high - effect.off, effect.off - low, key=abs)
-    first, last = sorted((REACH * (low - effect.off) / away, REACH * (high - effect.off) / away))
+    first, last = sorted((MAX_REACH * (low - effect.off) / away, MAX_REACH * (high - effect.off) / away))
     outside: dict[str, Any] = (
         {"outside": declared, "is_sensed": effect.slots == ("sensor",)} if effect.is_from_outside else {}
     )
-    return Parameter(key, away, first, last, effect.off, reach=REACH, **outside)
+    return Parameter(key, away, first, last, effect.off, reach=MAX_REACH, **outside)
 
 
-def _shape(effect: Effect, name: str) -> Parameter:
+def _make_shape(effect: Effect, name: str) -> Parameter:
     """A shape of an effect as a parameter: x = 0 and 1 are the ends of its declared range."""
     key = f"effects.{effect.name}.{name}"
     low, high = fields(effect.parameters)[name].ends
     return Parameter(key, high - low, 0.0, 1.0, low)
 
 
-def probes_of(candidate: Candidate) -> Iterator[Probe]:
+def list_probes(candidate: Candidate) -> Iterator[Probe]:
     """The probes of a candidate: each strength by a little and by a quarter of its range, with shapes spread.
 
     An effect whose slope at zero vanishes is seen by the large probes alone.
@@ -203,9 +228,16 @@ def probes_of(candidate: Candidate) -> Iterator[Probe]:
     Yields
     ------
     Probe
+
+    Examples
+    --------
+    >>> from apesim.valve.effects import side_force
+    >>> (force,) = find_candidates(Machine(), "valve", [side_force.EFFECT])
+    >>> [probe.x for probe in list_probes(force)]
+    [(0.01,), (0.25,), (-0.25,)]
     """
     for number, strength in enumerate(candidate.strengths):
         sizes = INVERSE_SIZES if strength.inverse else LARGE_SIZES.get(candidate.name, SIZES)
         for size, *shapes in product(sizes, *((0.1, 0.6) for _ in candidate.shapes)):
             if strength.low <= size <= strength.high:
-                yield Probe(candidate, candidate.switched_on(number, size, shapes), number)
+                yield Probe(candidate, candidate.switch_on(number, size, shapes), number)

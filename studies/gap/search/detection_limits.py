@@ -11,20 +11,20 @@ from apesim.engine.effects import ALL_EFFECTS
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
-from apesim.studies.gap.search.score_test import Sensitivity, cosine
+from apesim.studies.gap.search.score_test import Sensitivity, find_cosine
 from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
 
-SMALL = 0.1
+MAX_ACTING_SHAPE = 0.1
 """Share of the range of what acts by itself."""
-STEPS = 4
-CLOSE = 0.02
+MAX_STEPS = 4
+MIN_STEP = 0.02
 """Share of a size, within which it is the size that was looked for."""
-POWERS = 0.5, 3.0
+POWER_RANGE = 0.5, 3.0
 """Powers of its size, with which an effect may grow."""
 STRENGTHS = {effect.name: effect.strengths for effect in ALL_EFFECTS}
 
 
-def clearest(columns: Iterable[Sensitivity]) -> dict[str, Sensitivity]:
+def select_clearest(sensitivities: Iterable[Sensitivity]) -> dict[str, Sensitivity]:
     """The probe of each candidate by which it is seen from the smallest size on.
 
     Among probes of one strength and shape, which differ in size, the one counts whose length is nearest to
@@ -33,51 +33,71 @@ def clearest(columns: Iterable[Sensitivity]) -> dict[str, Sensitivity]:
 
     Parameters
     ----------
-    columns : iterable of apesim.studies.gap.search.score_test.Sensitivity
+    sensitivities : iterable of apesim.studies.gap.search.score_test.Sensitivity
 
     Returns
     -------
     dict of apesim.studies.gap.search.score_test.Sensitivity
         By name of the candidate.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> clearest = select_clearest(explain_example().sensitivities)
+    >>> clearest["side_force"].probe.x
+    (0.01,)
     """
     alike: dict = {}
-    for column in columns:
-        probe = column.probe
+    for sensitivity in sensitivities:
+        probe = sensitivity.probe
         shape = probe.x[len(probe.candidate.strengths) :]
-        alike.setdefault((probe.candidate.name, probe.strength, shape), []).append(column)
-    found: dict = {}
-    for (name, _, shape), own in alike.items():
-        parameters = own[0].probe.candidate.shapes
-        acting = [value for value, p in zip(shape, parameters, strict=True) if p.key.split(".")[-1] in STRENGTHS[name]]
-        if any(value > SMALL for value in acting):
+        alike.setdefault((probe.candidate.name, probe.strength, shape), []).append(sensitivity)
+    clearest: dict = {}
+    for (name, _, shape), same_shape in alike.items():
+        parameters = same_shape[0].probe.candidate.shapes
+        acting_shapes = [
+            value for value, p in zip(shape, parameters, strict=True) if p.key.split(".")[-1] in STRENGTHS[name]
+        ]
+        if any(value > MAX_ACTING_SHAPE for value in acting_shapes):
             continue
-        nearest = min(own, key=lambda column: abs(log(N_SIGMA_VISIBLE / column.length)))
-        if name not in found or least(nearest) < least(found[name]):
-            found[name] = nearest
-    return found
+        nearest = min(same_shape, key=lambda sensitivity: abs(log(N_SIGMA_VISIBLE / sensitivity.length)))
+        if name not in clearest or find_visible_size(nearest) < find_visible_size(clearest[name]):
+            clearest[name] = nearest
+    return clearest
 
 
-def least(column: Sensitivity) -> float:
+def find_visible_size(sensitivity: Sensitivity) -> float:
     """The smallest size at which an effect is seen, by one probe and in proportion to it.
 
     It is ``|x| N_SIGMA_VISIBLE / length`` for a probe of size x and the length of what it does to the data.
 
     Parameters
     ----------
-    column : apesim.studies.gap.search.score_test.Sensitivity
+    sensitivity : apesim.studies.gap.search.score_test.Sensitivity
 
     Returns
     -------
     float
         Over the range of the strength; inf where the probe does nothing that nuisances cannot imitate.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.search.candidates import Probe
+    >>> probe = Probe(None, x=(0.25,), strength=0)
+    >>> find_visible_size(Sensitivity(probe, np.array([6.0, 8.0]), np.array([6.0, 8.0]), 1.0))
+    0.125
     """
-    return abs(column.probe.x[column.probe.strength]) * N_SIGMA_VISIBLE / column.length if column.length else inf
+    return (
+        abs(sensitivity.probe.x[sensitivity.probe.strength]) * N_SIGMA_VISIBLE / sensitivity.length
+        if sensitivity.length
+        else inf
+    )
 
 
-def sharpened(residuals: WhitenedResiduals, fitted: Fitted, column: Sensitivity) -> Sensitivity:
+def sharpen_probe(residuals: WhitenedResiduals, fitted: Fitted, sensitivity: Sensitivity) -> Sensitivity:
     """A probe at the very size from which its effect is seen, as an effect need not grow in proportion to its size.
 
-    Up to `STEPS` probes are simulated, each where a power law through the last two reaches `N_SIGMA_VISIBLE`.
+    Up to `MAX_STEPS` probes are simulated, each where a power law through the last two reaches `N_SIGMA_VISIBLE`.
 
     Parameters
     ----------
@@ -85,7 +105,7 @@ def sharpened(residuals: WhitenedResiduals, fitted: Fitted, column: Sensitivity)
         Its parameters are the nuisances.
     fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
         Fit of the residuals.
-    column : apesim.studies.gap.search.score_test.Sensitivity
+    sensitivity : apesim.studies.gap.search.score_test.Sensitivity
         The probe to begin with.
 
     Returns
@@ -93,17 +113,26 @@ def sharpened(residuals: WhitenedResiduals, fitted: Fitted, column: Sensitivity)
     apesim.studies.gap.search.score_test.Sensitivity
         At the end of the range where the effect is not seen even there; the last that could be simulated where a
         simulation ends early.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> calibrated = explain_example().calibrated
+    >>> clearest = select_clearest(explain_example().sensitivities)["side_force"]
+    >>> sharp = sharpen_probe(calibrated.residuals, calibrated.fitted, clearest)
+    >>> abs(sharp.length / N_SIGMA_VISIBLE - 1.0) < 0.05
+    True
     """
-    probe, space = column.probe, find_nuisance_space(fitted.jacobian)
+    probe, space = sensitivity.probe, find_nuisance_space(fitted.jacobian)
     wider = residuals.with_parameters([*residuals.parameters, *probe.candidate.parameters])
     power = 1.0
-    for _ in range(STEPS):
-        own = probe.x[probe.strength]
-        size = min(abs(own) * (N_SIGMA_VISIBLE / column.length) ** (1.0 / power), 1.0)
-        if abs(log(size / abs(own))) < CLOSE:
+    for _ in range(MAX_STEPS):
+        strength = probe.x[probe.strength]
+        size = min(abs(strength) * (N_SIGMA_VISIBLE / sensitivity.length) ** (1.0 / power), 1.0)
+        if abs(log(size / abs(strength))) < MIN_STEP:
             break
         x = list(probe.x)
-        x[probe.strength] = copysign(size, own)
+        x[probe.strength] = copysign(size, strength)
         probe = probe._replace(x=tuple(x))
         try:
             effect = wider.at(np.append(fitted.x, x))[: len(fitted.residuals)] - fitted.residuals
@@ -113,12 +142,12 @@ def sharpened(residuals: WhitenedResiduals, fitted: Fitted, column: Sensitivity)
         length = float(np.linalg.norm(projected))
         if length == 0.0:
             break
-        power = np.clip(log(length / column.length) / log(size / abs(own)), *POWERS)
-        column = Sensitivity(probe, effect, projected, length / float(np.linalg.norm(effect)))
-    return column
+        power = np.clip(log(length / sensitivity.length) / log(size / abs(strength)), *POWER_RANGE)
+        sensitivity = Sensitivity(probe, effect, projected, length / float(np.linalg.norm(effect)))
+    return sensitivity
 
 
-def detection_limits(columns: Iterable[Sensitivity]) -> dict[str, dict[str, Any]]:
+def find_detection_limits(sensitivities: Iterable[Sensitivity]) -> dict[str, dict[str, Any]]:
     """The detection limit of each candidate: the size that these data would show with `N_SIGMA_VISIBLE` sigmas.
 
     Two effects are of one class where the cosine between what they do to the data, nuisances projected out, is above
@@ -126,7 +155,7 @@ def detection_limits(columns: Iterable[Sensitivity]) -> dict[str, dict[str, Any]
 
     Parameters
     ----------
-    columns : iterable of apesim.studies.gap.search.score_test.Sensitivity
+    sensitivities : iterable of apesim.studies.gap.search.score_test.Sensitivity
 
     Returns
     -------
@@ -134,22 +163,29 @@ def detection_limits(columns: Iterable[Sensitivity]) -> dict[str, dict[str, Any]
         By name of the candidate: ``parameter``, ``unit``; ``limit`` in that unit, None where it is beyond the range;
         ``kept``, the share of the effect that is left once nuisances are projected out; ``class``, the other effects
         within their limits that sensors and runs hardly distinguish from it.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> limit = find_detection_limits(explain_example().sensitivities)["side_force"]
+    >>> f"{limit['limit']:.1f} {limit['unit']}"
+    '1.2 N'
     """
-    found, best = {}, clearest(columns)
-    for name, column in best.items():
-        parameter, x = column.probe.parameter, least(column)
+    limits, best = {}, select_clearest(sensitivities)
+    for name, sensitivity in best.items():
+        parameter, x = sensitivity.probe.parameter, find_visible_size(sensitivity)
         if parameter.inverse:  # the weakest there is may be seen already
             x = max(x, parameter.low)
-        found[name] = {
+        limits[name] = {
             "parameter": parameter.key.split(".")[-1],
             "unit": parameter.declaration.unit,  # type: ignore[attr-defined]
             "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if x <= 1.0 else None,
-            "kept": column.retained,
+            "kept": sensitivity.retained,
             "class": [],
         }
-    seen = [name for name, limit in found.items() if limit["limit"] is not None]
-    for one, other in combinations(seen, 2):
-        if abs(cosine(best[one].projected, best[other].projected)) > ALIKE:
-            found[one]["class"].append(other)
-            found[other]["class"].append(one)
-    return found
+    seen = [name for name, limit in limits.items() if limit["limit"] is not None]
+    for name, other in combinations(seen, 2):
+        if abs(find_cosine(best[name].projected, best[other].projected)) > ALIKE:
+            limits[name]["class"].append(other)
+            limits[other]["class"].append(name)
+    return limits

@@ -10,11 +10,11 @@ from apesim.studies.estimation.noise.sampling import scatter
 from apesim.studies.gap.search.score_test import Sensitivity
 from apesim.studies.gap.thresholds import ALARM
 
-NOISES = 500
+NOISE_DRAWS = 500
 """Number of noises that are drawn, each of which may be the true one."""
-EACH = 40
+SCORE_DRAWS = 40
 """Draws of scores from each."""
-DRAWS = NOISES * EACH
+DRAWS = NOISE_DRAWS * SCORE_DRAWS
 SEED = 20090715
 
 
@@ -35,7 +35,7 @@ class GapTest(NamedTuple):
 
 
 def compare_with_noise(
-    columns: Sequence[Sensitivity], local: np.ndarray, errors: np.ndarray, parts: list[tuple[Noise, slice]]
+    sensitivities: Sequence[Sensitivity], local: np.ndarray, errors: np.ndarray, parts: list[tuple[Noise, slice]]
 ) -> GapTest:
     """Compare the largest of all scores with the largest that noise alone gives, by Monte Carlo.
 
@@ -45,10 +45,10 @@ def compare_with_noise(
 
     Parameters
     ----------
-    columns : sequence of apesim.studies.gap.search.score_test.Sensitivity
+    sensitivities : sequence of apesim.studies.gap.search.score_test.Sensitivity
         What each candidate would do to the data; those that do not show are left out.
     local : (n + p, m) float array
-        Shapes of no known cause, see `apesim.studies.gap.search.phases.local_shapes`.
+        Shapes of no known cause, see `apesim.studies.gap.search.phases.find_local_shapes`.
     errors : (n + p,) float array
         Residuals of the model at its optimum [standard deviations].
     parts : list of (Noise, slice)
@@ -62,12 +62,19 @@ def compare_with_noise(
     ----------
     .. [1] A. C. Davison and D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge University Press, 1997,
        doi 10.1017/CBO9780511802843, chapter 4.
+
+    Examples
+    --------
+    >>> nothing = np.zeros(50)
+    >>> local = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, 50), 3))[0]
+    >>> compare_with_noise([], local, nothing, []).p_value, compare_with_noise([], local, 6.0 * local[:, 0], []).alarm
+    (1.0, True)
     """
-    columns = [column for column in columns if column.is_visible]
-    shapes = np.column_stack([*(c.projected for c in columns), local])
+    sensitivities = [sensitivity for sensitivity in sensitivities if sensitivity.is_visible]
+    shapes = np.column_stack([*(c.projected for c in sensitivities), local])
     lengths = np.linalg.norm(shapes, axis=0)
     shapes = shapes[:, lengths > 0.0] / lengths[lengths > 0.0]
-    one_sided = np.array([c.probe.one_sided for c in columns] + [False] * local.shape[1])[lengths > 0.0]
+    one_sided = np.array([c.probe.one_sided for c in sensitivities] + [False] * local.shape[1])[lengths > 0.0]
     seen = -(shapes.T @ errors)
     largest = float(np.max(np.where(one_sided, seen, np.abs(seen))))
     # Scores of white noise have the correlations of the shapes.
@@ -75,7 +82,7 @@ def compare_with_noise(
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     rng = np.random.default_rng(SEED)
     draws = rng.standard_normal((DRAWS, len(values))) @ root.T
-    draws *= np.repeat(scatter(parts, shapes, NOISES, rng), EACH, axis=0)
+    draws *= np.repeat(scatter(parts, shapes, NOISE_DRAWS, rng), SCORE_DRAWS, axis=0)
     highest = np.max(np.where(one_sided, draws, np.abs(draws)), axis=1)
     p_value = (1.0 + np.sum(highest >= largest)) / (1.0 + DRAWS)
     return GapTest(float(p_value), largest, float(np.quantile(highest, 1.0 - ALARM)))

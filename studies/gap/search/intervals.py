@@ -14,9 +14,9 @@ from apesim.studies.estimation.profile_likelihood import End, Likelihood, find_e
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
 from apesim.studies.gap.work import Work
 
-CLOSE = 0.05
+MAX_END_ERROR = 0.05
 """Deviations from those of an interval's end, within which a point is the end: a fortieth of half an interval."""
-UNIDENTIFIABLE = 1e6
+UNIDENTIFIABLE_SIGMA = 1e6
 """Standard deviation of a parameter on which the data do not depend at the optimum: its ends are sought from its bounds
 inwards."""
 MAX_RESTARTS = 3
@@ -24,7 +24,7 @@ MAX_RESTARTS = 3
 SIDES = -1, 1
 
 
-class Held:
+class HeldParameter:
     """A least-squares residuals with one parameter held, as a function of the others.
 
     Parameters
@@ -41,7 +41,7 @@ class Held:
         self.others = [j for j in range(len(residuals.low)) if j != number]
         self.low, self.high = residuals.low[self.others], residuals.high[self.others]
 
-    def whole(self, x: np.ndarray) -> np.ndarray:
+    def insert_held(self, x: np.ndarray) -> np.ndarray:
         """All parameters: the free ones with the one held among them.
 
         Parameters
@@ -51,6 +51,13 @@ class Held:
         Returns
         -------
         (p,) float array
+
+        Examples
+        --------
+        >>> from types import SimpleNamespace
+        >>> bounds = SimpleNamespace(low=np.full(3, -1.0), high=np.full(3, 1.0))
+        >>> HeldParameter(bounds, 1, 0.5).insert_held(np.array([0.1, 0.9])).tolist()
+        [0.1, 0.5, 0.9]
         """
         return np.insert(x, self.number, self.value)
 
@@ -65,8 +72,16 @@ class Held:
         -------
         (n + p,) float array
             [standard deviations]
+
+        Examples
+        --------
+        >>> from types import SimpleNamespace
+        >>> bounds = {"low": np.full(2, -9.0), "high": np.full(2, 9.0)}
+        >>> plane = SimpleNamespace(**bounds, at=lambda x: np.array([x[0] + 10.0 * x[1]]))
+        >>> HeldParameter(plane, 1, 0.5).at(np.array([2.0])).tolist()
+        [7.0]
         """
-        return self.residuals.at(self.whole(x))
+        return self.residuals.at(self.insert_held(x))
 
     def jacobian(self, x: np.ndarray, residuals: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sensitivities to the free parameters.
@@ -84,13 +99,23 @@ class Held:
         jacobian : (n + p, p - 1) float array
         steps : (p - 1,) float array
             Steps for the next differences, see `apesim.studies.estimation.residuals.WhitenedResiduals.jacobian`.
+
+        Examples
+        --------
+        >>> from types import SimpleNamespace
+        >>> slopes = np.array([[1.0, 10.0]])
+        >>> bounds = {"low": np.full(2, -9.0), "high": np.full(2, 9.0)}
+        >>> plane = SimpleNamespace(**bounds, jacobian=lambda x, residuals, steps, only: (slopes[:, only], steps))
+        >>> jacobian, steps = HeldParameter(plane, 1, 0.5).jacobian(np.array([2.0]), np.array([7.0]), np.array([0.01]))
+        >>> jacobian.tolist(), steps.tolist()
+        ([[1.0]], [0.01])
         """
         all_steps = np.insert(steps, self.number, np.nan)  # the parameter that is held takes none
-        jacobian, all_steps = self.residuals.jacobian(self.whole(x), residuals, all_steps, self.others)
+        jacobian, all_steps = self.residuals.jacobian(self.insert_held(x), residuals, all_steps, self.others)
         return jacobian, all_steps[self.others]
 
 
-def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
+def find_profiles(model: Model, work: Work) -> tuple[Model, int]:
     """Find the 95 % intervals of a model's effects that have a shape, by profile likelihood.
 
     It is the method of Venzon and Moolgavkar [1]_, see `apesim.studies.estimation.profile_likelihood`.
@@ -112,10 +137,17 @@ def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
     ----------
     .. [1] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
        Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> model, simulations = find_profiles(explain_example().best, Work())  # a side force has no shape
+    >>> model.profiles, simulations
+    ({}, 0)
     """
     simulations = 0
     for _ in range(1 + MAX_RESTARTS):
-        profiles, better, more = _profiles(model, work)
+        profiles, better, more = _profile_all(model, work)
         simulations += more
         if better is None:
             return model._replace(profiles=profiles), simulations
@@ -125,43 +157,43 @@ def with_profiles(model: Model, work: Work) -> tuple[Model, int]:
     return model, simulations
 
 
-def _profiles(model: Model, work: Work) -> tuple[dict[str, tuple[End, ...]], np.ndarray | None, int]:
+def _profile_all(model: Model, work: Work) -> tuple[dict[str, tuple[End, ...]], np.ndarray | None, int]:
     """Both ends of each interval by key; a better point, if one is met; and the number of simulations.
 
     A shape may stay where it does nothing while a strength moves: each strength is tried where the shapes do something,
     too.
     """
     profiles: dict[str, tuple[End, ...]] = {}
-    aside: list[np.ndarray] = []
+    further_starts: list[np.ndarray] = []
     simulations = 0
-    for numbers in shaped(model):
-        tasks = [(model, j, side, aside) for j in numbers for side in SIDES]
-        found = work.each("finding intervals", _end, tasks)
-        simulations += sum(more for _, more in found)
-        ends = [end for end, _ in found]
+    for numbers in find_shapes(model):
+        tasks = [(model, j, side, further_starts) for j in numbers for side in SIDES]
+        ends_and_simulations = work.each("finding intervals", _find_end, tasks)
+        simulations += sum(more for _, more in ends_and_simulations)
+        ends = [end for end, _ in ends_and_simulations]
         better = first_better(ends)
         if better is not None:
             return {}, better, simulations
         for j, *pair in zip(numbers, ends[::2], ends[1::2], strict=True):
             profiles[model.residuals.parameters[j].key] = tuple(pair)
             if any(end.is_open for end in pair):
-                aside = [*aside, *(end.point for end in pair if not end.is_open)]
+                further_starts = [*further_starts, *(end.point for end in pair if not end.is_open)]
     return profiles, None, simulations
 
 
-def _end(model: Model, j: int, side: int, aside: Sequence[np.ndarray]) -> tuple[End, int]:
+def _find_end(model: Model, j: int, side: int, further_starts: Sequence[np.ndarray]) -> tuple[End, int]:
     """One end of an interval, and the number of simulations."""
     residuals, fitted = _copy(model.residuals), model.fitted
     covariance = fitted.covariance
-    for untold in np.flatnonzero(~model.identifiable):
-        covariance[untold, untold] = UNIDENTIFIABLE**2
+    for unidentifiable in np.flatnonzero(~model.identifiable):
+        covariance[unidentifiable, unidentifiable] = UNIDENTIFIABLE_SIGMA**2
 
     def hold(guess: np.ndarray, j: int) -> tuple[np.ndarray, float, bool]:
-        starts = [guess, *(np.where(np.arange(len(guess)) == j, guess, point) for point in aside)]
-        return min((_held(residuals, fitted, start, j) for start in starts), key=lambda found: found[1])
+        starts = [guess, *(np.where(np.arange(len(guess)) == j, guess, point) for point in further_starts)]
+        return min((_fit_with_held(residuals, fitted, start, j) for start in starts), key=lambda held: held[1])
 
     bounds = np.array([residuals.low, residuals.high])
-    likelihood = Likelihood(fitted.x, fitted.cost, covariance, bounds, hold, close=CLOSE)
+    likelihood = Likelihood(fitted.x, fitted.cost, covariance, bounds, hold, close=MAX_END_ERROR)
     return find_end(likelihood, j, side), residuals.simulations
 
 
@@ -170,20 +202,22 @@ def _copy(residuals: WhitenedResiduals) -> WhitenedResiduals:
     return residuals.with_parameters(residuals.parameters)
 
 
-def _held(residuals: WhitenedResiduals, fitted: Fitted, start: np.ndarray, j: int) -> tuple[np.ndarray, float, bool]:
+def _fit_with_held(
+    residuals: WhitenedResiduals, fitted: Fitted, start: np.ndarray, j: int
+) -> tuple[np.ndarray, float, bool]:
     """Least squares from a start with parameter j held.
 
     See `apesim.studies.estimation.profile_likelihood.Likelihood.hold`.
     """
-    held = Held(residuals, j, start[j])
+    held = HeldParameter(residuals, j, start[j])
     try:
-        found = descend(held, start[held.others], fitted.jacobian[:, held.others], fitted.steps[held.others])
+        fitted = descend(held, start[held.others], fitted.jacobian[:, held.others], fitted.steps[held.others])
     except EndedEarly:
         return start, np.inf, False
-    return held.whole(found.x), found.cost, found.converged
+    return held.insert_held(fitted.x), fitted.cost, fitted.converged
 
 
-def is_shaped(model: Model) -> bool:
+def has_shape(model: Model) -> bool:
     """Whether an effect of a model has a shape: a parameter beside its strength, such as breakaway.
 
     Parameters
@@ -193,11 +227,17 @@ def is_shaped(model: Model) -> bool:
     Returns
     -------
     bool
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> {choice.names: has_shape(choice.model) for choice in explain_example().fits if len(choice.names) == 1}
+    {('side_force',): False, ('coulomb_friction',): True}
     """
     return any(candidate.shapes for candidate in model.candidates)
 
 
-def shaped(model: Model) -> tuple[list[int], list[int]]:
+def find_shapes(model: Model) -> tuple[list[int], list[int]]:
     """Places of the parameters of a model's effects that have a shape.
 
     Parameters
@@ -210,10 +250,18 @@ def shaped(model: Model) -> tuple[list[int], list[int]]:
         Places of the shapes among all parameters of the model.
     strengths : list of int
         Places of the strengths of the effects with those shapes.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> friction = next(each.model for each in explain_example().fits if each.names == ("coulomb_friction",))
+    >>> (shape,), (strength,) = find_shapes(friction)
+    >>> [friction.residuals.parameters[number].key for number in (shape, strength)]
+    ['effects.coulomb_friction.breakaway', 'effects.coulomb_friction.force']
     """
-    own = [candidate for candidate in model.candidates if candidate.shapes]
+    shaped = [candidate for candidate in model.candidates if candidate.shapes]
     keys = [p.key for p in model.residuals.parameters]
     return (
-        [keys.index(p.key) for candidate in own for p in candidate.shapes],
-        [keys.index(p.key) for candidate in own for p in candidate.strengths],
+        [keys.index(p.key) for candidate in shaped for p in candidate.shapes],
+        [keys.index(p.key) for candidate in shaped for p in candidate.strengths],
     )

@@ -50,7 +50,7 @@ class Entry(NamedTuple):
     """Name of the file of an effect from outside."""
 
 
-def library(machine: Machine | None = None) -> list[Entry]:
+def list_library(machine: Machine | None = None) -> list[Entry]:
     """The library of effects as data: every effect with its parameters, equation and source.
 
     Parameters
@@ -65,18 +65,18 @@ def library(machine: Machine | None = None) -> list[Entry]:
 
     Examples
     --------
-    >>> entry = next(entry for entry in library() if entry.name == "ring_leakage")
+    >>> entry = next(entry for entry in list_library() if entry.name == "ring_leakage")
     >>> entry.layer, [parameter.name for parameter in entry.parameters]
     ('valve', ['area'])
     """
-    files = {one.name: one.path.name for one in outside_effects_of(machine)} if machine else {}
+    files = {outside.name: outside.path.name for outside in outside_effects_of(machine)} if machine else {}
     return [
         Entry(
             effect.name,
             effect.layer or ("valve" if effect in VALVE_EFFECTS else "engine"),
             effect.slots,
             effect.off,
-            tuple(parameters_of(effect)),
+            tuple(list_parameters(effect)),
             effect.equation,
             effect.source,
             effect.seen_in,
@@ -87,7 +87,7 @@ def library(machine: Machine | None = None) -> list[Entry]:
     ]
 
 
-def parameters_of(effect: Effect) -> Iterator[Parameter]:
+def list_parameters(effect: Effect) -> Iterator[Parameter]:
     """The parameters of an effect as the library lists them, in the order in which they are declared.
 
     Parameters
@@ -97,6 +97,12 @@ def parameters_of(effect: Effect) -> Iterator[Parameter]:
     Yields
     ------
     Parameter
+
+    Examples
+    --------
+    >>> from apesim.valve.effects import coulomb_friction
+    >>> [(parameter.name, parameter.unit, parameter.strength) for parameter in list_parameters(coulomb_friction.EFFECT)]
+    [('force', 'N', True), ('breakaway', 'N', True)]
     """
     for leaf in schema(effect.parameters):
         declared = leaf.declaration
@@ -110,7 +116,7 @@ def parameters_of(effect: Effect) -> Iterator[Parameter]:
         )
 
 
-def effects_on(bench: str, without: Sequence[str] = (), machine: Machine | None = None) -> list[Effect]:
+def select_effects(bench: str, without: Sequence[str] = (), machine: Machine | None = None) -> list[Effect]:
     """The effects that can show on a bench.
 
     Parameters
@@ -127,15 +133,15 @@ def effects_on(bench: str, without: Sequence[str] = (), machine: Machine | None 
 
     Examples
     --------
-    >>> "blow_by" in [effect.name for effect in effects_on("valve")]
+    >>> "blow_by" in [effect.name for effect in select_effects("valve")]
     False
     """
-    own = (machine or Machine()).effects
-    effects = library_for(own, VALVE_LIBRARY, "valve").effects if bench == VALVE else library_of(own)
+    known = (machine or Machine()).effects
+    effects = library_for(known, VALVE_LIBRARY, "valve").effects if bench == VALVE else library_of(known)
     return [effect for effect in effects if effect.name not in without]
 
 
-def faults_of(without: Iterable[str], machine: Machine) -> list[tuple[str, str, str]]:
+def find_faults(without: Iterable[str], machine: Machine) -> list[tuple[str, str, str]]:
     """Faults of a list of effects to leave out: the argument, what is wrong, what would be right.
 
     Parameters
@@ -150,7 +156,7 @@ def faults_of(without: Iterable[str], machine: Machine) -> list[tuple[str, str, 
 
     Examples
     --------
-    >>> faults_of(["blow_by", "magic"], Machine())
+    >>> find_faults(["blow_by", "magic"], Machine())
     [('without', "'magic' is no effect", 'see apesim gap effects')]
     """
     known = {effect.name for effect in library_of(getattr(machine, "effects", None))}

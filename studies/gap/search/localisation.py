@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.studies.estimation.residuals import WhitenedResiduals
-from apesim.studies.gap.search.phases import PHASES, phases
+from apesim.studies.gap.search.phases import PHASES, Phase, find_phases
 
-WINDOW = 8
+WINDOW_SAMPLES = 8
 """Samples over which noise is averaged, where the gap is seen only through it."""
 
 
@@ -15,8 +15,9 @@ class Cell(NamedTuple):
     """A signal in a phase."""
 
     signal: str
-    phase: str | None
-    """Phase of the stroke or cycle, see `apesim.studies.gap.search.phases.PHASES`; None: a mean over the cycle."""
+    """Name of the sensor."""
+    phase: Phase | None
+    """Phase of the stroke or cycle, see `apesim.studies.gap.search.phases.Phase`; None: a mean over the cycle."""
     share: float
     """Share of the gap's energy."""
     size: float
@@ -29,8 +30,8 @@ def localise(
     """Localise a gap: its energy in each cell, which is a signal in a phase of the stroke or cycle.
 
     The energy of a cell is the sum of squares over its samples, and its size the root of that over their number. Where
-    the gap holds noise, the energy is ``sum(sum(part)^2 / len(part) - 1)`` over parts of `WINDOW` samples, which noise
-    alone makes 0 on average.
+    the gap holds noise, the energy is ``sum(sum(part)^2 / len(part) - 1)`` over parts of `WINDOW_SAMPLES` samples,
+    which noise alone makes 0 on average.
 
     Parameters
     ----------
@@ -46,13 +47,21 @@ def localise(
     -------
     list of Cell
         The largest share first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import find_example_gap
+    >>> calibrated, marks = find_example_gap().calibrated, find_example_gap().marks
+    >>> cells = localise(calibrated.residuals, marks, calibrated.fitted.data_residuals, holds_noise=True)
+    >>> cells[0].signal, str(cells[0].phase)
+    ('lift', 'opening flight')
     """
-    energy: dict[tuple[str, str | None], float] = {}
-    count: dict[tuple[str, str | None], int] = {}
-    for block, own in zip(residuals.blocks, residuals.by_block(gap), strict=True):
-        of = phases(block, marks[block.number])
-        for phase in np.unique(of):
-            inside = own[of == phase]
+    energy: dict[tuple[str, Phase | None], float] = {}
+    count: dict[tuple[str, Phase | None], int] = {}
+    for block, values in zip(residuals.blocks, residuals.by_block(gap), strict=True):
+        phase_of_sample = find_phases(block, marks[block.number])
+        for phase in np.unique(phase_of_sample):
+            inside = values[phase_of_sample == phase]
             cell = block.sensor, PHASES[phase] if phase >= 0 else None
             energy[cell] = energy.get(cell, 0.0) + _energy(inside, holds_noise)
             count[cell] = count.get(cell, 0) + len(inside)
@@ -65,5 +74,5 @@ def _energy(errors: np.ndarray, holds_noise: bool) -> float:
     """Energy of the gap in the samples of one block and phase."""
     if not holds_noise:
         return float(errors @ errors)
-    parts = np.array_split(errors, max(1, len(errors) // WINDOW))
+    parts = np.array_split(errors, max(1, len(errors) // WINDOW_SAMPLES))
     return float(sum(part.sum() ** 2 / len(part) for part in parts) - len(parts))

@@ -9,22 +9,22 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
-from apesim.studies.gap.search.refit import at_large, reduced, refit, release
-from apesim.studies.gap.search.score_test import Score, Sensitivity, find_sensitivities, freed, scores
+from apesim.studies.gap.search.refit import probe_large_sizes, refit, refit_one, release
+from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities, project_for_model
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, TERM_CHANCE
 from apesim.studies.gap.work import Work
 
-SINGLES = 12
+MAX_SINGLES = 12
 """Candidates that are fitted alone for their score."""
-LARGE = 4
+MAX_LARGE = 4
 """Candidates that are fitted alone for what they leave when switched on by much."""
-SCREENED = 3
+MAX_SCREENED_PAIRS = 3
 """Pairs of a screen of all that are fitted."""
-SWAPS = 3
+MAX_SWAPS = 3
 """Effects that are tried in place of either of the best pair."""
-PULLED = 2.5
-"""Prior deviations from which a wrong nuisance is one of the explanations."""
-MATERIAL = ("air.heat_capacity_ratio",)
+MIN_RELEASED_PULL = 2.5
+"""Prior standard deviations from which a wrong nuisance is one of the explanations."""
+MATERIAL_KEYS = ("air.heat_capacity_ratio",)
 """Nuisances that are no number of a machine: not tried as the explanation in place of an effect."""
 Pair = tuple[tuple[Any, ...], tuple[Any, ...]]
 """Candidates with the values x from which each starts."""
@@ -35,7 +35,7 @@ class Choice(NamedTuple):
 
     model: Model
     cost: float
-    """Sum of squares, priors included, and the penalty for what the model adds, see `penalty`."""
+    """Sum of squares, priors included, and the penalty for what the model adds, see `find_penalty`."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -43,7 +43,7 @@ class Choice(NamedTuple):
         return self.model.names
 
 
-def term(library: int) -> float:
+def find_term_penalty(library: int) -> float:
     """The penalty of one effect, or of one nuisance without its prior: ``2 ln(n / p)``.
 
     It is the price of one term among n, with the chance p = `TERM_CHANCE` of a term that is not there (PASTIS [1]_).
@@ -64,14 +64,16 @@ def term(library: int) -> float:
 
     Examples
     --------
-    >>> round(term(35), 2)
+    >>> round(find_term_penalty(35), 2)
     16.32
     """
     return 2.0 * log(max(library, 1) / TERM_CHANCE)
 
 
-def penalty(model: Model, library: int) -> float:
-    """The penalty of a model: that of one `term` for each effect, and 2 for each parameter beyond one an effect.
+def find_penalty(model: Model, library: int) -> float:
+    """The penalty of a model: that of a term for each effect, and 2 for each parameter beyond one an effect.
+
+    See `find_term_penalty`.
 
     The price of a term is that of PASTIS [1]_, that of a further parameter is Akaike's [2]_.
 
@@ -91,13 +93,19 @@ def penalty(model: Model, library: int) -> float:
     .. [1] A. Gerardos and P. Ronceray, 2025, arXiv:2501.10339 (PASTIS).
     .. [2] H. Akaike, "A new look at the statistical model identification", IEEE Trans. Automat. Contr. 19, 1974,
        pp. 716-723, doi 10.1109/TAC.1974.1100705.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> round(find_penalty(explain_example().best, library=35), 2)  # one effect of one parameter
+    16.32
     """
     terms = len(model.names)
-    return terms * term(library) + 2.0 * max(0, model.added - terms)
+    return terms * find_term_penalty(library) + 2.0 * max(0, model.added - terms)
 
 
-def priced(model: Model, library: int) -> Choice:
-    """A model as a choice: with its sum of squares and its `penalty` added up.
+def price_model(model: Model, library: int) -> Choice:
+    """A model as a choice: with its sum of squares and its `find_penalty` added up.
 
     Parameters
     ----------
@@ -108,14 +116,22 @@ def priced(model: Model, library: int) -> Choice:
     Returns
     -------
     Choice
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> model = explain_example().best
+    >>> round(price_model(model, library=35).cost - model.cost, 2)
+    16.32
     """
-    return Choice(model, model.cost + penalty(model, library))
+    return Choice(model, model.cost + find_penalty(model, library))
 
 
-def singles(base: Model, ranked: Sequence[Score], library: int, work: Work) -> list[Choice]:
+def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) -> list[Choice]:
     """Fit the most promising candidates, each alone.
 
-    They are the `SINGLES` best by score, and of the others the `LARGE` that leave least when switched on by much.
+    They are the `MAX_SINGLES` best by score, and of the others the `MAX_LARGE` that leave least when switched on by
+    much.
 
     Parameters
     ----------
@@ -131,18 +147,27 @@ def singles(base: Model, ranked: Sequence[Score], library: int, work: Work) -> l
     -------
     list of Choice
         The best first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> [choice.names for choice in fit_singles(explanation.calibrated, explanation.scores[:1], 3, Work())]
+    [('side_force',)]
     """
-    wanted = {score.name: score for score in ranked[:SINGLES] if score.deviations > 0.0}
-    tasks = _scored(wanted.values())
-    others = [score.column.probe.candidate for score in ranked if score.name not in wanted]
-    large = work.each("scoring", at_large, [(base, candidate) for candidate in others])
+    wanted = {score.name: score for score in ranked[:MAX_SINGLES] if score.n_sigma > 0.0}
+    tasks = _guess_singles(wanted.values())
+    others = [score.sensitivity.probe.candidate for score in ranked if score.name not in wanted]
+    large = work.each("scoring", probe_large_sizes, [(base, candidate) for candidate in others])
     work.simulations.add(sum(simulations for *_, simulations in large))
-    near = sorted(zip(large, others, strict=True), key=lambda one: one[0][0])
-    tasks += [((candidate,), (x,)) for (cost, x, _), candidate in near[:LARGE] if cost < base.cost]
-    return _fitted(base, refit, tasks, library, work, "fitting effects")
+    near = sorted(zip(large, others, strict=True), key=lambda pair: pair[0][0])
+    tasks += [((candidate,), (x,)) for (cost, x, _), candidate in near[:MAX_LARGE] if cost < base.cost]
+    return _fit_all(base, refit, tasks, library, work, "fitting effects")
 
 
-def remaining(base: Model, ranked: Sequence[Score], found: Iterable[Choice], library: int, work: Work) -> list[Choice]:
+def fit_remaining(
+    base: Model, ranked: Sequence[Score], fits: Iterable[Choice], library: int, work: Work
+) -> list[Choice]:
     """Fit the candidates that were not fitted alone yet.
 
     Where a calibration was led astray, scores and probes say little of what a fit gives.
@@ -153,7 +178,7 @@ def remaining(base: Model, ranked: Sequence[Score], found: Iterable[Choice], lib
         The calibrated machine.
     ranked : sequence of apesim.studies.gap.search.score_test.Score
         Scores of the candidates, the largest first.
-    found : iterable of Choice
+    fits : iterable of Choice
         Models that were fitted.
     library : int
         Number of candidates.
@@ -163,16 +188,24 @@ def remaining(base: Model, ranked: Sequence[Score], found: Iterable[Choice], lib
     -------
     list of Choice
         The best first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> # The best candidate by its score is fitted already.
+    >>> fit_remaining(explanation.calibrated, explanation.scores[:1], explanation.fits, 3, Work())
+    []
     """
-    fitted = {choice.names for choice in found}
+    fitted = {choice.names for choice in fits}
     rest = [score for score in ranked if (score.name,) not in fitted]
-    return _fitted(base, refit, _scored(rest), library, work, "fitting effects")
+    return _fit_all(base, refit, _guess_singles(rest), library, work, "fitting effects")
 
 
-def released(base: Model, library: int, work: Work) -> list[Choice]:
-    """Fit the calibrated machine without one prior, for each nuisance that is pulled by more than `PULLED`.
+def fit_released(base: Model, library: int, work: Work) -> list[Choice]:
+    """Fit the calibrated machine without one prior, for each nuisance that is pulled by more than `MIN_RELEASED_PULL`.
 
-    Nuisances that are no number of the machine (`MATERIAL`) are left out.
+    Nuisances that are no number of the machine (`MATERIAL_KEYS`) are left out.
 
     Parameters
     ----------
@@ -186,15 +219,21 @@ def released(base: Model, library: int, work: Work) -> list[Choice]:
     -------
     list of Choice
         The best first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> fit_released(explain_example().best, 3, Work())  # no nuisance is pulled far
+    []
     """
-    pulled = np.flatnonzero(base.residuals.known & (np.abs(base.fitted.x) > PULLED))
-    wanted = [(int(j),) for j in pulled if base.residuals.parameters[j].key not in MATERIAL]
-    return _fitted(base, release, wanted, library, work, "fitting effects")
+    pulled = np.flatnonzero(base.residuals.known & (np.abs(base.fitted.x) > MIN_RELEASED_PULL))
+    wanted = [(int(j),) for j in pulled if base.residuals.parameters[j].key not in MATERIAL_KEYS]
+    return _fit_all(base, release, wanted, library, work, "fitting effects")
 
 
-def pairs(
+def fit_pairs(
     base: Model,
-    columns: Sequence[Sensitivity],
+    sensitivities: Sequence[Sensitivity],
     ranked: Sequence[Score],
     alone: Sequence[Choice],
     library: int,
@@ -210,7 +249,7 @@ def pairs(
     ----------
     base : apesim.studies.estimation.model.Model
         The calibrated machine.
-    columns : sequence of apesim.studies.gap.search.score_test.Sensitivity
+    sensitivities : sequence of apesim.studies.gap.search.score_test.Sensitivity
         What each candidate would do to the data at the calibrated machine.
     ranked : sequence of apesim.studies.gap.search.score_test.Score
         Scores of the candidates, the largest first.
@@ -224,26 +263,35 @@ def pairs(
     -------
     list of Choice
         The best first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> singles = [choice for choice in explanation.fits if len(choice.names) == 1]
+    >>> pairs = fit_pairs(explanation.calibrated, explanation.sensitivities, explanation.scores, singles, 3, Work())
+    >>> pairs[0].names
+    ('side_force', 'coulomb_friction')
     """
     wanted: dict[frozenset[str], Pair] = {}
-    screened = [*_screened(ranked, base.fitted.residuals), *_added_up(alone, base.fitted.data_residuals)]
-    for (first, second), guesses in [*_partners(alone[:3], columns, work), *screened]:
+    screened = [*_screen_pairs(ranked, base.fitted.residuals), *_add_up_singles(alone, base.fitted.data_residuals)]
+    for (first, second), guesses in [*_find_partners(alone[:3], sensitivities, work), *screened]:
         wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
 
     def fitted(pairs: Iterable[Pair]) -> list[Choice]:
-        tasks = [(*pair, [c.model for c in alone if c.names[0] in _names(pair)]) for pair in pairs]
-        return _fitted(base, refit, tasks, library, work, "fitting pairs")
+        tasks = [(*pair, [c.model for c in alone if c.names[0] in _name_candidates(pair)]) for pair in pairs]
+        return _fit_all(base, refit, tasks, library, work, "fitting pairs")
 
-    found = fitted(wanted.values())
-    if found:
-        others = {frozenset(_names(pair)): pair for pair in _swapped(found[0], alone, columns)}
-        tried = {frozenset(choice.names) for choice in found}
+    fits = fitted(wanted.values())
+    if fits:
+        others = {frozenset(_name_candidates(pair)): pair for pair in _swap_effects(fits[0], alone, sensitivities)}
+        tried = {frozenset(choice.names) for choice in fits}
         untried = [pair for names, pair in others.items() if names not in tried]
-        found += fitted(untried)
-    return sorted(found, key=lambda choice: choice.cost)
+        fits += fitted(untried)
+    return sorted(fits, key=lambda choice: choice.cost)
 
 
-def alone_again(base: Model, pair: Choice, library: int, work: Work) -> list[Choice]:
+def refit_each_alone(base: Model, pair: Choice, library: int, work: Work) -> list[Choice]:
     """Fit each effect of a pair alone, from where the pair stands: its own fit may have ended in another minimum.
 
     Parameters
@@ -259,17 +307,25 @@ def alone_again(base: Model, pair: Choice, library: int, work: Work) -> list[Cho
     -------
     list of Choice
         The best first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> pair = next(choice for choice in explanation.fits if len(choice.names) == 2)
+    >>> [choice.names for choice in refit_each_alone(explanation.calibrated, pair, 3, Work())]
+    [('side_force',), ('coulomb_friction',)]
     """
     wanted = [(pair.model, number) for number in range(len(pair.model.candidates))]
-    return _fitted(base, reduced, wanted, library, work, "fitting pairs")
+    return _fit_all(base, refit_one, wanted, library, work, "fitting pairs")
 
 
-def beside(columns: Iterable[Sensitivity], model: Model) -> list[Sensitivity]:
+def project_beside(sensitivities: Iterable[Sensitivity], model: Model) -> list[Sensitivity]:
     """Sensitivities of the other effects beside a model with effects: what that can imitate is taken off, too.
 
     Parameters
     ----------
-    columns : iterable of apesim.studies.gap.search.score_test.Sensitivity
+    sensitivities : iterable of apesim.studies.gap.search.score_test.Sensitivity
         Sensitivities at the calibrated machine.
     model : apesim.studies.estimation.model.Model
         A model with effects.
@@ -278,87 +334,97 @@ def beside(columns: Iterable[Sensitivity], model: Model) -> list[Sensitivity]:
     -------
     list of apesim.studies.gap.search.score_test.Sensitivity
         Without those of the effects of the model.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> others = project_beside(explanation.sensitivities, explanation.best)
+    >>> sorted({sensitivity.probe.candidate.name for sensitivity in others})
+    ['coulomb_friction', 'spring_rate_error']
     """
-    others = [column for column in columns if column.probe.candidate.name not in model.names]
-    return freed(others, model.fitted, model.added)
+    others = [sensitivity for sensitivity in sensitivities if sensitivity.probe.candidate.name not in model.names]
+    return project_for_model(others, model.fitted, model.added)
 
 
-def _scored(scores: Iterable[Score]) -> list[Pair]:
+def _guess_singles(scores: Iterable[Score]) -> list[Pair]:
     """Candidates alone with the sizes that their scores suggest, as `refit` wants them."""
-    return [((score.column.probe.candidate,), (score.guess,)) for score in scores]
+    return [((score.sensitivity.probe.candidate,), (score.guess,)) for score in scores]
 
 
-def _fitted(
+def _fit_all(
     base: Model, fit: Callable[..., Model], wanted: Iterable[Any], library: int, work: Work, stage: str
 ) -> list[Choice]:
     """The calibrated model fitted anew in several ways, the best first; without those that do not come to their end."""
     models = work.each(stage, unless_ended, [(fit, base, *how) for how in wanted])
     models = [model for model in models if model]
     work.simulations.add(sum(model.residuals.simulations for model in models))
-    return sorted((priced(model, library) for model in models), key=lambda choice: choice.cost)
+    return sorted((price_model(model, library) for model in models), key=lambda choice: choice.cost)
 
 
-def _names(pair: Pair) -> list[str]:
+def _name_candidates(pair: Pair) -> list[str]:
     """Names of the candidates of a pair with its guesses."""
     return [candidate.name for candidate in pair[0]]
 
 
-def _swapped(pair: Choice, alone: Sequence[Choice], columns: Sequence[Sensitivity]) -> Iterator[Pair]:
+def _swap_effects(pair: Choice, alone: Sequence[Choice], sensitivities: Sequence[Sensitivity]) -> Iterator[Pair]:
     """The pair with either effect replaced by what explains as much of what the other leaves."""
-    for number, kept in enumerate(pair.model.candidates):
-        single = next((choice.model for choice in alone if choice.names == (kept.name,)), None)
+    for number, retained in enumerate(pair.model.candidates):
+        single = next((choice.model for choice in alone if choice.names == (retained.name,)), None)
         if single is None:
             continue
-        ranked = scores(beside(columns, single), single.fitted.residuals)
-        near = [one for one in ranked if one.deviations**2 > ranked[0].deviations ** 2 - 2.0 * AMBIGUOUS_COST]
+        ranked = find_scores(project_beside(sensitivities, single), single.fitted.residuals)
+        near = [score for score in ranked if score.n_sigma**2 > ranked[0].n_sigma ** 2 - 2.0 * AMBIGUOUS_COST]
         x = tuple(pair.model.own(number))
-        for score in near[:SWAPS]:
-            yield (kept, score.column.probe.candidate), (x, score.guess)
+        for score in near[:MAX_SWAPS]:
+            yield (retained, score.sensitivity.probe.candidate), (x, score.guess)
 
 
-def _partners(alone: Sequence[Choice], columns: Sequence[Sensitivity], work: Work) -> Iterator[Pair]:
+def _find_partners(alone: Sequence[Choice], sensitivities: Sequence[Sensitivity], work: Work) -> Iterator[Pair]:
     """For each single the two candidates that score best on what it leaves."""
-    by_candidate = list({column.probe.candidate.name: column.probe.candidate for column in columns}.values())
+    by_candidate = list(
+        {sensitivity.probe.candidate.name: sensitivity.probe.candidate for sensitivity in sensitivities}.values()
+    )
     for rank, choice in enumerate(alone):
         model = choice.model
         first = model.candidates[0]
         if rank == 0:
             others = [candidate for candidate in by_candidate if candidate.name != first.name]
-            own = find_sensitivities(model.residuals, model.fitted, others, work, "fitting pairs")
+            others_beside = find_sensitivities(model.residuals, model.fitted, others, work, "fitting pairs")
         else:
-            own = beside(columns, model)
-        for score in scores(own, model.fitted.residuals)[:2]:
-            if score.deviations > 0.0:
+            others_beside = project_beside(sensitivities, model)
+        for score in find_scores(others_beside, model.fitted.residuals)[:2]:
+            if score.n_sigma > 0.0:
                 x = tuple(model.own(0))
-                yield (first, score.column.probe.candidate), (x, score.guess)
+                yield (first, score.sensitivity.probe.candidate), (x, score.guess)
 
 
-def _screened(ranked: Sequence[Score], errors: np.ndarray) -> Iterator[Pair]:
+def _screen_pairs(ranked: Sequence[Score], errors: np.ndarray) -> Iterator[Pair]:
     """The pairs that explain most of the gap if all is straight."""
-    probes = [score.column.probe for score in ranked]
-    for numbers, weights in _largest([-score.column.projected for score in ranked], errors):
+    probes = [score.sensitivity.probe for score in ranked]
+    for numbers, weights in _select_largest([-score.sensitivity.projected for score in ranked], errors):
         pair = [probes[number] for number in numbers]
-        guesses = (probe.scaled(weight) for probe, weight in zip(pair, weights, strict=True))
+        guesses = (probe.scale(weight) for probe, weight in zip(pair, weights, strict=True))
         yield tuple(probe.candidate for probe in pair), tuple(guesses)
 
 
-def _added_up(alone: Sequence[Choice], left: np.ndarray) -> Iterator[Pair]:
+def _add_up_singles(alone: Sequence[Choice], gap: np.ndarray) -> Iterator[Pair]:
     """The pairs that explain most of the gap if what each takes of it alone adds up.
 
     Where an effect is large and bends the data, its sensitivity at the calibrated machine foretells little of it.
     """
     models = [choice.model for choice in alone]
-    for numbers, _ in _largest([left - model.fitted.data_residuals for model in models], left):
+    for numbers, _ in _select_largest([gap - model.fitted.data_residuals for model in models], gap):
         pair = [models[number] for number in numbers]
         yield tuple(model.candidates[0] for model in pair), tuple(tuple(model.own(0)) for model in pair)
 
 
-def _largest(taken: Sequence[np.ndarray], gap: np.ndarray) -> list[tuple[tuple[int, ...], np.ndarray]]:
+def _select_largest(taken: Sequence[np.ndarray], gap: np.ndarray) -> list[tuple[tuple[int, ...], np.ndarray]]:
     """The pairs, by number, that take most of a gap together, with their weights; the largest first."""
-    found = []
+    ranked = []
     for pair in combinations(range(len(taken)), 2):
         both = np.column_stack([taken[number] for number in pair])
         weights, *_ = np.linalg.lstsq(both, gap, rcond=None)
-        found.append((float(gap @ (both @ weights)), pair, weights))
-    found.sort(key=lambda one: -one[0])
-    return [(pair, weights) for _, pair, weights in found[:SCREENED]]
+        ranked.append((float(gap @ (both @ weights)), pair, weights))
+    ranked.sort(key=lambda row: -row[0])
+    return [(pair, weights) for _, pair, weights in ranked[:MAX_SCREENED_PAIRS]]

@@ -1,5 +1,6 @@
 """Which phase of a stroke or of a cycle each sample belongs to."""
 
+from enum import StrEnum
 from math import isnan
 from typing import Any
 
@@ -11,22 +12,29 @@ from apesim.studies.estimation.residuals import Block, WhitenedResiduals
 from apesim.studies.measured import ENGINE
 from apesim.studies.measured.prediction import MEANS
 
-PHASES = (
-    "dead time",
-    "opening flight",
-    "impact",
-    "dwell",
-    "closing flight",
-    "charging",
-    "expansion",
-    "exhaust",
-)
-IMPACT = 3e-3
-"""How long after a contact a sample belongs to it [s]."""
-CYLINDER = ("cylinder_pressure", "cylinder_temperature", "receiver_pressure")
+
+class Phase(StrEnum):
+    """A phase of the valve's stroke, or of an engine's cycle."""
+
+    DEAD_TIME = "dead time"
+    OPENING_FLIGHT = "opening flight"
+    IMPACT = "impact"
+    DWELL = "dwell"
+    CLOSING_FLIGHT = "closing flight"
+    CHARGING = "charging"
+    EXPANSION = "expansion"
+    EXHAUST = "exhaust"
 
 
-def phases(block: Block, marks: dict[str, Any]) -> np.ndarray:
+PHASES = tuple(Phase)
+"""All phases; samples hold their places in it."""
+IMPACT_TIME = 3e-3
+"""Time after a contact for which a sample belongs to it: rebounds are over by then [s]."""
+CYLINDER_SENSORS = ("cylinder_pressure", "cylinder_temperature", "receiver_pressure")
+"""Sensors of an engine that follow the cycle, not the stroke of the valve."""
+
+
+def find_phases(block: Block, marks: dict[str, Any]) -> np.ndarray:
     """The phase of the stroke or cycle that each sample belongs to.
 
     Samples of the valve, and of the valve's sensors on an engine, are in dead time, flight, impact or dwell. Pressures
@@ -42,6 +50,13 @@ def phases(block: Block, marks: dict[str, Any]) -> np.ndarray:
     -------
     (n,) int array
         Place in `PHASES`; -1 for a mean over the cycle.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import find_example_gap
+    >>> block, marks = find_example_gap().calibrated.residuals.blocks[0], find_example_gap().marks[0]
+    >>> [str(PHASES[phase]) for phase in dict.fromkeys(find_phases(block, marks).tolist())]
+    ['dead time', 'opening flight', 'impact', 'dwell', 'closing flight']
     """
     times = block.times
     if block.sensor in MEANS:
@@ -49,39 +64,39 @@ def phases(block: Block, marks: dict[str, Any]) -> np.ndarray:
     if block.run.bench == ENGINE:
         period = TURN / block.run.speed
         times = times % period
-        if block.sensor in CYLINDER:
-            return _of_cycle(times, marks, period)
-    found = np.full(len(times), PHASES.index("dwell"))
+        if block.sensor in CYLINDER_SENSORS:
+            return _find_cycle_phases(times, marks, period)
+    phase_of_sample = np.full(len(times), PHASES.index(Phase.DWELL))
     for command, start, contact, flight in (
-        ("energise", "opening_start", "opening_contact", "opening flight"),
-        ("release", "closing_start", "closing_contact", "closing flight"),
+        ("energise", "opening_start", "opening_contact", Phase.OPENING_FLIGHT),
+        ("release", "closing_start", "closing_contact", Phase.CLOSING_FLIGHT),
     ):
         edge, begin, end = marks[command], marks[start], marks[contact]
         horizon = np.inf if command == "release" else marks["release"]
         begin = horizon if isnan(begin) else begin
         end = horizon if isnan(end) else end
-        found[(times >= edge) & (times < begin)] = PHASES.index("dead time")
-        found[(times >= begin) & (times < end)] = PHASES.index(flight)
-        found[(times >= end) & (times < end + IMPACT)] = PHASES.index("impact")
-    return found
+        phase_of_sample[(times >= edge) & (times < begin)] = PHASES.index(Phase.DEAD_TIME)
+        phase_of_sample[(times >= begin) & (times < end)] = PHASES.index(flight)
+        phase_of_sample[(times >= end) & (times < end + IMPACT_TIME)] = PHASES.index(Phase.IMPACT)
+    return phase_of_sample
 
 
-def _of_cycle(times: np.ndarray, marks: dict[str, Any], period: float) -> np.ndarray:
+def _find_cycle_phases(times: np.ndarray, marks: dict[str, Any], period: float) -> np.ndarray:
     """The phase of the cycle at times within it: charging, expansion or exhaust."""
 
     def within(name: str) -> np.ndarray:
         opens, closes = marks[f"{name}_opens"], marks[f"{name}_closes"]
         return (times - opens) % period < (closes - opens) % period
 
-    found = np.full(len(times), PHASES.index("expansion"))
+    phase_of_sample = np.full(len(times), PHASES.index(Phase.EXPANSION))
     # From the exhaust's opening to the groove's: exhaust and recompression.
     since = (times - marks["exhaust_opens"]) % period
-    found[since < (marks["groove_opens"] - marks["exhaust_opens"]) % period] = PHASES.index("exhaust")
-    found[within("groove")] = PHASES.index("charging")
-    return found
+    phase_of_sample[since < (marks["groove_opens"] - marks["exhaust_opens"]) % period] = PHASES.index(Phase.EXHAUST)
+    phase_of_sample[within("groove")] = PHASES.index(Phase.CHARGING)
+    return phase_of_sample
 
 
-def local_shapes(residuals: WhitenedResiduals, marks: list[dict[str, Any]], space: NuisanceSpace) -> np.ndarray:
+def find_local_shapes(residuals: WhitenedResiduals, marks: list[dict[str, Any]], space: NuisanceSpace) -> np.ndarray:
     """Shapes of a gap of unknown cause: a constant and a slope of each channel over each phase, alike in all runs.
 
     Whatever its cause, a gap has some of them. What nuisances can imitate is taken off.
@@ -97,8 +112,17 @@ def local_shapes(residuals: WhitenedResiduals, marks: list[dict[str, Any]], spac
     -------
     (n + p, m) float array
         Columns of `WhitenedResiduals.at` [standard deviations].
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import find_example_gap
+    >>> from apesim.studies.estimation.nuisance_space import find_nuisance_space
+    >>> calibrated, marks = find_example_gap().calibrated, find_example_gap().marks
+    >>> space = find_nuisance_space(calibrated.fitted.jacobian)
+    >>> find_local_shapes(calibrated.residuals, marks, space).shape[1]  # two for each phase of one channel
+    10
     """
-    cells = [phases(block, marks[block.number]) for block in residuals.blocks]
+    cells = [find_phases(block, marks[block.number]) for block in residuals.blocks]
     columns = []
     for sensor in dict.fromkeys(block.sensor for block in residuals.blocks):
         for phase in range(-1, len(PHASES)):
@@ -115,7 +139,7 @@ def local_shapes(residuals: WhitenedResiduals, marks: list[dict[str, Any]], spac
 
 def _ramp(inside: np.ndarray, power: int) -> np.ndarray:
     """A constant (power 0) or a slope (1) over the samples inside a phase, 0 outside of it."""
-    found = np.zeros(len(inside))
+    ramp = np.zeros(len(inside))
     if inside.any():
-        found[inside] = np.linspace(-1.0, 1.0, int(inside.sum())) ** power
-    return found
+        ramp[inside] = np.linspace(-1.0, 1.0, int(inside.sum())) ** power
+    return ramp

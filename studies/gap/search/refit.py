@@ -9,13 +9,13 @@ from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals, first_steps
-from apesim.studies.gap.search.candidates import Candidate, probes_of
+from apesim.studies.gap.search.candidates import Candidate, list_probes
 
-STARTS = (0.25, 0.5, 1.0)
+START_SIZES = (0.25, 0.5, 1.0)
 """Starts of a strength, over its range, beside the size that the score suggests and the probes."""
-SHAPE = 0.3
+START_SHAPE = 0.3
 """Place of further parameters in their range, where a strength is tried at large."""
-DESCENTS = 2
+MAX_DESCENTS = 2
 """Starts that are followed to their end: those that leave least once the nuisances have moved."""
 
 
@@ -27,7 +27,7 @@ def refit(
 ) -> Model:
     """Add candidates to a calibrated model and fit everything anew, from several starts.
 
-    The starts are ranked by what they leave once the nuisances have moved in a linear model; the best `DESCENTS` of
+    The starts are ranked by what they leave once the nuisances have moved in a linear model; the best `MAX_DESCENTS` of
     them are followed to their minimum.
 
     Parameters
@@ -46,29 +46,40 @@ def refit(
     apesim.studies.estimation.model.Model
         The best of all fits. Its cost is never above that of the base or of a model within, which it contains: where no
         start leads below them, it is the best of these with the other candidates off, marked as not converged.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> best = explanation.scores[0]
+    >>> model = refit(explanation.calibrated, [best.sensitivity.probe.candidate], [best.guess])
+    >>> model.names, model.cost < explanation.calibrated.cost
+    (('side_force',), True)
     """
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *freed])
-    jacobian, best = _padded(base.fitted.jacobian, len(freed)), None
+    jacobian, best = _pad(base.fitted.jacobian, len(freed)), None
     steps = np.append(base.fitted.steps, first_steps(len(freed)))
-    for _, x, errors in _ranked(residuals, jacobian, _starts(base, candidates, guesses, within))[:DESCENTS]:
+    for _, x, errors in _rank_starts(residuals, jacobian, _list_starts(base, candidates, guesses, within))[
+        :MAX_DESCENTS
+    ]:
         try:
-            own, adapted = residuals.jacobian(x, errors, steps, range(len(base.fitted.x), len(x)))
-            found = descend(residuals, x, np.column_stack([jacobian, own]), adapted)
+            columns, adapted = residuals.jacobian(x, errors, steps, range(len(base.fitted.x), len(x)))
+            fitted = descend(residuals, x, np.column_stack([jacobian, columns]), adapted)
         except EndedEarly:
             continue
-        if best is None or found.cost < best.cost:
-            best = found
+        if best is None or fitted.cost < best.cost:
+            best = fitted
     smaller = min((base, *within), key=lambda model: model.cost)
     if best is None or best.cost > smaller.cost:
-        off = _from(base, smaller, candidates, [np.zeros(len(candidate.parameters)) for candidate in candidates])
+        off = _start_from(base, smaller, candidates, [np.zeros(len(candidate.parameters)) for candidate in candidates])
         errors = residuals.at(off)
         jacobian, steps = residuals.jacobian(off, errors, steps)
         best = Fitted(off, errors, jacobian, False, steps)
     return Model((*base.candidates, *candidates), residuals, best)
 
 
-def at_large(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...], int]:
+def probe_large_sizes(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...], int]:
     """Switch a candidate on by a quarter, half and all of its range, and find which size leaves least of the gap.
 
     Nothing is fitted but the nuisances, in a linear model. An effect to which the data do not respond in proportion is
@@ -87,24 +98,33 @@ def at_large(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...
         Values of the candidate's parameters there; () where no simulation comes to its end.
     simulations : int
         Number of simulations that it took.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> candidate = explanation.scores[0].sensitivity.probe.candidate
+    >>> cost, x, _ = probe_large_sizes(explanation.calibrated, candidate)
+    >>> candidate.name, float(x[0]), cost < explanation.calibrated.cost
+    ('side_force', 0.25, True)
     """
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *candidate.parameters])
-    jacobian = _padded(base.fitted.jacobian, len(candidate.parameters))
-    shapes = [SHAPE] * len(candidate.shapes)
+    jacobian = _pad(base.fitted.jacobian, len(candidate.parameters))
+    shapes = [START_SHAPE] * len(candidate.shapes)
     starts = [
-        np.append(base.fitted.x, candidate.switched_on(number, size, shapes))
+        np.append(base.fitted.x, candidate.switch_on(number, size, shapes))
         for number, strength in enumerate(candidate.strengths)
-        for size in (*STARTS, *(-share for share in STARTS))
+        for size in (*START_SIZES, *(-share for share in START_SIZES))
         if strength.low <= size <= strength.high
     ]
-    found = _ranked(residuals, jacobian, starts)
-    if not found:
+    ranked = _rank_starts(residuals, jacobian, starts)
+    if not ranked:
         return np.inf, (), residuals.simulations
-    left, x, _ = found[0]
-    return left**2, tuple(x[len(base.fitted.x) :]), residuals.simulations
+    distance, x, _ = ranked[0]
+    return distance**2, tuple(x[len(base.fitted.x) :]), residuals.simulations
 
 
-def reduced(base: Model, model: Model, number: int) -> Model:
+def refit_one(base: Model, model: Model, number: int) -> Model:
     """Keep one effect of a larger model, and fit it anew from where it stands there.
 
     Parameters
@@ -124,12 +144,20 @@ def reduced(base: Model, model: Model, number: int) -> Model:
     ------
     apesim.studies.estimation.residuals.EndedEarly
         The simulation does not come to its end at the start.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> again = refit_one(explanation.calibrated, explanation.best, 0)
+    >>> again.names, abs(again.cost - explanation.best.cost) < 0.1
+    (('side_force',), True)
     """
-    kept = model.candidates[number]
-    residuals = base.residuals.with_parameters([*base.residuals.parameters, *kept.parameters])
+    retained = model.candidates[number]
+    residuals = base.residuals.with_parameters([*base.residuals.parameters, *retained.parameters])
     x = np.append(model.fitted.x[: len(base.fitted.x)], model.own(number))
-    found = descend(residuals, x, steps=np.append(base.fitted.steps, first_steps(len(kept.parameters))))
-    return Model((kept,), residuals, found)
+    fitted = descend(residuals, x, steps=np.append(base.fitted.steps, first_steps(len(retained.parameters))))
+    return Model((retained,), residuals, fitted)
 
 
 def release(base: Model, number: int) -> Model:
@@ -151,57 +179,65 @@ def release(base: Model, number: int) -> Model:
     ------
     apesim.studies.estimation.residuals.EndedEarly
         The simulation does not come to its end at the start.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> calibrated = explain_example().calibrated
+    >>> model = release(calibrated, 0)
+    >>> model.released == calibrated.residuals.parameters[0].key, model.cost < calibrated.cost
+    (True, True)
     """
     parameters = list(base.residuals.parameters)
     parameters[number] = parameters[number]._replace(prior=False)
     residuals = base.residuals.with_parameters(parameters)
-    found = descend(residuals, base.fitted.x, steps=base.fitted.steps)
-    return Model((), residuals, found, parameters[number].key)
+    fitted = descend(residuals, base.fitted.x, steps=base.fitted.steps)
+    return Model((), residuals, fitted, parameters[number].key)
 
 
-def _from(
+def _start_from(
     base: Model, smaller: Model, candidates: Sequence[Candidate], others: Iterable[Sequence[float] | np.ndarray]
 ) -> np.ndarray:
     """State of a model with some of the candidates, with values for the others."""
     known = {candidate.name: smaller.own(number) for number, candidate in enumerate(smaller.candidates)}
-    own = [known.get(candidate.name, other) for candidate, other in zip(candidates, others, strict=True)]
-    return np.concatenate([smaller.fitted.x[: len(base.fitted.x)], *own])
+    values = [known.get(candidate.name, other) for candidate, other in zip(candidates, others, strict=True)]
+    return np.concatenate([smaller.fitted.x[: len(base.fitted.x)], *values])
 
 
-def _starts(
+def _list_starts(
     base: Model, candidates: Sequence[Candidate], guesses: Iterable[Sequence[float]], within: Sequence[Model]
 ) -> Iterator[np.ndarray]:
     """Points to start from: those that the scores suggest; of one candidate alone all its probes, too."""
     each = []
     for candidate, guess in zip(candidates, guesses, strict=True):
-        own = [guess]
+        points = [guess]
         if len(candidates) == 1:
             main = int(np.argmax(np.abs(guess[: len(candidate.strengths)])))
             sign = 1.0 if guess[main] >= 0.0 else -1.0
             shapes = guess[len(candidate.strengths) :]
-            own += [candidate.switched_on(main, sign * share, shapes) for share in STARTS]
-            own += [probe.x for probe in probes_of(candidate)]
-        each.append(own)
+            points += [candidate.switch_on(main, sign * share, shapes) for share in START_SIZES]
+            points += [probe.x for probe in list_probes(candidate)]
+        each.append(points)
     for chosen in product(*each):
         yield np.concatenate([base.fitted.x, *chosen])
     for smaller in within:
-        yield _from(base, smaller, candidates, guesses)
+        yield _start_from(base, smaller, candidates, guesses)
 
 
-def _ranked(
+def _rank_starts(
     residuals: WhitenedResiduals, jacobian: np.ndarray, starts: Iterable[np.ndarray]
 ) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """What starts leave once the nuisances have moved, with the starts and their errors; the least first."""
-    space, found = find_nuisance_space(jacobian), []
+    space, ranked = find_nuisance_space(jacobian), []
     for x in starts:
         try:
             errors = residuals.at(x)
         except EndedEarly:
             continue
-        found.append((float(np.linalg.norm(space.project_out(errors))), x, errors))
-    return sorted(found, key=lambda one: one[0])
+        ranked.append((float(np.linalg.norm(space.project_out(errors))), x, errors))
+    return sorted(ranked, key=lambda row: row[0])
 
 
-def _padded(jacobian: np.ndarray, more: int) -> np.ndarray:
+def _pad(jacobian: np.ndarray, more: int) -> np.ndarray:
     """Sensitivities with rows of zeros below, for so many further parameters that have no prior."""
     return np.vstack([jacobian, np.zeros((more, jacobian.shape[1]))])

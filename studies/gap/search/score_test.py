@@ -8,12 +8,12 @@ import numpy as np
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
-from apesim.studies.gap.search.candidates import Candidate, Probe, probes_of
+from apesim.studies.gap.search.candidates import Candidate, Probe, list_probes
 from apesim.studies.gap.work import Work
 
 MIN_VISIBLE = 0.02
-"""Standard deviations of a probe: less is not told from the march's own error."""
-SAME = 0.98
+"""Sigmas that a probe has to show: fewer are indistinguishable from the march's own error."""
+MAX_ALIKE = 0.98
 """Cosine from which two probes of one candidate are one."""
 
 
@@ -42,9 +42,9 @@ class Sensitivity(NamedTuple):
 class Score(NamedTuple):
     """The score of a candidate: that of its best probe."""
 
-    column: Sensitivity
+    sensitivity: Sensitivity
     """What the best probe does to the data."""
-    deviations: float
+    n_sigma: float
     """Length of the gap in the direction of the probe [standard deviations]."""
     size: float
     """Size that the gap suggests, over that of the probe."""
@@ -52,12 +52,12 @@ class Score(NamedTuple):
     @property
     def guess(self) -> tuple[float, ...]:
         """Values x that the score suggests for the parameters of its candidate."""
-        return self.column.probe.scaled(self.size)
+        return self.sensitivity.probe.scale(self.size)
 
     @property
     def name(self) -> str:
         """Name of the candidate."""
-        return self.column.probe.candidate.name
+        return self.sensitivity.probe.candidate.name
 
 
 def find_sensitivities(
@@ -81,10 +81,19 @@ def find_sensitivities(
     list of Sensitivity
         For each candidate one or several, in their order; none where no simulation comes to its end, or where nuisances
         imitate all of it.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> calibrated = explain_example().calibrated
+    >>> candidate = explain_example().scores[0].sensitivity.probe.candidate
+    >>> (sensitivity, *_) = find_sensitivities(calibrated.residuals, calibrated.fitted, [candidate], Work())
+    >>> sensitivity.probe.candidate.name, 0.0 < sensitivity.retained < 1.0
+    ('side_force', True)
     """
-    found = work.each(stage, probe_candidate, [(residuals, fitted, candidate) for candidate in candidates])
-    work.simulations.add(sum(simulations for _, simulations in found))
-    return [column for columns, _ in found for column in columns]
+    probed = work.each(stage, probe_candidate, [(residuals, fitted, candidate) for candidate in candidates])
+    work.simulations.add(sum(simulations for _, simulations in probed))
+    return [sensitivity for sensitivities, _ in probed for sensitivity in sensitivities]
 
 
 def probe_candidate(
@@ -92,7 +101,7 @@ def probe_candidate(
 ) -> tuple[list[Sensitivity], int]:
     """Find what one candidate would do to the data, by probes of which no two are alike.
 
-    A probe is left out where its simulation ends early, or where the cosine with one before it is above `SAME`.
+    A probe is left out where its simulation ends early, or where the cosine with one before it is above `MAX_ALIKE`.
 
     Parameters
     ----------
@@ -106,11 +115,20 @@ def probe_candidate(
     sensitivities : list of Sensitivity
     simulations : int
         Number of simulations that it took.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> calibrated = explain_example().calibrated
+    >>> candidate = explain_example().scores[0].sensitivity.probe.candidate
+    >>> sensitivities, simulations = probe_candidate(calibrated.residuals, calibrated.fitted, candidate)
+    >>> len(sensitivities) <= len(list(list_probes(candidate))), simulations
+    (True, 6)
     """
     space = find_nuisance_space(fitted.jacobian)
-    found: list[Sensitivity] = []
+    sensitivities: list[Sensitivity] = []
     wider = residuals.with_parameters([*residuals.parameters, *candidate.parameters])
-    for probe in probes_of(candidate):
+    for probe in list_probes(candidate):
         try:
             errors = wider.at(np.append(fitted.x, probe.x))
         except EndedEarly:
@@ -118,18 +136,20 @@ def probe_candidate(
         effect = np.delete(errors, np.s_[len(errors) - len(probe.x) :]) - fitted.residuals
         projected = space.project_out(effect)
         length = np.linalg.norm(projected)
-        if length == 0.0 or any(abs(projected @ c.projected) > SAME * length * c.length for c in found):
+        if length == 0.0 or any(
+            abs(projected @ other.projected) > MAX_ALIKE * length * other.length for other in sensitivities
+        ):
             continue
-        found.append(Sensitivity(probe, effect, projected, float(length / np.linalg.norm(effect))))
-    return found, wider.simulations
+        sensitivities.append(Sensitivity(probe, effect, projected, float(length / np.linalg.norm(effect))))
+    return sensitivities, wider.simulations
 
 
-def freed(columns: Sequence[Sensitivity], fitted: Fitted, added: int) -> list[Sensitivity]:
+def project_for_model(sensitivities: Sequence[Sensitivity], fitted: Fitted, added: int) -> list[Sensitivity]:
     """Project sensitivities anew for a larger model: what its effects can imitate is taken off, too.
 
     Parameters
     ----------
-    columns : sequence of Sensitivity
+    sensitivities : sequence of Sensitivity
         Sensitivities at the calibrated machine.
     fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
         Fit of the larger model.
@@ -140,19 +160,29 @@ def freed(columns: Sequence[Sensitivity], fitted: Fitted, added: int) -> list[Se
     -------
     list of Sensitivity
         ``projected`` has a row more for each parameter added.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> before = next(each for each in explanation.sensitivities if each.probe.candidate.name == "coulomb_friction")
+    >>> (after,) = project_for_model([before], explanation.best.fitted, explanation.best.added)
+    >>> after.length < before.length
+    True
     """
     space = find_nuisance_space(fitted.jacobian)
     return [
-        column._replace(projected=space.project_out(np.append(column.effect, np.zeros(added)))) for column in columns
+        sensitivity._replace(projected=space.project_out(np.append(sensitivity.effect, np.zeros(added))))
+        for sensitivity in sensitivities
     ]
 
 
-def cosine(one: np.ndarray, other: np.ndarray) -> float:
+def find_cosine(array: np.ndarray, other: np.ndarray) -> float:
     """Cosine between two arrays, ``a'b / (|a| |b|)``; 0 where one of them is zero.
 
     Parameters
     ----------
-    one, other : (n,) float array
+    array, other : (n,) float array
 
     Returns
     -------
@@ -160,14 +190,14 @@ def cosine(one: np.ndarray, other: np.ndarray) -> float:
 
     Examples
     --------
-    >>> cosine(np.array([1.0, 0.0]), np.array([3.0, 4.0]))
+    >>> find_cosine(np.array([1.0, 0.0]), np.array([3.0, 4.0]))
     0.6
     """
-    size = np.linalg.norm(one) * np.linalg.norm(other)
-    return float(one @ other / size) if size > 0.0 else 0.0
+    size = np.linalg.norm(array) * np.linalg.norm(other)
+    return float(array @ other / size) if size > 0.0 else 0.0
 
 
-def scores(columns: Sequence[Sensitivity], errors: np.ndarray) -> list[Score]:
+def find_scores(sensitivities: Sequence[Sensitivity], errors: np.ndarray) -> list[Score]:
     """Score each candidate by its best probe.
 
     With the projected change s of the data by a probe, and the whitened residuals e, the score and the size that the
@@ -182,7 +212,7 @@ def scores(columns: Sequence[Sensitivity], errors: np.ndarray) -> list[Score]:
 
     Parameters
     ----------
-    columns : sequence of Sensitivity
+    sensitivities : sequence of Sensitivity
     errors : (n + p,) float array
         Residuals of the calibrated machine, at its optimum [standard deviations].
 
@@ -195,14 +225,21 @@ def scores(columns: Sequence[Sensitivity], errors: np.ndarray) -> list[Score]:
     ----------
     .. [1] C. R. Rao, "Large sample tests of statistical hypotheses concerning several parameters with applications to
        problems of estimation", Math. Proc. Camb. Phil. Soc. 44, 1948, pp. 50-57, doi 10.1017/S0305004100023987.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> find_scores(explanation.sensitivities, explanation.calibrated.fitted.residuals)[0].name
+    'side_force'
     """
     best: dict[str, Score] = {}
-    for column in columns:
-        if not column.is_visible:
+    for sensitivity in sensitivities:
+        if not sensitivity.is_visible:
             continue
-        signed = -float(column.projected @ errors) / column.length
-        deviations = max(signed, 0.0) if column.probe.one_sided else abs(signed)
-        score, name = Score(column, deviations, signed / column.length), column.probe.candidate.name
-        if name not in best or score.deviations > best[name].deviations:
+        signed = -float(sensitivity.projected @ errors) / sensitivity.length
+        n_sigma = max(signed, 0.0) if sensitivity.probe.one_sided else abs(signed)
+        score, name = Score(sensitivity, n_sigma, signed / sensitivity.length), sensitivity.probe.candidate.name
+        if name not in best or score.n_sigma > best[name].n_sigma:
             best[name] = score
-    return sorted(best.values(), key=lambda score: -score.deviations)
+    return sorted(best.values(), key=lambda score: -score.n_sigma)

@@ -4,28 +4,46 @@ The nodes of a table have a Gaussian prior: neighbours are alike, and their size
 probable. So a table takes as much of the gap as stands out of noise, and pays for what it moves.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence
+from enum import StrEnum
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from apesim.effect import Effect
+from apesim.engine.machine import Machine
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
+from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps
-from apesim.studies.gap.search.candidates import Candidate, strength
+from apesim.studies.estimation.starts import Starts
+from apesim.studies.gap.search.candidates import Candidate, make_strength
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import MeasuredRun
 
-REACH = 2.0
-"""Nodes over which what one says of its neighbours fades to 1/e."""
+CORRELATION_LENGTH = 2.0
+"""Nodes over which the correlation of neighbours fades to 1/e."""
 TRENDS = 0.5, 0.9, 0.99
 """Shares of a node's variance that it may have in common with all of its branch, at the ends; the data choose."""
 SIZES = np.logspace(-3.0, 0.5, 29)
 """Standard deviations of the nodes, over their range, among which the data choose."""
-ROUNDS = 2
+MAX_ROUNDS = 2
 """Rounds of choosing sizes and fitting the nodes with them."""
-ALIKE = 1.5
+MAX_SIZE_RATIO = 1.5
 """Times by which a size may be another without a fit of its own."""
 SWEEPS = 3
 """Sweeps of choosing the sizes of one branch after the other."""
+
+
+class BalanceKind(StrEnum):
+    """The balance in which a table acts."""
+
+    FORCE = "force"
+    HEAT = "heat"
+    LEAK = "leak"
+    AREA = "area"
+    DELAY = "delay"
 
 
 class Balance(NamedTuple):
@@ -33,20 +51,20 @@ class Balance(NamedTuple):
 
     name: str
     """Name of the effect."""
-    balance: str
-    """force, heat, leak, area or delay"""
+    balance: BalanceKind
+    """Balance in which the table acts."""
     fall: float
     """Fall of the sum of squares, priors included."""
     price: float
     """Twice the logarithm of Occam's factor: what the nodes pay that the data move."""
     nodes: float
-    """Number of nodes that the data move: the trace of ``(1 + K)^-1 K``, with K as in `most_probable`."""
-    residuals: object
-    """`Smoothed`"""
+    """Number of nodes that the data move: the trace of ``(1 + K)^-1 K``, with K as in `find_most_probable`."""
+    residuals: "TableResiduals"
+    """Residuals as a function of the nuisances and of the nodes."""
     fitted: Fitted
     """Values of the nodes, or those that a fit is to start from."""
-    model: object = None
-    """`apesim.studies.estimation.model.Model`, fitted through the simulator; None: it is not yet."""
+    model: Model | None = None
+    """Model fitted through the simulator; None: it is not fitted yet."""
 
     @property
     def gain(self) -> float:
@@ -54,58 +72,114 @@ class Balance(NamedTuple):
         return self.fall - self.price
 
 
-class Smoothed(WhitenedResiduals):
-    """A residuals whose last parameters are the nodes of a table.
+class TableResiduals(WhitenedResiduals):
+    """Residuals whose last parameters are the nodes of a table, which have a prior together.
 
     Parameters
     ----------
-    machine, runs, parameters, noise
-        See `WhitenedResiduals`.
+    machine : apesim.engine.machine.Machine
+    runs : iterable of apesim.studies.measured.MeasuredRun
+    parameters : sequence of apesim.studies.estimation.parameters.Parameter
+    noise : dict
+        See `apesim.studies.estimation.noise.estimation.noise_of`.
     root : (q, q) float array
-        Of the nodes' prior covariance, lower triangle.
+        Cholesky's root of the nodes' prior covariance, lower triangle.
     """
 
-    def __init__(self, machine, runs, parameters, noise, root, *, starts=None):
+    def __init__(
+        self,
+        machine: Machine,
+        runs: Iterable[MeasuredRun],
+        parameters: Sequence[Parameter],
+        noise: dict[str, Any] | None,
+        root: np.ndarray,
+        *,
+        starts: Starts | None = None,
+    ) -> None:
         super().__init__(machine, runs, parameters, noise, starts=starts)
         self.root = root
 
-    def pulls(self, x):
-        """Return what `WhitenedResiduals.pulls` does, with that of the nodes' prior."""
+    def pulls(self, x: np.ndarray) -> np.ndarray:
+        """Pull of each parameter's prior, those of the nodes by their prior covariance: ``root^-1 x``.
+
+        Parameters
+        ----------
+        x : (p,) float array
+
+        Returns
+        -------
+        (p,) float array
+            [standard deviations]
+
+        Examples
+        --------
+        >>> from apesim.studies.gap.example_bench import explain_example
+        >>> residuals = explain_example().balances[0].residuals
+        >>> float(abs(residuals.pulls(np.zeros(len(residuals.parameters)))).max())
+        0.0
+        """
         pulls, nodes = super().pulls(x), len(self.root)
         pulls[-nodes:] = np.linalg.solve(self.root, np.asarray(x)[-nodes:])
         return pulls
 
-    def smoothed(self, root):
-        """Return these residuals with another prior of the nodes."""
-        other = Smoothed(self.machine, self.runs, self.parameters, self.noise, root, starts=self.starts)
+    def with_root(self, root: np.ndarray) -> "TableResiduals":
+        """These residuals with another prior of the nodes.
+
+        Parameters
+        ----------
+        root : (q, q) float array
+            Cholesky's root of the nodes' prior covariance, lower triangle.
+
+        Returns
+        -------
+        TableResiduals
+
+        Examples
+        --------
+        >>> from apesim.studies.gap.example_bench import explain_example
+        >>> residuals = explain_example().balances[0].residuals
+        >>> wider = residuals.with_root(2.0 * residuals.root)
+        >>> x = np.ones(len(residuals.parameters))
+        >>> bool(np.allclose(wider.pulls(x)[-len(residuals.root) :], 0.5 * residuals.pulls(x)[-len(residuals.root) :]))
+        True
+        """
+        other = TableResiduals(self.machine, self.runs, self.parameters, self.noise, root, starts=self.starts)
         other.counter.add(self.simulations)
         return other
 
 
-def balances(base, effects, work):
-    """What each table takes of the gap if all is straight, the most probable first.
+def weigh_balances(base: Model, effects: Iterable[Effect], work: Work) -> list[Balance]:
+    """Weigh the tables by what each takes of the gap in a linear model, the most probable first.
 
     Parameters
     ----------
     base : apesim.studies.estimation.model.Model
         The calibrated machine.
-    effects : sequence of apesim.effect.Effect
+    effects : iterable of apesim.effect.Effect
         The library; what is not tabulated, or on already, is left out.
     work : apesim.studies.gap.work.Work
 
     Returns
     -------
     list of Balance
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> from apesim.valve.effects import tabulated_force
+    >>> (balance,) = weigh_balances(explain_example().calibrated, [tabulated_force.EFFECT], Work())
+    >>> balance.name, balance.gain > 0.0
+    ('tabulated_force', True)
     """
-    own = base.residuals.machine.effects
-    tables = [effect for effect in effects if effect.tabulated and not effect.is_on(getattr(own, effect.name))]
-    found = work.each("weighing balances", straight, [(base, effect) for effect in tables])
-    work.simulations.add(sum(balance.residuals.simulations for balance in found))
-    return sorted(found, key=lambda balance: -balance.gain)
+    known = base.residuals.machine.effects
+    tables = [effect for effect in effects if effect.tabulated and not effect.is_on(getattr(known, effect.name))]
+    balances = work.each("weighing balances", linearise_table, [(base, effect) for effect in tables])
+    work.simulations.add(sum(balance.residuals.simulations for balance in balances))
+    return sorted(balances, key=lambda balance: -balance.gain)
 
 
-def straight(base, effect):
-    """What a table takes by its sensitivities at the calibrated machine.
+def linearise_table(base: Model, effect: Effect) -> Balance:
+    """Find what a table takes of the gap, by its sensitivities at the calibrated machine.
 
     Parameters
     ----------
@@ -115,31 +189,59 @@ def straight(base, effect):
     Returns
     -------
     Balance
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> from apesim.valve.effects import tabulated_force
+    >>> balance = linearise_table(explain_example().calibrated, tabulated_force.EFFECT)
+    >>> str(balance.balance), balance.fall > balance.price
+    ('force', True)
     """
-    nodes, old = [strength(effect, name) for name in effect.strengths], len(base.fitted.x)
+    nodes, old = [make_strength(effect, name) for name in effect.strengths], len(base.fitted.x)
     known = base.residuals
     parameters, root = [*known.parameters, *nodes], np.eye(len(nodes))
-    residuals = Smoothed(known.machine, known.runs, parameters, known.noise, root, starts=known.starts)
+    residuals = TableResiduals(known.machine, known.runs, parameters, known.noise, root, starts=known.starts)
     x = np.append(base.fitted.x, np.zeros(len(nodes)))
     errors = residuals.at(x)
     steps = np.append(base.fitted.steps, first_steps(len(nodes)))
     columns, steps = residuals.jacobian(x, errors, steps, range(old, len(x)))
     jacobian = np.column_stack([np.vstack([base.fitted.jacobian, np.zeros((len(nodes), old))]), columns])
-    fitted = Fitted(x, errors, jacobian, False, steps)
-    return weighed(Balance(effect.name, effect.tabulated, 0.0, 0.0, 0.0, residuals, fitted))
+    fitted = Fitted(x, errors, jacobian, converged=False, steps=steps)
+    return _weigh(Balance(effect.name, BalanceKind(effect.tabulated), 0.0, 0.0, 0.0, residuals, fitted))
 
 
-def through_the_simulator(base, balance):
-    """Fit a balance together with the nuisances, the sizes of the nodes chosen anew where the first fit leads to.
+def fit_table(base: Model, balance: Balance) -> Balance:
+    """Fit a table together with the nuisances, the sizes of its nodes chosen anew where the first fit ends.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    balance : Balance
+        See `linearise_table`.
+
+    Returns
+    -------
+    Balance
+        With its ``model``.
 
     Raises
     ------
     EndedEarly
-        The simulation fails where the straight model leads.
+        The simulation fails where the linear model leads.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> tables = [balance for balance in explain_example().balances if balance.name == "tabulated_force"]
+    >>> balance = fit_table(explain_example().calibrated, tables[0])
+    >>> balance.model.names, balance.gain > 0.0
+    (('tabulated_force',), True)
     """
-    for number in range(ROUNDS):
-        before, balance = balance, weighed(balance)
-        if number and not resized(before.residuals.root, balance.residuals.root):
+    for number in range(MAX_ROUNDS):
+        before, balance = balance, _weigh(balance)
+        if number and not _is_resized(before.residuals.root, balance.residuals.root):
             balance = before
             break
         residuals = balance.residuals
@@ -151,34 +253,36 @@ def through_the_simulator(base, balance):
     return balance._replace(model=Model((*base.candidates, Candidate(balance.name, nodes, ())), residuals, fitted))
 
 
-def resized(root, other):
-    """Whether a node's size is another by more than `ALIKE`."""
+def _is_resized(root: np.ndarray, other: np.ndarray) -> bool:
+    """Whether the size of a node differs by more than the factor `MAX_SIZE_RATIO`."""
     ratios = np.diag(root) / np.diag(other)
-    return bool(np.any(np.maximum(ratios, 1.0 / ratios) > ALIKE))
+    return bool(np.any(np.maximum(ratios, 1.0 / ratios) > MAX_SIZE_RATIO))
 
 
-def weighed(balance):
-    """Return a balance with the most probable sizes of its nodes, and the nodes to which they lead."""
+def _weigh(balance: Balance) -> Balance:
+    """The balance with the most probable sizes of its nodes, and the nodes to which they lead."""
     residuals, (x, errors, jacobian, _, steps) = balance.residuals, balance.fitted
     nodes = len(residuals.root)
     old = len(x) - nodes
     columns = jacobian[:-nodes, old:]
-    bare = find_nuisance_space(jacobian[:-nodes, :old]).project_out(columns)
+    projected = find_nuisance_space(jacobian[:-nodes, :old]).project_out(columns)
     branches = [parameter.key.rsplit("_at_", 1)[0] for parameter in residuals.parameters[old:]]
-    left, found = errors[:-nodes] - columns @ x[old:], []
+    gap, weighed = errors[:-nodes] - columns @ x[old:], []
     for trend in TRENDS:
-        root = np.linalg.cholesky(likeness(branches, trend))
-        sizes, *outcome = most_probable(bare @ root, left, branches)
-        found.append((sizes[:, None] * root, *outcome))
-    root, fall, price, moved, shift = max(found, key=lambda one: one[1] - one[2])
+        root = np.linalg.cholesky(correlate_nodes(branches, trend))
+        sizes, fall, price, moved, shift = find_most_probable(projected @ root, gap, branches)
+        weighed.append((sizes[:, None] * root, fall, price, moved, shift))
+    root, fall, price, moved, shift = max(weighed, key=lambda row: row[1] - row[2])
     jacobian = np.vstack([jacobian[:-nodes], np.hstack([np.zeros((nodes, old)), np.linalg.inv(root)])])
     x = np.append(x[:old], root @ shift)
-    fitted = Fitted(x, errors, jacobian, False, steps)
-    return Balance(balance.name, balance.balance, fall, price, moved, residuals.smoothed(root), fitted)
+    fitted = Fitted(x, errors, jacobian, converged=False, steps=steps)
+    return Balance(balance.name, balance.balance, fall, price, moved, residuals.with_root(root), fitted)
 
 
-def most_probable(columns, errors, branches):
-    """The sizes of the nodes, one for each branch, under which residuals are most probable, and what they take then.
+def find_most_probable(
+    columns: np.ndarray, errors: np.ndarray, branches: Sequence[str]
+) -> tuple[np.ndarray, float, float, float, np.ndarray]:
+    """Find the sizes of the nodes, one for each branch, under which residuals are most probable.
 
     With the columns A of the nodes, the residuals e and the sizes s, ``K = s A'A s`` and ``b = -s A'e``. The nodes then
     are ``x = (1 + K)^-1 b``, and the sizes are chosen for the largest ``fall - price``::
@@ -201,7 +305,7 @@ def most_probable(columns, errors, branches):
     -------
     sizes : (q,) float array
     fall, price, moved : float
-        See `Balance`.
+        See `Balance`; ``moved`` is its ``nodes``.
     x : (q,) float array
         The most probable nodes, over their sizes.
 
@@ -209,39 +313,63 @@ def most_probable(columns, errors, branches):
     ----------
     .. [1] D. J. C. MacKay, "Bayesian interpolation", Neural Comput. 4, 1992, pp. 415-447,
        doi 10.1162/neco.1992.4.3.415.
-    """
-    normal, seen, of = columns.T @ columns, -columns.T @ errors, np.array(branches)
 
-    def outcome(sizes):
-        own = sizes[:, None] * normal * sizes
-        x = np.linalg.solve(np.eye(len(sizes)) + own, sizes * seen)
-        price = np.linalg.slogdet(np.eye(len(sizes)) + own)[1]
-        moved = np.trace(np.linalg.solve(np.eye(len(sizes)) + own, own))
+    Examples
+    --------
+    >>> columns = np.array([[10.0], [0.0]])
+    >>> sizes, fall, price, moved, x = find_most_probable(columns, np.array([-5.0, 1.0]), ["a"])
+    >>> round(float(sizes[0] * x[0]), 2), round(fall, 1), round(price, 1), round(moved, 2)
+    (0.48, 24.2, 3.5, 0.97)
+    """
+    normal, seen, branch_of_node = columns.T @ columns, -columns.T @ errors, np.array(branches)
+
+    def outcome(sizes: np.ndarray) -> tuple[float, float, float, np.ndarray]:
+        scaled = sizes[:, None] * normal * sizes
+        x = np.linalg.solve(np.eye(len(sizes)) + scaled, sizes * seen)
+        price = np.linalg.slogdet(np.eye(len(sizes)) + scaled)[1]
+        moved = np.trace(np.linalg.solve(np.eye(len(sizes)) + scaled, scaled))
         return float(x @ (sizes * seen)), float(price), float(moved), x
 
-    def tried(sizes, branch):
-        return [np.where(of == branch, size, sizes) for size in SIZES]
+    def resize(sizes: np.ndarray, branch: str) -> list[np.ndarray]:
+        return [np.where(branch_of_node == branch, size, sizes) for size in SIZES]
 
-    def gain(sizes):
+    def gain(sizes: np.ndarray) -> float:
         fall, price, *_ = outcome(sizes)
         return fall - price
 
-    sizes = max((np.full(len(of), size) for size in SIZES), key=gain)
+    sizes = max((np.full(len(branches), size) for size in SIZES), key=gain)
     for _ in range(SWEEPS):
         for branch in dict.fromkeys(branches):
-            sizes = max(tried(sizes, branch), key=gain)
+            sizes = max(resize(sizes, branch), key=gain)
     return sizes, *outcome(sizes)
 
 
-def likeness(branches, share):
-    """Correlation of nodes before anything is measured, (q, q).
+def correlate_nodes(branches: Sequence[str], share: float) -> np.ndarray:
+    """Correlate the nodes of a table by their prior, before anything is measured.
 
     Those of one branch have a share of their variance in common, a constant and a slope, so that a trend goes on where
     nothing was measured; what differs from it fades with their distance.
+
+    Parameters
+    ----------
+    branches : sequence of str
+        Name of the branch of each node.
+    share : float
+        Share of a node's variance that it has in common with its branch, at the ends.
+
+    Returns
+    -------
+    (q, q) float array
+        Correlations; 1 for a node with itself, at the ends of a branch.
+
+    Examples
+    --------
+    >>> correlate_nodes(["a", "a", "b"], 0.9).round(2).tolist()
+    [[1.0, 0.06, 0.0], [0.06, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
-    of, rank = np.array(branches), np.arange(len(branches))
-    along = np.concatenate([np.linspace(-1.0, 1.0, branches.count(name)) for name in dict.fromkeys(branches)])
-    same = of[:, None] == of[None, :]
+    names, rank = np.array(branches), np.arange(len(branches))
+    along = np.concatenate([np.linspace(-1.0, 1.0, list(branches).count(name)) for name in dict.fromkeys(branches)])
+    same = names[:, None] == names[None, :]
     trend = 0.5 * (1.0 + along[:, None] * along[None, :])
-    wild = np.exp(-np.abs(rank[:, None] - rank[None, :]) / REACH)
+    wild = np.exp(-np.abs(rank[:, None] - rank[None, :]) / CORRELATION_LENGTH)
     return same * (share * trend + (1.0 - share) * wild)

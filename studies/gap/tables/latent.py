@@ -5,16 +5,17 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.cubic_table import interpolate_clamped, interpolate_periodic
+from apesim.studies.estimation.model import Model
 
-SEEN = 0.01
-"""Share of its range from which a branch of a table counts as moved."""
-POINTS = 121
+MIN_MOVED = 0.01
+"""Share of its range from which a branch of a table counts as moved: less would not be seen in a figure."""
+CURVE_POINTS = 121
 """Number of points of a curve."""
-ROUND = "tabulated_cylinder_heat", "tabulated_cylinder_leak"
+PERIODIC = "tabulated_cylinder_heat", "tabulated_cylinder_leak"
 """Tables over the crank angle."""
-STRAIGHT = "tabulated_delay", "tabulated_groove"
+LINEAR = "tabulated_delay", "tabulated_groove"
 """Tables that are linear between their nodes; the others are cubic."""
-OVER = {
+ABSCISSAE = {
     "tabulated_force": "lift over the stroke [%]",
     "tabulated_damping": "speed [mm/s]",
     "tabulated_damping.seal": "both chambers above ambient [kPa]",
@@ -27,7 +28,7 @@ OVER = {
     "tabulated_cylinder_leak": "crank angle [deg]",
     "tabulated_groove": "travel from the lap on [%]",
 }
-"""What the places of a table are, or of one of its branches."""
+"""Quantity over which a table stands, or one of its branches."""
 QUANTITIES = {
     "tabulated_force.force": "force to closed",
     "tabulated_force.friction": "force against the motion",
@@ -48,7 +49,7 @@ QUANTITIES = {
     "tabulated_cylinder_leak.past_groove": "leak past the groove",
     "tabulated_groove.share": "more area of the groove",
 }
-"""What the values of a branch are."""
+"""Quantity that a branch of a table stands for."""
 
 
 class Branch(NamedTuple):
@@ -57,46 +58,64 @@ class Branch(NamedTuple):
     table: str
     """Name of the effect."""
     name: str
-    places: np.ndarray
-    """(n,), in the unit of `over`."""
+    """Name of the branch."""
+    positions: np.ndarray
+    """Positions of the nodes, (n,), in the unit of `abscissa`."""
     values: np.ndarray
-    """(n,), in `unit`."""
-    deviations: np.ndarray
+    """Values at the nodes, (n,), in `unit`."""
+    standard_deviations: np.ndarray
     """Standard deviations of the values, (n,)."""
     unit: str
+    """Unit of the values, as in the machine file."""
 
     @property
-    def is_round(self):
-        """Whether the places are those of a turn."""
-        return self.table in ROUND
+    def is_periodic(self) -> bool:
+        """Whether the nodes stand over a turn of the crank."""
+        return self.table in PERIODIC
 
     @property
-    def over(self):
-        """What the places are, with their unit."""
-        return OVER.get(f"{self.table}.{self.name}", OVER[self.table])
+    def abscissa(self) -> str:
+        """Quantity over which the nodes stand, with its unit."""
+        return ABSCISSAE.get(f"{self.table}.{self.name}", ABSCISSAE[self.table])
 
     @property
-    def quantity(self):
-        """What the values are, with their unit."""
+    def quantity(self) -> str:
+        """Quantity that the values are of, with its unit."""
         return f"{QUANTITIES[f'{self.table}.{self.name}']}{f' [{self.unit}]' if self.unit else ''}"
 
-    def curve(self):
-        """Places and values between the nodes, as the march has them; (m,) and (m,) float array."""
-        last, values = len(self.places) - 1, tuple(map(float, self.values))
-        if self.is_round:
-            at = np.linspace(0.0, last + 1.0, POINTS)
-            places = np.append(self.places, 360.0)
-            return np.interp(at, np.arange(last + 2), places), np.array([interpolate_periodic(values, p) for p in at])
-        at = np.linspace(0.0, last, POINTS)
-        if self.table in STRAIGHT or not last:
-            found = np.interp(at, np.arange(last + 1), values)
+    def interpolate(self) -> tuple[np.ndarray, np.ndarray]:
+        """Interpolate between the nodes, as the march does.
+
+        Returns
+        -------
+        positions : (m,) float array
+            In the unit of `abscissa`.
+        values : (m,) float array
+            In `unit`.
+
+        Examples
+        --------
+        >>> nodes = np.array([0.0, 50.0, 100.0])
+        >>> late = Branch("tabulated_delay", "a", nodes, np.array([0.0, 1.0, 0.0]), np.ones(3), "ms")
+        >>> positions, values = late.interpolate()
+        >>> float(np.interp(25.0, positions, values))
+        0.5
+        """
+        last, values = len(self.positions) - 1, tuple(map(float, self.values))
+        if self.is_periodic:
+            at = np.linspace(0.0, last + 1.0, CURVE_POINTS)
+            ends = np.append(self.positions, 360.0)
+            return np.interp(at, np.arange(last + 2), ends), np.array([interpolate_periodic(values, p) for p in at])
+        at = np.linspace(0.0, last, CURVE_POINTS)
+        if self.table in LINEAR or not last:
+            curve = np.interp(at, np.arange(last + 1), values)
         else:
-            found = np.array([interpolate_clamped(values, place) for place in at])
-        return np.interp(at, np.arange(last + 1), self.places), found
+            curve = np.array([interpolate_clamped(values, p) for p in at])
+        return np.interp(at, np.arange(last + 1), self.positions), curve
 
 
-def branches(model):
-    """The branches of a fitted table that moved.
+def find_branches(model: Model) -> list[Branch]:
+    """Find the branches of a fitted table that moved.
 
     Parameters
     ----------
@@ -106,23 +125,31 @@ def branches(model):
     Returns
     -------
     list of Branch
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> from apesim.studies.gap.tables.balance import fit_table
+    >>> table = next(each for each in explain_example().balances if each.name == "tabulated_force")
+    >>> branches = find_branches(fit_table(explain_example().calibrated, table).model)
+    >>> [branch.quantity for branch in branches]
+    ['force to closed [N]']
     """
     candidate = model.candidates[-1]
     effect = getattr(model.machine().effects, candidate.name)
     spread = np.sqrt(np.diag(model.fitted.covariance))[-len(candidate.strengths) :]
-    rows: dict = {}
+    rows: dict[str, list[tuple[float, ...]]] = {}
+    units: dict[str, str] = {}
     for parameter, deviation in zip(candidate.strengths, spread, strict=True):
         field = parameter.key.split(".")[-1]
-        branch, place = field.rsplit("_at_", 1)
-        value, most = getattr(effect, field), abs(parameter.scale)
-        numbers = (
-            float(place.replace("minus_", "-")),
-            *(parameter.shown(v) for v in (value, deviation * most, most)),
-        )
-        rows.setdefault(branch, []).append((*numbers, parameter.declaration.unit))
-    found = []
-    for name, own in rows.items():
-        places, values, deviations, most = np.array([row[:4] for row in own]).T
-        if np.abs(values).max() >= SEEN * most.max():
-            found.append(Branch(candidate.name, name, places, values, deviations, own[0][4]))
-    return found
+        branch, position = field.rsplit("_at_", 1)
+        value, scale = getattr(effect, field), abs(parameter.scale)
+        shown = (parameter.shown(v) for v in (value, deviation * scale, scale))
+        rows.setdefault(branch, []).append((float(position.replace("minus_", "-")), *shown))
+        units[branch] = parameter.declaration.unit  # type: ignore[attr-defined]
+    branches = []
+    for name, nodes in rows.items():
+        positions, values, standard_deviations, scales = np.array(nodes).T
+        if np.abs(values).max() >= MIN_MOVED * scales.max():
+            branches.append(Branch(candidate.name, name, positions, values, standard_deviations, units[name]))
+    return branches

@@ -4,29 +4,35 @@ Brunton, Proctor and Kutz 2016, doi 10.1073/pnas.1517384113, here of a smooth la
 derivatives of noise. It suggests, and names nothing.
 """
 
+from collections.abc import Iterator, Mapping
+
 import numpy as np
 
 from apesim.air import GasState
 from apesim.effect import law
 from apesim.engine.angles import DEGREE
+from apesim.engine.machine import Machine
+from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import put
-from apesim.studies.gap.tables.latent import ROUND, branches
+from apesim.studies.gap.tables.latent import PERIODIC, find_branches
+from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import run_of
 from apesim.valve.actuator import actuator_of
 from apesim.valve.bench import run_bench
+from apesim.valve.effects import tabulated_heat
 from apesim.valve.piston import volume_a, volume_b
 from apesim.valve.supply import ValveSupply
 from apesim.valve.terms import DRY, ENERGY_A, ENERGY_B, FORCE, TERMS, ValveState
 
-LOST = 0.05
-"""Share of the latent quantity's energy that fewer terms may lose."""
-TOLD = 0.5
-"""Share of its energy from which a form is told."""
-POINTS = 200
+MAX_LOST = 0.05
+"""Share of the quantity's energy that fewer terms may lose: a term that explains less is not worth reading."""
+MIN_EXPLAINED = 0.5
+"""Share of its energy from which a form is reported: a form that explains less than half misleads."""
+RUN_POINTS = 200
 """Number of points of each run."""
-MOVING = 0.02
+MIN_SPEED = 0.02
 """Speed from which the piston counts as moving [m/s]."""
-ALONG = "tabulated_force", "tabulated_damping", "tabulated_heat"
+ALONG_RUNS = "tabulated_force", "tabulated_damping", "tabulated_heat"
 """Tables whose form is looked for along the runs of a valve's bench; of the others over their own places."""
 AXES = {
     "tabulated_leak": ("(lift/stroke)", 100.0),
@@ -35,13 +41,16 @@ AXES = {
     "tabulated_delay.pressure": ("(p_c/MPa)", 1000.0),
     "tabulated_groove": ("s", 100.0),
 }
-"""What the places of a table are, and what is 1."""
+"""Symbol of the quantity over which a table stands, and the value that is 1 of it."""
+
+Form = tuple[str, np.ndarray, dict[str, tuple[str, np.ndarray]]]
+"""A quantity: its unit, its values, and the terms that may explain it, each with its unit and its values."""
 
 
-def sparse(target, terms):
+def fit_sparse(target: np.ndarray, terms: Mapping[str, np.ndarray]) -> tuple[dict[str, float], float]:
     """Fit few terms to a quantity by least squares: the term that is missed least is dropped, again and again.
 
-    It ends before the share `LOST` of the quantity's energy would be lost against the fit of all terms.
+    It ends before the share `MAX_LOST` of the quantity's energy would be lost against the fit of all terms.
 
     It is sparse identification [1]_ by elimination of terms, in place of a threshold.
 
@@ -49,7 +58,7 @@ def sparse(target, terms):
     ----------
     target : (n,) float array
         The quantity.
-    terms : dict of (n,) float array
+    terms : mapping of (n,) float array
         Values of each term, by name.
 
     Returns
@@ -67,30 +76,30 @@ def sparse(target, terms):
     Examples
     --------
     >>> x = np.array([-2.0, -1.0, 1.0, 2.0])
-    >>> weights, explained = sparse(3.0 * x, {"x": x, "x^2": x**2})
+    >>> weights, explained = fit_sparse(3.0 * x, {"x": x, "x^2": x**2})
     >>> {name: round(float(weight), 6) for name, weight in weights.items()}, round(explained, 6)
     ({'x': 3.0}, 1.0)
     """
 
-    def fitted(names):
+    def fit(names: list[str]) -> tuple[float, dict[str, float]]:
         columns = np.column_stack([terms[name] for name in names])
         weights = np.linalg.lstsq(columns, target, rcond=None)[0]
         return float(np.sum((target - columns @ weights) ** 2)), dict(zip(names, weights, strict=True))
 
     energy, names = float(target @ target), list(terms)
-    left, weights = fitted(names)
-    most = left + LOST * energy
+    missed, weights = fit(names)
+    max_missed = missed + MAX_LOST * energy
     while len(names) > 1:
-        lost, least = min((fitted([n for n in names if n != name])[0], name) for name in names)
-        if lost > most:
+        missed_without, dispensable = min((fit([n for n in names if n != name])[0], name) for name in names)
+        if missed_without > max_missed:
             break
-        names.remove(least)
-        left, weights = fitted(names)
-    return weights, 1.0 - left / energy if energy else 0.0
+        names.remove(dispensable)
+        missed, weights = fit(names)
+    return weights, 1.0 - missed / energy if energy else 0.0
 
 
-def suggestion(model):
-    """The form that a fitted table suggests.
+def suggest_form(model: Model) -> str:
+    """Suggest the form of a law that a fitted table looks like.
 
     Parameters
     ----------
@@ -101,57 +110,65 @@ def suggestion(model):
     -------
     str
         One form for each quantity that the table changes; "" where there is none.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> from apesim.studies.gap.tables.balance import fit_table
+    >>> table = next(each for each in explain_example().balances if each.name == "tabulated_force")
+    >>> form = suggest_form(fit_table(explain_example().calibrated, table).model)
+    >>> form.partition(" ~ ")[0]
+    'force to closed, x the lift from mid stroke'
     """
     name = model.candidates[-1].name
-    if name in ALONG:
-        forms = _along_the_runs(model, name)
+    if name in ALONG_RUNS:
+        forms = _list_terms_along_runs(model, name)
     else:
-        forms = _over_the_nodes(model, name)
+        forms = _list_terms_over_nodes(model, name)
     texts = []
     for what, (unit, target, terms) in forms.items():
-        found, explained = sparse(target, {term: values for term, (_, values) in terms.items()})
-        parts = [f"{value:.3g}{_per(unit, terms[term][0])} {term}".strip() for term, value in found.items()]
-        if explained > TOLD:
+        weights, explained = fit_sparse(target, {term: values for term, (_, values) in terms.items()})
+        parts = [f"{value:.3g}{_write_unit(unit, terms[term][0])} {term}".strip() for term, value in weights.items()]
+        if explained > MIN_EXPLAINED:
             texts.append(f"{what} ~ {' + '.join(parts)} ({100.0 * explained:.0f} % of it)".replace("+ -", "- "))
     return "; ".join(texts)
 
 
-def _per(unit, other):
+def _write_unit(unit: str, other: str) -> str:
     """Unit of a coefficient."""
     if unit and other:
         return f" {unit}/({other})"
     return f" {unit}" if unit else f" 1/({other})" if other else ""
 
 
-def _over_the_nodes(model, name):
-    """Each branch of a table that moved, over its places."""
-    found = {}
-    for branch in branches(model):
-        places = branch.places
-        if name in ROUND:
+def _list_terms_over_nodes(model: Model, name: str) -> dict[str, Form]:
+    """Each branch of a table that moved, over its nodes."""
+    forms: dict[str, Form] = {}
+    for branch in find_branches(model):
+        positions = branch.positions
+        if name in PERIODIC:
             terms = {
-                "": np.ones_like(places),
-                "cos(angle)": np.cos(places * DEGREE),
-                "sin(angle)": np.sin(places * DEGREE),
+                "": np.ones_like(positions),
+                "cos(angle)": np.cos(positions * DEGREE),
+                "sin(angle)": np.sin(positions * DEGREE),
             }
         else:
-            axis, whole = AXES.get(f"{name}.{branch.name}", AXES.get(name))
-            terms = {"": np.ones_like(places), axis: places / whole, f"{axis}^2": (places / whole) ** 2}
-        told = {term: ("", values) for term, values in terms.items()}
-        found[branch.name.replace("_", " ")] = branch.unit, branch.values, told
-    return found
+            axis, whole = AXES[key] if (key := f"{name}.{branch.name}") in AXES else AXES[name]
+            terms = {"": np.ones_like(positions), axis: positions / whole, f"{axis}^2": (positions / whole) ** 2}
+        without_units = {term: ("", values) for term, values in terms.items()}
+        forms[branch.name.replace("_", " ")] = branch.unit, branch.values, without_units
+    return forms
 
 
-def _along_the_runs(model, name):
+def _list_terms_along_runs(model: Model, name: str) -> dict[str, Form]:
     """The force on the piston, or the heat into the chambers, against what the fitted runs go through."""
-    rows = []
+    rows: list[tuple[float, ...]] = []
     for run in model.residuals.runs:
         machine = put(run_of(model.residuals.machine, run), model.residuals.parameters, model.fitted.x)
-        rows += _states(machine, run, name)
-    rows = np.array(rows)
-    speed, lift, p_a, p_b, t_a, t_b, force, heat_a, heat_b = rows.T
+        rows += _simulate_states(machine, run, name)
+    speed, lift, p_a, p_b, t_a, t_b, force, heat_a, heat_b = np.array(rows).T
     sign, middle = np.sign(speed), lift - 0.5e3 * model.residuals.machine.valve.stroke
-    if name == "tabulated_heat":
+    if name == tabulated_heat.EFFECT.name:
         heats = (("A", heat_a, t_a, p_a), ("B", heat_b, t_b, p_b))
         return {
             f"heat into chamber {chamber}": (
@@ -180,7 +197,7 @@ def _along_the_runs(model, name):
         "(p_A - p_B)": ("MPa", p_a - p_b),
         "(p_A + p_B - 2 p_0) sign(v)": ("MPa", (p_a + p_b) * sign),
     }
-    moving = abs(speed) > MOVING
+    moving = abs(speed) > MIN_SPEED
     return {
         "force to closed, x the lift from mid stroke": (
             "N",
@@ -190,9 +207,9 @@ def _along_the_runs(model, name):
     }
 
 
-def _states(machine, run, name):
+def _simulate_states(machine: Machine, run: MeasuredRun, name: str) -> Iterator[tuple[float, ...]]:
     """Speed to closed, lift [mm], pressures [MPa] and temperatures above ambient, force and heats of a table."""
-    bench = run_bench(machine, run.pulse, float(run.times[-1]), sample=np.linspace(0.0, run.times[-1], POINTS))
+    bench = run_bench(machine, run.pulse, float(run.times[-1]), sample=np.linspace(0.0, run.times[-1], RUN_POINTS))
     actuator, _ = actuator_of(machine, [0.0, run.pulse], np.inf)
     ambient, effect = actuator.ambient, getattr(machine.effects, name)
     supply = ValveSupply(machine.supply.control(), ambient.pressure)

@@ -1,28 +1,32 @@
 """What is not in the library: the table that closes the gap best, verified like any effect, without a name."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
-from apesim.studies.gap.decide.held_out import HeldOut, all_left_over, held_out, leave_one_out
-from apesim.studies.gap.search.model_selection import priced, term
-from apesim.studies.gap.tables.balance import Balance, through_the_simulator
-from apesim.studies.gap.tables.suggest import suggestion
+from apesim.studies.gap.decide.held_out import HeldOut, find_all_held_out_residuals, judge_by_runs, leave_one_out
+from apesim.studies.gap.search.model_selection import find_term_penalty, price_model
+from apesim.studies.gap.tables.balance import Balance, fit_table
+from apesim.studies.gap.tables.suggest import suggest_form
 from apesim.studies.gap.thresholds import TABLE_MARGIN
-from apesim.studies.measured import CHECK, GATE
+from apesim.studies.gap.work import Work
+from apesim.studies.measured import CHECK, GATE, Measured
 
-FITTED = 4
-"""Tables that are fitted through the simulator, the best by a straight model."""
-WEIGHED = 2
-"""Tables that are held against a name."""
+MAX_FITTED = 4
+"""Tables that are fitted through the simulator, the best by a linear model: what is most probable there has to be among
+them."""
+MAX_COMPARED = 2
+"""Tables that are compared with a name: the best two by a linear model."""
 
 
 class Tabulated(NamedTuple):
     """A table that is added in place of a law."""
 
     balance: Balance
-    """What the table takes of the gap, fitted."""
+    """Table with the part of the gap that it takes, fitted."""
     judged: HeldOut | None
     """How large the gap is on the check runs, without any on the gate runs, without either with
     operating points left out one at a time; None: there is one alone."""
@@ -30,8 +34,9 @@ class Tabulated(NamedTuple):
     """Form in physical variables; "" where none is found."""
 
     @property
-    def model(self):
-        """Fitted machine that the tables are added to."""
+    def model(self) -> Model:
+        """Fitted machine with the table."""
+        assert self.balance.model is not None
         return self.balance.model
 
 
@@ -42,43 +47,50 @@ class Tables:
     ----------
     base : apesim.studies.estimation.model.Model
         The calibrated machine.
-    ranked : list of Balance
-        See `apesim.studies.gap.tables.balance.balances`.
+    ranked : sequence of Balance
+        See `apesim.studies.gap.tables.balance.weigh_balances`.
     work : apesim.studies.gap.work.Work
     """
 
-    def __init__(self, base, ranked, work):
+    def __init__(self, base: Model, ranked: Sequence[Balance], work: Work) -> None:
         self.base, self.ranked, self.work = base, ranked, work
-        self._known = {}
+        self._fitted: dict[str, Balance | None] = {}
 
-    def fitted(self, most, least=0.0):
-        """Tables fitted through the simulator.
+    def fit(self, max_tables: int, min_gain: float = 0.0) -> list[Balance]:
+        """Fit the best tables through the simulator.
 
         Parameters
         ----------
-        most : int
-            So many, the best by a straight model.
-        least : float
-            Of these, those that promise more gain than this.
+        max_tables : int
+            Number of tables, the best by a linear model.
+        min_gain : float
+            Gain above which a table counts.
 
         Returns
         -------
         list of Balance
-            Without those that gain less when fitted, or end early.
+            Without those that gain less when fitted, or whose simulation ends early.
+
+        Examples
+        --------
+        >>> from apesim.studies.gap.example_bench import explain_example
+        >>> tables = Tables(explain_example().calibrated, explain_example().balances, Work())
+        >>> [balance.gain > 10.0 for balance in tables.fit(1, min_gain=10.0)]
+        [True]
         """
-        wanted = [balance for balance in self.ranked[:most] if balance.gain > least]
-        new = [balance for balance in wanted if balance.name not in self._known]
-        tasks = [(through_the_simulator, self.base, balance) for balance in new]
-        found = self.work.each("fitting tables", unless_ended, tasks)
-        for before, balance in zip(new, found, strict=True):
-            self._known[before.name] = balance
+        wanted = [balance for balance in self.ranked[:max_tables] if balance.gain > min_gain]
+        new = [balance for balance in wanted if balance.name not in self._fitted]
+        tasks = [(fit_table, self.base, balance) for balance in new]
+        fits = self.work.each("fitting tables", unless_ended, tasks)
+        for before, balance in zip(new, fits, strict=True):
+            self._fitted[before.name] = balance
             if balance:
                 self.work.simulations.add(balance.residuals.simulations - before.residuals.simulations)
-        known = [self._known[balance.name] for balance in wanted]
-        return [balance for balance in known if balance and balance.gain > least]
+        fitted = [self._fitted[balance.name] for balance in wanted]
+        return [balance for balance in fitted if balance and balance.gain > min_gain]
 
 
-def tabulate(tables, measured, noise):
+def tabulate(tables: Tables, measured: Measured, noise: dict[str, Any]) -> Tabulated | None:
     """Fit the likeliest tables, and judge the best of them by runs that it was not fitted to.
 
     Parameters
@@ -92,26 +104,37 @@ def tabulate(tables, measured, noise):
     -------
     Tabulated or None
         None: no table makes the data more probable.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> tables = Tables(explanation.calibrated, explanation.balances[:1], Work())
+    >>> tabulated = tabulate(tables, explanation.measured, explanation.noise)
+    >>> tabulated.model.names == (explanation.balances[0].name,)
+    True
     """
-    found = tables.fitted(FITTED)
-    if not found:
+    fits = tables.fit(MAX_FITTED)
+    if not fits:
         return None
     base, work = tables.base, tables.work
     checks, gates = measured.of(CHECK), measured.of(GATE)
-    worth = [balance.gain for balance in found]
+    worth = [balance.gain for balance in fits]
     if gates and checks:
-        left = all_left_over(base, [balance.model for balance in found], gates, noise, work)
-        worth = [gain - own.misfit for gain, own in zip(worth, left, strict=True)]
-    best, runs = found[int(np.argmax(worth))], checks or gates
+        models = [balance.model for balance in fits if balance.model]
+        judged_by_gates = find_all_held_out_residuals(base, models, gates, noise, work)
+        worth = [gain - residuals.misfit for gain, residuals in zip(worth, judged_by_gates, strict=True)]
+    best, runs = fits[int(np.argmax(worth))], checks or gates
+    assert best.model is not None
     if runs:
-        judged = held_out(base, best.model, runs, noise, work)
+        judged: HeldOut | None = judge_by_runs(base, best.model, runs, noise, work)
     else:
         judged = leave_one_out(base, best.model, work)
-    return Tabulated(best, judged, suggestion(best.model))
+    return Tabulated(best, judged, suggest_form(best.model))
 
 
-def likelier(tables, model, library):
-    """The table, without a name, that makes the data more probable than an explanation that has one.
+def find_likelier_table(tables: Tables, model: Model, library: int) -> Balance | None:
+    """Find a table, without a name, that makes the data more probable than an explanation that has one.
 
     A table is one unknown effect, and pays as much for being there as a name does.
 
@@ -126,6 +149,15 @@ def likelier(tables, model, library):
     Returns
     -------
     Balance or None
+        None: the explanation is as probable.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> tables = Tables(explanation.calibrated, explanation.balances[:1], Work())
+    >>> find_likelier_table(tables, explanation.best, library=3) is None
+    True
     """
-    enough = tables.base.cost - priced(model, library).cost + term(library) + TABLE_MARGIN
-    return next(iter(tables.fitted(WEIGHED, enough)), None)
+    min_gain = tables.base.cost - price_model(model, library).cost + find_term_penalty(library) + TABLE_MARGIN
+    return next(iter(tables.fit(MAX_COMPARED, min_gain)), None)

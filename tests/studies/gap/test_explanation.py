@@ -8,8 +8,8 @@ from apesim.archive import ArchiveError
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.gap.reasons import Verdict
-from apesim.studies.gap.search.candidates import candidates_of
-from apesim.studies.gap.search.library import effects_on
+from apesim.studies.gap.search.candidates import find_candidates
+from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.search.refit import refit
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import read_measured
@@ -85,7 +85,7 @@ def test_data_that_were_read_at_another_ambient_pressure_are_refused(folder):
 
 def test_what_is_fitted_first_changes_no_result(explanation):
     base = explanation.calibrated
-    known = {one.name: one for one in candidates_of(Machine(), "valve", effects_on("valve"))}
+    known = {one.name: one for one in find_candidates(Machine(), "valve", select_effects("valve"))}
 
     def fitted(*names):
         return {name: refit(base, (known[name],), ((0.1,),)).fitted.x.tolist() for name in names}

@@ -8,8 +8,8 @@ import pytest
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.estimation.arguments import open_measured
-from apesim.studies.gap.search.candidates import candidates_of
-from apesim.studies.gap.search.library import effects_on, faults_of, library
+from apesim.studies.gap.search.candidates import find_candidates
+from apesim.studies.gap.search.library import find_faults, list_library, select_effects
 from apesim.studies.measured import Measured, read_measured
 from tests.folders import ROOT
 from tests.truth.terms import FORCE
@@ -56,29 +56,29 @@ def write_rig(folder, friction):
 
 
 def test_it_stands_in_the_library_of_its_machine_and_of_no_other(machine):
-    (entry,) = (entry for entry in library(machine) if entry.name == "tapered_bore")
+    (entry,) = (entry for entry in list_library(machine) if entry.name == "tapered_bore")
     assert (entry.layer, entry.slots, entry.file) == ("valve", ("law",), "tapered_bore.py")
     (parameter,) = entry.parameters
     assert (parameter.name, parameter.unit, parameter.range) == ("friction", "N s/m", "0 to 200 N s/m")
-    assert "tapered_bore" not in {entry.name for entry in library()}
+    assert "tapered_bore" not in {entry.name for entry in list_library()}
     for bench in ("valve", "engine"):
-        assert "tapered_bore" in {effect.name for effect in effects_on(bench, (), machine)}
-        assert "tapered_bore" not in {effect.name for effect in effects_on(bench, ("tapered_bore",), machine)}
+        assert "tapered_bore" in {effect.name for effect in select_effects(bench, (), machine)}
+        assert "tapered_bore" not in {effect.name for effect in select_effects(bench, ("tapered_bore",), machine)}
 
 
 def test_it_is_a_candidate_with_its_own_range_and_unit(machine):
-    found = {one.name: one for one in candidates_of(machine, "valve", effects_on("valve", (), machine))}
+    found = {one.name: one for one in find_candidates(machine, "valve", select_effects("valve", (), machine))}
     (parameter,) = found["tapered_bore"].parameters
     assert parameter.value(parameter.ends[1]) == 200.0
     assert parameter.shown(60.0) == 60.0 and parameter.declaration.unit == "N s/m"
     assert parameter.is_marched
-    ours = {one.name: one for one in candidates_of(Machine(), "valve", effects_on("valve"))}
+    ours = {one.name: one for one in find_candidates(Machine(), "valve", select_effects("valve"))}
     assert {name: one for name, one in found.items() if name != "tapered_bore"} == ours
 
 
 def test_its_name_may_be_left_out_where_the_machine_has_it(machine):
-    assert faults_of(["tapered_bore"], machine) == []
-    ((_, wrong, _),) = faults_of(["tapered_bore"], Machine())
+    assert find_faults(["tapered_bore"], machine) == []
+    ((_, wrong, _),) = find_faults(["tapered_bore"], Machine())
     assert wrong == "'tapered_bore' is no effect"
 
 

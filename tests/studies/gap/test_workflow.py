@@ -8,7 +8,7 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import load
-from apesim.studies.gap.report.effect_rows import effects_of
+from apesim.studies.gap.report.effect_rows import describe_effects
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import read_measured
 from apesim.valve.effects import VALVE_EFFECTS
@@ -96,7 +96,7 @@ def test_a_wrong_number_of_the_machine_is_a_finding_of_its_own(measure):
     found = explained(measure(Bench(), gauge_error=0.08))
     assert found.verdict == "CALIBRATION"
     assert found.decision.best.names == ("supply.pressure",)
-    (row,) = effects_of(found.best)
+    (row,) = describe_effects(found.best)
     assert (row["name"], row["key"]) == ("supply.pressure", "effects.sensor_gain.supply_pressure")
     assert row["interval_95"][0] < -0.08 / 1.08 < row["interval_95"][1]
     assert found.sentence.startswith("Nothing is missing, but a reading is wrong: supply pressure reads 7.")

@@ -8,7 +8,7 @@ import pytest
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.priors import Prior, nuisance
-from apesim.studies.gap.decide.consistency import compare_points, too_far
+from apesim.studies.gap.decide.consistency import compare_points, select_significant
 from apesim.studies.measured import MeasuredRun
 
 RNG = np.random.default_rng(7)
@@ -34,11 +34,11 @@ def fitted(true, runs=RUNS):
 
 def test_of_noise_alone_the_differences_are_standard_normal_numbers():
     drawn = [fitted(RNG.standard_normal(2) * np.ones((3, 1))) for _ in range(400)]
-    farthest = np.array([[abs(one.deviations) for one in compare_points(model)] for model in drawn])
+    farthest = np.array([[abs(one.n_sigma) for one in compare_points(model)] for model in drawn])
     assert farthest.shape == (400, 2)
     # Of three, which share what all of them have in common: between one and three independent numbers.
     assert 1.96 < np.quantile(farthest, 0.95) < 2.39 + 0.15
-    told = np.mean([bool(too_far(compare_points(model), len(RUNS))) for model in drawn])
+    told = np.mean([bool(select_significant(compare_points(model), len(RUNS))) for model in drawn])
     assert told < 0.03
 
 
@@ -48,7 +48,7 @@ def test_a_point_that_leads_elsewhere_is_told_with_its_number():
     assert first.parameter.key == "supply.temperature"
     assert first.run is RUNS[2]
     assert first.x == pytest.approx(1.5, abs=0.9)
-    assert [one.parameter.key for one in too_far(found, len(RUNS))] == ["supply.temperature"]
+    assert [one.parameter.key for one in select_significant(found, len(RUNS))] == ["supply.temperature"]
 
 
 def test_one_point_alone_has_nothing_to_be_held_against():

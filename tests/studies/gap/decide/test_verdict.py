@@ -8,10 +8,10 @@ import pytest
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.gap.decide import verdict as rules
 from apesim.studies.gap.decide.held_out import HeldOut
-from apesim.studies.gap.decide.operating_points import points_of
+from apesim.studies.gap.decide.operating_points import find_points
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search import model_selection
-from apesim.studies.gap.search.model_selection import Choice, priced, term
+from apesim.studies.gap.search.model_selection import Choice, find_term_penalty, price_model
 from apesim.studies.measured import MeasuredRun
 
 N = 50
@@ -45,7 +45,7 @@ OTHER = np.cos(np.arange(N))
 
 
 def verdict_of(*choices, size=1.0, judged=GOOD):
-    return rules.with_alarm(BASE, sorted(choices, key=lambda one: one.cost), size, judged).verdict
+    return rules.decide_with_alarm(BASE, sorted(choices, key=lambda one: one.cost), size, judged).verdict
 
 
 def test_one_effect_far_ahead_is_named():
@@ -58,11 +58,11 @@ def test_a_gap_too_small_to_matter_is_none():
 
 def test_what_matters_is_for_the_user_to_say():
     one = [choice(100.0, "a", gap=SHAPE)]
-    assert rules.with_alarm(BASE, one, 0.12, GOOD, tolerance=0.1).verdict == "NAMED"
-    assert rules.with_alarm(BASE, one, 0.3, GOOD, tolerance=0.4).verdict == "NO_GAP"
-    judged = GOOD._replace(samples=10_000, removed=4000.0, left=600.0)
-    assert "a gap of" in rules.with_alarm(BASE, one, 1.0, judged).reason.text
-    assert rules.with_alarm(BASE, one, 1.0, judged, tolerance=0.3).verdict == "NAMED"
+    assert rules.decide_with_alarm(BASE, one, 0.12, GOOD, tolerance=0.1).verdict == "NAMED"
+    assert rules.decide_with_alarm(BASE, one, 0.3, GOOD, tolerance=0.4).verdict == "NO_GAP"
+    judged = GOOD._replace(samples=10_000, removed_energy=4000.0, remaining_energy=600.0)
+    assert "a gap of" in rules.decide_with_alarm(BASE, one, 1.0, judged).reason.text
+    assert rules.decide_with_alarm(BASE, one, 1.0, judged, tolerance=0.3).verdict == "NAMED"
 
 
 def test_what_does_not_earn_its_place_is_refused():
@@ -114,13 +114,13 @@ def test_a_wrong_number_is_a_calibration():
 @pytest.mark.parametrize(
     ("judged", "said"),
     [
-        (GOOD._replace(removed=-1.0), "removes nothing"),
-        (GOOD._replace(left=600.0), "is still there"),
-        (GOOD._replace(samples=10_000, removed=4000.0, left=600.0), "a gap of"),
+        (GOOD._replace(removed_energy=-1.0), "removes nothing"),
+        (GOOD._replace(remaining_energy=600.0), "is still there"),
+        (GOOD._replace(samples=10_000, removed_energy=4000.0, remaining_energy=600.0), "a gap of"),
     ],
 )
 def test_what_fails_on_runs_left_out_is_refused(judged, said):
-    found = rules.with_alarm(BASE, [choice(100.0, "a", gap=SHAPE)], 1.0, judged)
+    found = rules.decide_with_alarm(BASE, [choice(100.0, "a", gap=SHAPE)], 1.0, judged)
     assert found.verdict == "REFUSED"
     assert said in found.reason.text
 
@@ -136,7 +136,7 @@ def test_a_size_that_may_be_within_its_range_is_named():
 
 def test_a_name_that_leaves_more_than_noise_is_refused():
     def found(left):
-        return rules.with_alarm(BASE, [choice(100.0, "a", gap=SHAPE)], 1.0, GOOD, left)
+        return rules.decide_with_alarm(BASE, [choice(100.0, "a", gap=SHAPE)], 1.0, GOOD, left)
 
     assert found(0.02).verdict == "NAMED"
     assert found(0.005).verdict == "REFUSED"
@@ -144,7 +144,7 @@ def test_a_name_that_leaves_more_than_noise_is_refused():
 
 
 def test_what_is_hardly_better_than_nothing_is_no_name():
-    found = rules.with_alarm(BASE, [choice(295.0, "a", gap=SHAPE)], 1.0, GOOD)
+    found = rules.decide_with_alarm(BASE, [choice(295.0, "a", gap=SHAPE)], 1.0, GOOD)
     assert (found.verdict, found.reason.kind) == (Verdict.REFUSED, ReasonKind.FAINT)
     assert verdict_of(choice(295.0, released="supply.temperature", gap=SHAPE)) == "REFUSED"
     assert verdict_of(choice(290.0, "a", gap=SHAPE)) == "NAMED"
@@ -162,17 +162,17 @@ def test_runs_that_gauges_do_not_tell_apart_are_one_operating_point():
         first._replace(speed=100.0),
         first._replace(speed=110.0),
     ]
-    assert points_of([first, again, unknown]) == [first]
-    assert points_of([first, *others, again]) == [first, *others]
+    assert find_points([first, again, unknown]) == [first]
+    assert find_points([first, *others, again]) == [first, *others]
 
 
 def test_a_number_of_the_machine_has_its_price_where_the_library_is_left_out():
-    assert priced(model((), cost=40.0, released="supply.temperature"), 0).cost == 40.0 + term(1)
+    assert price_model(model((), cost=40.0, released="supply.temperature"), 0).cost == 40.0 + find_term_penalty(1)
 
 
 def test_a_pair_that_hardly_beats_one_of_its_effects_leaves_it_open_whether_there_is_a_second():
     pair, single = choice(100.0, "a", "b", gap=SHAPE), choice(105.0, "b", gap=SHAPE)
-    found = rules.with_alarm(BASE, [pair, single], 1.0, GOOD)
+    found = rules.decide_with_alarm(BASE, [pair, single], 1.0, GOOD)
     assert (found.verdict, found.best, found.rivals) == ("AMBIGUOUS", pair, (single,))
     assert verdict_of(pair, single._replace(cost=99.0)) == "NAMED"
     assert verdict_of(pair, single._replace(cost=200.0)) == "TWO_EFFECTS"
@@ -186,11 +186,11 @@ def test_pairs_of_the_straight_screen_are_fitted_whatever_partners_the_best_sing
 
     partners = [pair(first, second) for first, second in ("ab", "ac", "bc", "bd", "cd", "ce")]
     screened, fitted = [pair("a", "c"), pair("d", "e"), pair("e", "f")], []
-    monkeypatch.setattr(model_selection, "_partners", lambda *_: partners)
-    monkeypatch.setattr(model_selection, "_screened", lambda *_: screened)
-    monkeypatch.setattr(model_selection, "_fitted", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
+    monkeypatch.setattr(model_selection, "_find_partners", lambda *_: partners)
+    monkeypatch.setattr(model_selection, "_screen_pairs", lambda *_: screened)
+    monkeypatch.setattr(model_selection, "_fit_all", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
     base = SimpleNamespace(fitted=SimpleNamespace(residuals=None, data_residuals=None))
-    assert model_selection.pairs(base, [], [], [], 40, None) == []
+    assert model_selection.fit_pairs(base, [], [], [], 40, None) == []
     names = [{candidate.name for candidate in one[0]} for one in fitted]
     assert names == [{*"ab"}, {*"ac"}, {*"bc"}, {*"bd"}, {*"cd"}, {*"ce"}, {*"de"}, {*"ef"}]
 
@@ -198,8 +198,8 @@ def test_pairs_of_the_straight_screen_are_fitted_whatever_partners_the_best_sing
 def test_pairs_are_fitted_whose_effects_add_up_however_little_their_sensitivities_foretell(monkeypatch):
     """The cause of a true pair that was never tried: wall heat and a droop at the ends of their ranges."""
     fitted, gap = [], 3.0 * SHAPE + 2.0 * OTHER
-    monkeypatch.setattr(model_selection, "_partners", lambda *_: [])
-    monkeypatch.setattr(model_selection, "_fitted", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
+    monkeypatch.setattr(model_selection, "_find_partners", lambda *_: [])
+    monkeypatch.setattr(model_selection, "_fit_all", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
 
     def alone(name, taken, x):
         candidates, left = (SimpleNamespace(name=name),), SimpleNamespace(data_residuals=gap - taken)
@@ -208,7 +208,7 @@ def test_pairs_are_fitted_whose_effects_add_up_however_little_their_sensitivitie
     best = alone("c", SHAPE + OTHER + SHAPE * OTHER, [0.4])
     both = alone("a", 3.0 * SHAPE, [0.7]), alone("b", 2.0 * OTHER, [0.2, 0.9])
     base = SimpleNamespace(fitted=SimpleNamespace(residuals=np.zeros(N), data_residuals=gap))
-    model_selection.pairs(base, [], [], [best, *both, alone("d", SHAPE**2, [0.1])], 40, None)
+    model_selection.fit_pairs(base, [], [], [best, *both, alone("d", SHAPE**2, [0.1])], 40, None)
     names, guesses = [candidate.name for candidate in fitted[0][0]], fitted[0][1]
     assert (names, guesses) == (["a", "b"], ((0.7,), (0.2, 0.9)))
 
@@ -216,12 +216,14 @@ def test_pairs_are_fitted_whose_effects_add_up_however_little_their_sensitivitie
 def test_all_others_are_fitted_alone_where_scores_and_probes_led_nowhere(monkeypatch):
     """The cause of an effect of 27 deviations that was never fitted: its score at a calibration led astray was 2."""
     asked = []
-    monkeypatch.setattr(model_selection, "_fitted", lambda base, fit, wanted, *_: asked.extend(wanted) or [])
+    monkeypatch.setattr(model_selection, "_fit_all", lambda base, fit, wanted, *_: asked.extend(wanted) or [])
     ranked = [
-        SimpleNamespace(name=name, guess=(0.1,), column=SimpleNamespace(probe=SimpleNamespace(candidate=name)))
+        SimpleNamespace(name=name, guess=(0.1,), sensitivity=SimpleNamespace(probe=SimpleNamespace(candidate=name)))
         for name in "abcd"
     ]
-    model_selection.remaining(BASE, ranked, [choice(100.0, "a"), choice(90.0, "c"), choice(80.0, "b", "d")], 4, None)
+    model_selection.fit_remaining(
+        BASE, ranked, [choice(100.0, "a"), choice(90.0, "c"), choice(80.0, "b", "d")], 4, None
+    )
     assert asked == [(("b",), ((0.1,),)), (("d",), ((0.1,),))]
 
 
@@ -232,6 +234,6 @@ def test_without_anything_held_out_nothing_is_named():
 def test_a_number_and_the_effect_that_says_the_same_are_one_choice():
     number = choice(100.0, released="engine.exhaust.effective_area", gap=SHAPE)
     effect = choice(101.0, "exhaust_restriction", gap=SHAPE)
-    found = rules.with_alarm(BASE, [number, effect], 1.0, GOOD)
+    found = rules.decide_with_alarm(BASE, [number, effect], 1.0, GOOD)
     assert (found.verdict, found.best.names) == ("NAMED", ("exhaust_restriction",))
-    assert rules.with_alarm(BASE, [number, choice(101.0, "a", gap=SHAPE)], 1.0, GOOD).verdict == "AMBIGUOUS"
+    assert rules.decide_with_alarm(BASE, [number, choice(101.0, "a", gap=SHAPE)], 1.0, GOOD).verdict == "AMBIGUOUS"

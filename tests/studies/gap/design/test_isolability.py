@@ -88,7 +88,7 @@ def test_what_is_hidden_in_the_data_plays_no_part(found, tmp_path):
 def test_the_command_prints_a_table_and_json(apesim, folder):
     code, out, err = apesim("gap", "isolability", str(folder), "--quiet")
     assert (code, err) == (0, "")
-    assert "seen from (5 deviations)" in out
+    assert "visible from (5 sigmas)" in out
     assert "discharge_coefficient_slope" in out
     code, out, err = apesim("gap", "isolability", str(folder), "--without", "side_force", "--json")
     told = json.loads(out)

@@ -15,11 +15,11 @@ from apesim.studies.commands.gap.inputs import read_parent
 from apesim.studies.console import Console
 from apesim.studies.estimation.residuals import Block
 from apesim.studies.figures.gap import draw_gap
-from apesim.studies.gap.decide.operating_points import label_of
+from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.report import html
-from apesim.studies.gap.report.comparison import Compared, by_run, shown_of, size_of, worst
-from apesim.studies.gap.report.html import Tried, number
-from apesim.studies.gap.report.residual_map import residual_map
+from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms, group_by_run, select_worst
+from apesim.studies.gap.report.html import TriedCandidate, format_number
+from apesim.studies.gap.report.residual_map import map_residuals
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.measured import Measured, MeasuredRun
 from tests.gap_bench import write_bench
@@ -42,11 +42,11 @@ def compared(role="fit", left=0.0, sensor="lift", number=0, marks=MARKS, after=T
     run = MeasuredRun("p", "p.csv", 0.4e6 + AMBIENT, 287.0, 0.04, role, times, {sensor: values})
     rest = np.full(len(times), left)
     block = Block(number, run, sensor, times, values, 0.5e-3)
-    return Compared(block, 1e-5, values, values if after else None, rest, 0.1 * rest if after else None, marks)
+    return ComparedSignal(block, 1e-5, values, values if after else None, rest, 0.1 * rest if after else None, marks)
 
 
 def test_a_map_has_the_mean_of_each_cell_in_its_own_deviations():
-    found = residual_map([compared(left=0.5)])
+    found = map_residuals([compared(left=0.5)])
     sizes = dict.fromkeys(name for name, _ in found.sections)
     assert list(sizes) == ["dead time", "opening", "dwell", "closing", "rest"]
     assert sum(columns for _, columns in found.sections) == found.before.shape[1]
@@ -63,8 +63,8 @@ def test_rows_of_a_map_share_their_phases_whatever_the_timing():
         flying = (signal.block.times >= signal.marks["opening_start"]) & (
             signal.block.times < signal.marks["opening_contact"]
         )
-        signal.left_before[flying] = 3.0
-    found = residual_map([one, other])
+        signal.residuals_before[flying] = 3.0
+    found = map_residuals([one, other])
     ends = np.cumsum([0, *(columns for _, columns in found.sections)])
     opening = np.arange(found.before.shape[1])
     opening = (opening >= ends[1]) & (opening < ends[2])
@@ -75,7 +75,7 @@ def test_rows_of_a_map_share_their_phases_whatever_the_timing():
 
 def test_a_mark_that_never_comes_leaves_no_sample_out():
     turned = MARKS | {"opening_contact": np.nan, "closing_contact": np.nan}
-    found = residual_map([compared(left=1.0, marks=turned)])
+    found = map_residuals([compared(left=1.0, marks=turned)])
     assert np.nansum(found.before**2) == pytest.approx(200.0)
 
 
@@ -86,28 +86,32 @@ def test_the_worst_are_of_runs_never_used_and_of_each_signal_once():
         compared("check", 2.0, number=2),
         compared("check", 0.5, "pressure_a", 2),
     ]
-    found = worst(signals, 3)
-    assert [(one.role, one.block.sensor, size_of([one.left_before])) for one in found] == [
+    found = select_worst(signals, 3)
+    assert [(one.role, one.block.sensor, find_rms([one.residuals_before])) for one in found] == [
         ("check", "lift", 2.0),
         ("check", "pressure_a", 0.5),
         ("check", "lift", 1.0),
     ]
-    assert [len(own) for own in by_run(signals)] == [1, 1, 2]
+    assert [len(own) for own in group_by_run(signals)] == [1, 1, 2]
 
 
 def test_values_are_shown_in_the_unit_of_the_sensor():
-    shown = shown_of(compared().block)
-    assert (shown.name, shown.unit, shown.of(0.009)) == ("lift", "mm", pytest.approx(9.0))
-    assert label_of(compared().block.run, AMBIENT) == "0.40 MPa gauge, 40 ms"
+    shown = find_display(compared().block)
+    assert (shown.name, shown.unit, shown.convert(0.009)) == ("lift", "mm", pytest.approx(9.0))
+    assert label_point(compared().block.run, AMBIENT) == "0.40 MPa gauge, 40 ms"
 
 
 def test_numbers_are_told_with_the_unit_they_have():
-    assert (number(9.81234, "m/s^2"), number(0.0425, ""), number(None)) == ("9.81 m/s²", "0.0425", "-")
+    assert (format_number(9.81234, "m/s^2"), format_number(0.0425, ""), format_number(None)) == (
+        "9.81 m/s²",
+        "0.0425",
+        "-",
+    )
 
 
 def test_figures_have_the_same_bytes_each_time(tmp_path):
     signals = [compared("check", 2.0), compared("fit", 1.0, number=1)]
-    rows = [Tried("side_force", 20.0, 21.0), Tried("bounce", 3.0, None)]
+    rows = [TriedCandidate("side_force", 20.0, 21.0), TriedCandidate("bounce", 3.0, None)]
     drawn = []
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
@@ -118,7 +122,10 @@ def test_figures_have_the_same_bytes_each_time(tmp_path):
 
 
 def test_figures_are_drawn_where_nothing_was_added(tmp_path):
-    assert len(draw_gap([compared(left=1.0, after=False)], [Tried("bounce", 1.0, None)], "", AMBIENT, tmp_path)) == 4
+    assert (
+        len(draw_gap([compared(left=1.0, after=False)], [TriedCandidate("bounce", 1.0, None)], "", AMBIENT, tmp_path))
+        == 4
+    )
     assert "candidates" not in draw_gap([compared(left=1.0, after=False)], [], "", AMBIENT, tmp_path)
 
 
@@ -179,7 +186,7 @@ def page_of(**more):
     data |= more
     base = SimpleNamespace(residuals=SimpleNamespace(machine=Machine()), cost=1.0)
     explanation = SimpleNamespace(calibrated=base, measured=Measured("", {}, ()), ranked=[], fits=[])
-    return html.page(explanation, data, [compared(after=False)], {"gap": "<svg/>"})
+    return html.render_page(explanation, data, [compared(after=False)], {"gap": "<svg/>"})
 
 
 @pytest.mark.parametrize(
@@ -208,7 +215,7 @@ def test_costs_of_explanations_count_from_the_least_of_their_own_kind():
         tried = [choice("a", 50.0), choice("b", 52.0), choice("c", 90.0)]
         judged = [choice("b", 70.0), choice("a", 64.0)]
         base = SimpleNamespace(cost=150.0)
-        return html.explanations(
+        return html.list_explanations(
             SimpleNamespace(calibrated=base, fits=tried, ranked=judged, measured=Measured("", {}, (run,)))
         )
 
@@ -269,8 +276,8 @@ def test_a_sensor_that_is_in_runs_to_check_alone_is_refused(apesim, tmp_path):
 def test_means_alone_are_drawn(tmp_path):
     run = compared().block.run._replace(bench="engine", speed=100.0, means={"torque": 30.0}, channels={})
     block = Block(0, run, "torque", np.zeros(1), np.array([30.0]), 0.0)
-    mean = Compared(block, 0.3, np.array([31.0]), None, np.array([3.3]), None, {})
-    assert sorted(draw_gap([mean], [Tried("bounce", 1.0, None)], "", AMBIENT, tmp_path)) == [
+    mean = ComparedSignal(block, 0.3, np.array([31.0]), None, np.array([3.3]), None, {})
+    assert sorted(draw_gap([mean], [TriedCandidate("bounce", 1.0, None)], "", AMBIENT, tmp_path)) == [
         "candidates",
         "gap",
         "maps",

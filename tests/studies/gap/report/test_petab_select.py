@@ -14,11 +14,11 @@ from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate
 from apesim.studies.estimation.parameters import value_of
 from apesim.studies.estimation.priors import ENGINE, VALVE, nuisance
-from apesim.studies.gap.report.petab_select import id_of, model_space, yaml_of
+from apesim.studies.gap.report.petab_select import export_model_space, format_id, format_yaml
 from apesim.studies.gap.search.calibrated_gap import check_against_noise, score_candidates
 from apesim.studies.gap.search.candidate_fits import fit_candidates
-from apesim.studies.gap.search.candidates import candidates_of
-from apesim.studies.gap.search.library import effects_on
+from apesim.studies.gap.search.candidates import find_candidates
+from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import FIT, read_measured
 from tests.gap_bench import AMBIENT, write_bench
@@ -37,8 +37,8 @@ def found(tmp_path_factory):
     machine = Machine()
     measured = read_measured(write_bench(tmp_path_factory.mktemp("bench")), AMBIENT)
     base, _ = calibrate(machine, measured)
-    effects = [effect for effect in effects_on("valve") if effect.name in FREED]
-    base, columns = score_candidates(base, candidates_of(machine, "valve", effects), Work())
+    effects = [effect for effect in select_effects("valve") if effect.name in FREED]
+    base, columns = score_candidates(base, find_candidates(machine, "valve", effects), Work())
     marks = base.residuals.marks(np.zeros(len(base.fitted.x)))
     tried = fit_candidates(check_against_noise(base, columns, marks), len(effects), Work())
     return SimpleNamespace(measured=measured, calibrated=base, sensitivities=columns, fits=tried)
@@ -46,7 +46,7 @@ def found(tmp_path_factory):
 
 @pytest.fixture
 def folder(found, tmp_path):
-    for name, text in model_space(found).items():
+    for name, text in export_model_space(found).items():
         (tmp_path / name).write_text(text)
     return tmp_path
 
@@ -147,7 +147,7 @@ def test_it_computes_the_same_criterion_from_the_likelihood_and_its_own_count_of
 
 
 def test_a_machine_that_lacks_nothing_is_the_only_model_fitted(found, tmp_path):
-    texts = model_space(SimpleNamespace(calibrated=found.calibrated, sensitivities=found.sensitivities, fits=[]))
+    texts = export_model_space(SimpleNamespace(calibrated=found.calibrated, sensitivities=found.sensitivities, fits=[]))
     (entry,) = yaml.safe_load(texts["calibrated_models.yaml"])
     assert entry["model_subspace_id"] == "calibrated_machine"
     assert entry["criteria"]["NLLH"] == pytest.approx(found.calibrated.cost / 2.0)
@@ -155,13 +155,13 @@ def test_a_machine_that_lacks_nothing_is_the_only_model_fitted(found, tmp_path):
 
 def test_a_nuisance_and_an_effect_on_one_key_keep_their_names_apart():
     machine = Machine()
-    freed = [p for one in candidates_of(machine, "engine", effects_on("engine")) for p in one.parameters]
+    freed = [p for one in find_candidates(machine, "engine", select_effects("engine")) for p in one.parameters]
     known = [nuisance(machine, prior) for prior in VALVE + ENGINE]
     assert {p.key for p in freed} & {p.key for p in known} == {"effects.tdc_error.angle"}
-    names = [id_of(p) for p in (*known, *freed)]
+    names = [format_id(p) for p in (*known, *freed)]
     assert len(set(names)) == len(names)
 
 
 @pytest.mark.parametrize("value", [1e-05, -3e22, 0.1, 2.5e-07, 0.0, 3, "estimate", [0, 0], [], {"a": {"b": 1e-300}}])
 def test_yaml_reads_back_as_it_was(value):
-    assert yaml.safe_load(yaml_of({"key": value, "next": 1})) == {"key": value, "next": 1}
+    assert yaml.safe_load(format_yaml({"key": value, "next": 1})) == {"key": value, "next": 1}

@@ -14,9 +14,9 @@ from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.explanation import Explanation
 from apesim.studies.gap.reasons import ReasonKind, Verdict
-from apesim.studies.gap.report.effect_rows import SIDES, effects_of
-from apesim.studies.gap.report.verdict_json import sentence
-from apesim.studies.gap.search.candidates import candidates_of
+from apesim.studies.gap.report.effect_rows import SIDES, describe_effects
+from apesim.studies.gap.report.verdict_json import write_sentence
+from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.work import Work
 from apesim.studies.gap.workflow import check_on_unused_runs
@@ -46,17 +46,17 @@ def released(base, prior, x, runs=RUNS):
 
 def with_effects(*sized):
     """A machine with effects at x, by name."""
-    known = {c.name: c for c in candidates_of(machine(), "valve", VALVE_EFFECTS)}
+    known = {c.name: c for c in find_candidates(machine(), "valve", VALVE_EFFECTS)}
     found = tuple(known[name] for name, *_ in sized)
     parameters = [p for candidate in found for p in candidate.parameters]
     return fitted(machine(), RUNS, parameters, [x for _, *own in sized for x in own], found)
 
 
-def said(word, model, *rivals, reason=ReasonKind.TOLD, balance=None):
+def said(word, model, *rivals, reason=ReasonKind.DISTINGUISHABLE, balance=None):
     choices = tuple(Choice(rival, 0.0) for rival in rivals)
     told = SimpleNamespace(verdict=word, best=Choice(model, 0.0), rivals=choices, reason=reason.with_facts())
     table = balance and SimpleNamespace(balance=SimpleNamespace(balance=balance))
-    return sentence(SimpleNamespace(decision=told, tabulated=table))
+    return write_sentence(SimpleNamespace(decision=told, tabulated=table))
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_a_supply_temperature_that_runs_do_not_state_is_the_machines():
     model = released(machine(), THERMOMETER, 6.0, silent)
     assert model.machine().supply.temperature == pytest.approx(machine().supply.temperature + 12.0)
     assert model.machine().effects == machine().effects
-    (row,) = effects_of(model)
+    (row,) = describe_effects(model)
     assert (row["key"], row["value"]) == ("supply.temperature", pytest.approx(machine().supply.temperature + 12.0))
     both = released(machine(), THERMOMETER, 6.0, [RUNS[0], silent[1]]).machine()
     assert [run_of(both, run).supply.temperature for run in (RUNS[0], silent[1])] == pytest.approx([293.0, 299.0])
@@ -105,20 +105,22 @@ def test_effects_of_the_record_are_never_called_physics():
     two = said(Verdict.TWO_EFFECTS, with_effects(drag, force))
     assert two.startswith("The model lacks two effects: quadratic drag (")
     either = said(Verdict.NAMED_CLASS, with_effects(lag), with_effects(drag))
-    assert either.startswith("The gap is lift sensor lag (time 0.25 ms), or what these data do not tell from it: quad")
+    assert either == (
+        "The gap is lift sensor lag (time 0.25 ms), or what these data do not distinguish from it: quadratic drag."
+    )
 
 
 def test_what_is_refused_as_too_faint_is_told_with_its_explanations():
     either = with_effects(("quadratic_drag", 0.25)), with_effects(("side_force", -0.5))
     assert said(Verdict.REFUSED, *either) == "There is a gap, and nothing in the library closes it."
     assert said(Verdict.REFUSED, *either, reason=ReasonKind.FAINT, balance="force") == (
-        "There is a gap, and these data hardly tell what closes it: quadratic drag, or side force; "
+        "There is a gap, and these data hardly show what closes it: quadratic drag, or side force; "
         "a table of a force takes it best."
     )
 
 
 def test_parameters_of_one_effect_are_one_thing_in_a_sentence():
-    (shape,) = {c.name: c for c in candidates_of(machine(), "valve", VALVE_EFFECTS)}["supply_droop"].shapes
+    (shape,) = {c.name: c for c in find_candidates(machine(), "valve", VALVE_EFFECTS)}["supply_droop"].shapes
     told = said(Verdict.NAMED, with_effects(("supply_droop", 0.1, 0.5)))
     assert shape.key.endswith("volume")
     assert told.startswith("The model lacks supply droop (feed_area ")
@@ -136,7 +138,7 @@ def test_a_shape_is_told_as_far_as_the_data_hold_it(open_ends, told):
     sides = [End(x, kind, model.fitted.x) for x, kind in zip((0.1, 0.5), kinds, strict=True)]
     model = model._replace(profiles=dict.fromkeys((p.key for p in model.residuals.parameters), sides))
     assert said(Verdict.NAMED, model) == f"The model lacks coulomb friction (force 9 N{', ' if told else ''}{told})."
-    assert [row["open_ends"] for row in effects_of(model)] == [
+    assert [row["open_ends"] for row in describe_effects(model)] == [
         [s for s, o in zip(SIDES, open_ends, strict=True) if o]
     ] * 2
 
@@ -156,7 +158,7 @@ def test_what_is_fitted_beyond_its_range_is_told_and_written_as_its_end():
 def explanation(model):
     """What was found, as far as the end of the workflow looks at it."""
     base = model._replace(candidates=())
-    decision = Decision(Verdict.NAMED, Choice(model, 0.0), (), ReasonKind.TOLD.with_facts())
+    decision = Decision(Verdict.NAMED, Choice(model, 0.0), (), ReasonKind.DISTINGUISHABLE.with_facts())
     rest = dict.fromkeys(("sensitivities", "scores", "gap_test", "solver_error", "tolerance", "cells"))
     measured = Measured("", {}, ())
     return Explanation(**rest, measured=measured, calibrated=base, decision=decision, warnings=[])

@@ -7,10 +7,10 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate
-from apesim.studies.gap.report.effect_rows import effects_of, interval_text, value_text
-from apesim.studies.gap.search.candidates import candidates_of
-from apesim.studies.gap.search.intervals import with_profiles
-from apesim.studies.gap.search.library import effects_on
+from apesim.studies.gap.report.effect_rows import describe_effects, format_interval, format_value
+from apesim.studies.gap.search.candidates import find_candidates
+from apesim.studies.gap.search.intervals import find_profiles
+from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.search.refit import refit
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import Measured, MeasuredRun
@@ -43,14 +43,14 @@ def friction(seed, force, breakaway):
     machine = Machine()
     base, _ = calibrate(machine, measured(seed, dry_friction=force, breakaway=breakaway))
     (candidate,) = [
-        one for one in candidates_of(machine, "valve", effects_on("valve")) if one.name == "coulomb_friction"
+        one for one in find_candidates(machine, "valve", select_effects("valve")) if one.name == "coulomb_friction"
     ]
-    model = refit(base, (candidate,), (candidate.switched_on(0, 0.5, (0.1,)),))
-    return model, with_profiles(model, Work())[0]
+    model = refit(base, (candidate,), (candidate.switch_on(0, 0.5, (0.1,)),))
+    return model, find_profiles(model, Work())[0]
 
 
 def rows_of(model):
-    return {row["parameter"]: row for row in effects_of(model)}
+    return {row["parameter"]: row for row in describe_effects(model)}
 
 
 def test_a_breakaway_that_does_nothing_below_the_friction_is_held_from_above_alone():
@@ -61,8 +61,8 @@ def test_a_breakaway_that_does_nothing_below_the_friction_is_held_from_above_alo
     assert row["open_ends"] == ["low"]
     assert row["interval_95"][0] == 0.0
     assert 20.0 < row["interval_95"][1] < 40.0
-    assert value_text(row) == f"at most {row['interval_95'][1]:.3g} N"
-    assert interval_text(row) == f"at most {row['interval_95'][1]:.3g} N (95 %)"
+    assert format_value(row) == f"at most {row['interval_95'][1]:.3g} N"
+    assert format_interval(row) == f"at most {row['interval_95'][1]:.3g} N (95 %)"
 
 
 def test_a_breakaway_is_held_from_above_where_the_best_one_does_nothing():
@@ -92,7 +92,7 @@ def test_the_interval_of_a_friction_counts_that_some_of_it_may_be_breakaway():
 def test_no_interval_is_told_of_a_shape_where_none_was_sought():
     rows = rows_of(friction(1, 9.0, 9.0)[0])
     assert rows["breakaway"]["interval_95"] is rows["force"]["interval_95"] is None
-    assert interval_text(rows["force"]) == "interval not sought"
+    assert format_interval(rows["force"]) == "interval not sought"
 
 
 @pytest.mark.slow

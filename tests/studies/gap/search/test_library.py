@@ -3,7 +3,7 @@ import json
 import pytest
 
 from apesim.engine.effects import ALL_EFFECTS
-from apesim.studies.gap.search.library import library
+from apesim.studies.gap.search.library import list_library
 
 NAMES = """
 supply_droop solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio
@@ -26,12 +26,12 @@ STRENGTHS = {
 
 
 def test_the_library_lists_every_effect_in_the_order_of_the_air():
-    assert [entry.name for entry in library()] == NAMES == [effect.name for effect in ALL_EFFECTS]
-    assert [entry.layer for entry in library()] == ["valve"] * 34 + ["engine"] * 14
+    assert [entry.name for entry in list_library()] == NAMES == [effect.name for effect in ALL_EFFECTS]
+    assert [entry.layer for entry in list_library()] == ["valve"] * 34 + ["engine"] * 14
 
 
 def test_strengths_come_first_and_are_marked():
-    for entry in library():
+    for entry in list_library():
         marked = {parameter.name for parameter in entry.parameters if parameter.strength}
         assert entry.parameters[0].strength
         if entry.name.startswith("tabulated"):
@@ -57,7 +57,7 @@ def test_strengths_come_first_and_are_marked():
     ],
 )
 def test_ranges_are_told_with_their_unit(effect, parameter, expected):
-    (entry,) = (entry for entry in library() if entry.name == effect)
+    (entry,) = (entry for entry in list_library() if entry.name == effect)
     (found,) = (found for found in entry.parameters if found.name == parameter)
     assert found.range == expected
 

@@ -11,9 +11,9 @@ from apesim.studies.estimation.residuals import Counter, EndedEarly
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.candidate_fits import fit_candidates
 from apesim.studies.gap.search.candidates import Candidate, Probe
-from apesim.studies.gap.search.model_selection import LARGE, SINGLES, singles
-from apesim.studies.gap.search.refit import at_large, refit
-from apesim.studies.gap.search.score_test import Score, Sensitivity, find_sensitivities, scores
+from apesim.studies.gap.search.model_selection import MAX_LARGE, MAX_SINGLES, fit_singles
+from apesim.studies.gap.search.refit import probe_large_sizes, refit
+from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities
 from apesim.studies.gap.work import Work
 
 NUISANCE = Parameter("effects.time_zero.time", 1.0, -5.0, 5.0, prior=True)
@@ -88,7 +88,7 @@ def test_an_effect_is_found_beyond_the_hump_that_hides_it():
     """The cause of a wall's heat of 30 deviations that was never found: a quarter and all of it left more than none."""
     residuals = Hump([NUISANCE])
     base = Model((), residuals, descend(residuals, np.zeros(1)))
-    assert at_large(base, HEAT)[:2] == (pytest.approx(1.5**2), (0.5,))
+    assert probe_large_sizes(base, HEAT)[:2] == (pytest.approx(1.5**2), (0.5,))
     found = refit(base, (HEAT,), ((0.0,),))
     assert found.own(0) == pytest.approx([0.6], abs=0.05)
     assert found.cost < 0.1 < base.cost
@@ -123,10 +123,10 @@ def test_a_model_that_never_comes_to_its_end_is_what_it_adds_to():
 
 def test_an_effect_is_tried_at_large_too():
     base = calibrated()
-    cost, x, _ = at_large(base, PLAIN)
+    cost, x, _ = probe_large_sizes(base, PLAIN)
     assert x == (1.0,)
     assert cost == pytest.approx(base.cost - 3.0**2 + (3.0 - 1.0) ** 2)
-    assert at_large(calibrated(fails_beyond=1e-3), PLAIN)[0] == np.inf
+    assert probe_large_sizes(calibrated(fails_beyond=1e-3), PLAIN)[0] == np.inf
 
 
 def scored(candidate, deviations):
@@ -135,7 +135,7 @@ def scored(candidate, deviations):
 
 
 def test_an_effect_without_a_score_is_fitted_where_much_of_it_leaves_little():
-    (found,) = singles(calibrated(), [scored(PLAIN, 0.0)], 40, Work())
+    (found,) = fit_singles(calibrated(), [scored(PLAIN, 0.0)], 40, Work())
     assert found.names == (PLAIN.name,)
     assert found.model.own(0) == pytest.approx([3.0], abs=0.1)
 
@@ -144,9 +144,9 @@ def test_only_the_best_are_fitted_alone():
     idle = Parameter("effects.bounce.restitution", 1.0, -5.0, 5.0)
     others = [Candidate(f"other_{number}", (idle,), ()) for number in range(40)]
     ranked = [scored(candidate, 5.0) for candidate in (*others, PLAIN, BENT)]
-    found = [choice.names[0] for choice in singles(calibrated(), ranked, 40, Work())]
-    assert len(found) <= SINGLES + LARGE
-    assert {other.name for other in others[:SINGLES]} <= set(found)
+    found = [choice.names[0] for choice in fit_singles(calibrated(), ranked, 40, Work())]
+    assert len(found) <= MAX_SINGLES + MAX_LARGE
+    assert {other.name for other in others[:MAX_SINGLES]} <= set(found)
     assert PLAIN.name in found
 
 
@@ -175,7 +175,7 @@ def test_pairs_are_tried_where_the_best_explanation_is_beyond_its_range(end, tri
     residuals = TooFar([NUISANCE])
     base = Model((), residuals, descend(residuals, np.zeros(1)))
     columns = find_sensitivities(residuals, base.fitted, candidates, Work())
-    ranked = scores(columns, base.fitted.residuals)
+    ranked = find_scores(columns, base.fitted.residuals)
     gap = CalibratedGap(base, columns, [], ranked, np.zeros((len(base.fitted.residuals), 0)), None)
     found = fit_candidates(gap, 2, Work())
     assert found[0].names == (PLAIN.name,)

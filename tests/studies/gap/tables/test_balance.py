@@ -9,10 +9,10 @@ import pytest
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import load
 from apesim.studies.estimation.calibration import calibrate
-from apesim.studies.gap.search.candidates import candidates_of
-from apesim.studies.gap.search.library import effects_on
-from apesim.studies.gap.tables.balance import balances, likeness, most_probable
-from apesim.studies.gap.tables.suggest import sparse
+from apesim.studies.gap.search.candidates import find_candidates
+from apesim.studies.gap.search.library import select_effects
+from apesim.studies.gap.tables.balance import correlate_nodes, find_most_probable, weigh_balances
+from apesim.studies.gap.tables.suggest import fit_sparse
 from apesim.studies.gap.tables.tabulate import Tables, tabulate
 from apesim.studies.gap.work import Work
 from apesim.studies.gap.workflow import explain
@@ -55,7 +55,7 @@ def tabulated(data):
     """What tables take of the gap of the calibrated machine, and the table that is added."""
     base = calibrate(Machine(), data)[0]
     work = Work()
-    ranked = balances(base, effects_on("valve"), work)
+    ranked = weigh_balances(base, select_effects("valve"), work)
     return ranked, tabulate(Tables(base, ranked, work), data, base.residuals.noise)
 
 
@@ -63,8 +63,8 @@ def test_an_effect_that_no_library_has_is_found_by_its_balance_and_closes_the_ga
     ranked, found = tabulated(measured(Bench(rubbing=(hysteretic,))))
     assert ranked[0].name == found.balance.name == "tabulated_force"
     assert ranked[0].gain > 1.5 * max(other.gain for other in ranked if other.balance != "force")
-    assert found.judged.size < 0.1 * found.judged.size_before
-    assert found.judged.share > 0.95
+    assert found.judged.size_after < 0.1 * found.judged.size_before
+    assert found.judged.removed_share > 0.95
     effect = found.model.machine().effects.tabulated_force
     rub = [
         effect.friction_at_0,
@@ -85,7 +85,7 @@ def test_without_runs_to_judge_a_table_is_held_against_operating_points_left_out
     fitted = measured(Bench(rubbing=(hysteretic,))).of("fit")
     _, found = tabulated(Measured("", NOISE, tuple(fitted)))
     assert found.judged.samples == sum(3 * len(run.times) for run in fitted)
-    assert found.judged.share > 0.9
+    assert found.judged.removed_share > 0.9
     _, alone = tabulated(Measured("", NOISE, tuple(fitted[:1])))
     assert alone is None or alone.judged is None
 
@@ -93,7 +93,7 @@ def test_without_runs_to_judge_a_table_is_held_against_operating_points_left_out
 def test_where_nothing_is_hidden_no_table_is_worth_its_nodes():
     ranked, found = tabulated(measured(Bench()))
     assert ranked[0].gain < 6.0
-    assert found is None or found.judged.size < 0.05
+    assert found is None or found.judged.size_after < 0.05
 
 
 def written(folder, data):
@@ -149,7 +149,7 @@ def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap():
     assert found.tabulated.balance.gain > found.calibrated.cost - found.decision.best.model.cost + 100.0
     effect = found.tabulated.model.machine().effects.tabulated_force
     assert max(effect._asdict(), key=effect._asdict().get) == "friction_at_50"
-    assert found.tabulated.judged.size < 0.3 * found.tabulated.judged.size_before
+    assert found.tabulated.judged.size_after < 0.3 * found.tabulated.judged.size_before
 
 
 def test_a_name_that_stands_in_for_what_the_library_lacks_is_refused():
@@ -162,7 +162,7 @@ def test_a_name_that_stands_in_for_what_the_library_lacks_is_refused():
 
 
 def test_a_table_is_never_a_name():
-    names = {candidate.name for candidate in candidates_of(Machine(), "engine", effects_on("engine"))}
+    names = {candidate.name for candidate in find_candidates(Machine(), "engine", select_effects("engine"))}
     assert "blow_by" in names
     assert not any(name.startswith("tabulated") for name in names)
 
@@ -173,7 +173,7 @@ def test_a_table_is_never_a_name():
 def test_nodes_that_explain_nothing_are_held_at_nothing():
     rng = np.random.default_rng(3)
     columns, errors = 30.0 * rng.standard_normal((400, 8)) / 20.0, rng.standard_normal(400)
-    _, fall, price, moved, _ = most_probable(columns, errors, ["a"] * 4 + ["b"] * 4)
+    _, fall, price, moved, _ = find_most_probable(columns, errors, ["a"] * 4 + ["b"] * 4)
     assert fall - price < 6.0
     assert moved < 3.0
 
@@ -182,7 +182,7 @@ def test_of_two_branches_the_one_that_is_there_gets_a_size():
     rng = np.random.default_rng(4)
     columns, true = rng.standard_normal((400, 8)), np.array([0.5, -0.4, 0.6, -0.3, 0.0, 0.0, 0.0, 0.0])
     errors = 3.0 * rng.standard_normal(400) / 3.0 - columns @ true
-    sizes, fall, price, _, x = most_probable(columns, errors, ["a"] * 4 + ["b"] * 4)
+    sizes, fall, price, _, x = find_most_probable(columns, errors, ["a"] * 4 + ["b"] * 4)
     assert sizes * x == pytest.approx(true, abs=0.2)
     assert sizes[0] > 0.2 > 0.05 > sizes[4]
     assert fall == pytest.approx(errors @ errors - np.sum((errors + columns @ (sizes * x)) ** 2) - x @ x, rel=1e-9)
@@ -190,14 +190,14 @@ def test_of_two_branches_the_one_that_is_there_gets_a_size():
 
 
 def test_neighbours_are_alike_and_branches_are_not():
-    found = likeness(["a", "a", "a", "b"], 0.5)
+    found = correlate_nodes(["a", "a", "a", "b"], 0.5)
     assert found[0, 0] > found[0, 1] > found[0, 2] > found[2, 3] == 0.0
     assert np.linalg.eigvalsh(found).min() > 0.1
 
 
 def test_a_trend_of_nodes_goes_on_where_nothing_was_measured():
     def beyond(share):
-        correlation = likeness(["a"] * 5, share)
+        correlation = correlate_nodes(["a"] * 5, share)
         rising = np.linspace(0.2, 0.8, 3)
         return correlation[3:, :3] @ np.linalg.solve(correlation[:3, :3] + 1e-6 * np.eye(3), rising)
 
@@ -208,7 +208,7 @@ def test_a_trend_of_nodes_goes_on_where_nothing_was_measured():
 def test_a_form_keeps_the_terms_that_make_it_up():
     t = np.linspace(-1.0, 2.0, 200)
     terms = {"": np.ones_like(t), "t": t, "t^2": t**2, "t^3": t**3, "sign": np.sign(t)}
-    weights, explained = sparse(4.0 * t**3 - 9.0 * np.sign(t), terms)
+    weights, explained = fit_sparse(4.0 * t**3 - 9.0 * np.sign(t), terms)
     assert weights == pytest.approx({"t^3": 4.0, "sign": -9.0})
     assert explained == pytest.approx(1.0)
-    assert sparse(np.zeros(200), terms)[1] == 0.0
+    assert fit_sparse(np.zeros(200), terms)[1] == 0.0
