@@ -14,6 +14,7 @@ from .studies.assessment.comparison import assess_valve as assess_valve
 from .studies.discharge.effective_area import evaluate_discharge as evaluate_discharge
 from .studies.engine_run import run_engine as run_engine
 from .studies.gap.design.isolability import find_isolability as find_isolability
+from .studies.gap.search.library import list_effects as list_effects
 from .studies.gap.workflow import explain as explain
 from .studies.identify.estimate import fit as fit
 from .studies.limit.engine_limit_map import find_engine_limit as find_engine_limit

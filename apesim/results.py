@@ -495,18 +495,18 @@ class NotConverged(Exception):
         How it ended.
     right : str
         What may help.
-    result : Result
-        What was found nevertheless.
+    result : Result or None
+        What was found nevertheless; None: nothing.
 
     Attributes
     ----------
-    result : Result
-        What was found nevertheless.
+    result : Result or None
+        What was found nevertheless; None: nothing.
     remedy : str
         What may help.
     """
 
-    def __init__(self, what: str, wrong: str, right: str, result: Result) -> None:
+    def __init__(self, what: str, wrong: str, right: str, result: Result | None) -> None:
         super().__init__(what, wrong, right, result)
         self.result: Any = result
         self.remedy = right

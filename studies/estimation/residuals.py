@@ -9,6 +9,7 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import TOLERANCE
+from apesim.results import NotConverged
 from apesim.studies.estimation.noise.process import Noise, noise_for, whitened
 from apesim.studies.estimation.parameters import Parameter, put
 from apesim.studies.estimation.starts import Starts, starts_at
@@ -24,6 +25,10 @@ STEPS = 1e-4, 0.1
 """Smallest and largest finite difference, in units of x."""
 KEPT = 2
 """Points at which marches are remembered."""
+
+
+ENDED_EARLY = "the simulation does not come to its end"
+REMEDY = "simulate its conditions with run_valve or run_engine, which say why, and correct the machine or the run"
 
 
 class Block(NamedTuple):
@@ -42,8 +47,23 @@ class Block(NamedTuple):
     """Median interval between two samples [s]; 0 for a mean."""
 
 
-class EndedEarly(ArithmeticError):
-    """A simulation that did not come to its end."""
+class EndedEarly(NotConverged):
+    """A simulation of a measured run that did not come to its end.
+
+    Parameters
+    ----------
+    what : str
+        Run that was simulated.
+    wrong : str
+        How it ended.
+    right : str
+        What may help.
+    result : None
+        There is none.
+    """
+
+    def __init__(self, what: str, wrong: str = ENDED_EARLY, right: str = REMEDY, result: None = None) -> None:
+        super().__init__(what, wrong, right, result)
 
 
 def unless_ended(function: Callable[..., Any], *arguments: Any) -> Any:
@@ -350,7 +370,7 @@ class WhitenedResiduals:
             machine = put(run_of(self.machine, run), self.parameters, x)
             prediction = predict(machine, run, None, self.starts.near(number, machine), tolerance, memory)
             if prediction.failed:
-                raise EndedEarly(f"{run.name}: the simulation does not come to its end")
+                raise EndedEarly(run.name)
             yield run, prediction
 
     def _remembered(self, number: int, marched: bytes, tolerance: float) -> Memory:

@@ -78,7 +78,7 @@ def explain(
     ------
     InputError
         An argument is out of range, or nothing can be concluded from the data.
-    EndedEarly
+    NotConverged
         The machine itself cannot be simulated.
 
     Examples

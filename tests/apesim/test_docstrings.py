@@ -177,11 +177,11 @@ def run_examples(paths: list[str], folder: Path, **variables: str) -> subprocess
         "import doctest, importlib, sys\n"
         "import apesim\n"
         "face = {getattr(apesim, name) for name in apesim.__all__ if callable(getattr(apesim, name))}\n"
-        "faces = tuple(f'{each.__module__}.{each.__qualname__}' for each in face if each.__module__.count('studies'))\n"
+        "faces = {f'{each.__module__}.{each.__qualname__}' for each in face if each.__module__.count('studies')}\n"
         "runner, finder = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE), doctest.DocTestFinder()\n"
         "for name in sys.argv[1:]:\n"
         "    for test in finder.find(importlib.import_module(name)):\n"
-        "        test.name.startswith(faces) or runner.run(test)\n"
+        "        test.name in faces or runner.run(test)\n"
         "print(runner.tries, 'examples')\n"
         "sys.exit(runner.failures > 0)\n"
     )

@@ -25,13 +25,10 @@ def list_effects(common: Common) -> None:
     >>> next(effect["layer"] for effect in effects if effect["name"] == "ring_leakage")
     'valve'
     """
-    from apesim.studies.gap.search.library import list_library
+    from apesim.studies.gap.search import library
     from apesim.studies.tables import table_of
 
-    entries = list_library(common.load_machine())
-    data = [
-        entry._asdict() | {"parameters": [parameter._asdict() for parameter in entry.parameters]} for entry in entries
-    ]
+    effects = library.list_effects(common.load_machine())
     rows = [
         [
             entry.name,
@@ -40,9 +37,9 @@ def list_effects(common: Common) -> None:
             f"{entry.equation}\n{entry.source}",
             f"{entry.seen_in}\nisolated by {entry.isolated_by}",
         ]
-        for entry in entries
+        for entry in effects.values()
     ]
     header = ("effect", "slot", "parameters", "equation and source", "seen in")
     table = table_of("", header, rows, left=range(len(header)))
     table.columns[0].no_wrap, table.columns[0].min_width, table.leading = True, max(len(row[0]) for row in rows), 1
-    common.console.result({"effects": data}, table)
+    common.console.result(effects.to_dict(), table)

@@ -146,7 +146,7 @@ def find_isolability(
     ------
     InputError
         An argument is wrong, or nothing can be concluded from the data.
-    EndedEarly
+    NotConverged
         The machine itself cannot be simulated.
 
     Examples

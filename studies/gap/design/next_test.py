@@ -12,7 +12,7 @@ from apesim.studies.estimation.starts import Starts, starts_at
 from apesim.studies.gap.design.experiments import Experiment, list_experiments, make_residuals
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.detection_limits import find_detection_limits
-from apesim.studies.gap.search.library import list_library
+from apesim.studies.gap.search.library import list_effects
 from apesim.studies.gap.thresholds import N_SIGMA_VISIBLE
 
 if TYPE_CHECKING:
@@ -72,7 +72,9 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
         opening = "None is due for what these data show. What they cannot show needs its own test"
     else:
         opening = "To see it by itself"
-    isolated = {entry.name: entry.isolated_by for entry in list_library(explanation.calibrated.residuals.machine)}
+    isolated = {
+        name: entry.isolated_by for name, entry in list_effects(explanation.calibrated.residuals.machine).items()
+    }
     rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:MAX_EFFECTS] if name in isolated]
     ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in rows)
     return {"text": f"{opening}: {ways}.", "isolate": rows}

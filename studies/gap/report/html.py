@@ -13,7 +13,7 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms
 from apesim.studies.gap.report.effect_rows import format_interval, format_value
-from apesim.studies.gap.search.library import list_library
+from apesim.studies.gap.search.library import list_effects
 from apesim.studies.measured import CHECK, GATE
 
 if TYPE_CHECKING:
@@ -172,7 +172,8 @@ def render_page(
         "key": format_key,
     }
     environment.filters |= {"value": format_value, "interval": format_interval}
-    ranges = {entry.name: entry.parameters[0].range for entry in list_library(explanation.calibrated.residuals.machine)}
+    effects = list_effects(explanation.calibrated.residuals.machine)
+    ranges = {name: entry.parameters[0].range for name, entry in effects.items()}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
     return environment.from_string(_read_template()).render(
         data=data,

@@ -1,15 +1,25 @@
 """The library of effects, as data."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
+import html
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from apesim.effect import Effect, library_for
 from apesim.engine.effects import ALL_EFFECTS, library_of
 from apesim.engine.machine import Machine
 from apesim.engine.outside_machine import outside_effects_of
 from apesim.quantities.settings import schema
+from apesim.results import needed
+from apesim.studies.calls import arguments_of
 from apesim.studies.measured import VALVE
 from apesim.valve.effects import VALVE_EFFECTS, VALVE_LIBRARY
+
+if TYPE_CHECKING:
+    import pandas
+
+LAYERS = "valve", "engine"
+"""Layers that have effects, in the order of the library."""
 
 
 class Parameter(NamedTuple):
@@ -28,7 +38,7 @@ class Parameter(NamedTuple):
     """Source of the range."""
 
 
-class Entry(NamedTuple):
+class EffectEntry(NamedTuple):
     """An effect as the library lists it."""
 
     name: str
@@ -50,8 +60,91 @@ class Entry(NamedTuple):
     """Name of the file of an effect from outside."""
 
 
-def list_library(machine: Machine | None = None) -> list[Entry]:
-    """The library of effects as data: every effect with its parameters, equation and source.
+class EffectLibrary(Mapping[str, EffectEntry]):
+    """Effects of a machine by their names, in the order of the library.
+
+    Parameters
+    ----------
+    entries : iterable of EffectEntry
+    """
+
+    def __init__(self, entries: Iterable[EffectEntry]) -> None:
+        self._entries = {entry.name: entry for entry in entries}
+
+    def __getitem__(self, name: str) -> EffectEntry:
+        return self._entries[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __repr__(self) -> str:
+        lines = [f"EffectLibrary: {len(self)} effects"]
+        for layer in LAYERS:
+            names = ", ".join(name for name, entry in self._entries.items() if entry.layer == layer)
+            lines += textwrap.wrap(f"{layer}: {names}", 100, initial_indent="  ", subsequent_indent="    ")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """Table for notebooks: effect, layer, parameters with their ranges, equation."""
+        rows = [
+            (entry.name, entry.layer, "; ".join(f"{p.name}: {p.range}" for p in entry.parameters), entry.equation)
+            for entry in self.values()
+        ]
+        cells = "".join(f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+        head = "".join(f"<th>{name}</th>" for name in ("effect", "layer", "parameters", "equation"))
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{cells}</tbody></table>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the content of ``apesim gap effects --json``.
+
+        Returns
+        -------
+        dict
+
+        Examples
+        --------
+        >>> list_effects().to_dict()["effects"][0]["name"]
+        'supply_droop'
+        """
+        effects = [
+            entry._asdict() | {"parameters": [parameter._asdict() for parameter in entry.parameters]}
+            for entry in self.values()
+        ]
+        return {"effects": effects}
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Make a table with a row for each parameter of each effect.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Index: effect and parameter.
+
+        Raises
+        ------
+        ImportError
+            pandas is not installed.
+
+        Examples
+        --------
+        >>> list_effects().to_pandas().loc[("ring_leakage", "area"), "unit"]
+        'mm^2'
+        """
+        rows = [
+            {"effect": entry.name, "layer": entry.layer, "parameter": parameter.name}
+            | {name: getattr(parameter, name) for name in ("unit", "range", "default", "strength")}
+            | {"equation": entry.equation, "seen_in": entry.seen_in, "isolated_by": entry.isolated_by}
+            for entry in self.values()
+            for parameter in entry.parameters
+        ]
+        return needed("pandas").DataFrame(rows).set_index(["effect", "parameter"])
+
+
+def list_effects(machine: Machine | None = None) -> EffectLibrary:
+    """List the library of effects: each with its parameters, equation, source and the experiment that isolates it.
 
     Parameters
     ----------
@@ -60,18 +153,26 @@ def list_library(machine: Machine | None = None) -> list[Entry]:
 
     Returns
     -------
-    list of Entry
-        In the order of the library.
+    EffectLibrary
+        Effects by name, in the order of the library.
+
+    Raises
+    ------
+    InputError
+        The machine holds what no machine file could say.
 
     Examples
     --------
-    >>> entry = next(entry for entry in list_library() if entry.name == "ring_leakage")
-    >>> entry.layer, [parameter.name for parameter in entry.parameters]
+    >>> import apesim
+    >>> leak = apesim.list_effects()["ring_leakage"]
+    >>> leak.layer, [parameter.name for parameter in leak.parameters]
     ('valve', ['area'])
     """
+    if machine is not None:
+        arguments_of("list_effects", machine)
     files = {outside.name: outside.path.name for outside in outside_effects_of(machine)} if machine else {}
-    return [
-        Entry(
+    return EffectLibrary(
+        EffectEntry(
             effect.name,
             effect.layer or ("valve" if effect in VALVE_EFFECTS else "engine"),
             effect.slots,
@@ -84,7 +185,7 @@ def list_library(machine: Machine | None = None) -> list[Entry]:
             files.get(effect.name, ""),
         )
         for effect in (library_of(machine.effects) if machine else ALL_EFFECTS)
-    ]
+    )
 
 
 def list_parameters(effect: Effect) -> Iterator[Parameter]:

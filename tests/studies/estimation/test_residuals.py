@@ -5,13 +5,14 @@ import pickle
 import numpy as np
 import pytest
 
+import apesim
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.noise.process import white
 from apesim.studies.estimation.priors import Prior, nuisance
-from apesim.studies.estimation.residuals import Counter, WhitenedResiduals
-from apesim.studies.gap.search.candidates import candidates_of
-from apesim.studies.gap.search.library import effects_on
+from apesim.studies.estimation.residuals import Counter, EndedEarly, WhitenedResiduals
+from apesim.studies.gap.search.candidates import find_candidates
+from apesim.studies.gap.search.library import select_effects
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 
@@ -48,7 +49,7 @@ RUNS = {bench: run_on(bench) for bench in ("valve", "engine")}
 def fresh(bench, **options):
     """Residuals of which nothing was asked, with an effect among the parameters that adds a volume."""
     name = WITH_VOLUME[bench]
-    (candidate,) = (one for one in candidates_of(MACHINE, bench, effects_on(bench)) if one.name == name)
+    (candidate,) = (one for one in find_candidates(MACHINE, bench, select_effects(bench)) if one.name == name)
     parameters = [
         *(nuisance(MACHINE, prior) for prior in PRIORS[: 3 if bench == "valve" else 2]),
         *candidate.parameters,
@@ -125,3 +126,12 @@ def test_simulations_are_counted_where_they_are_to_be():
     other = residuals.with_parameters(residuals.parameters)
     other.at(on)
     assert (other.simulations, counter.number) == (1, 3)
+
+
+def test_a_run_that_cannot_be_simulated_raises_what_the_face_exports_in_any_process():
+    """What is raised in a worker process comes back pickled."""
+    ended = pickle.loads(pickle.dumps(EndedEarly("p040")))
+    assert isinstance(ended, apesim.NotConverged) and ended.result is None
+    assert str(ended).startswith(
+        "p040: the simulation does not come to its end; simulate its conditions with run_valve"
+    )

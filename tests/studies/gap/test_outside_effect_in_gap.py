@@ -9,7 +9,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.estimation.arguments import open_measured
 from apesim.studies.gap.search.candidates import find_candidates
-from apesim.studies.gap.search.library import find_faults, list_library, select_effects
+from apesim.studies.gap.search.library import find_faults, list_effects, select_effects
 from apesim.studies.measured import Measured, read_measured
 from tests.folders import ROOT
 from tests.truth.terms import FORCE
@@ -56,11 +56,11 @@ def write_rig(folder, friction):
 
 
 def test_it_stands_in_the_library_of_its_machine_and_of_no_other(machine):
-    (entry,) = (entry for entry in list_library(machine) if entry.name == "tapered_bore")
+    (entry,) = (entry for entry in list_effects(machine).values() if entry.name == "tapered_bore")
     assert (entry.layer, entry.slots, entry.file) == ("valve", ("law",), "tapered_bore.py")
     (parameter,) = entry.parameters
     assert (parameter.name, parameter.unit, parameter.range) == ("friction", "N s/m", "0 to 200 N s/m")
-    assert "tapered_bore" not in {entry.name for entry in list_library()}
+    assert "tapered_bore" not in {entry.name for entry in list_effects().values()}
     for bench in ("valve", "engine"):
         assert "tapered_bore" in {effect.name for effect in select_effects(bench, (), machine)}
         assert "tapered_bore" not in {effect.name for effect in select_effects(bench, ("tapered_bore",), machine)}

@@ -2,8 +2,11 @@ import json
 
 import pytest
 
+import apesim
 from apesim.engine.effects import ALL_EFFECTS
-from apesim.studies.gap.search.library import list_library
+from apesim.studies.cli import app
+from apesim.studies.console import main_of
+from apesim.studies.gap.search.library import list_effects
 
 NAMES = """
 supply_droop solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio
@@ -26,12 +29,12 @@ STRENGTHS = {
 
 
 def test_the_library_lists_every_effect_in_the_order_of_the_air():
-    assert [entry.name for entry in list_library()] == NAMES == [effect.name for effect in ALL_EFFECTS]
-    assert [entry.layer for entry in list_library()] == ["valve"] * 34 + ["engine"] * 14
+    assert [entry.name for entry in list_effects().values()] == NAMES == [effect.name for effect in ALL_EFFECTS]
+    assert [entry.layer for entry in list_effects().values()] == ["valve"] * 34 + ["engine"] * 14
 
 
 def test_strengths_come_first_and_are_marked():
-    for entry in list_library():
+    for entry in list_effects().values():
         marked = {parameter.name for parameter in entry.parameters if parameter.strength}
         assert entry.parameters[0].strength
         if entry.name.startswith("tabulated"):
@@ -57,7 +60,7 @@ def test_strengths_come_first_and_are_marked():
     ],
 )
 def test_ranges_are_told_with_their_unit(effect, parameter, expected):
-    (entry,) = (entry for entry in list_library() if entry.name == effect)
+    (entry,) = (entry for entry in list_effects().values() if entry.name == effect)
     (found,) = (found for found in entry.parameters if found.name == parameter)
     assert found.range == expected
 
@@ -73,3 +76,13 @@ def test_the_command_prints_a_table_and_json(apesim):
     assert {"slots", "parameters", "equation", "source", "seen_in", "isolated_by", "off"} < told[0].keys()
     (ratio,) = (effect for effect in told if effect["name"] == "critical_ratio")
     assert (ratio["off"], ratio["slots"], ratio["parameters"][0]["default"]) == (0.528, ["adjust"], "0.528")
+
+
+def test_the_library_from_python_is_what_the_command_prints(capsys, monkeypatch):
+    effects = apesim.list_effects()
+    monkeypatch.setattr("sys.argv", ["apesim", "gap", "effects", "--json"])
+    assert main_of(app) == 0
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(effects.to_dict()))
+    assert len(repr(effects).splitlines()) <= 12 and "ring_leakage" in repr(effects)
+    assert effects._repr_html_().count("<tr>") == len(effects) + 1
+    assert effects.to_pandas().loc[("coulomb_friction", "breakaway"), "unit"] == "N"
