@@ -125,7 +125,11 @@ class LeastSquares(Protocol):
 
 
 def descend(
-    residuals: LeastSquares, x: np.ndarray, jacobian: np.ndarray | None = None, steps: np.ndarray | None = None
+    residuals: LeastSquares,
+    x: np.ndarray,
+    jacobian: np.ndarray | None = None,
+    steps: np.ndarray | None = None,
+    converged: float = CONVERGED,
 ) -> Fitted:
     """Descend to the nearest minimum of the sum of squares within the bounds.
 
@@ -143,6 +147,8 @@ def descend(
         Sensitivities from nearby; without them they are taken at the start.
     steps : (p,) float array, optional
         Steps of finite differences, such as those of a fit nearby; without them, `first_steps`.
+    converged : float
+        Fall of the sum of squares that a fresh step would still promise at the end.
 
     Returns
     -------
@@ -187,9 +193,9 @@ def descend(
     damping, before = 1e-3, np.inf
     for _ in range(MAX_STEPS):
         step, promise = _step(residuals, x, errors, jacobian, damping)
-        if promise < CONVERGED and fresh:
+        if promise < converged and fresh:
             return Fitted(x, errors, jacobian, True, steps)
-        if not fresh and (promise < CONVERGED or (promise > CREEPING * before and damping < UNDAMPED)):
+        if not fresh and (promise < converged or (promise > CREEPING * before and damping < UNDAMPED)):
             jacobian, steps = residuals.jacobian(x, errors, steps)
             fresh = True
             continue

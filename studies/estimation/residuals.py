@@ -194,6 +194,8 @@ class WhitenedResiduals:
         Starts of an engine's runs; without them those of the machine as it is.
     counter : Counter, optional
         Counter of the simulations; without it one of its own.
+    change : float
+        Change of the data that a finite difference aims at [standard deviations].
     """
 
     def __init__(
@@ -205,6 +207,7 @@ class WhitenedResiduals:
         *,
         starts: Starts | None = None,
         counter: Counter | None = None,
+        change: float = CHANGE,
     ) -> None:
         self.machine, self.runs, self.parameters = machine, list(runs), list(parameters)
         self.blocks = blocks_of(self.runs)
@@ -214,6 +217,7 @@ class WhitenedResiduals:
         self.known = np.array([p.prior for p in self.parameters], dtype=bool)
         self.starts = starts or starts_at(machine, self.runs)
         self.counter = counter or Counter()
+        self.change = change
         self._marched = np.array([p.is_marched for p in self.parameters], dtype=bool)
         self._memory: dict[tuple[int, bytes, float], Memory] = {}
 
@@ -244,7 +248,9 @@ class WhitenedResiduals:
         >>> [parameter.key for parameter in residuals.with_parameters([mass]).parameters]
         ['valve.moving_mass']
         """
-        return WhitenedResiduals(self.machine, self.runs, parameters, self.noise, starts=self.starts)
+        return WhitenedResiduals(
+            self.machine, self.runs, parameters, self.noise, starts=self.starts, change=self.change
+        )
 
     def with_noise(self, noise: dict[str, dict[float, Noise]]) -> Self:
         """Take another noise on the same runs, with the same starts and counter.
@@ -320,7 +326,16 @@ class WhitenedResiduals:
     ) -> Self:
         """Copy of these residuals, of the same class and with the same parameters."""
         other = copy(self)
-        WhitenedResiduals.__init__(other, self.machine, runs, self.parameters, noise, starts=starts, counter=counter)
+        WhitenedResiduals.__init__(
+            other,
+            self.machine,
+            runs,
+            self.parameters,
+            noise,
+            starts=starts,
+            counter=counter,
+            change=self.change,
+        )
         return other
 
     def by_block(self, whole: np.ndarray) -> list[np.ndarray]:
@@ -577,7 +592,7 @@ class WhitenedResiduals:
         -------
         jacobian : (n + p, p) or (n + p, len(only)) float array
         steps : (p,) float array
-            Steps with which the next differences change the data by `CHANGE`; of parameters left out they stay.
+            Steps with which the next differences change the data by ``change``; of parameters left out they stay.
 
         Raises
         ------
@@ -606,6 +621,6 @@ class WhitenedResiduals:
                 column = self.column(x, j, step, residuals)
             except EndedEarly:
                 column = self.column(x, j, -step, residuals)
-            steps[j] = np.clip(CHANGE / max(float(np.linalg.norm(column)), 1e-9), *STEPS)
+            steps[j] = np.clip(self.change / max(float(np.linalg.norm(column)), 1e-9), *STEPS)
             columns.append(column)
         return np.column_stack(columns), steps

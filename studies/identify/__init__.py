@@ -16,7 +16,6 @@ Runs that are not fitted are judged afterwards, by what is left between them and
 In the order in which they build on one another: simulation, free, profile, genetic, fit, shift, gate, estimate.
 """
 
-from apesim.studies.estimation.noise.first_order import whiten
 from apesim.studies.identify.fit import Identified, identify
 from apesim.studies.identify.gate import Judgement, judge
 from apesim.studies.identify.shift import time_shift
@@ -29,5 +28,4 @@ __all__ = [
     "identify",
     "judge",
     "time_shift",
-    "whiten",
 ]

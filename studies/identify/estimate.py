@@ -159,7 +159,7 @@ def fit(
         interval_95=found.interval_95,
         correlation=found.correlation,
         objective=found.objective,
-        noise=found.noise,
+        noise={sensor: (known[0.0].deviation, known[0.0].colour) for sensor, known in found.noise.items()},
         gates=gates,
         checks=checks,
         evaluations=found.evaluations,

@@ -6,10 +6,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.quantities import Fault, InputError
-from apesim.studies.estimation.noise.first_order import is_white, noise_model, rough_noise
+from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
+from apesim.studies.estimation.noise.left_over import find_noise_left_over, find_rough_noise, is_white
+from apesim.studies.estimation.noise.process import Noise
+from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps, unless_ended
 from apesim.studies.identify.genetic import genetic
-from apesim.studies.identify.profile import FINE, intervals_of, minimise
-from apesim.studies.identify.simulation import SUPPLY, Problem
+from apesim.studies.identify.profile import FINE, intervals_of
+from apesim.studies.identify.simulation import (
+    MAX_SIMULATIONS,
+    SUPPLY,
+    ReportingCounter,
+    find_differences,
+    find_objective,
+    free_residuals,
+    machine_at,
+)
 from apesim.studies.measured import FIT
 
 STARTS = 3
@@ -19,8 +30,6 @@ WIDE = 0.2
 """Half an interval as a share of the value, above which a parameter counts as badly known."""
 HELP = "fit runs at more supply pressures, measure chamber pressures too, or hold some parameters"
 MAX_RESTARTS = 5
-BASIN = 1e-2
-"""Relative tolerance of parameters and sum of squares with which a start is followed; the best goes on to `FINE`."""
 
 
 class Identified(NamedTuple):
@@ -33,10 +42,12 @@ class Identified(NamedTuple):
     """(p, p) float array in the order of the parameters, or None."""
     objective: float
     """Eq. 11 over all fitted samples of lift [m]; NaN without any."""
-    noise: dict
-    """Standard deviation [SI] and colour of what is left at the optimum, by sensor."""
-    sensor_noise: dict
+    noise: dict[str, dict[float, Noise]]
+    """Noise of what is left at the optimum, by sensor."""
+    sensor_noise: dict[str, dict[float, Noise]]
     """Noise of the sensor alone: less, where the best fit is off by more than the noise."""
+    steps: np.ndarray
+    """Steps of finite differences at the optimum, (p,)."""
     nominal: dict
     """What the fitted runs say of a supply that is free, by key."""
     evaluations: int
@@ -97,48 +108,79 @@ def identify(machine, measured, free, method="least-squares", report=None):
     .. [2] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
        Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
     """
-    problem = Problem(machine, measured.of(FIT), free, report)
-    _refuse(problem, measured, method)
+    counter = ReportingCounter(report)
+    residuals = free_residuals(machine, measured.of(FIT), free, counter)
+    _refuse(residuals, free, measured, method)
+
+    def is_spent():
+        return counter.number >= MAX_SIMULATIONS * len(residuals.runs) * len(free)
+
     if method == "ga":
-        x = genetic(problem)
-        *noises, warnings = noise_model(problem, x, measured.noise)
-        return _identified(
-            problem, x, None, None, noises, [*warnings, "the genetic algorithm states no uncertainty"], True
-        )
-    rough = rough_noise(problem, measured.noise)
-    fits = [minimise(problem, x, rough, BASIN) for x in _starts(free)]
-    best, _, _ = minimise(problem, min(fits, key=lambda fit: fit[1])[0], rough, FINE)
-    noise, own, warnings = noise_model(problem, best, measured.noise)
+        x = genetic(residuals)
+        differences = find_differences(residuals, x)
+        *noises, warnings = find_noise_left_over(residuals.blocks, differences, measured.noise)
+        warnings.append("the genetic algorithm states no uncertainty")
+        steps = first_steps(len(x))
+        return _identified(machine, residuals, free, x, steps, differences, None, None, noises, warnings, True)
+    rough = residuals.with_noise(find_rough_noise(residuals.blocks, measured.noise))
+    best = _deepest(rough, _starts(free), measured)
+    noise, own, warnings = find_noise_left_over(residuals.blocks, find_differences(residuals, best.x), measured.noise)
+    residuals = residuals.with_noise(noise)
+    x = best.x
     for _ in range(MAX_RESTARTS):
-        best, cost, success = minimise(problem, best, noise, FINE)
-        jacobian = problem.jacobian(best, noise)
-        _refuse_idle(problem, jacobian)
-        curvature = jacobian.T @ jacobian
+        best = descend(residuals, x, steps=best.steps, converged=FINE)
+        _refuse_idle(free, best.jacobian)
+        curvature = best.jacobian.T @ best.jacobian
         curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)
         covariance = np.linalg.inv(curvature)
-        intervals, better = intervals_of(problem, best, cost, noise, covariance)
+        intervals, better = intervals_of(residuals, best, covariance, is_spent)
         if better is None:
             break
-        best = better
-    success = success and better is None
+        x = better
+    success = best.converged and better is None
     if not success:
         warnings.append("the fit has not converged; give narrower bounds or free fewer parameters")
-    if not is_white(problem, best, noise):
-        warnings.append("what is left at the optimum is not AR(1) noise; the intervals may be too narrow")
-    if problem.cut:
+    if not is_white(residuals.by_block(best.residuals)):
+        warnings.append(
+            "what is left at the optimum is not the noise that it is taken for; the intervals may be too narrow"
+        )
+    if any(end.is_cut for ends in intervals for end in ends):
         success = False
         warnings.append(
-            f"stopped after {problem.evaluations} simulations: intervals may be from the curvature at the optimum "
+            f"stopped after {counter.number} simulations: intervals may be from the curvature at the optimum "
             "alone, which is not to be relied on; give narrower bounds or free fewer parameters"
         )
     deviations = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(deviations, deviations)
     together = np.sqrt(np.maximum(0.0, 1.0 - 1.0 / (np.diag(covariance) * np.diag(curvature))))
+    differences = find_differences(residuals, best.x)
     if better is not None:
         intervals = None
     else:
-        warnings += _badly_known([f.key for f in problem.free], best, intervals, correlation, together)
-    return _identified(problem, best, intervals, correlation, (noise, own), warnings, success)
+        warnings += _badly_known([f.key for f in free], best.x, intervals, correlation, together)
+    return _identified(
+        machine,
+        residuals,
+        free,
+        best.x,
+        best.steps,
+        differences,
+        intervals,
+        correlation,
+        (noise, own),
+        warnings,
+        success,
+    )
+
+
+def _deepest(residuals: WhitenedResiduals, starts: np.ndarray, measured: Any) -> Fitted:
+    """Deepest of the minima to which several starts lead; raises `InputError` where none can be simulated."""
+    ended = [fitted for start in starts if (fitted := unless_ended(descend, residuals, start))]
+    if not ended:
+        right = "start from a machine that runs, or give narrower bounds"
+        raise InputError([Fault(measured.folder, "run", "no simulation comes to its end", right)])
+    best = min(ended, key=lambda fitted: fitted.cost)
+    return descend(residuals, best.x, best.jacobian, best.steps, FINE)
 
 
 def _badly_known(keys, best, intervals, correlation, together):
@@ -184,46 +226,47 @@ def _badly_known(keys, best, intervals, correlation, together):
     return warnings
 
 
-def _refuse(problem, measured, method):
+def _refuse(residuals, free, measured, method):
     """Raises `InputError` where there is nothing to fit, or no one value of a free parameter."""
-    faults = []
-    if not problem.blocks or (method == "ga" and "lift" not in problem.sensors):
+    faults, sensors = [], [block.sensor for block in residuals.blocks]
+    if not sensors or (method == "ga" and "lift" not in sensors):
         wrong = "no run of the role fit has " + ("lift" if method == "ga" else "lift or chamber pressures")
         faults.append(Fault(measured.folder, "run", wrong, 'measure "lift [mm]", and write role = "fit"'))
     for key, field in SUPPLY.items():
-        given = {value for run in problem.runs if not isnan(value := getattr(run, field))}
-        if key in [f.key for f in problem.free] and len(given) > 1:
+        given = {value for run in measured.of(FIT) if not isnan(value := getattr(run, field))}
+        if key in [f.key for f in free] and len(given) > 1:
             faults.append(Fault(measured.folder, key, "differs between the runs", "fit runs of one value, or hold it"))
     if faults:
         raise InputError(faults)
 
 
-def _refuse_idle(problem, jacobian):
+def _refuse_idle(free, jacobian):
     """Raises `InputError` where a free parameter changes nothing in the fitted runs."""
-    idle = [free.key for free, column in zip(problem.free, jacobian.T, strict=True) if not column.any()]
+    idle = [one.key for one, column in zip(free, jacobian.T, strict=True) if not column.any()]
     if idle:
         right = "leave it out, or switch on what it belongs to"
         raise InputError([Fault("command line", "--free", f"{key} changes nothing in the runs", right) for key in idle])
 
 
-def _identified(problem, x, intervals, correlation, noises, warnings, converged):
-    """The outcome, with warnings of what the data cannot tell; noises: both of `noise_model`."""
-    keys = [f.key for f in problem.free]
+def _identified(machine, residuals, free, x, steps, differences, intervals, correlation, noises, warnings, converged):
+    """The outcome, with warnings of what the data cannot tell; noises: both of `find_noise_left_over`."""
+    keys, scale = [f.key for f in free], np.array([f.scale for f in free])
     for j, key in enumerate(keys if intervals else ()):
         if any(end.is_open for end in intervals[j]):
             warnings.append(f"{key}: its 95 % interval runs into a bound; these data do not hold it")
     return Identified(
-        dict(zip(keys, (x * problem.scale).tolist(), strict=True)),
+        dict(zip(keys, (x * scale).tolist(), strict=True)),
         {
-            key: tuple(float(end.at * problem.scale[j]) for end in intervals[j]) if intervals else None
+            key: tuple(float(end.at * scale[j]) for end in intervals[j]) if intervals else None
             for j, key in enumerate(keys)
         },
         correlation,
-        problem.objective(x),
-        *({sensor: tuple(map(float, pair)) for sensor, pair in noise.items()} for noise in noises),
-        {key: getattr(problem.runs[0], SUPPLY[key]) for key in keys if key in SUPPLY},
-        problem.evaluations,
+        find_objective(residuals, differences),
+        *noises,
+        steps,
+        {key: getattr(residuals.runs[0], SUPPLY[key]) for key in keys if key in SUPPLY},
+        residuals.simulations,
         warnings,
-        problem.machine_at(x),
+        machine_at(machine, free, x),
         converged,
     )

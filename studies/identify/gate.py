@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apesim.studies.estimation.noise.first_order import BELIEVED, rough_noise
+from apesim.studies.estimation.noise.left_over import BELIEVED, find_rough_noise
 from apesim.studies.identify.shift import time_shift
-from apesim.studies.identify.simulation import Problem, carries
+from apesim.studies.identify.simulation import carries, free_residuals
 from apesim.studies.measured import FIT
 
 CHANCE = 1e-3
@@ -56,41 +56,44 @@ def judge(found, measured, free, runs):
     """
     if not runs:
         return []
-    fitted = Problem(found.machine, measured.of(FIT), free)
-    x = np.array([found.parameters[f.key] for f in free]) / fitted.scale
-    sensitivities = fitted.jacobian(x, found.noise)
+    fitted = free_residuals(found.machine, measured.of(FIT), free).with_noise(found.noise)
+    x = np.array([found.parameters[f.key] / f.scale for f in free])
+    sensitivities, _ = fitted.jacobian(x, fitted.at(x), found.steps)
+    samples = sum(len(block.values) for block in fitted.blocks)
     information = sensitivities.T @ sensitivities
     covariance = np.linalg.inv(information + np.diag(1e-10 * np.diag(information) + 1e-12))
     judged = []
     for run in runs:
         kept = [j for j, f in enumerate(free) if carries(found, f.key, run)]
-        problem = Problem(found.machine, [run], [free[j] for j in kept])
+        residuals = free_residuals(found.machine, [run], [free[j] for j in kept])
         left, limit = np.nan, np.nan
-        if problem.blocks:
-            noise = rough_noise(problem, measured.noise) | found.sensor_noise
-            left = _left(problem, x[kept], noise, covariance[np.ix_(kept, kept)])
-            known = all(sensor in measured.noise for sensor in problem.sensors)
-            limit = _limit(problem, None if known else len(sensitivities), len(runs))
+        if residuals.blocks:
+            noise = find_rough_noise(residuals.blocks, measured.noise) | found.sensor_noise
+            residuals = residuals.with_noise(noise)
+            left = _left(residuals, x[kept], found.steps[kept], covariance[np.ix_(kept, kept)])
+            known = all(block.sensor in measured.noise for block in residuals.blocks)
+            limit = _limit(residuals, None if known else samples, len(runs))
         shift = time_shift(found, run)
         judged.append(Judgement(**shift, residual_over_noise=left, limit=limit, contradicted=bool(left > limit)))
     return judged
 
 
-def _left(problem, x, noise, covariance):
+def _left(residuals, x, steps, covariance):
     """Root mean square of the whitened residuals, less what the parameters' uncertainty allows."""
-    e = problem.whitened(x, noise)
+    values = residuals.at(x)
+    e = values[: len(values) - len(x)]
     square = float(e @ e)
     if len(x):
-        sensitivities = problem.jacobian(x, noise)
-        pull = sensitivities.T @ e
-        square -= pull @ np.linalg.solve(np.linalg.inv(covariance) + sensitivities.T @ sensitivities, pull)
+        jacobian, _ = residuals.jacobian(x, values, steps)
+        pull = jacobian.T @ values
+        square -= pull @ np.linalg.solve(np.linalg.inv(covariance) + jacobian.T @ jacobian, pull)
     return float(np.sqrt(max(square, 0.0) / len(e)))
 
 
-def _limit(problem, estimated_from, runs):
+def _limit(residuals, estimated_from, runs):
     """Limit of `_left`; estimated_from: the number of samples that told the noise, None if it is stated."""
     from scipy.stats import chi2, f
 
-    n, chance = sum(len(run.times) for run, _ in problem.blocks), CHANCE / runs
+    n, chance = sum(len(block.values) for block in residuals.blocks), CHANCE / runs
     square = chi2.isf(chance, n) / n if estimated_from is None else f.isf(chance, n, estimated_from)
     return float(BELIEVED * np.sqrt(square))

@@ -3,16 +3,17 @@
 import numpy as np
 
 from apesim.quantities import Fault, InputError
+from apesim.studies.identify.simulation import find_differences, find_objective
 
 POPULATION, GENERATIONS = 20, 80
 
 
-def genetic(problem, generations=GENERATIONS, seed=0):
+def genetic(residuals, generations=GENERATIONS, seed=0):
     """Minimise Eq. 11 of the EPV paper (doi 10.1631/jzus.A0820373) by a genetic algorithm of floating-point strings.
 
     Parameters
     ----------
-    problem : apesim.studies.identify.simulation.Problem
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
     generations : int
     seed : int
 
@@ -36,10 +37,9 @@ def genetic(problem, generations=GENERATIONS, seed=0):
 
     class Evaluation(ElementwiseProblem):
         def _evaluate(self, x, out, *args, **kwargs):
-            problem.forget()  # strings may be equal; each is simulated, as in the paper
-            out["F"] = problem.objective(x)
+            out["F"] = find_objective(residuals, find_differences(residuals, x))
 
-    low, high = problem.bounds
+    low, high = residuals.low, residuals.high
     strings = GA(pop_size=POPULATION, eliminate_duplicates=False)
     found = minimize(Evaluation(n_var=len(low), n_obj=1, xl=low, xu=high), strings, ("n_gen", generations), seed=seed)
     return np.atleast_1d(found.X)

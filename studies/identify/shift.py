@@ -28,7 +28,8 @@ def time_shift(found, run):
     machine = fitted_for(found, run)
     shifts, noises = [np.empty(0)], [np.empty(0)]
     if "lift" in run.channels:
-        deviation, stroke = found.noise.get("lift", (0.0, 0.0))[0], machine.valve.stroke
+        known, stroke = found.noise.get("lift"), machine.valve.stroke
+        deviation = known[0.0].deviation if known else 0.0
         times = np.arange(0.0, float(run.times[-1]), 1e-5)
         lift = predict(machine, run._replace(times=times), ("lift",)).channels["lift"]
         for start, end, sign in ((0.0, run.pulse, 1.0), (run.pulse, inf, -1.0)):

@@ -1,21 +1,27 @@
-"""Measured runs through the simulator: what it predicts for them, and how far that is from what was measured."""
+"""Free parameters of a machine, and the measured runs as a function of them."""
 
+from collections.abc import Callable, Iterable, Sequence
 from math import isnan, nan
 from typing import NamedTuple
 
 import numpy as np
 
+from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
-from apesim.studies.estimation.noise.first_order import FITTED, whiten
-from apesim.studies.measured.prediction import predict, run_of, with_value
+from apesim.studies.estimation.parameters import Parameter
+from apesim.studies.estimation.residuals import Counter, EndedEarly, WhitenedResiduals
+from apesim.studies.measured import MeasuredRun
+from apesim.studies.measured.prediction import run_of, with_value
 
-STEP = 1e-3
-"""Step of a finite difference, as a share of a parameter's scale."""
-
+FITTED = "lift", "pressure_a", "pressure_b"
+"""Sensors that are fitted."""
 MAX_SIMULATIONS = 600
 """Simulations of each run for each free parameter, after which a fit by least squares ends as it stands."""
-KEPT = 16
-"""Points whose simulations are kept, so that a fit that goes on from one does not repeat them."""
+CHANGE = 0.5
+"""Standard deviations that a finite difference aims at: with more, an optimum of few parameters is found less
+closely than a hundredth of its interval, as the sum of squares bends where a contact passes a sample."""
+AWRY = 10.0
+"""Times the largest measured value, that a simulation counts to be off by where it ends early."""
 
 
 class Free(NamedTuple):
@@ -74,82 +80,121 @@ def fitted_for(found, run):
     return machine
 
 
-class Problem:
-    """Measured runs against their simulation, as a function of the scaled free parameters.
+class ReportingCounter(Counter):
+    """Number of simulations, reported as they are counted.
+
+    Parameters
+    ----------
+    report : callable, optional
+        ``report(done, None)``, called after each simulation, as their number is not known before.
+    """
+
+    def __init__(self, report: Callable[[int, None], object] | None = None) -> None:
+        super().__init__()
+        self._report = report
+
+    def add(self, number: int) -> None:
+        """Count more simulations, and report them.
+
+        Parameters
+        ----------
+        number : int
+
+        Examples
+        --------
+        >>> ReportingCounter(lambda done, total: print(done)).add(1)
+        1
+        """
+        super().add(number)
+        if self._report:
+            self._report(self.number, None)
+
+
+def free_residuals(
+    machine: Machine, runs: Iterable[MeasuredRun], free: Iterable[Free], counter: Counter | None = None
+) -> WhitenedResiduals:
+    """Make the residuals of the sensors that are fitted, as a function of free parameters.
 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
-    runs : sequence of apesim.studies.measured.MeasuredRun
-    free : sequence of Free
-    report : callable, optional
-        Told of the number of simulations after each.
+    runs : iterable of apesim.studies.measured.MeasuredRun
+        Those without any such sensor are left out.
+    free : iterable of Free
+        The scaled parameter x of each is its value over its scale.
+    counter : apesim.studies.estimation.residuals.Counter, optional
+
+    Returns
+    -------
+    apesim.studies.estimation.residuals.WhitenedResiduals
+
+    Examples
+    --------
+    >>> from apesim.studies.identify.free import free_parameters
+    >>> free_residuals(Machine(), [], free_parameters(Machine(), ["valve.viscous_friction"])).low.tolist()
+    [0.0]
     """
+    kept = []
+    for run in runs:
+        channels = {sensor: run.channels[sensor] for sensor in FITTED if sensor in run.channels}
+        if channels:
+            kept.append(run._replace(channels=channels, means={}))
+    parameters = [Parameter(f.key, f.scale, f.low / f.scale, f.high / f.scale) for f in free]
+    return WhitenedResiduals(machine, kept, parameters, counter=counter, change=CHANGE)
 
-    def __init__(self, machine, runs, free, report=None):
-        self.machine, self.runs, self.free, self.report = machine, runs, free, report
-        self.evaluations, self.cut = 0, False
-        self.scale = np.array([f.scale for f in free])
-        self.bounds = np.array([[f.low, f.high] for f in free]).T / self.scale
-        self.blocks = [(run, sensor) for run in runs for sensor in FITTED if sensor in run.channels]
-        self.sensors = [sensor for _, sensor in self.blocks]
-        self._kept = {}
 
-    def machine_at(self, x, run=None):
-        """The machine with the parameters, and with the supply of a run, if one is given."""
-        machine = self.machine if run is None else run_of(self.machine, run)
-        for free, value in zip(self.free, np.asarray(x) * self.scale, strict=True):
-            machine = with_value(machine, free.key, float(np.clip(value, free.low, free.high)))
-        return machine
+def find_differences(residuals: WhitenedResiduals, x: np.ndarray) -> list[np.ndarray]:
+    """Find the simulation less the measurement of each block; large where a simulation ends early.
 
-    def residuals(self, x):
-        """Simulation less measurement, an array for each of `blocks` [SI]; large where a simulation ends early."""
-        at, found = np.asarray(x, dtype=float).tobytes(), []
-        if at in self._kept:
-            return self._kept[at]
-        for run in self.runs:
-            sensors = [sensor for sensor in FITTED if sensor in run.channels]
-            values = predict(self.machine_at(x, run), run, sensors).channels
-            self.evaluations += 1
-            if self.report:
-                self.report(self.evaluations, None)
-            for sensor in sensors:
-                measured = run.channels[sensor]
-                error = values[sensor] - measured
-                found.append(np.where(np.isnan(error), 10.0 * np.abs(measured).max(), error))
-        self._kept[at] = found
-        if len(self._kept) > KEPT:
-            del self._kept[next(iter(self._kept))]
-        return found
+    Parameters
+    ----------
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+    x : (p,) float array
 
-    @property
-    def spent(self):
-        """Whether there have been as many simulations as a fit may take."""
-        return self.evaluations >= MAX_SIMULATIONS * len(self.runs) * len(self.free)
+    Returns
+    -------
+    list of (n,) float array
+        [SI]
+    """
+    try:
+        predicted = residuals.predicted(x)
+    except EndedEarly:
+        return [np.full(len(block.values), AWRY * np.abs(block.values).max()) for block in residuals.blocks]
+    return [values - block.values for values, block in zip(predicted, residuals.blocks, strict=True)]
 
-    def forget(self):
-        """Simulate anew, even where it has been done."""
-        self._kept.clear()
 
-    def objective(self, x):
-        """Eq. 11 over all fitted samples of lift [m]; NaN without any."""
-        lift = [r for r, sensor in zip(self.residuals(x), self.sensors, strict=True) if sensor == "lift"]
-        errors = np.concatenate([[], *lift])
-        return float(np.sqrt(np.sum(errors**2)) / (len(errors) - 1)) if len(errors) else nan
+def find_objective(residuals: WhitenedResiduals, differences: Sequence[np.ndarray]) -> float:
+    """Find Eq. 11 of the EPV paper (doi 10.1631/jzus.A0820373) over all fitted samples of lift.
 
-    def whitened(self, x, noise):
-        """All residuals in standard deviations, the colour of their noise taken off; shape (n,)."""
-        blocks = zip(self.residuals(x), self.blocks, strict=True)
-        return np.concatenate([whiten(r, run.times, *noise[sensor]) for r, (run, sensor) in blocks])
+    Parameters
+    ----------
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+    differences : sequence of (n,) float array
+        See `find_differences`.
 
-    def jacobian(self, x, noise, only=None):
-        """Sensitivities of `whitened` by forward differences, shape (n, p) or (n, len(only))."""
-        base = self.whitened(x, noise)
-        columns = []
-        for j in range(len(x)) if only is None else only:
-            step = min(STEP, 0.25 * (self.bounds[1, j] - self.bounds[0, j]))
-            step = step if x[j] + step <= self.bounds[1, j] else -step
-            moved = np.array(x)
-            moved[j] += step
-            columns.append((self.whitened(moved, noise) - base) / step)
-        return np.column_stack(columns)
+    Returns
+    -------
+    float
+        [m]; NaN without any lift.
+    """
+    pairs = zip(differences, residuals.blocks, strict=True)
+    errors = np.concatenate([[], *(values for values, block in pairs if block.sensor == "lift")])
+    return float(np.sqrt(np.sum(errors**2)) / (len(errors) - 1)) if len(errors) else nan
+
+
+def machine_at(machine: Machine, free: Iterable[Free], x: np.ndarray) -> Machine:
+    """Give the machine with free parameters at x, within their bounds.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    free : iterable of Free
+    x : (p,) float array
+
+    Returns
+    -------
+    apesim.engine.machine.Machine
+    """
+    for one, number in zip(free, x, strict=True):
+        machine = with_value(machine, one.key, float(np.clip(number * one.scale, one.low, one.high)))
+    return machine

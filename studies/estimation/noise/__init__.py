@@ -1,1 +1,1 @@
-"""The noise of measured channels: process, hum, estimation, first_order, sampling."""
+"""The noise of measured channels: process, hum, estimation, left_over, sampling."""

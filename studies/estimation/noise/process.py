@@ -19,6 +19,8 @@ DOUBT = 10.0
 """Factor on the doubt of orders that may come from the drifts taken off."""
 SAME = 1e-8
 """Size of a column over the largest below which others say all of it."""
+UNEVEN = 0.01
+"""Spread of the sampling intervals over their median, from which they are not one."""
 CORRELATIONS = np.linspace(-0.9, 0.97, 188)
 """Correlations of neighbours, among which the most probable is chosen."""
 
@@ -46,6 +48,11 @@ class Noise(NamedTuple):
     def order(self) -> int:
         """Number of terms of the autoregressive process."""
         return len(self.predictors) - 1
+
+    @property
+    def colour(self) -> float:
+        """Correlation of neighbours."""
+        return float(self.predictors[1][0]) if self.order else 0.0
 
 
 def white(deviation: float, source: str, samples: float = np.inf) -> Noise:
@@ -335,7 +342,8 @@ def whitened(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray
     columns : (n, k) float array
         [SI]
     times : (n,) float array
-        Times of the samples [s]; they matter for hum alone.
+        Times of the samples [s]; they matter for hum, and where their intervals differ: there the correlation of
+        neighbours falls exponentially with time, and hum is left as it is.
 
     Returns
     -------
@@ -354,6 +362,8 @@ def whitened(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray
     [1.0, 1.0, -1.0]
     """
     filtered = columns.astype(float)
+    if noise.order and not _is_even(times):
+        return _whitened_uneven(noise, filtered, times)
     for lag, weight in enumerate(noise.predictors[-1], 1):
         filtered[lag:] -= weight * columns[:-lag]
     filtered /= noise.spread[-1]
@@ -366,6 +376,20 @@ def whitened(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray
     plain = noise._replace(hums=())
     left, sizes, _ = np.linalg.svd(whitened(plain, waves, times), full_matrices=False)
     return filtered + left @ ((1.0 / np.sqrt(1.0 + sizes**2) - 1.0)[:, None] * (left.T @ filtered))
+
+
+def _is_even(times: np.ndarray) -> bool:
+    """Whether samples come at one interval."""
+    intervals = np.diff(times)
+    return len(intervals) < 2 or bool(np.ptp(intervals) < UNEVEN * np.median(intervals))
+
+
+def _whitened_uneven(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Whiten columns of samples that come at different intervals: the correlation of neighbours fades with time."""
+    intervals = np.diff(times)
+    correlation = (max(noise.colour, 0.0) ** (intervals / np.median(intervals)))[:, None]
+    innovations = (columns[1:] - correlation * columns[:-1]) / np.sqrt(1.0 - correlation**2)
+    return np.vstack([columns[:1], innovations]) / noise.deviation
 
 
 def sines(frequency: float, times: np.ndarray) -> np.ndarray:

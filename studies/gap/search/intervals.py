@@ -8,10 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
+from apesim.studies.estimation.held import fit_held
+from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.profile_likelihood import End, Likelihood, find_end, first_better
-from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.work import Work
 
 MAX_END_ERROR = 0.05
@@ -22,97 +23,6 @@ inwards."""
 MAX_RESTARTS = 3
 """Better points that are followed."""
 SIDES = -1, 1
-
-
-class HeldParameter:
-    """A least-squares residuals with one parameter held, as a function of the others.
-
-    Parameters
-    ----------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-    number : int
-        Place of the parameter that is held.
-    value : float
-        Value x at which it is held.
-    """
-
-    def __init__(self, residuals: WhitenedResiduals, number: int, value: float) -> None:
-        self.residuals, self.number, self.value = residuals, number, value
-        self.others = [j for j in range(len(residuals.low)) if j != number]
-        self.low, self.high = residuals.low[self.others], residuals.high[self.others]
-
-    def insert_held(self, x: np.ndarray) -> np.ndarray:
-        """All parameters: the free ones with the one held among them.
-
-        Parameters
-        ----------
-        x : (p - 1,) float array
-
-        Returns
-        -------
-        (p,) float array
-
-        Examples
-        --------
-        >>> from types import SimpleNamespace
-        >>> bounds = SimpleNamespace(low=np.full(3, -1.0), high=np.full(3, 1.0))
-        >>> HeldParameter(bounds, 1, 0.5).insert_held(np.array([0.1, 0.9])).tolist()
-        [0.1, 0.5, 0.9]
-        """
-        return np.insert(x, self.number, self.value)
-
-    def at(self, x: np.ndarray) -> np.ndarray:
-        """Whitened residuals and pulls, see `apesim.studies.estimation.residuals.WhitenedResiduals.at`.
-
-        Parameters
-        ----------
-        x : (p - 1,) float array
-
-        Returns
-        -------
-        (n + p,) float array
-            [standard deviations]
-
-        Examples
-        --------
-        >>> from types import SimpleNamespace
-        >>> bounds = {"low": np.full(2, -9.0), "high": np.full(2, 9.0)}
-        >>> plane = SimpleNamespace(**bounds, at=lambda x: np.array([x[0] + 10.0 * x[1]]))
-        >>> HeldParameter(plane, 1, 0.5).at(np.array([2.0])).tolist()
-        [7.0]
-        """
-        return self.residuals.at(self.insert_held(x))
-
-    def jacobian(self, x: np.ndarray, residuals: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sensitivities to the free parameters.
-
-        Parameters
-        ----------
-        x : (p - 1,) float array
-        residuals : (n + p,) float array
-            Residuals at x.
-        steps : (p - 1,) float array
-            Step of each difference, in units of x.
-
-        Returns
-        -------
-        jacobian : (n + p, p - 1) float array
-        steps : (p - 1,) float array
-            Steps for the next differences, see `apesim.studies.estimation.residuals.WhitenedResiduals.jacobian`.
-
-        Examples
-        --------
-        >>> from types import SimpleNamespace
-        >>> slopes = np.array([[1.0, 10.0]])
-        >>> bounds = {"low": np.full(2, -9.0), "high": np.full(2, 9.0)}
-        >>> plane = SimpleNamespace(**bounds, jacobian=lambda x, residuals, steps, only: (slopes[:, only], steps))
-        >>> jacobian, steps = HeldParameter(plane, 1, 0.5).jacobian(np.array([2.0]), np.array([7.0]), np.array([0.01]))
-        >>> jacobian.tolist(), steps.tolist()
-        ([[1.0]], [0.01])
-        """
-        all_steps = np.insert(steps, self.number, np.nan)  # the parameter that is held takes none
-        jacobian, all_steps = self.residuals.jacobian(self.insert_held(x), residuals, all_steps, self.others)
-        return jacobian, all_steps[self.others]
 
 
 def find_profiles(model: Model, work: Work) -> tuple[Model, int]:
@@ -190,7 +100,7 @@ def _find_end(model: Model, j: int, side: int, further_starts: Sequence[np.ndarr
 
     def hold(guess: np.ndarray, j: int) -> tuple[np.ndarray, float, bool]:
         starts = [guess, *(np.where(np.arange(len(guess)) == j, guess, point) for point in further_starts)]
-        return min((_fit_with_held(residuals, fitted, start, j) for start in starts), key=lambda held: held[1])
+        return min((fit_held(residuals, fitted, start, j) for start in starts), key=lambda held: held[1])
 
     bounds = np.array([residuals.low, residuals.high])
     likelihood = Likelihood(fitted.x, fitted.cost, covariance, bounds, hold, close=MAX_END_ERROR)
@@ -200,21 +110,6 @@ def _find_end(model: Model, j: int, side: int, further_starts: Sequence[np.ndarr
 def _copy(residuals: WhitenedResiduals) -> WhitenedResiduals:
     """Residuals like these, with a counter of their own."""
     return residuals.with_parameters(residuals.parameters)
-
-
-def _fit_with_held(
-    residuals: WhitenedResiduals, fitted: Fitted, start: np.ndarray, j: int
-) -> tuple[np.ndarray, float, bool]:
-    """Least squares from a start with parameter j held.
-
-    See `apesim.studies.estimation.profile_likelihood.Likelihood.hold`.
-    """
-    held = HeldParameter(residuals, j, start[j])
-    try:
-        fitted = descend(held, start[held.others], fitted.jacobian[:, held.others], fitted.steps[held.others])
-    except EndedEarly:
-        return start, np.inf, False
-    return held.insert_held(fitted.x), fitted.cost, fitted.converged
 
 
 def has_shape(model: Model) -> bool:

@@ -9,7 +9,8 @@ import pytest
 from apesim.quantities import InputError
 from apesim.studies.commands.valve.fit import fit_valve
 from apesim.studies.console import Console
-from apesim.studies.identify import identify, judge, time_shift, whiten
+from apesim.studies.estimation.noise.process import Noise, white, whitened
+from apesim.studies.identify import identify, judge, time_shift
 from apesim.studies.identify.estimate import fit as fit_measured
 from apesim.studies.identify.free import free_parameters, si_unit
 from apesim.studies.measured import Measured, MeasuredRun
@@ -101,7 +102,7 @@ def test_coloured_noise_widens_the_interval_and_it_still_holds_the_truth():
     widths = [high - low for one in found for low, high in [one.interval_95[BETA]]]
     low, high = fit(measured_run(0), stated={"lift": NOISE}).interval_95[BETA]
     assert np.median(widths) > 2.0 * (high - low)
-    assert np.median([one.noise["lift"][1] for one in found]) == pytest.approx(0.9, abs=0.02)
+    assert np.median([one.noise["lift"][0.0].colour for one in found]) == pytest.approx(0.9, abs=0.02)
 
 
 @pytest.mark.slow
@@ -114,38 +115,44 @@ def test_over_400_seeds_the_intervals_hold_the_truth_in_fewer_than_60_simulation
 
 
 def test_unstated_noise_is_found():
-    deviation, colour = fit(measured_run(3, colour=0.5)).noise["lift"]
-    assert deviation == pytest.approx(NOISE, rel=0.1)
-    assert colour == pytest.approx(0.5, abs=0.06)
+    found = fit(measured_run(3, colour=0.5)).noise["lift"][0.0]
+    assert found.deviation == pytest.approx(NOISE, rel=0.1)
+    assert found.colour == pytest.approx(0.5, abs=0.06)
 
 
 def test_noise_from_repeats_shows_that_the_model_lacks_something():
     repeats = [measured_run(seed, name="p", moving_mass=0.2) for seed in (1, 2, 3)]
     found = fit(*repeats)
     assert any("off by" in warning for warning in found.warnings)
-    assert found.noise["lift"][0] > 1.1 * NOISE
+    assert found.noise["lift"][0.0].deviation > 1.1 * NOISE
     low, high = found.interval_95[BETA]
     right = fit(*[measured_run(seed, name="p") for seed in (1, 2, 3)])
     assert not right.warnings
     assert high - low > 1.5 * (right.interval_95[BETA][1] - right.interval_95[BETA][0])
 
 
-def test_noise_that_is_not_ar1_is_told():
+def test_noise_that_is_no_autoregressive_process_is_told():
     run = measured_run(1)
     run.channels["lift"] += 3e-5 * np.sin(2.0 * np.pi * 1700.0 * TIMES)
-    assert any("not AR(1)" in warning for warning in fit(run).warnings)
+    assert any("not the noise that it is taken for" in warning for warning in fit(run).warnings)
 
 
 def test_whitening_takes_the_colour_off_and_keeps_the_deviation():
     coloured = noise(100_000, 3e-5, np.random.default_rng(2), 0.9)
     times = np.arange(len(coloured)) * 1e-4
-    white = whiten(coloured, times, 3e-5, 0.9)
+
+    def whiten(values, times, correlation):
+        spread = np.array([1.0, np.sqrt(1.0 - correlation**2)])
+        known = Noise(3e-5, (np.zeros(0), np.array([correlation])), spread, "stated")
+        return whitened(known, values[:, None], times)[:, 0]
+
+    white = whiten(coloured, times, 0.9)
     assert white.std() == pytest.approx(1.0, abs=0.01)
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.01
-    thinned = whiten(coloured[::2], times[::2], 3e-5, 0.81)
+    thinned = whiten(coloured[::2], times[::2], 0.81)
     assert thinned.std() == pytest.approx(1.0, abs=0.02)
     keep = np.random.default_rng(3).random(len(times)) < 0.5
-    uneven = whiten(coloured[keep], times[keep], 3e-5, 0.9 ** (np.median(np.diff(times[keep])) / 1e-4))
+    uneven = whiten(coloured[keep], times[keep], 0.9 ** (np.median(np.diff(times[keep])) / 1e-4))
     assert uneven.std() == pytest.approx(1.0, abs=0.02)
 
 
@@ -238,7 +245,7 @@ def test_one_parameter_badly_known_is_named():
 
 
 def test_a_fit_ends_with_a_warning_as_its_simulations_are_spent(monkeypatch):
-    monkeypatch.setattr("apesim.studies.identify.simulation.MAX_SIMULATIONS", 25)
+    monkeypatch.setattr("apesim.studies.identify.fit.MAX_SIMULATIONS", 25)
     keys = [BETA, SPRING]
     found = fit(measured_run(0), free=keys)
     assert any(f"stopped after {found.evaluations} simulations" in warning for warning in found.warnings)
@@ -341,7 +348,9 @@ def test_a_gate_allows_what_the_parameters_are_not_known_to():
     assert not gate.contradicted
     exact = {"lift": NOISE}  # against a good sensor, the same fit is off by far more than noise
     measured, free = Measured("", exact, (short, measured_run(4, 0.16, role="gate"))), free_parameters(DEFAULT, keys)
-    [strict] = judge(found._replace(sensor_noise={"lift": (NOISE, 0.0)}), measured, free, measured.of("gate"))
+    [strict] = judge(
+        found._replace(sensor_noise={"lift": {0.0: white(NOISE, "stated")}}), measured, free, measured.of("gate")
+    )
     raw = predict(run_of(found.machine, measured.runs[1]), measured.runs[1], ("lift",)).channels["lift"]
     off = np.sqrt(np.mean((raw - measured.runs[1].channels["lift"]) ** 2)) / NOISE
     assert off > strict.limit > strict.residual_over_noise
