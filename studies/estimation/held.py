@@ -144,7 +144,9 @@ def fit_held(
             return start, np.inf, False
         return start, float(values @ values), True
     try:
-        optimum = descend(held, start[held.others], fitted.jacobian[:, held.others], fitted.steps[held.others], converged)
+        optimum = descend(
+            held, start[held.others], fitted.jacobian[:, held.others], fitted.steps[held.others], converged
+        )
     except EndedEarly:
         return start, np.inf, False
     return held.insert_held(optimum.x), optimum.cost, optimum.converged

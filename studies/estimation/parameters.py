@@ -100,6 +100,11 @@ class Parameter(NamedTuple):
         Returns
         -------
         float
+
+        Examples
+        --------
+        >>> round(Parameter("valve.stroke", 1e-4, -5.0, 5.0).shown(0.009), 6)
+        9.0
         """
         return shown(self.declaration, value)
 

@@ -4,8 +4,9 @@ The default is bounded least squares from several starts, with the colour of the
 profile likelihood, and a warning where the data cannot tell parameters apart. The other method is the genetic
 algorithm of doi 10.1631/jzus.A0820373, Table 2, which minimises Eq. 11.
 
-The noise of a sensor is taken for AR(1): ``e_i = colour * e_(i-1) + white``. Its standard deviation is the stated one,
-else from repeats, else from what is left at the optimum; its colour is from repeats, else from what is left.
+The noise of a sensor is an autoregressive process, see `apesim.studies.estimation.noise.process`. Its standard
+deviation is the stated one, else from repeats, else from what is left at the optimum; its colour is from repeats, else
+from what is left.
 
 The sum of squares bends wherever the simulated contact passes a sample, the more the redder the noise, so that there
 are several minima close together: a profile that meets a better point starts the fit again from there.
@@ -18,14 +19,14 @@ In the order in which they build on one another: simulation, free, profile, gene
 
 from apesim.studies.identify.fit import Identified, identify
 from apesim.studies.identify.gate import Judgement, judge
-from apesim.studies.identify.shift import time_shift
+from apesim.studies.identify.shift import find_time_shift
 from apesim.studies.identify.simulation import Free
 
 __all__ = [
     "Free",
     "Identified",
     "Judgement",
+    "find_time_shift",
     "identify",
     "judge",
-    "time_shift",
 ]

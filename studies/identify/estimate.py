@@ -76,7 +76,17 @@ class Fit(Result):
         return any(one.contradicted for one in self.gates)
 
     def to_dict(self) -> dict[str, Any]:
-        """The content of ``apesim valve fit --json``."""
+        """Return the content of ``apesim valve fit --json``.
+
+        Returns
+        -------
+        dict
+
+        Examples
+        --------
+        >>> Fit({"valve.stroke": Scalar(0.009, "m")}, evaluations=12).to_dict()["parameters"]
+        {'valve.stroke': 0.009}
+        """
         return {
             "method": self.method,
             "parameters": self.parameters,

@@ -1,27 +1,31 @@
 """Least squares from several starts, and intervals by profile likelihood."""
 
+from collections.abc import Callable, Sequence
 from math import isnan
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from apesim.engine.machine import Machine
 from apesim.quantities import Fault, InputError
 from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.noise.left_over import find_noise_left_over, find_rough_noise, is_white
 from apesim.studies.estimation.noise.process import Noise
+from apesim.studies.estimation.profile_likelihood import End
 from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps, unless_ended
-from apesim.studies.identify.genetic import genetic
-from apesim.studies.identify.profile import FINE, intervals_of
+from apesim.studies.identify.genetic import minimise_genetically
+from apesim.studies.identify.profile import FINE, find_intervals
 from apesim.studies.identify.simulation import (
     MAX_SIMULATIONS,
     SUPPLY,
+    Free,
     ReportingCounter,
     find_differences,
     find_objective,
     free_residuals,
     machine_at,
 )
-from apesim.studies.measured import FIT
+from apesim.studies.measured import FIT, Measured
 
 STARTS = 3
 ALIKE, COUPLED = 0.99, 0.98
@@ -33,13 +37,13 @@ MAX_RESTARTS = 5
 
 
 class Identified(NamedTuple):
-    """The parameters that were identified from measured data, SI, by key of the machine file."""
+    """Parameters that were identified from measured data, in SI, by key of the machine file."""
 
-    parameters: dict
-    interval_95: dict
+    parameters: dict[str, float]
+    interval_95: dict[str, tuple[float, float] | None]
     """Low and high end; None from a method that has none."""
-    correlation: Any
-    """(p, p) float array in the order of the parameters, or None."""
+    correlation: np.ndarray | None
+    """Correlation of the estimates in the order of the parameters, (p, p)."""
     objective: float
     """Eq. 11 over all fitted samples of lift [m]; NaN without any."""
     noise: dict[str, dict[float, Noise]]
@@ -48,17 +52,17 @@ class Identified(NamedTuple):
     """Noise of the sensor alone: less, where the best fit is off by more than the noise."""
     steps: np.ndarray
     """Steps of finite differences at the optimum, (p,)."""
-    nominal: dict
-    """What the fitted runs say of a supply that is free, by key."""
+    nominal: dict[str, float]
+    """Supply that the fitted runs state, where a supply is free, by key."""
     evaluations: int
     """Simulations of one run each."""
-    warnings: list
-    machine: Any
+    warnings: list[str]
+    machine: Machine
     """With the parameters found."""
     converged: bool
 
 
-def _starts(free):
+def _starts(free: Sequence[Free]) -> np.ndarray:
     """Starts of the fits: the machine's values, and points spread by a Halton sequence; shape (STARTS, p)."""
     from scipy.stats import qmc
 
@@ -72,7 +76,13 @@ def _starts(free):
     return np.array(starts)
 
 
-def identify(machine, measured, free, method="least-squares", report=None):
+def identify(
+    machine: Machine,
+    measured: Measured,
+    free: Sequence[Free],
+    method: str = "least-squares",
+    report: Callable[[int, None], object] | None = None,
+) -> Identified:
     """Identify parameters of a machine from measured data; only runs with the role "fit" are used.
 
     Least squares start from several points; the noise is then estimated from the residuals, and the fit and its 95 %
@@ -107,21 +117,38 @@ def identify(machine, measured, free, method="least-squares", report=None):
        integrals", Numer. Math. 2, 1960, pp. 84-90, doi 10.1007/BF01386213.
     .. [2] D. J. Venzon and S. H. Moolgavkar, "A method for computing profile-likelihood-based confidence intervals",
        Appl. Statist. 37, 1988, pp. 87-94, doi 10.2307/2347496.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import read_example
+    >>> from apesim.studies.identify.free import free_parameters
+    >>> friction = "valve.viscous_friction"
+    >>> identified = identify(Machine(), read_example(), free_parameters(Machine(), [friction]))
+    >>> low, high = identified.interval_95[friction]
+    >>> low < identified.parameters[friction] < high, identified.converged
+    (True, True)
     """
     counter = ReportingCounter(report)
     residuals = free_residuals(machine, measured.of(FIT), free, counter)
     _refuse(residuals, free, measured, method)
 
-    def is_spent():
+    def is_spent() -> bool:
         return counter.number >= MAX_SIMULATIONS * len(residuals.runs) * len(free)
 
     if method == "ga":
-        x = genetic(residuals)
+        x = minimise_genetically(residuals)
         differences = find_differences(residuals, x)
-        *noises, warnings = find_noise_left_over(residuals.blocks, differences, measured.noise)
-        warnings.append("the genetic algorithm states no uncertainty")
-        steps = first_steps(len(x))
-        return _identified(machine, residuals, free, x, steps, differences, None, None, noises, warnings, True)
+        noise, own, warnings = find_noise_left_over(residuals.blocks, differences, measured.noise)
+        return Identified(
+            **_values_at(x, machine, residuals, free, differences),
+            interval_95={f.key: None for f in free},
+            correlation=None,
+            noise=noise,
+            sensor_noise=own,
+            steps=first_steps(len(x)),
+            warnings=[*warnings, "the genetic algorithm states no uncertainty"],
+            converged=True,
+        )
     rough = residuals.with_noise(find_rough_noise(residuals.blocks, measured.noise))
     best = _deepest(rough, _starts(free), measured)
     noise, own, warnings = find_noise_left_over(residuals.blocks, find_differences(residuals, best.x), measured.noise)
@@ -133,11 +160,12 @@ def identify(machine, measured, free, method="least-squares", report=None):
         curvature = best.jacobian.T @ best.jacobian
         curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)
         covariance = np.linalg.inv(curvature)
-        intervals, better = intervals_of(residuals, best, covariance, is_spent)
+        intervals, better = find_intervals(residuals, best, covariance, is_spent)
         if better is None:
             break
         x = better
     success = best.converged and better is None
+    differences = find_differences(residuals, best.x)
     if not success:
         warnings.append("the fit has not converged; give narrower bounds or free fewer parameters")
     if not is_white(residuals.by_block(best.residuals)):
@@ -150,30 +178,47 @@ def identify(machine, measured, free, method="least-squares", report=None):
             f"stopped after {counter.number} simulations: intervals may be from the curvature at the optimum "
             "alone, which is not to be relied on; give narrower bounds or free fewer parameters"
         )
-    deviations = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(deviations, deviations)
+    sigmas = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(sigmas, sigmas)
     together = np.sqrt(np.maximum(0.0, 1.0 - 1.0 / (np.diag(covariance) * np.diag(curvature))))
-    differences = find_differences(residuals, best.x)
-    if better is not None:
-        intervals = None
-    else:
+    interval_95: dict[str, tuple[float, float] | None] = {f.key: None for f in free}
+    if better is None:
         warnings += _badly_known([f.key for f in free], best.x, intervals, correlation, together)
-    return _identified(
-        machine,
-        residuals,
-        free,
-        best.x,
-        best.steps,
-        differences,
-        intervals,
-        correlation,
-        (noise, own),
-        warnings,
-        success,
+        for f, ends in zip(free, intervals, strict=True):
+            if any(end.is_open for end in ends):
+                warnings.append(f"{f.key}: its 95 % interval runs into a bound; these data do not hold it")
+            low, high = (float(end.at * f.scale) for end in ends)
+            interval_95[f.key] = low, high
+    return Identified(
+        **_values_at(best.x, machine, residuals, free, differences),
+        interval_95=interval_95,
+        correlation=correlation,
+        noise=noise,
+        sensor_noise=own,
+        steps=best.steps,
+        warnings=warnings,
+        converged=success,
     )
 
 
-def _deepest(residuals: WhitenedResiduals, starts: np.ndarray, measured: Any) -> Fitted:
+def _values_at(
+    x: np.ndarray,
+    machine: Machine,
+    residuals: WhitenedResiduals,
+    free: Sequence[Free],
+    differences: Sequence[np.ndarray],
+) -> dict[str, Any]:
+    """What follows from the best parameters alone, by field of `Identified`."""
+    return {
+        "parameters": {f.key: float(number * f.scale) for f, number in zip(free, x, strict=True)},
+        "objective": find_objective(residuals, differences),
+        "nominal": {f.key: getattr(residuals.runs[0], SUPPLY[f.key]) for f in free if f.key in SUPPLY},
+        "evaluations": residuals.simulations,
+        "machine": machine_at(machine, free, x),
+    }
+
+
+def _deepest(residuals: WhitenedResiduals, starts: np.ndarray, measured: Measured) -> Fitted:
     """Deepest of the minima to which several starts lead; raises `InputError` where none can be simulated."""
     ended = [fitted for start in starts if (fitted := unless_ended(descend, residuals, start))]
     if not ended:
@@ -183,7 +228,9 @@ def _deepest(residuals: WhitenedResiduals, starts: np.ndarray, measured: Any) ->
     return descend(residuals, best.x, best.jacobian, best.steps, FINE)
 
 
-def _badly_known(keys, best, intervals, correlation, together):
+def _badly_known(
+    keys: list[str], best: np.ndarray, intervals: list[list[End]], correlation: np.ndarray, together: np.ndarray
+) -> list[str]:
     """Warnings of parameters that cannot be told apart, and of those whose interval is wide.
 
     Pairs alone do not show it: of five parameters, any one may be made up for by the other four, while no two of them
@@ -195,7 +242,7 @@ def _badly_known(keys, best, intervals, correlation, together):
     best : (p,) float array
         The optimum.
     intervals : list
-        See `intervals_of`.
+        See `find_intervals`.
     correlation : (p, p) float array
     together : (p,) float array
         Multiple correlation of each estimate with all others.
@@ -226,7 +273,7 @@ def _badly_known(keys, best, intervals, correlation, together):
     return warnings
 
 
-def _refuse(residuals, free, measured, method):
+def _refuse(residuals: WhitenedResiduals, free: Sequence[Free], measured: Measured, method: str) -> None:
     """Raises `InputError` where there is nothing to fit, or no one value of a free parameter."""
     faults, sensors = [], [block.sensor for block in residuals.blocks]
     if not sensors or (method == "ga" and "lift" not in sensors):
@@ -240,33 +287,9 @@ def _refuse(residuals, free, measured, method):
         raise InputError(faults)
 
 
-def _refuse_idle(free, jacobian):
+def _refuse_idle(free: Sequence[Free], jacobian: np.ndarray) -> None:
     """Raises `InputError` where a free parameter changes nothing in the fitted runs."""
-    idle = [one.key for one, column in zip(free, jacobian.T, strict=True) if not column.any()]
+    idle = [parameter.key for parameter, column in zip(free, jacobian.T, strict=True) if not column.any()]
     if idle:
         right = "leave it out, or switch on what it belongs to"
         raise InputError([Fault("command line", "--free", f"{key} changes nothing in the runs", right) for key in idle])
-
-
-def _identified(machine, residuals, free, x, steps, differences, intervals, correlation, noises, warnings, converged):
-    """The outcome, with warnings of what the data cannot tell; noises: both of `find_noise_left_over`."""
-    keys, scale = [f.key for f in free], np.array([f.scale for f in free])
-    for j, key in enumerate(keys if intervals else ()):
-        if any(end.is_open for end in intervals[j]):
-            warnings.append(f"{key}: its 95 % interval runs into a bound; these data do not hold it")
-    return Identified(
-        dict(zip(keys, (x * scale).tolist(), strict=True)),
-        {
-            key: tuple(float(end.at * scale[j]) for end in intervals[j]) if intervals else None
-            for j, key in enumerate(keys)
-        },
-        correlation,
-        find_objective(residuals, differences),
-        *noises,
-        steps,
-        {key: getattr(residuals.runs[0], SUPPLY[key]) for key in keys if key in SUPPLY},
-        residuals.simulations,
-        warnings,
-        machine_at(machine, free, x),
-        converged,
-    )

@@ -20,7 +20,22 @@ EXAMPLE = "valve.viscous_friction"
 
 
 def si_unit(declaration: Quantity) -> str:
-    """Name of the SI unit of a quantity: the declared one if it is that, e.g. "N s/m"."""
+    """Find the name of the SI unit of a quantity: the declared one if it is that.
+
+    Parameters
+    ----------
+    declaration : Quantity
+
+    Returns
+    -------
+    str
+        Unit, and behind a pressure whether it is absolute.
+
+    Examples
+    --------
+    >>> si_unit(Quantity("N s/m", 0, 200, "chosen")), si_unit(Quantity("mm", 1, 50, "chosen"))
+    ('N s/m', 'm')
+    """
     own = unit(declaration.unit)
     si = own._replace(factor=Fraction(1), offset=Fraction(0))
     names = [name for name in (declaration.unit, "Pa") if unit(name) == si]
@@ -49,6 +64,12 @@ def free_parameters(
     ------
     InputError
         With every fault.
+
+    Examples
+    --------
+    >>> [free] = free_parameters(Machine(), ["valve.viscous_friction=100 N s/m:120 N s/m"])
+    >>> free.low, free.high
+    (100.0, 120.0)
     """
     leaves = {leaf.key: leaf for leaf in schema(type(machine), machine)}
     found: list[Free] = []

@@ -7,14 +7,19 @@ distribution of as many degrees as samples, or Fisher's where the noise is not s
 to a tenth of its standard deviation, as in the fit.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from apesim.studies.estimation.noise.left_over import BELIEVED, find_rough_noise
-from apesim.studies.identify.shift import time_shift
-from apesim.studies.identify.simulation import carries, free_residuals
-from apesim.studies.measured import FIT
+from apesim.studies.estimation.residuals import WhitenedResiduals
+from apesim.studies.identify.shift import find_time_shift
+from apesim.studies.identify.simulation import Free, free_residuals, holds_in
+from apesim.studies.measured import FIT, Measured, MeasuredRun
+
+if TYPE_CHECKING:
+    from apesim.studies.identify.fit import Identified
 
 CHANCE = 1e-3
 """Chance of noise alone to contradict a model by one of the runs it is judged by."""
@@ -38,12 +43,14 @@ class Judgement(NamedTuple):
     """Whether the run contradicts the model beyond noise."""
 
 
-def judge(found, measured, free, runs):
+def judge(
+    identified: "Identified", measured: Measured, free: Sequence[Free], runs: Sequence[MeasuredRun]
+) -> list[Judgement]:
     """Judge the fitted model by runs that were not fitted; the parameters stay as they are.
 
     Parameters
     ----------
-    found : apesim.studies.identify.fit.Identified
+    identified : apesim.studies.identify.fit.Identified
     measured : apesim.studies.measured.Measured
         Data with the runs that were fitted.
     free : sequence of apesim.studies.identify.simulation.Free
@@ -53,32 +60,45 @@ def judge(found, measured, free, runs):
     Returns
     -------
     list of Judgement
+
+    Examples
+    --------
+    A valve whose friction is fitted, while the side force that its piston has is not in the machine:
+
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.gap.example_bench import read_example
+    >>> from apesim.studies.identify.fit import identify
+    >>> from apesim.studies.identify.free import free_parameters
+    >>> measured, free = read_example(), free_parameters(Machine(), ["valve.viscous_friction"])
+    >>> [gate] = judge(identify(Machine(), measured, free), measured, free, measured.of("gate"))
+    >>> gate.run, gate.contradicted
+    ('p50.csv', True)
     """
     if not runs:
         return []
-    fitted = free_residuals(found.machine, measured.of(FIT), free).with_noise(found.noise)
-    x = np.array([found.parameters[f.key] / f.scale for f in free])
-    sensitivities, _ = fitted.jacobian(x, fitted.at(x), found.steps)
+    fitted = free_residuals(identified.machine, measured.of(FIT), free).with_noise(identified.noise)
+    x = np.array([identified.parameters[f.key] / f.scale for f in free])
+    sensitivities, _ = fitted.jacobian(x, fitted.at(x), identified.steps)
     samples = sum(len(block.values) for block in fitted.blocks)
     information = sensitivities.T @ sensitivities
     covariance = np.linalg.inv(information + np.diag(1e-10 * np.diag(information) + 1e-12))
     judged = []
     for run in runs:
-        kept = [j for j, f in enumerate(free) if carries(found, f.key, run)]
-        residuals = free_residuals(found.machine, [run], [free[j] for j in kept])
-        left, limit = np.nan, np.nan
+        kept = [j for j, f in enumerate(free) if holds_in(identified, f.key, run)]
+        residuals = free_residuals(identified.machine, [run], [free[j] for j in kept])
+        ratio, limit = np.nan, np.nan
         if residuals.blocks:
-            noise = find_rough_noise(residuals.blocks, measured.noise) | found.sensor_noise
+            noise = find_rough_noise(residuals.blocks, measured.noise) | identified.sensor_noise
             residuals = residuals.with_noise(noise)
-            left = _left(residuals, x[kept], found.steps[kept], covariance[np.ix_(kept, kept)])
+            ratio = _left_over(residuals, x[kept], identified.steps[kept], covariance[np.ix_(kept, kept)])
             known = all(block.sensor in measured.noise for block in residuals.blocks)
             limit = _limit(residuals, None if known else samples, len(runs))
-        shift = time_shift(found, run)
-        judged.append(Judgement(**shift, residual_over_noise=left, limit=limit, contradicted=bool(left > limit)))
+        shift = find_time_shift(identified, run)
+        judged.append(Judgement(**shift, residual_over_noise=ratio, limit=limit, contradicted=bool(ratio > limit)))
     return judged
 
 
-def _left(residuals, x, steps, covariance):
+def _left_over(residuals: WhitenedResiduals, x: np.ndarray, steps: np.ndarray, covariance: np.ndarray) -> float:
     """Root mean square of the whitened residuals, less what the parameters' uncertainty allows."""
     values = residuals.at(x)
     e = values[: len(values) - len(x)]
@@ -90,8 +110,8 @@ def _left(residuals, x, steps, covariance):
     return float(np.sqrt(max(square, 0.0) / len(e)))
 
 
-def _limit(residuals, estimated_from, runs):
-    """Limit of `_left`; estimated_from: the number of samples that told the noise, None if it is stated."""
+def _limit(residuals: WhitenedResiduals, estimated_from: int | None, runs: int) -> float:
+    """Limit of `_left_over`; estimated_from: the number of samples that told the noise, None if it is stated."""
     from scipy.stats import chi2, f
 
     n, chance = sum(len(block.values) for block in residuals.blocks), CHANCE / runs

@@ -1,21 +1,26 @@
-"""The genetic algorithm of doi 10.1631/jzus.A0820373, Table 2."""
+"""The genetic algorithm of the EPV paper (doi 10.1631/jzus.A0820373), Table 2."""
+
+from typing import Any
 
 import numpy as np
 
 from apesim.quantities import Fault, InputError
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.identify.simulation import find_differences, find_objective
 
 POPULATION, GENERATIONS = 20, 80
 
 
-def genetic(residuals, generations=GENERATIONS, seed=0):
+def minimise_genetically(residuals: WhitenedResiduals, generations: int = GENERATIONS, seed: int = 0) -> np.ndarray:
     """Minimise Eq. 11 of the EPV paper (doi 10.1631/jzus.A0820373) by a genetic algorithm of floating-point strings.
 
     Parameters
     ----------
     residuals : apesim.studies.estimation.residuals.WhitenedResiduals
     generations : int
+        Generations of `POPULATION` strings each.
     seed : int
+        Seed of the random numbers.
 
     Returns
     -------
@@ -26,6 +31,19 @@ def genetic(residuals, generations=GENERATIONS, seed=0):
     ------
     apesim.quantities.InputError
         pymoo is not installed.
+
+    Examples
+    --------
+    Friction of a valve from its lift, in two of the 80 generations:
+
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.gap.example_bench import read_example
+    >>> from apesim.studies.identify.free import free_parameters
+    >>> from apesim.studies.identify.simulation import free_residuals
+    >>> [free] = free_parameters(Machine(), ["valve.viscous_friction=100 N s/m:120 N s/m"])
+    >>> [x] = minimise_genetically(free_residuals(Machine(), read_example().of("fit"), [free]), generations=2)
+    >>> 100.0 <= x * free.scale <= 120.0
+    True
     """
     try:
         from pymoo.algorithms.soo.nonconvex.ga import GA
@@ -36,10 +54,10 @@ def genetic(residuals, generations=GENERATIONS, seed=0):
         raise InputError([Fault("command line", "--method", "the genetic algorithm needs pymoo", right)]) from None
 
     class Evaluation(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
+        def _evaluate(self, x: np.ndarray, out: dict[str, float], *args: Any, **kwargs: Any) -> None:
             out["F"] = find_objective(residuals, find_differences(residuals, x))
 
     low, high = residuals.low, residuals.high
     strings = GA(pop_size=POPULATION, eliminate_duplicates=False)
-    found = minimize(Evaluation(n_var=len(low), n_obj=1, xl=low, xu=high), strings, ("n_gen", generations), seed=seed)
-    return np.atleast_1d(found.X)
+    best = minimize(Evaluation(n_var=len(low), n_obj=1, xl=low, xu=high), strings, ("n_gen", generations), seed=seed)
+    return np.atleast_1d(best.X)

@@ -1,22 +1,30 @@
-"""The largest time shift at equal lift between a measured run and its simulation, as the paper judges its model."""
+"""The largest time shift at equal lift between a measured run and its simulation.
+
+The EPV paper (doi 10.1631/jzus.A0820373) judges its model by it.
+"""
 
 from math import inf
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from apesim.studies.identify.simulation import fitted_for
+from apesim.studies.identify.simulation import machine_for
+from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict
+
+if TYPE_CHECKING:
+    from apesim.studies.identify.fit import Identified
 
 FLIGHT = 0.1, 0.9
 """Shares of the stroke between which the piston counts as in flight."""
 
 
-def time_shift(found, run):
-    """Largest time shift at equal lift between a measured run and its simulation, while the piston is in flight.
+def find_time_shift(identified: "Identified", run: MeasuredRun) -> dict[str, Any]:
+    """Find the largest time shift at equal lift between a measured run and its simulation, while the piston flies.
 
     Parameters
     ----------
-    found : Identified
+    identified : apesim.studies.identify.fit.Identified
     run : apesim.studies.measured.MeasuredRun
 
     Returns
@@ -24,20 +32,33 @@ def time_shift(found, run):
     dict
         ``run``; ``time_shift_s``, positive where the measured piston is later; ``noise_limit_s``: what noise alone
         exceeds in one of twenty such runs; NaN where nothing flies or lift is not measured.
+
+    Examples
+    --------
+    A machine without the side force that its piston has opens late:
+
+    >>> from types import SimpleNamespace
+    >>> from apesim.engine.machine import Machine
+    >>> from apesim.studies.estimation.noise.process import white
+    >>> from apesim.studies.gap.example_bench import NOISE, read_example
+    >>> identified = SimpleNamespace(machine=Machine(), nominal={}, noise={"lift": {0.0: white(NOISE, "stated")}})
+    >>> judged = find_time_shift(identified, read_example().runs[0])
+    >>> abs(judged["time_shift_s"]) > judged["noise_limit_s"]
+    True
     """
-    machine = fitted_for(found, run)
+    machine = machine_for(identified, run)
     shifts, noises = [np.empty(0)], [np.empty(0)]
     if "lift" in run.channels:
-        known, stroke = found.noise.get("lift"), machine.valve.stroke
+        known, stroke = identified.noise.get("lift"), machine.valve.stroke
         deviation = known[0.0].deviation if known else 0.0
         times = np.arange(0.0, float(run.times[-1]), 1e-5)
         lift = predict(machine, run._replace(times=times), ("lift",)).channels["lift"]
         for start, end, sign in ((0.0, run.pulse, 1.0), (run.pulse, inf, -1.0)):
-            flights = []
+            flights: list[tuple[np.ndarray, np.ndarray]] = []
             for t, values in ((times, lift), (run.times, run.channels["lift"])):
                 within = (t >= start) & (t < end)
-                flights += [t[within], (values if sign > 0.0 else stroke - values)[within] / stroke]
-            shift, noise = _shifts(*flights, deviation / stroke)
+                flights.append((t[within], (values if sign > 0.0 else stroke - values)[within] / stroke))
+            shift, noise = _shifts(*flights[0], *flights[1], deviation / stroke)
             shifts.append(shift)
             noises.append(noise)
     shift, noise = np.concatenate(shifts), np.concatenate(noises)
@@ -46,7 +67,9 @@ def time_shift(found, run):
     return {"run": run.data, "time_shift_s": float(shift[np.argmax(np.abs(shift))]), "noise_limit_s": _largest(noise)}
 
 
-def _shifts(simulated_times, simulated, times, measured, deviation):
+def _shifts(
+    simulated_times: np.ndarray, simulated: np.ndarray, times: np.ndarray, measured: np.ndarray, deviation: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Shifts of the samples in flight, and the standard deviation of each; travel and noise as shares of the stroke."""
     none = np.empty(0), np.empty(0)
     if not len(simulated) or not len(measured) or max(simulated[0], measured[0]) > FLIGHT[0]:
@@ -63,7 +86,7 @@ def _shifts(simulated_times, simulated, times, measured, deviation):
     return times[flying] - np.interp(level, levels, at), deviation / np.interp(level, levels, speed)
 
 
-def _largest(deviations):
+def _largest(deviations: np.ndarray) -> float:
     """What the largest of independent normal deviates of these standard deviations exceeds in one of twenty cases."""
     from scipy.optimize import brentq
     from scipy.special import erf

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from math import isnan, nan
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.estimation.residuals import Counter, EndedEarly, WhitenedResiduals
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import run_of, with_value
+
+if TYPE_CHECKING:
+    from apesim.studies.identify.fit import Identified
 
 FITTED = "lift", "pressure_a", "pressure_b"
 """Sensors that are fitted."""
@@ -41,14 +44,14 @@ SUPPLY = {"supply.pressure": "supply", "supply.temperature": "temperature"}
 """What a measured run says of its supply, by key of the machine."""
 
 
-def carries(found, key, run):
+def holds_in(identified: "Identified", key: str, run: MeasuredRun) -> bool:
     """Whether the value that was found for a key holds in a run.
 
     A supply that was fitted holds only in runs that state the nominal supply of the fitted runs, or none.
 
     Parameters
     ----------
-    found : apesim.studies.identify.fit.Identified
+    identified : apesim.studies.identify.fit.Identified
     key : str
         Key of the machine.
     run : apesim.studies.measured.MeasuredRun
@@ -56,27 +59,47 @@ def carries(found, key, run):
     Returns
     -------
     bool
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> identified = SimpleNamespace(nominal={"supply.pressure": 5e5})
+    >>> runs = [SimpleNamespace(supply=pressure) for pressure in (5e5, 6e5)]
+    >>> [holds_in(identified, "supply.pressure", run) for run in runs], holds_in(identified, "valve.stroke", runs[0])
+    ([True, False], True)
     """
-    nominal = found.nominal.get(key)
+    nominal = identified.nominal.get(key)
     return nominal is None or isnan(own := getattr(run, SUPPLY[key])) or own == nominal
 
 
-def fitted_for(found, run):
-    """The fitted machine with the supply of a run; a fitted supply stays where it holds in the run, see `carries`.
+def machine_for(identified: "Identified", run: MeasuredRun) -> Machine:
+    """Give the fitted machine with the supply of a run.
+
+    A fitted supply stays where it holds in the run, see `holds_in`.
 
     Parameters
     ----------
-    found : apesim.studies.identify.fit.Identified
+    identified : apesim.studies.identify.fit.Identified
     run : apesim.studies.measured.MeasuredRun
 
     Returns
     -------
     apesim.engine.machine.Machine
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> identified = SimpleNamespace(
+    ...     machine=Machine(), nominal={"supply.pressure": 5e5}, parameters={"supply.pressure": 5.1e5}
+    ... )
+    >>> run = MeasuredRun("p040", "p040.csv", 5e5, 287.0, 50e-3, "fit", np.zeros(0), {})
+    >>> [machine_for(identified, run._replace(supply=supply)).supply.pressure for supply in (5e5, 6e5)]
+    [510000.0, 600000.0]
     """
-    machine = run_of(found.machine, run)
-    for key in found.nominal:
-        if carries(found, key, run):
-            machine = with_value(machine, key, found.parameters[key])
+    machine = run_of(identified.machine, run)
+    for key in identified.nominal:
+        if holds_in(identified, key, run):
+            machine = with_value(machine, key, identified.parameters[key])
     return machine
 
 
@@ -155,6 +178,16 @@ def find_differences(residuals: WhitenedResiduals, x: np.ndarray) -> list[np.nda
     -------
     list of (n,) float array
         [SI]
+
+    Examples
+    --------
+    A lift at rest that was measured 1 and 2 micrometres too high:
+
+    >>> lift = np.array([1e-6, 2e-6])
+    >>> run = MeasuredRun("p040", "p040.csv", 5e5, 287.0, 50e-3, "fit", np.array([0.0, 1e-3]), {"lift": lift})
+    >>> [difference] = find_differences(free_residuals(Machine(), [run], []), np.zeros(0))
+    >>> difference.tolist()
+    [-1e-06, -2e-06]
     """
     try:
         predicted = residuals.predicted(x)
@@ -176,6 +209,12 @@ def find_objective(residuals: WhitenedResiduals, differences: Sequence[np.ndarra
     -------
     float
         [m]; NaN without any lift.
+
+    Examples
+    --------
+    >>> run = MeasuredRun("p040", "p040.csv", 5e5, 287.0, 50e-3, "fit", np.array([0.0, 1e-3]), {"lift": np.zeros(2)})
+    >>> find_objective(free_residuals(Machine(), [run], []), [np.array([3e-6, 4e-6])])
+    5e-06
     """
     pairs = zip(differences, residuals.blocks, strict=True)
     errors = np.concatenate([[], *(values for values, block in pairs if block.sensor == "lift")])
@@ -194,7 +233,15 @@ def machine_at(machine: Machine, free: Iterable[Free], x: np.ndarray) -> Machine
     Returns
     -------
     apesim.engine.machine.Machine
+
+    Examples
+    --------
+    >>> from apesim.studies.identify.free import free_parameters
+    >>> free = free_parameters(Machine(), ["valve.viscous_friction=100 N s/m:120 N s/m"])
+    >>> machine_at(Machine(), free, [2.0]).valve.viscous_friction  # twice the machine's own is out of bounds
+    120.0
     """
-    for one, number in zip(free, x, strict=True):
-        machine = with_value(machine, one.key, float(np.clip(number * one.scale, one.low, one.high)))
+    for parameter, number in zip(free, x, strict=True):
+        value = float(np.clip(number * parameter.scale, parameter.low, parameter.high))
+        machine = with_value(machine, parameter.key, value)
     return machine

@@ -14,10 +14,6 @@ from tests.folders import ROOT
 
 FOLDERS = "apesim", "valve", "engine", "studies"
 """Layers whose public functions are held to Parameters, Returns and Examples."""
-UNDOCUMENTED = (
-    "studies/identify/",
-)
-"""Files and folders whose functions are not all described so yet; what is leaves this list."""
 FORBIDDEN = re.compile(r"(Of|The same|By|For which|As|Where|Likewise)\b")
 """Beginnings that lean on what a tool tip does not show."""
 SECTION = re.compile(r"^(Parameters|Returns|Yields|Raises|Notes|References|Examples)\n-+\n", re.MULTILINE)
@@ -143,7 +139,7 @@ def test_sections_are_read_as_they_stand():
     assert lacking(ast.parse(whole).body[0]) == []
 
 
-@pytest.mark.parametrize("path", [path for path in files(*FOLDERS) if not path.startswith(UNDOCUMENTED)])
+@pytest.mark.parametrize("path", files(*FOLDERS))
 def test_public_functions_say_what_they_take_and_give_and_show_an_example(path):
     found = {each.name: lacking(each) for each in functions(ast.parse((ROOT / path).read_text()))}
     assert {name: faults for name, faults in found.items() if faults} == {}
@@ -228,6 +224,6 @@ def test_examples_of_the_layers_below_run_as_plain_python(folder, tmp_path):
 
 
 def test_examples_of_the_studies_run(tmp_path):
-    ended = run_examples([path for path in files("studies") if not path.startswith(UNDOCUMENTED)], tmp_path)
+    ended = run_examples(files("studies"), tmp_path)
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert int(ended.stdout.split()[-2]) > 0
