@@ -12,7 +12,9 @@ from apesim.studies.discharge.opening import MAX_HALF_BAND, find_cut_off, find_p
 from apesim.studies.discharge.records import MIN_RATIO, Record, fitted_part, noise_before
 from apesim.studies.discharge.vessel import Vessel
 
-CUT_OFF = f"told while p > {MIN_RATIO:g} p_ambient and half the 95 % band is below {MAX_HALF_BAND:.0%} of the full area"
+CUT_OFF = (
+    f"reported while p > {MIN_RATIO:g} p_ambient and half the 95 % band is below {MAX_HALF_BAND:.0%} of the full area"
+)
 METHOD = (
     "S(t), straight between knots, through Eq. 10 forward to all samples; a random walk of the largest marginal "
     "likelihood, undersmoothed; noise from before the switch and from what is left; 95 % point-wise with the bias of "
@@ -102,7 +104,7 @@ def discharge(vessel: Vessel, records: Sequence[Record]) -> Discharge:
 def _warnings(result: Discharge, vessel: Vessel) -> Iterator[str]:
     """What a user should know."""
     if not 1.3 * result.curve[-1, 0] < result.end:
-        yield "the area is hardly told for longer than it rises: the full area may be larger; take a larger vessel"
+        yield "the area is reported for little longer than it rises: the full area may be larger; take a larger vessel"
     if result.collapse and not result.collapse.agree:
         yield "the curves differ by more than their noise: check volume, pressures' zeros, temperature and time zero"
     for record, raw, noise in zip(result.records, result.noise, result.pooled.noise, strict=True):

@@ -110,12 +110,12 @@ def discharge_lines(result: Discharge, data: dict[str, Any]) -> Iterator[Table |
         )
         for test in data["tests"]
     ]
-    header = ("test", "p_ini [kPa abs]", "noise [kPa]", "tells until [ms]", "largest half band [mm2]")
+    header = ("test", "p_ini [kPa abs]", "noise [kPa]", "used until [ms]", "largest half band [mm2]")
     yield table_of("Discharge tests", header, rows)
     area, half = data["effective_area_mm2"], data["effective_area_half_band_mm2"]
     yield f"effective area {area:.4g} ± {half:.2g} mm2 (95 %, by noise alone)"
     opens, is_open, end = (data[key] for key in ("opens_ms", "open_ms", "cut_off_ms"))
-    yield f"opens after {opens:.3g} ms, open at {is_open:.3g} ms, told until {end:.3g} ms"
+    yield f"opens after {opens:.3g} ms, open at {is_open:.3g} ms, reported until {end:.3g} ms"
     collapse = result.collapse
     if collapse:
         yield (

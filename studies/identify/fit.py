@@ -100,7 +100,7 @@ def identify(
         See `apesim.studies.identify.free.free_parameters`.
     method : {"least-squares", "ga"}
     report : callable, optional
-        ``report(done, total)``, told of the number of simulations.
+        ``report(done, total)``, called with the number of simulations.
 
     Returns
     -------
@@ -231,7 +231,7 @@ def _deepest(residuals: WhitenedResiduals, starts: np.ndarray, measured: Measure
 def _badly_known(
     keys: list[str], best: np.ndarray, intervals: list[list[End]], correlation: np.ndarray, together: np.ndarray
 ) -> list[str]:
-    """Warnings of parameters that cannot be told apart, and of those whose interval is wide.
+    """Warnings of parameters that are indistinguishable, and of those whose interval is wide.
 
     Pairs alone do not show it: of five parameters, any one may be made up for by the other four, while no two of them
     are strongly correlated. The curvature does not either, where it changes along the way; intervals by profile do.
@@ -263,7 +263,7 @@ def _badly_known(
     if len(coupled) > 1 and (closest > ALIKE or max(shares[j] for j in coupled) > WIDE):
         *most, last = [shown[j] for j in coupled]
         warnings.append(
-            f"{', '.join(most)} and {last} cannot be told apart: the others make up for a change of one, "
+            f"{', '.join(most)} and {last} are indistinguishable: the others make up for a change of one, "
             f"and where one interval misses its true value, most of them do; {HELP}"
         )
         told = coupled

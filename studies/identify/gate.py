@@ -111,7 +111,7 @@ def _left_over(residuals: WhitenedResiduals, x: np.ndarray, steps: np.ndarray, c
 
 
 def _limit(residuals: WhitenedResiduals, estimated_from: int | None, runs: int) -> float:
-    """Limit of `_left_over`; estimated_from: the number of samples that told the noise, None if it is stated."""
+    """Limit of `_left_over`; estimated_from: the samples that the noise is estimated from, None if it is stated."""
     from scipy.stats import chi2, f
 
     n, chance = sum(len(block.values) for block in residuals.blocks), CHANCE / runs

@@ -1,4 +1,4 @@
-"""Results of operating points as an archive, and what is told of those that failed."""
+"""Results of operating points as an archive, and what is reported of those that failed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

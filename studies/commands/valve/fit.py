@@ -30,7 +30,8 @@ def fit_valve(
     """Identify parameters from measured lift (Eq. 11), with their uncertainty.
 
     Runs of the role "fit" are fitted. Those of the role "gate" are not: one that contradicts the fitted model beyond
-    noise refuses it (exit code 3; the parameters are told all the same). Those of the role "check" are only reported.
+    noise refuses it (exit code 3; the parameters are reported all the same). Those of the role "check" are reported
+    only.
 
     Parameters
     ----------

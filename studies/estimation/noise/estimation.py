@@ -113,8 +113,8 @@ def _of_a_mean(sensor: str, pairs: Sequence[Pair], stated: Mapping[str, float], 
         return white(max(float(np.sqrt(np.mean(contrasts**2))), FLOOR[sensor]), "repeats", float(len(contrasts)))
     size = float(np.median([abs(block.values[0]) for block, _ in pairs]))
     warnings.append(
-        f"{sensor}: the noise is neither stated nor told by repeats; taken for {100.0 * OF_A_MEAN:g} % of the mean; "
-        f"state it as [sensor.{sensor}]"
+        f"{sensor}: the noise is neither stated nor seen between repeats; taken for {100.0 * OF_A_MEAN:g} % of the "
+        f"mean; state it as [sensor.{sensor}]"
     )
     return white(max(OF_A_MEAN * size, FLOOR[sensor]), "a share of the mean")
 

@@ -272,7 +272,7 @@ def test_the_terminal_shows_a_table_and_the_rule(tmp_path, capsys):
     file.write_text(csv_of(records_of(ramp, 20e-6, 200.0, 20e3, 8e-3, gauges=(0.6e6,))[0]))
     assert evaluate_discharge(Common(Console()), [file], "20 cm^3", out=tmp_path / "c.csv", figures=False) == DONE
     out = capsys.readouterr().out
-    assert "cut-off: told while p > 1.1 p_ambient" in out
+    assert "cut-off: reported while p > 1.1 p_ambient" in out
     assert "effective area 9" in out or "effective area 8.9" in out
 
 

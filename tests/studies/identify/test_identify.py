@@ -164,7 +164,7 @@ def test_parameters_that_cannot_be_told_apart_warn():
     keys = "valve.solenoid.effective_area", "supply.temperature"
     found = fit(measured_run(0), free=keys)
     assert abs(found.correlation[0, 1]) > 0.99
-    assert any("cannot be told apart" in warning and all(key in warning for key in keys) for warning in found.warnings)
+    assert any("are indistinguishable" in warning and all(key in warning for key in keys) for warning in found.warnings)
     assert any("runs into a bound" in warning for warning in found.warnings)
     low, high = found.interval_95["supply.temperature"]
     assert (low, high) == pytest.approx((150.0, 600.0))
@@ -208,7 +208,7 @@ def coarse(seed):
 def test_five_parameters_of_one_run_warn_all_together_though_the_optimum_is_right(seed):
     """No two of them need be strongly correlated: four make up for one."""
     found = fit(coarse(seed), free=FIVE, stated={"lift": NOISE})
-    [warning] = [warning for warning in found.warnings if "cannot be told apart" in warning]
+    [warning] = [warning for warning in found.warnings if "are indistinguishable" in warning]
     assert all(f"{key} (±" in warning for key in FIVE)
     assert "most of them do" in warning and "more supply pressures" in warning
     true = np.linalg.norm(coarse(seed).channels["lift"] - (9e-3 - states(0.4)[POSITION, ::10])) / 199
