@@ -41,6 +41,8 @@ class Completion(NamedTuple):
     """All shards that can be read."""
     faults: list[tuple[str, str]]
     """Which points are missing and why, and what to do; empty if none is missing."""
+    damaged: list[str]
+    """One line for each shard that was found damaged; its points were computed again."""
 
 
 def complete(
@@ -110,8 +112,10 @@ def complete(
     (1, [])
     """
     tally, best, vain = _Tally(), (-math.inf, 0), 0
+    damaged: dict[str, None] = {}
     while True:
         shards = read_shards(folder, plan_hash)
+        damaged |= dict.fromkeys(shards.damaged)
         done = set(shards.done)
         missing = [point for point in points if point.run not in done]
         waiting = [point for point in missing if point.run not in tally.given_up]
@@ -120,7 +124,8 @@ def complete(
         report(finished, len(points))
         vain = 0 if progress > best else vain + 1
         if not waiting or vain > MAX_VAIN:
-            return Completion(shards.parts, _faults({point.run for point in missing}, tally.computed))
+            faults = _faults({point.run for point in missing}, tally.computed)
+            return Completion(shards.parts, faults, list(damaged))
         best = max(best, progress)
         with contextlib.closing(run(_chunks(waiting, tally.died))) as results_of_chunks:
             for chunk, results in results_of_chunks:

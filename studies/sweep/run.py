@@ -48,6 +48,8 @@ class SweepResult(NamedTuple):
     """One line for each point that is out of reach, failed or did not converge, and for those that are missing."""
     seconds: float
     """Wall time without that of compiling [s]; where the sweep was finished already, the time of checking it."""
+    damaged: list[str]
+    """One line for each shard that was found damaged; its points were computed again."""
     was_finished: bool
     """The archive was there and whole already, and nothing was computed."""
 
@@ -172,7 +174,7 @@ def run_sweep(
         if not completion.faults:
             remove_shards(shards_folder(out))
     faults = [f"{what}; {remedy}" for what, remedy in completion.faults] + faults_of(archive)
-    return SweepResult(out, archive, faults, time.perf_counter() - start, was_finished=False)
+    return SweepResult(out, archive, faults, time.perf_counter() - start, completion.damaged, was_finished=False)
 
 
 def find_finished(out: str | PathLike[str]) -> SweepResult | None:
@@ -219,7 +221,7 @@ def _finished(out: Path, archive: Archive, start: float) -> SweepResult:
     """Make the result of a sweep whose archive is there and whole, and remove the shards that it left."""
     read_shards(shards_folder(out), archive.provenance["plan_hash"])  # those of another sweep are not ours to remove
     remove_shards(shards_folder(out))
-    return SweepResult(out, archive, faults_of(archive), time.perf_counter() - start, was_finished=True)
+    return SweepResult(out, archive, faults_of(archive), time.perf_counter() - start, [], was_finished=True)
 
 
 def _run_here(jobs: int | None, chunks: Sequence[Sequence[Point]]) -> Iterator[tuple[Any, Any]]:

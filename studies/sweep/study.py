@@ -3,7 +3,7 @@
 import contextlib
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -263,7 +263,9 @@ def sweep(
             report=report,
             warm_up=lambda function, *first: call_in_thread(function, *first).result(),
         )
-    return Sweep.of(done.archive, done.seconds, failed=done.faults, was_finished=done.was_finished)
+    swept = Sweep.of(done.archive, done.seconds, failed=done.faults, was_finished=done.was_finished)
+    damaged = [f"a shard was damaged and computed again: {line}" for line in done.damaged]
+    return replace(swept, warnings=(*swept.warnings, *damaged)) if damaged else swept
 
 
 def _once(arguments: Arguments, name: str, values: list, text_of: Callable[[Any], str]) -> list:
