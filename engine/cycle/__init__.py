@@ -6,9 +6,14 @@ rates (the coupled march), operating_point (a machine and a speed as the march t
 A second exhaust valve would touch, in this order:
 
 1. its keys: an `Exhaust` more in `apesim.engine.cylinder.Engine`;
-2. the list of flows, `exchange`: modes, regimes, events and ledger follow from there;
-3. `flows`: its line in `exchange_sides`, `exchange_areas`, `exchange_flows`, `with_past_groove` and `open_flows`;
+2. the list of flows, `exchange`, its field and its number: modes, regimes, events and ledger follow from there;
+3. `flows`: its line in `exchange_sides`, `exchange_areas`, `exchange_flows`, `with_past_groove` and `open_flows`, and
+   its share of the open area, as `exhaust_share`;
 4. `operating_point.breakpoints_of_cycle`: the corners of its window;
-5. `rates.cycle_rates`: what leaves the cylinder; `rates.observe_cycle`: the column of the trace;
-6. `apesim.engine.exergy.add_exergy_rates` and `apesim.engine.indicators`: what it destroys, closure, exhaust air.
+5. `rates.cycle_rates`: what leaves the cylinder, the sum of both; `rates.observe_cycle` and `TRACE`: a column of its
+   own, whose name `apesim.studies` then knows in `engine_run`, `sweep.results` and `measured.sensors`;
+6. `apesim.engine.exergy.add_exergy_rates` and `apesim.engine.indicators`: what it destroys, closure, exhaust air; each
+   a sum over both valves;
+7. what is said of the exhaust elsewhere: `apesim.engine.effects` (timing, restriction), and in `apesim.studies`
+   `estimation.priors`, `gap.search.candidates` and `measured.prediction`.
 """

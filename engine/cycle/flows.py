@@ -255,7 +255,8 @@ def exchange_flows(
 
     ``mdot = S psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper [1]_), in the regime that the mode holds, with the effective
     area S, the flow function psi of the pressure ratio r, the gas constant R, and pressure p and temperature T
-    upstream.
+    upstream. The paper has it for its solenoids and groove; it is that of any restriction without inertia, and so of
+    the exhaust valve and of the feed of the receiver, too.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ class Verdict(StrEnum):
     """What is said of the gap between a machine and measured data."""
 
     NO_GAP = "NO_GAP"
-    """Nothing is missing that the data could show."""
+    """Nothing is missing that the data could show; `apesim.studies.gap.decide.verdict` decides it."""
     NAMED = "NAMED"
     """One effect is missing."""
     NAMED_CLASS = "NAMED_CLASS"

@@ -2,7 +2,7 @@
 
 The colour is that of an autoregressive process of up to `MAX_ORDER` terms (Yule and Walker's equations by Levinson's
 recursion, its order by Schwarz's criterion). Hum is a sine of unknown amplitude and phase in each run; it joins the
-covariance of the noise, so that nothing has to be fitted.
+covariance of the noise, so that nothing has to be fitted; `apesim gap explain` alone looks for it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
