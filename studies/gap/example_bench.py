@@ -72,7 +72,7 @@ def read_example() -> Measured:
 
     Examples
     --------
-    >>> [run.role for run in read_example().runs]
+    >>> [str(run.role) for run in read_example().runs]
     ['fit', 'fit', 'gate', 'check']
     """
     with TemporaryDirectory() as folder:

@@ -13,6 +13,7 @@ from apesim.studies.estimation.noise.left_over import find_noise_left_over, find
 from apesim.studies.estimation.noise.process import Noise
 from apesim.studies.estimation.profile_likelihood import End
 from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps, unless_ended
+from apesim.studies.identify.free import Method
 from apesim.studies.identify.genetic import minimise_genetically
 from apesim.studies.identify.profile import FINE, find_intervals
 from apesim.studies.identify.simulation import (
@@ -80,7 +81,7 @@ def identify(
     machine: Machine,
     measured: Measured,
     free: Sequence[Free],
-    method: str = "least-squares",
+    method: str = Method.LEAST_SQUARES,
     report: Callable[[int, None], object] | None = None,
 ) -> Identified:
     """Identify parameters of a machine from measured data; only runs with the role "fit" are used.
@@ -135,7 +136,7 @@ def identify(
     def is_spent() -> bool:
         return counter.number >= MAX_SIMULATIONS * len(residuals.runs) * len(free)
 
-    if method == "ga":
+    if method == Method.GENETIC:
         x = minimise_genetically(residuals)
         differences = find_differences(residuals, x)
         noise, own, warnings = find_noise_left_over(residuals.blocks, differences, measured.noise)
@@ -276,8 +277,8 @@ def _badly_known(
 def _refuse(residuals: WhitenedResiduals, free: Sequence[Free], measured: Measured, method: str) -> None:
     """Raises `InputError` where there is nothing to fit, or no one value of a free parameter."""
     faults, sensors = [], [block.sensor for block in residuals.blocks]
-    if not sensors or (method == "ga" and "lift" not in sensors):
-        wrong = "no run of the role fit has " + ("lift" if method == "ga" else "lift or chamber pressures")
+    if not sensors or (method == Method.GENETIC and "lift" not in sensors):
+        wrong = "no run of the role fit has " + ("lift" if method == Method.GENETIC else "lift or chamber pressures")
         faults.append(Fault(measured.folder, "run", wrong, 'measure "lift [mm]", and write role = "fit"'))
     for key, field in SUPPLY.items():
         given = {value for run in measured.of(FIT) if not isnan(value := getattr(run, field))}

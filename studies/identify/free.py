@@ -1,6 +1,7 @@
 """Free parameters of an identification, from their text."""
 
 from collections.abc import Sequence
+from enum import StrEnum
 from fractions import Fraction
 from math import inf
 
@@ -10,7 +11,17 @@ from apesim.quantities.settings import schema
 from apesim.studies.identify.simulation import Free
 from apesim.valve.effects import ValveEffects
 
-METHODS = LEAST_SQUARES, GENETIC = "least-squares", "ga"
+
+class Method(StrEnum):
+    """How free parameters are found."""
+
+    LEAST_SQUARES = "least-squares"
+    """Least squares from several starts, with intervals by profile likelihood."""
+    GENETIC = "ga"
+    """The genetic algorithm of the EPV paper (doi 10.1631/jzus.A0820373), Table 2, without intervals."""
+
+
+METHODS = LEAST_SQUARES, GENETIC = tuple(Method)
 PAPER_RANGES = {"valve.viscous_friction": (100.0, 120.0)}
 """Search space of the genetic algorithm: the EPV paper (doi 10.1631/jzus.A0820373), Table 2 [N s/m]."""
 BENCH = ("air", "ambient", "supply", "valve")

@@ -32,6 +32,6 @@ CSV), sensors (what can be measured), reading (the folder), prediction (what a m
 """
 
 from apesim.studies.measured.reading import read_measured
-from apesim.studies.measured.runs import CHECK, ENGINE, FIT, GATE, VALVE, Measured, MeasuredRun
+from apesim.studies.measured.runs import CHECK, ENGINE, FIT, GATE, VALVE, Bench, Measured, MeasuredRun, Role
 
-__all__ = ["CHECK", "ENGINE", "FIT", "GATE", "VALVE", "Measured", "MeasuredRun", "read_measured"]
+__all__ = ["CHECK", "ENGINE", "FIT", "GATE", "VALVE", "Bench", "Measured", "MeasuredRun", "Role", "read_measured"]

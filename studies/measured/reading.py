@@ -17,7 +17,7 @@ from apesim.engine.machine import Machine, window_fault
 from apesim.quantities import Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.files import path_below, text_of
 from apesim.studies.measured.columns import TIME, read_columns
-from apesim.studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Measured, MeasuredRun
+from apesim.studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Bench, Measured, MeasuredRun
 from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS, Sensors
 
 STANDARD_AMBIENT = Machine().ambient.pressure
@@ -69,7 +69,7 @@ def read_measured(
     ...     _ = Path(folder, "a.csv").write_text(table.to_csv())
     ...     _ = Path(folder, "measured.toml").write_text(chr(10).join([*about, 'pulse = "50 ms"', 'role = "fit"']))
     ...     measured = apesim.read_measured(folder)
-    >>> measured.bench, [measured_run.data for measured_run in measured.runs]
+    >>> str(measured.bench), [measured_run.data for measured_run in measured.runs]
     ('valve', ['a.csv'])
     """
     path = Path(folder) / FILE
@@ -85,7 +85,8 @@ def read_measured(
         forms = [f'bench = "{name}"' for name in ([bench] if bench else BENCHES)]
         all_faults.append(Fault(file, "bench", wrong, f"write {' or '.join(forms)}"))
         given = bench or VALVE
-    sensors = SENSORS[given]
+    known = Bench(given)
+    sensors = SENSORS[known]
     noise = _noise(file, data.get("sensor", {}), sensors.traces | sensors.means, all_faults)
     tables = data.get("run")
     runs: list[MeasuredRun | None] = []
@@ -93,10 +94,10 @@ def read_measured(
         all_faults.append(Fault(file, "run", "no list of runs", 'give each run a table [[run]] with data = "p040.csv"'))
         tables = []
     for number, run in enumerate(tables, 1):
-        runs.append(_run(path, f"run {number}", run, given, ambient_pressure, all_faults))
+        runs.append(_run(path, f"run {number}", run, known, ambient_pressure, all_faults))
     if all_faults:
         raise InputError(all_faults)
-    return Measured(str(folder), noise, tuple(run for run in runs if run), given, ambient_pressure)
+    return Measured(str(folder), noise, tuple(run for run in runs if run), known, ambient_pressure)
 
 
 def _toml(path: Path) -> dict[str, Any]:
@@ -143,7 +144,7 @@ def _noise(file: str, given: Any, sensors: Mapping[str, Any], all_faults: list[F
 
 
 def _run(
-    path: Path, section: str, given: dict[str, Any], bench: str, ambient_pressure: float, all_faults: list[Fault]
+    path: Path, section: str, given: dict[str, Any], bench: Bench, ambient_pressure: float, all_faults: list[Fault]
 ) -> MeasuredRun | None:
     """A run; None if it is wrong, which the all_faults say."""
     file, before, sensors = str(path), len(all_faults), SENSORS[bench]
@@ -178,7 +179,7 @@ def _run(
     return _run_of(given, section, bench, values, columns)
 
 
-def _example(key: str, bench: str) -> Any:
+def _example(key: str, bench: Bench) -> Any:
     """A right value of a key."""
     return SENSORS[bench].keys[key].render(EXAMPLES[key], 101325.0) if key in SENSORS[bench].keys else EXAMPLES[key]
 
@@ -195,7 +196,7 @@ def _engine_faults(file: str, section: str, given: dict[str, Any], values: dict[
 
 
 def _run_of(
-    given: dict[str, Any], section: str, bench: str, values: dict[str, Any], columns: dict[str, np.ndarray]
+    given: dict[str, Any], section: str, bench: Bench, values: dict[str, Any], columns: dict[str, np.ndarray]
 ) -> MeasuredRun:
     """A run, made of what was read."""
     data, role = given.get("data", ""), ROLES[values.pop("role")]

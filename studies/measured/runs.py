@@ -1,14 +1,34 @@
 """What a folder of measured data holds, once read."""
 
+from enum import StrEnum
 from math import nan
 from typing import NamedTuple
 
 import numpy as np
 
-VALVE, ENGINE = BENCHES = ("valve", "engine")
-"""Benches that data come from."""
-FIT, GATE, CHECK = ROLES = ("fit", "gate", "check")
-"""Roles of a run: fitted; never fitted, refuses a model that it contradicts; only reported."""
+
+class Bench(StrEnum):
+    """Bench that data come from."""
+
+    VALVE = "valve"
+    """The valve alone, opened by a pulse from rest."""
+    ENGINE = "engine"
+    """The engine in its periodic state."""
+
+
+class Role(StrEnum):
+    """What a run is there for."""
+
+    FIT = "fit"
+    """It is fitted."""
+    GATE = "gate"
+    """It is never fitted, and refuses a model that it contradicts."""
+    CHECK = "check"
+    """It is never fitted, and only reported."""
+
+
+VALVE, ENGINE = BENCHES = tuple(Bench)
+FIT, GATE, CHECK = ROLES = tuple(Role)
 NO_ANGLES = np.empty(0)
 """Crank angles of a run of the valve."""
 NO_MEANS: dict[str, float] = {}
@@ -28,16 +48,16 @@ class MeasuredRun(NamedTuple):
     """Temperature of the supply [K]; NaN: the machine's."""
     pulse: float
     """Time for which the solenoids are energised [s]; NaN on an engine."""
-    role: str
-    """fit, gate or check"""
+    role: Role
+    """What the run is there for."""
     times: np.ndarray
     """Times since the solenoids were energised [s], shape (n,), ascending; on an engine its angles, less energise, over
     its speed, as a turn repeats for ever."""
     channels: dict[str, np.ndarray]
     """Measured values, SI, each of shape (n,), by the name of the sensor; the velocity is that of the lift, positive as
     the valve opens."""
-    bench: str = VALVE
-    """valve or engine"""
+    bench: Bench = Bench.VALVE
+    """Bench that it comes from."""
     speed: float = nan
     """Speed of the engine [rad/s]."""
     energise: float = nan
@@ -58,8 +78,8 @@ class Measured(NamedTuple):
     noise: dict[str, float]
     """Standard deviations that the user states, SI, by the name of the sensor."""
     runs: tuple[MeasuredRun, ...]
-    bench: str = VALVE
-    """valve or engine"""
+    bench: Bench = Bench.VALVE
+    """Bench that it comes from."""
     ambient_pressure: float = nan
     """Pressure that gauge pressures in it stood above when it was read [Pa abs]; NaN: it was not read."""
 

@@ -9,7 +9,7 @@ from apesim.quantities import unit
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.process import noise_for
 from apesim.studies.estimation.residuals import Block, WhitenedResiduals
-from apesim.studies.measured import CHECK, FIT, GATE, MeasuredRun
+from apesim.studies.measured import CHECK, FIT, GATE, MeasuredRun, Role
 from apesim.studies.measured.sensors import SENSORS
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class ComparedSignal(NamedTuple):
     """Instants that divide the run, see `apesim.studies.measured.prediction.Prediction`."""
 
     @property
-    def role(self) -> str:
+    def role(self) -> Role:
         """Role of the run."""
         return self.block.run.role
 
@@ -60,7 +60,7 @@ def compare_signals(explanation: "Explanation") -> list[ComparedSignal]:
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
-    >>> [(signal.role, signal.block.sensor) for signal in compare_signals(explain_example())]
+    >>> [(str(signal.role), signal.block.sensor) for signal in compare_signals(explain_example())]
     [('check', 'lift'), ('gate', 'lift'), ('fit', 'lift'), ('fit', 'lift')]
     """
     measured = explanation.measured
@@ -209,7 +209,7 @@ def select_worst(compared: Iterable[ComparedSignal], count: int) -> list[Compare
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
-    >>> [signal.role for signal in select_worst(compare_signals(explain_example()), 2)]
+    >>> [str(signal.role) for signal in select_worst(compare_signals(explain_example()), 2)]
     ['check', 'gate']
     """
 
