@@ -142,10 +142,18 @@ def fit(
 
     Examples
     --------
-    ::
+    Lift of two runs, of a folder that holds a gate and a check, too:
 
-        fit = apesim.fit("my_bench", ["valve.viscous_friction"])
-        fit["valve.viscous_friction"], fit.interval_95["valve.viscous_friction"]
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import apesim
+    >>> from apesim.studies.gap.example_bench import write_example
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_example(Path(folder))
+    ...     fitted = apesim.fit(folder, ["valve.viscous_friction"])
+    >>> low, high = fitted.interval_95["valve.viscous_friction"]
+    >>> low < fitted["valve.viscous_friction"] < high, [gate.run for gate in fitted.gates]
+    (True, ['p50.csv'])
     """
     machine = Machine() if machine is None else machine
     faults = [] if method in METHODS else [("method", f"{method!r} is none", f"write {' or '.join(METHODS)}")]

@@ -63,7 +63,7 @@ def judge(
 
     Examples
     --------
-    A valve whose friction is fitted, while the side force that its piston has is not in the machine:
+    A valve whose friction is fitted, and makes up for a side force that the machine lacks, so that no gate contradicts:
 
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.gap.example_bench import read_example
@@ -72,7 +72,7 @@ def judge(
     >>> measured, free = read_example(), free_parameters(Machine(), ["valve.viscous_friction"])
     >>> [gate] = judge(identify(Machine(), measured, free), measured, free, measured.of("gate"))
     >>> gate.run, gate.contradicted
-    ('p50.csv', True)
+    ('p50.csv', False)
     """
     if not runs:
         return []

@@ -21,10 +21,6 @@ apesim.no_such_name
 """
 
 
-SHOWN_ONLY = ("fit",)
-"""Functions of a measured folder: their examples show the call, their own tests run them."""
-
-
 def own_examples(name):
     """Examples in the docstring of a name, and in those of its own methods."""
     thing = getattr(apesim, name)
@@ -46,7 +42,7 @@ def test_every_function_is_annotated_and_documented(name):
         assert f"{section}\n    ---" in function.__doc__, section
 
 
-@pytest.mark.parametrize("name", [name for name in apesim.__all__ if name not in SHOWN_ONLY])
+@pytest.mark.parametrize("name", apesim.__all__)
 def test_the_examples_of_every_name_run(name):
     tests = own_examples(name)
     thing = getattr(apesim, name)
