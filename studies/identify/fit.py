@@ -15,7 +15,7 @@ from apesim.studies.estimation.profile_likelihood import End
 from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps, unless_ended
 from apesim.studies.identify.free import Method
 from apesim.studies.identify.genetic import minimise_genetically
-from apesim.studies.identify.profile import FINE, find_intervals
+from apesim.studies.identify.profile import FINE, find_intervals, invert_curvature
 from apesim.studies.identify.simulation import (
     MAX_SIMULATIONS,
     SUPPLY,
@@ -158,9 +158,7 @@ def identify(
     for _ in range(MAX_RESTARTS):
         best = descend(residuals, x, steps=best.steps, converged=FINE)
         _refuse_idle(free, best.jacobian)
-        curvature = best.jacobian.T @ best.jacobian
-        curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)
-        covariance = np.linalg.inv(curvature)
+        curvature, covariance = invert_curvature(best.jacobian)
         intervals, better = find_intervals(residuals, best, covariance, is_spent)
         if better is None:
             break

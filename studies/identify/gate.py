@@ -14,6 +14,7 @@ import numpy as np
 
 from apesim.studies.estimation.noise.left_over import BELIEVED, find_rough_noise
 from apesim.studies.estimation.residuals import WhitenedResiduals
+from apesim.studies.identify.profile import invert_curvature
 from apesim.studies.identify.shift import find_time_shift
 from apesim.studies.identify.simulation import Free, free_residuals, holds_in
 from apesim.studies.measured import FIT, Measured, MeasuredRun
@@ -80,8 +81,7 @@ def judge(
     x = np.array([identified.parameters[f.key] / f.scale for f in free])
     sensitivities, _ = fitted.jacobian(x, fitted.at(x), identified.steps)
     samples = sum(len(block.values) for block in fitted.blocks)
-    information = sensitivities.T @ sensitivities
-    covariance = np.linalg.inv(information + np.diag(1e-10 * np.diag(information) + 1e-12))
+    _, covariance = invert_curvature(sensitivities)
     judged = []
     for run in runs:
         kept = [j for j, f in enumerate(free) if holds_in(identified, f.key, run)]

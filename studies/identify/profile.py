@@ -14,6 +14,31 @@ FINE = 1e-3
 of a 95 % interval."""
 
 
+def invert_curvature(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find the curvature ``J'J`` at an optimum and its inverse, the covariance of the parameters.
+
+    A trace is added to the diagonal, so that a parameter that hardly changes the data leaves it invertible.
+
+    Parameters
+    ----------
+    jacobian : (n, p) float array
+        Sensitivities of the whitened residuals.
+
+    Returns
+    -------
+    curvature, covariance : (p, p) float array
+
+    Examples
+    --------
+    >>> curvature, covariance = invert_curvature(np.array([[2.0], [0.0]]))
+    >>> curvature.round(6).tolist(), covariance.round(6).tolist()
+    ([[4.0]], [[0.25]])
+    """
+    curvature = jacobian.T @ jacobian
+    curvature += np.diag(1e-10 * np.diag(curvature) + 1e-12)
+    return curvature, np.linalg.inv(curvature)
+
+
 def find_intervals(
     residuals: WhitenedResiduals, fitted: Fitted, covariance: np.ndarray, is_spent: Callable[[], bool]
 ) -> tuple[list[list[End]], np.ndarray | None]:
