@@ -1,6 +1,6 @@
 """A published engine run on air: C.-Y. Huang et al., Energies 2013, 6, 1731 (doi 10.3390/en6031731).
 
-Little of it is published, so no error is demanded: ``docs/examples/huang.md`` shows what comes out, whatever it is, and
+Little of it is published, so no error is demanded: ``docs/validation/huang.md`` shows what comes out, whatever it is, and
 these tests keep its numbers those that are computed. ``-s`` prints its tables as they should stand.
 """
 
@@ -20,7 +20,7 @@ from tests.folders import ROOT
 from tests.machines import settled
 
 EXAMPLES = ROOT / "docs" / "examples"
-MACHINE, PAGE = EXAMPLES / "huang.toml", EXAMPLES / "huang.md"
+MACHINE, PAGE = EXAMPLES / "huang.toml", ROOT / "docs" / "validation" / "huang.md"
 TORQUE_SPEED, POWER_SPEED = 465.0, 1320.0
 TORQUE, POWER, COLDEST = 9.99, 0.95, 17.0
 """Published values: N m, kW, degrees Celsius."""

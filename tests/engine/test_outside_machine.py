@@ -474,4 +474,4 @@ def test_a_second_gas_volume_is_refused_while_both_are_on(tmp_path):
 
 
 def test_the_page_has_the_example_whole():
-    assert EXAMPLE.read_text() in (ROOT / "docs" / "effects-from-outside.md").read_text()
+    assert EXAMPLE.read_text() in (ROOT / "docs" / "missing_effect" / "outside_effects.md").read_text()
