@@ -1,7 +1,7 @@
 """A published engine run on air: C.-Y. Huang et al., Energies 2013, 6, 1731 (doi 10.3390/en6031731).
 
-Little of it is published, so no error is demanded: ``docs/validation/huang.md`` shows what comes out, whatever it is, and
-these tests keep its numbers those that are computed. ``-s`` prints its tables as they should stand.
+Little of it is published, so no error is demanded: ``docs/validation/huang.md`` shows what comes out, whatever it is,
+and these tests keep its numbers those that are computed. ``-s`` prints its tables as they should stand.
 """
 
 import json

@@ -1,0 +1,68 @@
+"""Sphinx's configuration; `python -m docs` builds the site."""
+
+import importlib.metadata
+import os
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent))
+
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+project = "apesim"
+author = "The apesim authors"
+copyright = "2026, the apesim authors"
+release = version = importlib.metadata.version("apesim")
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "sphinx_gallery.gen_gallery",
+    "sphinx-mathjax-offline",
+    "docs.extensions.results",
+    "docs.extensions.generated",
+    "docs.extensions.reference",
+]
+exclude_patterns = ["examples", "extensions", "generated", "results", "templates"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "fieldlist"]
+myst_heading_anchors = 4
+suppress_warnings = ["config.cache"]
+
+
+autosummary_generate = True
+templates_path = ["templates"]
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": ["examples"],
+    "gallery_dirs": ["gallery"],
+    "filename_pattern": r"\.py$",
+    "ignore_pattern": r"make_.*\.py$",
+    "within_subsection_order": "docs.extensions.gallery.order",
+    "reset_modules": ("docs.extensions.gallery.prepare", "matplotlib"),
+    "reset_modules_order": "before",
+    "remove_config_comments": True,
+    "show_memory": False,
+    "download_all_examples": False,
+    "abort_on_example_error": False,
+    "image_scrapers": ("matplotlib",),
+    "write_computation_times": False,
+}
+
+mathjax_path = "mathjax/tex-svg-full.js"
+
+html_theme = os.environ.get("THEME", "pydata_sphinx_theme")
+html_title = f"apesim {release}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_show_sourcelink = False
+html_copy_source = False

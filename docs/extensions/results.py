@@ -1,0 +1,93 @@
+"""Computed numbers in the text: roles `val` and `num`, directive `result-table`, and their check at the build."""
+
+from collections.abc import Sequence
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util import logging
+from sphinx.util.docutils import SphinxDirective, SphinxRole
+
+from docs import results
+from docs.results import Number, Table
+
+LOGGER = logging.getLogger(__name__)
+
+
+class Value(SphinxRole):
+    """A computed number, with its unit (`val`) or without (`num`): {val}`file.key`."""
+
+    def __init__(self, *, with_unit: bool) -> None:
+        self.with_unit = with_unit
+
+    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+        value = _find(self, self.text)
+        if not isinstance(value, Number):
+            message = self.inliner.reporter.error(f"{self.text!r} is no number of docs/results", line=self.lineno)
+            return [], [message]
+        text = (value.text if self.with_unit else value.digits).replace("-", "\u2212", 1)
+        return [nodes.inline(text=text, classes=["computed"])], []
+
+
+class ResultTable(SphinxDirective):
+    """A computed table: `file.key`."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        value = _find(self, self.arguments[0])
+        if not isinstance(value, Table):
+            raise self.error(f"{self.arguments[0]!r} is no table of docs/results")
+        group = nodes.tgroup("", *(nodes.colspec(colwidth=1) for _ in value.columns), cols=len(value.columns))
+        group += nodes.thead("", self._row(value.columns))
+        group += nodes.tbody("", *(self._row(row) for row in value.rows))
+        return [nodes.table("", group, classes=["computed"])]
+
+    def _row(self, cells: Sequence[str | Number]) -> nodes.row:
+        row = nodes.row()
+        for cell in cells:
+            entry = nodes.entry()
+            if isinstance(cell, Number):
+                entry += nodes.paragraph(text=cell.digits.replace("-", "\u2212", 1), classes=["number"])
+            else:
+                entry += self.parse_text_to_nodes(cell)
+            row += entry
+        return row
+
+
+def _find(where: SphinxRole | SphinxDirective, key: str) -> Number | Table | None:
+    name, _, rest = key.partition(".")
+    try:
+        found = results.load(name)
+    except FileNotFoundError:
+        return None
+    where.env.note_dependency(str(results.HERE / f"{name}.json"))
+    return found.values.get(rest)
+
+
+def check(app: Sphinx) -> None:
+    """Warn, which fails the build, of each stale file and of each number that moved by more than its stated error."""
+    if not app.config.apesim_check_results:
+        return
+    for name in results.names():
+        try:
+            stored = results.load(name)
+        except FileNotFoundError:
+            LOGGER.warning("docs/results/%s.py was never computed: run python -m docs.results %s", name, name)
+            continue
+        if results.is_long(name):
+            stale = results.find_stale(stored)
+            if stale:
+                LOGGER.warning("docs/results/%s", stale)
+            continue
+        for move in results.find_moves(stored, results.compute(name)):
+            LOGGER.warning("docs/results: %s; run python -m docs.results %s and read what quotes it", move, name)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register roles, directive and check."""
+    app.add_config_value("apesim_check_results", True, "", bool)
+    app.add_role("val", Value(with_unit=True))
+    app.add_role("num", Value(with_unit=False))
+    app.add_directive("result-table", ResultTable)
+    app.connect("builder-inited", check)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,230 @@
+"""Numbers that the text of the documentation quotes: how they are computed, kept and checked.
+
+`compute` of `docs/results/NAME.py` computes them; `docs/results/NAME.json` holds what it gave, when, and by
+which code. Short results are computed anew whenever the site is built, and compared with the file. Long ones
+(`LONG = True`) are computed by `python -m docs.results NAME` alone. Their file is stale as soon as a module that was
+loaded while they were made is another. Both a stale file and a number that moved by more than its stated error fail the
+build.
+"""
+
+import ast
+import datetime
+import hashlib
+import importlib
+import importlib.metadata
+import importlib.util
+import json
+import math
+import platform
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent.parent
+OURS = ("apesim", "tests", "docs")
+
+
+@dataclass(frozen=True)
+class Number:
+    """A computed number, its unit, and by how much it may move before the text has to be read again.
+
+    The error decides the digits that are printed; 0 is for counts, which may not move.
+    """
+
+    value: float
+    unit: str = ""
+    error: float = 0.0
+
+    @property
+    def digits(self) -> str:
+        """The value as text, rounded to the error's digit."""
+        if self.error == 0.0:
+            return f"{self.value:g}"
+        decimals = max(0, math.ceil(-math.log10(2.0 * self.error) - 1e-9))
+        text = f"{self.value:.{decimals}f}"
+        return text.removeprefix("-") if float(text) == 0.0 else text
+
+    @property
+    def text(self) -> str:
+        """The value with its unit; no line ends between both."""
+        space = {"": "", "°": "", "%": "\u202f"}.get(self.unit, "\u00a0")
+        return self.digits + space + self.unit
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table for the text: heads, with units, and rows of texts and numbers."""
+
+    columns: list[str]
+    rows: list[list[str | Number]]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one file of results gave: named numbers and tables, when, and by which code."""
+
+    name: str
+    what: str
+    made: str
+    long: bool
+    seconds: float
+    python: str
+    versions: dict[str, str]
+    processor: str
+    code: dict[str, Any]
+    values: dict[str, Number | Table] = field(default_factory=dict)
+
+
+def names() -> list[str]:
+    """The names of all files of results."""
+    return sorted(file.stem for file in HERE.glob("*.py") if not file.stem.startswith("_"))
+
+
+def is_long(name: str) -> bool:
+    """Whether the numbers of a file take too long to be computed whenever the site is built."""
+    tree = ast.parse((HERE / f"{name}.py").read_text())
+    found = [n.value for n in tree.body if isinstance(n, ast.Assign) and getattr(n.targets[0], "id", "") == "LONG"]
+    return bool(found and ast.literal_eval(found[0]))
+
+
+def compute(name: str) -> Result:
+    """Compute the numbers of one file, in this process.
+
+    The modules that are loaded by then are those that made them: a long result wants a process of its own.
+    """
+    module = importlib.import_module(f"docs.results.{name}")
+    started = time.perf_counter()
+    values = module.compute()
+    seconds = time.perf_counter() - started
+    ours = [key for key in sorted(sys.modules) if key.split(".")[0] in OURS]
+    modules = [key for key in ours if not key.startswith("docs.") or key == module.__name__]
+    inputs = sorted(getattr(module, "INPUTS", []))
+    return Result(
+        name=name,
+        what=module.__doc__.strip().split("\n")[0],
+        made=datetime.date.today().isoformat(),
+        long=is_long(name),
+        seconds=float(f"{seconds:.2g}"),
+        python=".".join(platform.python_version_tuple()[:2]),
+        versions={key: importlib.metadata.version(key) for key in ("apesim", "numba", "numpy", "scipy")},
+        processor=_processor(),
+        code={"sha256": hash_code(modules, inputs), "modules": modules, "inputs": inputs},
+        values=values,
+    )
+
+
+def hash_code(modules: list[str], inputs: list[str]) -> str:
+    """The SHA-256 of modules, comments and docstrings left out, and of files of data.
+
+    Raises
+    ------
+    FileNotFoundError
+        A module or a file is there no more.
+    """
+    digest = hashlib.sha256()
+    for name in modules:
+        spec = importlib.util.find_spec(name)
+        if spec is None or spec.origin is None:
+            raise FileNotFoundError(name)
+        digest.update(f"{name}\n{_code(Path(spec.origin))}\n".encode())
+    for path in inputs:
+        digest.update(path.encode() + b"\n" + (ROOT / path).read_bytes())
+    return digest.hexdigest()
+
+
+def save(result: Result) -> Path:
+    """Write a result beside the file that computed it."""
+    content = dict(vars(result))
+    content["values"] = {key: _plain(value) for key, value in result.values.items()}
+    path = HERE / f"{result.name}.json"
+    path.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    return path
+
+
+def load(name: str) -> Result:
+    """Read what a file of results gave.
+
+    Raises
+    ------
+    FileNotFoundError
+        It was never computed.
+    """
+    content = json.loads((HERE / f"{name}.json").read_text())
+    content["values"] = {key: _read(value) for key, value in content["values"].items()}
+    return Result(**content)
+
+
+def find_stale(result: Result) -> str | None:
+    """Why a long result no longer is what the code gives, or None."""
+    again = f"run python -m docs.results {result.name} (took {result.seconds:g} s on {result.made})"
+    here = ".".join(platform.python_version_tuple()[:2])
+    if here != result.python:
+        return f"{result.name}.json was made with Python {result.python}, and cannot be checked with {here}"
+    try:
+        same = hash_code(result.code["modules"], result.code["inputs"]) == result.code["sha256"]
+    except (FileNotFoundError, ModuleNotFoundError) as error:
+        return f"{result.name}.json is stale, {error} is gone: {again}"
+    return None if same else f"{result.name}.json is stale, the code that made it has changed: {again}"
+
+
+def find_moves(old: Result, new: Result) -> Iterator[str]:
+    """What moved by more than its stated error, appeared or went, one line each."""
+    for key in sorted({*old.values, *new.values}):
+        before, after = old.values.get(key), new.values.get(key)
+        where = f"{old.name}.{key}"
+        if before is None or after is None:
+            yield f"{where}: {'new' if before is None else 'gone'}"
+        elif isinstance(before, Number) and isinstance(after, Number):
+            yield from _find_move(where, before, after)
+        elif isinstance(before, Table) and isinstance(after, Table):
+            if before.columns != after.columns or len(before.rows) != len(after.rows):
+                yield f"{where}: another table"
+                continue
+            for i, (left, right) in enumerate(zip(before.rows, after.rows, strict=True)):
+                for head, a, b in zip(before.columns, left, right, strict=True):
+                    cell = f"{where}, row {i + 1}, {head}"
+                    if isinstance(a, Number) and isinstance(b, Number):
+                        yield from _find_move(cell, a, b)
+                    elif a != b:
+                        yield f"{cell}: {a!r} became {b!r}"
+        else:
+            yield f"{where}: a number became a table, or a table a number"
+
+
+def _find_move(where: str, before: Number, after: Number) -> Iterator[str]:
+    if before.unit != after.unit or not abs(after.value - before.value) <= before.error:
+        yield f"{where}: {before.value:g} {before.unit} became {after.value:g} {after.unit} (error {before.error:g})"
+
+
+def _code(path: Path) -> str:
+    tree = ast.parse(path.read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node) is not None:
+            node.body = node.body[1:]
+    return ast.dump(tree)
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.processor())
+
+
+def _plain(value: Number | Table) -> dict[str, Any]:
+    if isinstance(value, Number):
+        return {"value": float(value.value), "unit": value.unit, "error": value.error}
+    rows = [[_plain(cell) if isinstance(cell, Number) else cell for cell in row] for row in value.rows]
+    return {"columns": value.columns, "rows": rows}
+
+
+def _read(value: dict[str, Any]) -> Number | Table:
+    if "columns" not in value:
+        return Number(**value)
+    rows = [[Number(**cell) if isinstance(cell, dict) else cell for cell in row] for row in value["rows"]]
+    return Table(value["columns"], rows)
