@@ -24,9 +24,9 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
-    "sphinx-mathjax-offline",
     "docs.extensions.results",
     "docs.extensions.generated",
+    "docs.extensions.offline_math",
     "docs.extensions.reference",
 ]
 exclude_patterns = ["examples", "extensions", "generated", "results", "templates"]
@@ -58,11 +58,12 @@ sphinx_gallery_conf = {
     "write_computation_times": False,
 }
 
-mathjax_path = "mathjax/tex-svg-full.js"
-
-html_theme = os.environ.get("THEME", "pydata_sphinx_theme")
+html_theme = "furo"
 html_title = f"apesim {release}"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
+html_theme_options = {"top_of_page_buttons": []}
+pygments_style = "friendly"
+pygments_dark_style = "github-dark"
