@@ -48,7 +48,7 @@ def try_effect(one: OutsideEffect) -> None:
     Examples
     --------
     >>> from apesim.engine.effects.outside import load_effect
-    >>> try_effect(load_effect("docs/examples/outside_effect/tapered_bore.py"))
+    >>> try_effect(load_effect("docs/examples/data/tapered_bore.py"))
     """
     trials: dict[str, Callable] = {
         "law": _try_law,

@@ -61,7 +61,7 @@ def load_machine(path: str | PathLike[str] | None = None, assignments: Iterable[
 
     Examples
     --------
-    >>> named = "effects.files=docs/examples/outside_effect/tapered_bore.py"
+    >>> named = "effects.files=docs/examples/data/tapered_bore.py"
     >>> load_machine(None, [named, "effects.tapered_bore.friction=60 N s/m"]).effects.tapered_bore
     TaperedBore(friction=60.0)
     """
@@ -160,7 +160,7 @@ def switched_on(machine: Machine, one: OutsideEffect) -> Machine:
 
     Examples
     --------
-    >>> machine = Machine().with_effects("docs/examples/outside_effect/tapered_bore.py")
+    >>> machine = Machine().with_effects("docs/examples/data/tapered_bore.py")
     >>> switched_on(machine, machine.outside_effects[0]).effects.tapered_bore
     TaperedBore(friction=100.0)
     """
@@ -189,7 +189,7 @@ def with_effects(machine: Machine, *given: Effect | str | PathLike[str]) -> Mach
 
     Examples
     --------
-    >>> with_effects(Machine(), "docs/examples/outside_effect/tapered_bore.py").effects.tapered_bore
+    >>> with_effects(Machine(), "docs/examples/data/tapered_bore.py").effects.tapered_bore
     TaperedBore(friction=0.0)
     """
     found = [load_effect(_file_of(one) if isinstance(one, Effect) else one) for one in given]

@@ -73,7 +73,7 @@ def load_effect(path: str | PathLike[str]) -> OutsideEffect:
 
     Examples
     --------
-    >>> load_effect("docs/examples/outside_effect/tapered_bore.py").name
+    >>> load_effect("docs/examples/data/tapered_bore.py").name
     'tapered_bore'
     """
     path = Path(path).absolute()
@@ -108,7 +108,7 @@ def load_again(path: Path, sha256: str) -> OutsideEffect:
 
     Examples
     --------
-    >>> known = load_effect("docs/examples/outside_effect/tapered_bore.py")
+    >>> known = load_effect("docs/examples/data/tapered_bore.py")
     >>> load_again(known.path, known.sha256) == known
     True
     """
@@ -325,7 +325,7 @@ def refuse_twins(effects: tuple[OutsideEffect, ...]) -> None:
 
     Examples
     --------
-    >>> one = load_effect("docs/examples/outside_effect/tapered_bore.py")
+    >>> one = load_effect("docs/examples/data/tapered_bore.py")
     >>> refuse_twins((one, one))  # the very same is no other
     """
     seen: dict[str, OutsideEffect] = {}

@@ -20,7 +20,7 @@ from tests.folders import ROOT
 from tests.machines import settled
 
 EXAMPLES = ROOT / "docs" / "examples"
-MACHINE, PAGE = EXAMPLES / "huang.toml", ROOT / "docs" / "validation" / "huang.md"
+MACHINE, PAGE = EXAMPLES / "data" / "huang.toml", ROOT / "docs" / "validation" / "huang.md"
 TORQUE_SPEED, POWER_SPEED = 465.0, 1320.0
 TORQUE, POWER, COLDEST = 9.99, 0.95, 17.0
 """Published values: N m, kW, degrees Celsius."""
@@ -92,7 +92,7 @@ def test_the_example_is_the_published_engine_as_far_as_it_is_published():
 
 
 def test_the_command_of_the_page_runs(monkeypatch, capsys):
-    command = f'apesim engine run --machine docs/examples/huang.toml --speed "{TORQUE_SPEED:g} rpm"'
+    command = f'apesim engine run --machine docs/examples/data/huang.toml --speed "{TORQUE_SPEED:g} rpm"'
     assert command in PAGE.read_text()
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(sys, "argv", [*shlex.split(command), "--json"])

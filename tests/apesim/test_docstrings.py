@@ -165,7 +165,7 @@ def module_names(paths: list[str]) -> list[str]:
 
 def run_examples(paths: list[str], folder: Path, **variables: str) -> subprocess.CompletedProcess[str]:
     """Run the examples of some files in an interpreter of its own, but for those of the face: tests of it run them."""
-    shutil.copytree(ROOT / "docs" / "examples" / "outside_effect", folder / "docs" / "examples" / "outside_effect")
+    shutil.copytree(ROOT / "docs" / "examples" / "data", folder / "docs" / "examples" / "data")
     environment = os.environ | {"MPLBACKEND": "Agg"} | variables
     environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), environment.get("PYTHONPATH", "")])
     code = (

@@ -25,7 +25,7 @@ from apesim.valve.bench import run_bench
 from apesim.valve.effects import ValveLaws
 from tests.folders import ROOT
 
-EXAMPLE = ROOT / "docs" / "examples" / "outside_effect" / "tapered_bore.py"
+EXAMPLE = ROOT / "docs" / "examples" / "data" / "tapered_bore.py"
 ENGINE_NAMES = {effect.name for effect in ENGINE_EFFECTS}
 FRICTION = 60.0
 """Strength of the example's effect [N s/m]."""

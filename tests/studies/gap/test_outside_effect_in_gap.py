@@ -15,7 +15,7 @@ from tests.folders import ROOT
 from tests.truth.terms import FORCE
 from tests.truth.valve import Bench, noise, simulate
 
-EXAMPLE = ROOT / "docs" / "examples" / "outside_effect" / "tapered_bore.py"
+EXAMPLE = ROOT / "docs" / "examples" / "data" / "tapered_bore.py"
 AMBIENT = 101325.0
 HIDDEN = 80.0
 """Strength of the tapered bore that is hidden [N s/m]."""

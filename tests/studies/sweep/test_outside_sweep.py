@@ -17,7 +17,7 @@ from apesim.engine.steady import run_steady
 from apesim.studies.sweep import run_sweep, vary
 from tests.folders import ROOT
 
-EXAMPLE = ROOT / "docs" / "examples" / "outside_effect" / "tapered_bore.py"
+EXAMPLE = ROOT / "docs" / "examples" / "data" / "tapered_bore.py"
 SPEED = 1000.0 * np.pi / 30.0
 STRENGTHS = (0.0, 60.0, 120.0)
 

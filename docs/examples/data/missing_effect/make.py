@@ -1,7 +1,7 @@
 """Data like those of the paper's rig, from the independent simulator in ``tests/truth``, with an effect hidden in them.
 
-From a checkout: ``PYTHONPATH=. python docs/examples/missing_effect/make.py``. The rig differs from the machine file
-as rigs do: friction, effective area, dead time, supply and sensors are a little off, the same in all three sets.
+From a checkout: ``PYTHONPATH=. python docs/examples/data/missing_effect/make.py``. The rig differs from the machine
+file as rigs do: friction, effective area, dead time, supply and sensors are a little off, the same in all three sets.
 """
 
 from pathlib import Path
