@@ -8,13 +8,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from apesim.archive import ArchiveError, replace_file
+from apesim.quantities import Fault, InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.consistency import Inconsistency
 from apesim.studies.gap.decide.held_out import HeldOut
+from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.reasons import Verdict
 from apesim.studies.gap.report.extended_machine import extend_machine, find_lineage
@@ -29,6 +31,9 @@ from apesim.studies.gap.tables.latent import find_branches
 from apesim.studies.gap.tables.tabulate import Tabulated
 from apesim.studies.measured import Measured
 from apesim.studies.output import make_folder
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MAX_SHOWN = 8
 """Scores that the HTML table shows, as many as the command does."""
@@ -268,6 +273,56 @@ class Explanation:
         data["wall_time_s"] += time.perf_counter() - start
         _write(folder, "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
         return data
+
+    def plot(self, ax: "Axes | None" = None, sensor: str | None = None) -> "Axes":
+        """Draw what is left of one signal over the noise, before and after what is missing was added.
+
+        It is the trace that the calibrated machine misses most, of a run that was never fitted where there are such.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; those of a new figure if left out.
+        sensor : str, optional
+            Name of the signal, e.g. "lift"; the one that the calibrated machine misses most if left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Axes that were drawn on.
+
+        Raises
+        ------
+        InputError
+            There is no such trace.
+
+        Examples
+        --------
+        >>> from apesim.studies.gap.example_bench import explain_example
+        >>> axes = explain_example().plot()
+        >>> axes.get_title(), axes.get_ylabel()
+        ('0.60 MPa gauge, 40 ms, never used', 'model less measured lift [noise]')
+        """
+        from apesim.studies.figures.axes import axes_for
+        from apesim.studies.figures.gap.looks import WORDS
+        from apesim.studies.figures.gap.overlays import draw_left
+        from apesim.studies.gap.report.comparison import compare_signals, find_display, select_worst
+        from apesim.studies.gap.report.html import describe_added
+
+        compared = [signal for signal in compare_signals(self) if not signal.is_mean]
+        chosen = select_worst((one for one in compared if sensor in (None, one.block.sensor)), 1)
+        if not chosen:
+            known = " or ".join(dict.fromkeys(one.block.sensor for one in compared)) or "a run with a trace"
+            raise InputError(
+                [Fault("plot()", "sensor", f"there is no trace of {sensor or 'any signal'}", f"give {known}")]
+            )
+        [signal] = chosen
+        ax = draw_left(axes_for(ax), signal, describe_added(self))
+        ambient = self.calibrated.residuals.machine.ambient.pressure
+        ax.set_ylabel(f"model less measured {find_display(signal.block).name} [noise]")
+        ax.set_title(f"{label_point(signal.block.run, ambient)}, {WORDS[signal.role]}")
+        ax.legend()
+        return ax
 
     def __repr__(self) -> str:
         lines = [f"Explanation: {self.verdict}", f"  {self.sentence}", f"  because {self.reason}"]

@@ -91,27 +91,61 @@ def _draw_overlay(
     shades = _shade_phases(above, x, signal)
     above.plot(x, shown.convert(block.values), ".", color=MEASURED, ms=3, label="measured")
     above.plot(x, shown.convert(signal.before), color=BEFORE, lw=1.2, label="calibrated model")
-    below.axhspan(-NOISE_BAND, NOISE_BAND, color="0.93", lw=0, zorder=0)
-    _draw_residuals(below, x, (signal.before - block.values) / signal.noise, BEFORE)
     if signal.after is not None:
         above.plot(x, shown.convert(signal.after), color=AFTER, lw=1.2, ls="--", label=added)
-        _draw_residuals(below, x, (signal.after - block.values) / signal.noise, AFTER)
     label_axes(above, y=(shown.name, shown.unit))
     above.set_title(f"{label_point(run, ambient_pressure)}, {WORDS[signal.role]}", loc="left")
     above.tick_params(labelbottom=False)
-    over = ("crank angle", "deg") if run.bench == ENGINE else ("time after the command", "ms")
-    label_axes(below, x=over, y=("left", "noise"))
+    draw_left(below, signal, added)
+    label_axes(below, y=("left", "noise"))
     for axis in (above, below):
         axis.set_xlim(x[0], x[-1])
     return shades
 
 
-def _draw_residuals(axis: Axes, x: np.ndarray, residuals: np.ndarray, colour: str) -> None:
+def draw_left(axis: Axes, signal: "ComparedSignal", added: str) -> Axes:
+    """Draw what is left of a trace over the noise, before and after something was added.
+
+    Parameters
+    ----------
+    axis : matplotlib.axes.Axes
+    signal : apesim.studies.gap.report.comparison.ComparedSignal
+    added : str
+        What was added to the model, in words.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The given axes.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> from apesim.studies.gap.report.comparison import compare_signals
+    >>> axis = draw_left(Figure().subplots(), compare_signals(explain_example())[0], "with side force")
+    >>> axis.get_legend_handles_labels()[1]
+    ['what noise alone fills', 'calibrated model', 'with side force']
+    """
+    block: Any = signal.block
+    x = np.degrees(block.run.angles) if block.run.bench == ENGINE else block.times * 1e3
+    axis.axhspan(-NOISE_BAND, NOISE_BAND, color="0.93", lw=0, zorder=0, label="what noise alone fills")
+    _draw_residuals(axis, x, (signal.before - block.values) / signal.noise, BEFORE, "calibrated model")
+    if signal.after is not None:
+        _draw_residuals(axis, x, (signal.after - block.values) / signal.noise, AFTER, added)
+    over = ("crank angle", "deg") if block.run.bench == ENGINE else ("time after the command", "ms")
+    label_axes(axis, x=over)
+    return axis
+
+
+def _draw_residuals(axis: Axes, x: np.ndarray, residuals: np.ndarray, colour: str, label: str) -> None:
     """Draw residuals: their samples pale, their running mean strong."""
+    if len(residuals) <= MEAN_SAMPLES:
+        axis.plot(x, residuals, color=colour, lw=1.3, label=label)
+        return
     axis.plot(x, residuals, color=colour, lw=0.6, alpha=0.35)
-    if len(residuals) > MEAN_SAMPLES:
-        mean = np.convolve(residuals, np.full(MEAN_SAMPLES, 1.0 / MEAN_SAMPLES), "valid")
-        axis.plot(x[MEAN_SAMPLES // 2 : MEAN_SAMPLES // 2 + len(mean)], mean, color=colour, lw=1.3)
+    mean = np.convolve(residuals, np.full(MEAN_SAMPLES, 1.0 / MEAN_SAMPLES), "valid")
+    axis.plot(x[MEAN_SAMPLES // 2 : MEAN_SAMPLES // 2 + len(mean)], mean, color=colour, lw=1.3, label=label)
 
 
 def _shade_phases(axis: Axes, x: np.ndarray, signal: "ComparedSignal") -> dict[str, str]:

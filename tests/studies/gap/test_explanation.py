@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from apesim.archive import ArchiveError
@@ -54,6 +55,16 @@ def test_what_is_written_is_what_is_said(explanation, tmp_path):
     assert Machine.load(tmp_path / "out/machine.toml").to_toml() == explanation.best.machine().to_toml()
     with pytest.raises(ArchiveError, match="not empty"):
         explanation.write(tmp_path / "out")
+
+
+def test_what_is_left_is_drawn_before_and_after_on_a_run_that_was_never_fitted(explanation):
+    axes = explanation.plot()
+    assert axes.get_title().endswith("never used") and axes.get_xlabel() and axes.get_ylabel().endswith("[noise]")
+    before, after = (line.get_ydata() for line in axes.lines if not line.get_label().startswith("_"))
+    assert np.mean(before**2) > 2.0 * np.mean(after**2)
+    assert explanation.plot(sensor="lift", ax=axes) is axes
+    with pytest.raises(InputError, match="no trace of pressure_a; give lift"):
+        explanation.plot(sensor="pressure_a")
 
 
 def test_changing_what_was_handed_out_changes_no_explanation(explanation):
