@@ -15,7 +15,7 @@ hypothesis.settings.load_profile("apesim")
 
 FIRST = (
     *("test_truth_blind", "test_plain_python", "test_kernel", "test_packaging", "test_engine_library"),
-    *("test_outside_machine", "test_periodic", "test_adaptive", "test_docstrings", "test_face"),
+    *("test_outside_machine", "test_periodic", "test_adaptive", "test_docstrings", "test_face", "test_examples"),
 )
 """Stems of the files that take longest.
 
