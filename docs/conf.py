@@ -51,6 +51,7 @@ sphinx_gallery_conf = {
     "reset_modules": ("docs.extensions.gallery.prepare", "matplotlib"),
     "reset_modules_order": "before",
     "remove_config_comments": True,
+    "capture_repr": (),
     "show_memory": False,
     "download_all_examples": False,
     "abort_on_example_error": False,
