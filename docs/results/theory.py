@@ -28,6 +28,7 @@ def compute():
             "size of the gap left on held-out runs",
             f"at most the tolerance of the second condition, or {100.0 * t.MAX_LEFT:g} % of the size before",
         ],
+        ["a name against the machine without it", f"{t.AMBIGUOUS_COST:.3g} of penalised cost ahead, or more"],
         ["what is left of the fitted runs: chance of noise alone", f"{t.ALARM:g} or more"],
         ["a pair without the best single effect", f"at least {t.BEHIND:g} of penalised cost ahead of it"],
         ["standing of a pair", f"{t.MIN_STANDING:g} or more"],
