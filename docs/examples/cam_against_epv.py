@@ -21,7 +21,7 @@ print("\n".join(sweep.warnings))
 
 # %%
 # Specific air is all air, control air counted, over brake work. It is undefined where the engine does not give any
-# work.
+# work. The points of the uncorrected EPV above 150 kg/kWh are not drawn.
 
 figure, (top, bottom) = plt.subplots(2, sharex=True, figsize=(5.8, 6.0), layout="constrained")
 names = {"ideal": "ideal valve", "cam": "cam", "epv corrected": "EPV, corrected", "epv": "EPV, uncorrected"}
