@@ -4,22 +4,139 @@ Each function of PAGES returns Markdown. It is written to docs/generated/NAME.md
 it in by an include.
 """
 
-from collections.abc import Callable
+import itertools
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from sphinx.application import Sphinx
+
+import apesim
+from apesim.engine.effects import ALL_EFFECTS
+from apesim.studies.gap.search.candidates import NUISANCES, find_candidates
+from apesim.studies.measured.sensors import SENSORS
 
 HERE = Path(__file__).parent.parent / "generated"
 
 
+SLOTS = {
+    "adjust": "An effect of the slot `adjust` changes numbers of the machine before the march begins.",
+    "law": "An effect of the slot `law` adds to the balances of force, mass and heat at every instant of the march.",
+    "contact": "An effect of the slot `contact` says how fast the piston leaves a stop that it has met.",
+    "volume": "An effect of the slot `volume` adds a gas volume of its own, fed through an area.",
+    "tables": "A table has values at fixed nodes in place of a law. It can close a gap, and it never names one.",
+    "sensor": "An effect of the slot `sensor` changes what is recorded of a run, after the march. It is an error of "
+    "the measurement, no physics of the machine.",
+}
+"""Groups of the library: the slots, and the tables of any slot."""
+
+
 def write_effects() -> str:
-    """The library of effects, in the order in which the march meets them."""
-    import apesim
+    """The library of effects by slot: contents, then equation, source, signs and parameters of each."""
+    tables = {effect.name for effect in ALL_EFFECTS if effect.tabulated}
+    library = apesim.list_effects()
+    groups: dict[str, list[Any]] = {group: [] for group in SLOTS}
+    for entry in library.values():
+        groups["tables" if entry.name in tables else entry.slots[0]].append(entry)
+    lines = ["## Contents", "", f"The library holds {len(library)} effects.", ""]
+    for group, entries in groups.items():
+        for layer in ("valve", "engine"):
+            names = [f"[{entry.name}](#{entry.name})" for entry in entries if entry.layer == layer]
+            if names:
+                lines.append(f"- **{group}, {layer}:** {', '.join(names)}")
+    for group, entries in groups.items():
+        lines += ["", f"## {group.capitalize()}", "", SLOTS[group]]
+        for entry in entries:
+            lines += ["", *_describe_effect(entry)]
+    return "\n".join(lines) + "\n"
 
-    return "\n".join(f"## `{name}`\n" for name in apesim.list_effects())
+
+def _describe_effect(entry: Any) -> Iterator[str]:
+    """Section of one effect."""
+    yield f"### {entry.name}"
+    yield from ("", "```text", *textwrap.wrap(entry.equation, 78, subsequent_indent="    "), "```", "")
+    yield f":Layer: {entry.layer}"
+    for head, text in (("Source", entry.source), ("Seen in", entry.seen_in), ("Isolated by", entry.isolated_by)):
+        yield f":{head}: {_escape(text)}"
+    yield from (
+        "",
+        "| parameter | unit | range | default | source of the range | in the search |",
+        "|---|---|---|---|---|---|",
+    )
+    for names, first in _group_nodes(entry.parameters):
+        cells = (names, first.unit or "–", first.range, first.default, first.source, _say_search(entry, first))
+        yield f"| {' | '.join([cells[0], *map(_escape, cells[1:])])} |"
 
 
-PAGES: dict[str, Callable[[], str]] = {"effects": write_effects}
+def _group_nodes(parameters: Iterable[Any]) -> Iterator[tuple[str, Any]]:
+    """Parameters that share unit, range, default and source are nodes of one table: their names together."""
+    for _, group in itertools.groupby(parameters, lambda p: (p.name.split("_at_")[0], p._replace(name=""))):
+        first, *others = group
+        names = f"`{first.name}`" + (f" … `{others[-1].name}` ({1 + len(others)} nodes)" if others else "")
+        yield names, first
+
+
+def _say_search(entry: Any, parameter: Any) -> str:
+    """What `apesim gap explain` does with a parameter of an effect."""
+    if entry.name in NUISANCES:
+        return "calibrated within a prior"
+    if f"effects.{entry.name}.{parameter.name}" in _find_fitted_keys():
+        return "fitted"
+    return "fitted where the library is refused" if entry.name.startswith("tabulated_") else "stays as it is"
+
+
+@cache
+def _find_fitted_keys() -> set[str]:
+    """Keys of the parameters that the search for a missing effect fits."""
+    candidates = find_candidates(apesim.Machine(), "engine", ALL_EFFECTS)
+    return {parameter.key for candidate in candidates for parameter in candidate.parameters}
+
+
+RUN_KEYS = {
+    "data": "file with the traces, in the folder or below it",
+    "name": "name of the run; repeats of one run share it; the file if left out",
+    "supply": "pressure of the supply, that of the control air, too",
+    "temperature": "temperature of the supply; the machine file's if left out",
+    "pulse": "time for which the solenoids are energised",
+    "speed": "speed of the engine",
+    "energise": "crank angle at which the solenoids are energised",
+    "release": "crank angle at which they are released, after `energise` and within one turn of it",
+    "torque": "mean brake torque over the cycle, if it is measured",
+    "air_flow": "mean flow of all air, control air with it, if it is measured",
+    "role": "what the run is there for; `fit` if left out",
+}
+"""Meanings of the keys of a measured run."""
+
+
+def write_measured() -> str:
+    """Keys of a measured run and columns of its file, for each bench."""
+    lines = []
+    for bench, sensors in SENSORS.items():
+        lines += ["", f"### Keys of a run of the {bench}'s bench", "", "| key | value | meaning |", "|---|---|---|"]
+        for key in ("data", "name", *sensors.keys):
+            value = _escape(sensors.keys[key].range_text) if key in sensors.keys else "text"
+            due = key in sensors.due
+            lines.append(f"| `{key}`{', **due**' * due} | {value} | {RUN_KEYS[key]} |")
+        lines += ["", f"### Columns of a file of the {bench}'s bench", ""]
+        lines += ["| column | a head | `noise` of the sensor, as an example |", "|---|---|---|"]
+        lines.append(f"| `{sensors.axis}`, **due** | `{sensors.axis} [{sensors.axis_unit}]` | – |")
+        for name, sensor in sensors.traces.items():
+            head = f"{name} [{sensors.columns[name]}]"
+            lines.append(f'| `{name}` | `{head}` | `[sensor.{name}]` `noise = "{sensor.typical}"` |')
+        for name, sensor in sensors.means.items():
+            lines.append(f'| – (mean `{name}`, a key) | – | `[sensor.{name}]` `noise = "{sensor.typical}"` |')
+    return "\n".join(lines) + "\n"
+
+
+def _escape(text: str) -> str:
+    """Text without meaning for Markdown."""
+    return re.sub(r"([\\*_<>\[\]|$`])", r"\\\1", text)
+
+
+PAGES: dict[str, Callable[[], str]] = {"effects": write_effects, "measured": write_measured}
 
 
 def write(_app: Sphinx) -> None:

@@ -1,8 +1,10 @@
 """Computed numbers in the text: roles `val` and `num`, directive `result-table`, and their check at the build."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
 
 from docutils import nodes
+from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective, SphinxRole
@@ -29,12 +31,15 @@ class Value(SphinxRole):
 
 
 class ResultTable(SphinxDirective):
-    """A computed table: `file.key`."""
+    """A computed table: `file.key`. The option `missing` is shown in its place until an optional file is computed."""
 
     required_arguments = 1
+    option_spec: ClassVar[dict[str, Callable[[str], Any]]] = {"missing": directives.unchanged}
 
     def run(self) -> list[nodes.Node]:
-        value = _find(self, self.arguments[0])
+        name, value = self.arguments[0].partition(".")[0], _find(self, self.arguments[0])
+        if value is None and "missing" in self.options and not (results.HERE / f"{name}.json").exists():
+            return [nodes.paragraph("", "", *self.parse_inline(self.options["missing"])[0])]
         if not isinstance(value, Table):
             raise self.error(f"{self.arguments[0]!r} is no table of docs/results")
         group = nodes.tgroup("", *(nodes.colspec(colwidth=1) for _ in value.columns), cols=len(value.columns))
@@ -72,6 +77,8 @@ def check(app: Sphinx) -> None:
         try:
             stored = results.load(name)
         except FileNotFoundError:
+            if results.is_optional(name):
+                continue
             LOGGER.warning("docs/results/%s.py was never computed: run python -m docs.results %s", name, name)
             continue
         if results.is_long(name):

@@ -85,9 +85,18 @@ def names() -> list[str]:
 
 
 def is_long(name: str) -> bool:
-    """Whether the numbers of a file take too long to be computed whenever the site is built."""
+    """Whether the numbers of a file take too long to be computed whenever the site is built (``LONG = True``)."""
+    return _flag(name, "LONG")
+
+
+def is_optional(name: str) -> bool:
+    """Whether the pages do without the numbers of a file until they are computed first (``OPTIONAL = True``)."""
+    return _flag(name, "OPTIONAL")
+
+
+def _flag(name: str, key: str) -> bool:
     tree = ast.parse((HERE / f"{name}.py").read_text())
-    found = [n.value for n in tree.body if isinstance(n, ast.Assign) and getattr(n.targets[0], "id", "") == "LONG"]
+    found = [n.value for n in tree.body if isinstance(n, ast.Assign) and getattr(n.targets[0], "id", "") == key]
     return bool(found and ast.literal_eval(found[0]))
 
 

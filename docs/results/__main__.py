@@ -8,13 +8,13 @@ import argparse
 import subprocess
 import sys
 
-from docs.results import compute, find_moves, find_stale, is_long, load, names, save
+from docs.results import compute, find_moves, find_stale, is_long, is_optional, load, names, save
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m docs.results", description=__doc__.split("\n")[0])
     parser.add_argument("names", nargs="*", help=f"of {', '.join(names())}")
-    parser.add_argument("--stale", action="store_true", help="all that are stale or were never computed")
+    parser.add_argument("--stale", action="store_true", help="all that are stale, or due and never computed")
     options = parser.parse_args()
     unknown = set(options.names) - set(names())
     if unknown or bool(options.names) == options.stale:
@@ -29,7 +29,7 @@ def _is_stale(name: str) -> bool:
     try:
         return is_long(name) and find_stale(load(name)) is not None
     except FileNotFoundError:
-        return True
+        return not is_optional(name)
 
 
 def _renew(name: str) -> int:

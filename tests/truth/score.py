@@ -63,7 +63,7 @@ class Scored(NamedTuple):
 
     @property
     def listed(self):
-        """Whether what is hidden stands first, or among what is said not to be told from it."""
+        """Whether what is hidden stands first, or among what is said to be indistinguishable from it."""
         others = (one["effects"] for one in self.verdict.get("alternatives", ()))
         return any(set(names) == set(self.hidden) for names in (self.first, *others))
 
@@ -246,26 +246,26 @@ def figures(scored):
         ),
         share("alarms, nothing but clutter", cluttered, lambda one: one.verdict.get("alarm"), "", ""),
         share("names given, nothing hidden", of(NONE), lambda one: one.named, "≤ 1 %", "0 of 100"),
-        share("detected, ≥ 10 deviations", clear, detected, "98 %", "100 %"),
-        share("detected, 5–10 deviations", faint, detected, "75 %", "90 %"),
-        share("right class first, single, ≥ 10 deviations", clear, lambda one: one.class_first, "95 %", "99 %"),
+        share("detected, ≥ 10 sigmas", clear, detected, "98 %", "100 %"),
+        share("detected, 5–10 sigmas", faint, detected, "75 %", "90 %"),
+        share("right class first, single, ≥ 10 sigmas", clear, lambda one: one.class_first, "95 %", "99 %"),
         share(
-            "exactly one name, and right, ≥ 10 deviations",
+            "exactly one name, and right, ≥ 10 sigmas",
             clear,
             lambda one: one.calibrated or (one.said == "NAMED" and one.right),
             "85 %",
             "95 %",
         ),
         share(
-            "best pair is the true one, both ≥ 10 deviations",
+            "best pair is the true one, both ≥ 10 sigmas",
             pairs,
             lambda one: set(one.first) == set(one.hidden),
             "90 %",
             "98 %",
         ),
-        share("the same, or among those said not to be told from it", pairs, lambda one: one.listed, "", ""),
+        share("the same, or among those said to be indistinguishable from it", pairs, lambda one: one.listed, "", ""),
         share(
-            "both named, both ≥ 10 deviations",
+            "both named, both ≥ 10 sigmas",
             pairs,
             lambda one: one.named and set(one.first) == set(one.hidden),
             "60 %",
@@ -302,7 +302,7 @@ def figures(scored):
         ),
         Figure("95 % intervals that hold the truth", sum(intervals), len(intervals), "90–98 %", "93–97 %"),
         middle(
-            "held-out gap shrinks, over the noise floor, named, ≥ 20 deviations, median",
+            "held-out gap shrinks, over the noise floor, named, ≥ 20 sigmas, median",
             [shrinks(one.verdict.get("held_out")) for one in named],
             "8×",
             "15×",

@@ -82,5 +82,5 @@ def test_over_two_dozen_cases_nothing_is_said_that_is_wrong(tmp_path):
     table = {figure.what: figure for figure in figures(found)}
     assert table["names given, nothing hidden"].hits == 0
     assert table["wrong name or all-clear, of cases with something hidden"].hits <= 1
-    clear = table["right class first, single, ≥ 10 deviations"]
+    clear = table["right class first, single, ≥ 10 sigmas"]
     assert clear.hits >= clear.cases - 1

@@ -140,10 +140,10 @@ def test_figures_count_right_and_wrong_names():
     found = {one.what: (one.hits, one.cases) for one in figures(scored)}
     assert found["alarms, nothing hidden, at a nominal 1 %"] == (1, 2)
     assert found["names given, nothing hidden"] == (1, 2)
-    assert found["detected, ≥ 10 deviations"] == (3, 3)
+    assert found["detected, ≥ 10 sigmas"] == (3, 3)
     assert found["detected, 5–10 deviations"] == (0, 1)
-    assert found["right class first, single, ≥ 10 deviations"] == (1, 3)
-    assert found["exactly one name, and right, ≥ 10 deviations"] == (1, 3)
+    assert found["right class first, single, ≥ 10 sigmas"] == (1, 3)
+    assert found["exactly one name, and right, ≥ 10 sigmas"] == (1, 3)
     assert found["outside the library: not named"] == (1, 2)
     assert found["wrong name or all-clear, of cases with something hidden"] == (2, 6)
     assert found["wrong name or all-clear, of all cases"] == (3, 8)
@@ -193,8 +193,8 @@ def test_a_pair_counts_as_listed_where_it_is_one_of_those_not_told_apart():
         found = case("double", 12.0, "NAMED", first="c", alternatives=[{"effects": list(alternative)}])
         found = found._replace(answer=found.answer | {"hidden": hidden})
         table = {one.what: one.hits for one in figures([found])}
-        assert table["best pair is the true one, both ≥ 10 deviations"] == 0
-        assert table["the same, or among those said not to be told from it"] == listed
+        assert table["best pair is the true one, both ≥ 10 sigmas"] == 0
+        assert table["the same, or among those said to be indistinguishable from it"] == listed
 
 
 @pytest.mark.parametrize(("low", "held"), [(2.0000000000000004, True), (2.0001, False)])
@@ -217,7 +217,7 @@ def test_one_of_two_is_right_where_the_other_would_not_be_seen_beside_it(alike, 
     hidden = [*found.answer["hidden"], found.answer["hidden"][0] | {"name": "bounce"}]
     found = found._replace(answer=found.answer | {"hidden": hidden, "cosine": alike})
     assert found.right is right
-    both = next(one for one in figures([found]) if one.what == "both named, both ≥ 10 deviations")
+    both = next(one for one in figures([found]) if one.what == "both named, both ≥ 10 sigmas")
     assert (both.hits, both.cases) == (0, 1)
 
 

@@ -198,6 +198,13 @@ def test_what_comes_nearest_is_told_as_far_as_the_data_hold_it(open_ends, told):
     assert f"coulomb friction, breakaway {told}" in page_of(nearest=[row])
 
 
+def test_each_column_of_the_next_test_is_headed_by_what_it_would_split_off():
+    row = {"text": "a run at 1.0 MPa gauge", "deviations": {"spring_rate_error": 7.25, "moving_mass_error": 6.5}}
+    page = page_of(next_test={"text": "again", "truth": "coulomb_friction", "experiments": [row]})
+    assert "<th>spring rate error</th><th>moving mass error</th>" in page
+    assert "<td>7.25</td><td>6.5</td>" in page
+
+
 def test_names_in_a_page_are_escaped():
     page = page_of()
     assert not any(text in page for text in ("<script>", "<b>.", "<i>"))

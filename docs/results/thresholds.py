@@ -1,0 +1,73 @@
+"""Thresholds of the search for a missing effect, as the code has them, and the priors of the calibration."""
+
+import ast
+from math import exp
+from pathlib import Path
+
+from apesim.quantities import unit
+from apesim.studies.estimation import calibration
+from apesim.studies.estimation.parameters import DECLARED
+from apesim.studies.estimation.priors import ENGINE, VALVE
+from apesim.studies.gap import thresholds
+from apesim.studies.gap.decide import held_out
+from apesim.studies.gap.search import candidates, gap_test, model_selection
+from apesim.studies.gap.tables import suggest, tabulate
+from apesim.studies.identify import fit, gate
+from docs.results import Number, Table
+
+PERCENT = ("ALARM", "MIN_REMOVED", "MAX_LEFT", "TERM_CHANCE", "DOUBTFUL")
+
+
+def compute():
+    """Each threshold by its name in lower case, further numbers of the search, and all of them as a table."""
+    values = {"all": list_thresholds(), "priors": list_priors()}
+    for name, value in vars(thresholds).items():
+        if name.isupper() and isinstance(value, float):
+            shown = Number(100.0 * value, "%") if name in PERCENT else Number(round(value, 1 if value > 1.0 else 3))
+            values[name.lower()] = shown
+    values["odds"] = Number(round(exp(0.5 * thresholds.AMBIGUOUS_COST)))
+    values["table_odds"] = Number(round(exp(0.5 * thresholds.TABLE_MARGIN)))
+    for name, value in {
+        "draws": gap_test.DRAWS,
+        "singles": model_selection.MAX_SINGLES,
+        "large": model_selection.MAX_LARGE,
+        "released_pull": model_selection.MIN_RELEASED_PULL,
+        "starts": calibration.STARTS,
+        "windows": held_out.MAX_WINDOWS,
+        "tables_fitted": tabulate.MAX_FITTED,
+        "fit_starts": fit.STARTS,
+    }.items():
+        values[name] = Number(value)
+    values["reach"] = Number(round(100.0 * (candidates.MAX_REACH - 1.0)), "%")
+    values["suggested"] = Number(100.0 * suggest.MIN_EXPLAINED, "%")
+    values["gate_chance"] = Number(100.0 * gate.CHANCE, "%")
+    return values
+
+
+def list_thresholds():
+    """The file of thresholds: name, value and reason."""
+    tree = ast.parse(Path(thresholds.__file__).read_text())
+    rows = []
+    for node, reason in zip(tree.body, tree.body[1:], strict=False):
+        if isinstance(node, ast.Assign):
+            target = node.targets[0]
+            names = [name.id for name in (target.elts if isinstance(target, ast.Tuple) else [target])]
+            shown = ", ".join(f"{getattr(thresholds, name):.3g}" for name in names)
+            text = " ".join(ast.literal_eval(reason.value).split()).split(", see `")[0].rstrip(".")
+            rows.append([", ".join(f"`{name}`" for name in names), shown, f"{text}."])
+    return Table(["threshold", "value", "what it is, and why it has this value"], rows)
+
+
+def list_priors():
+    """The nuisances of the calibration with the standard deviations of their priors."""
+    rows = []
+    for bench, priors in (("valve", VALVE), ("engine", ENGINE)):
+        for prior in priors:
+            declared = DECLARED[prior.key]
+            size = f"{100.0 * prior.deviation:g} %"
+            if not prior.relative and declared.unit:
+                size = f"{prior.deviation / unit(declared.unit).si('1'):.3g} {declared.unit}"
+            elif not prior.relative and prior.key == "air.heat_capacity_ratio":
+                size = f"{prior.deviation:g}"
+            rows.append([f"`{prior.key}`", bench, size, f"`{prior.sensor}` is measured" if prior.sensor else "always"])
+    return Table(["number", "bench", "standard deviation of the prior", "free where"], rows)
