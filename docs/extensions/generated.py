@@ -56,11 +56,10 @@ def write_effects() -> str:
 
 def _describe_effect(entry: Any) -> Iterator[str]:
     """Section of one effect."""
-    yield f"### {entry.name}"
+    yield f"### {entry.name}\n\nActs on the {entry.layer}."
     yield from ("", "```text", *textwrap.wrap(entry.equation, 78, subsequent_indent="    "), "```", "")
-    yield f":Layer: {entry.layer}"
     for head, text in (("Source", entry.source), ("Seen in", entry.seen_in), ("Isolated by", entry.isolated_by)):
-        yield f":{head}: {_escape(text)}"
+        yield f"- **{head}:** {_escape(text)}"
     yield from (
         "",
         "| parameter | unit | range | default | source of the range | in the search |",

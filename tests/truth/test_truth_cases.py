@@ -141,7 +141,7 @@ def test_figures_count_right_and_wrong_names():
     assert found["alarms, nothing hidden, at a nominal 1 %"] == (1, 2)
     assert found["names given, nothing hidden"] == (1, 2)
     assert found["detected, ≥ 10 sigmas"] == (3, 3)
-    assert found["detected, 5–10 deviations"] == (0, 1)
+    assert found["detected, 5–10 sigmas"] == (0, 1)
     assert found["right class first, single, ≥ 10 sigmas"] == (1, 3)
     assert found["exactly one name, and right, ≥ 10 sigmas"] == (1, 3)
     assert found["outside the library: not named"] == (1, 2)
