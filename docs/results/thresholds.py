@@ -1,13 +1,10 @@
-"""Thresholds of the search for a missing effect, as the code has them, and the priors of the calibration."""
+"""Thresholds of the search for a missing effect, as the code has them."""
 
 import ast
 from math import exp
 from pathlib import Path
 
-from apesim.quantities import unit
 from apesim.studies.estimation import calibration
-from apesim.studies.estimation.parameters import DECLARED
-from apesim.studies.estimation.priors import ENGINE, VALVE
 from apesim.studies.gap import thresholds
 from apesim.studies.gap.decide import held_out
 from apesim.studies.gap.search import candidates, gap_test, model_selection
@@ -20,7 +17,7 @@ PERCENT = ("ALARM", "MIN_REMOVED", "MAX_LEFT", "TERM_CHANCE", "DOUBTFUL")
 
 def compute():
     """Each threshold by its name in lower case, further numbers of the search, and all of them as a table."""
-    values = {"all": list_thresholds(), "priors": list_priors()}
+    values = {"all": list_thresholds()}
     for name, value in vars(thresholds).items():
         if name.isupper() and isinstance(value, float):
             shown = Number(100.0 * value, "%") if name in PERCENT else Number(round(value, 1 if value > 1.0 else 3))
@@ -56,18 +53,3 @@ def list_thresholds():
             text = " ".join(ast.literal_eval(reason.value).split()).split(", see `")[0].rstrip(".")
             rows.append([", ".join(f"`{name}`" for name in names), shown, f"{text}."])
     return Table(["threshold", "value", "what it is, and why it has this value"], rows)
-
-
-def list_priors():
-    """The nuisances of the calibration with the standard deviations of their priors."""
-    rows = []
-    for bench, priors in (("valve", VALVE), ("engine", ENGINE)):
-        for prior in priors:
-            declared = DECLARED[prior.key]
-            size = f"{100.0 * prior.deviation:g} %"
-            if not prior.relative and declared.unit:
-                size = f"{prior.deviation / unit(declared.unit).si('1'):.3g} {declared.unit}"
-            elif not prior.relative and prior.key == "air.heat_capacity_ratio":
-                size = f"{prior.deviation:g}"
-            rows.append([f"`{prior.key}`", bench, size, f"`{prior.sensor}` is measured" if prior.sensor else "always"])
-    return Table(["number", "bench", "standard deviation of the prior", "free where"], rows)

@@ -471,7 +471,3 @@ def test_a_second_gas_volume_is_refused_while_both_are_on(tmp_path):
     assert load_machine(None, settings).effects.mine.force == 5.0
     with pytest.raises(InputError, match=r"effects\.mine: is a second gas volume beside supply_droop"):
         load_machine(None, [*settings, "effects.supply_droop.feed_area=5 mm^2"])
-
-
-def test_the_page_has_the_example_whole():
-    assert EXAMPLE.read_text() in (ROOT / "docs" / "missing_effect" / "outside_effects.md").read_text()
