@@ -23,8 +23,9 @@ print(run)
 # %%
 # Every number has a name, a unit and a meaning. ``run["brake_torque"]`` is the number alone.
 
-for name in ["brake_torque", "specific_air_kg_per_kWh", "exergy_efficiency", "exhaust_temperature", "peak_lift"]:
-    print(f"{name:24} {run.scalars[name]!s:16} {run.scalars[name].long_name}")
+for name in ["brake_torque", "specific_air_kg_per_kWh", "exergy_efficiency", "exhaust_temperature"]:
+    scalar = run.scalars[name]
+    print(f"{name:24} {scalar.value:10.4g} {scalar.unit:8} {scalar.long_name}")
 
 # %%
 # The solenoids are energised shortly before top dead centre (TDC) and released later, at the command angles. The
