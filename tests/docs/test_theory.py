@@ -142,7 +142,7 @@ def test_every_indicator_is_defined_on_a_page():
         ("indicators", f"windows up to {degrees(MAX_WINDOW):g}°"),
         ("estimation", f"{priors.FARTHEST:g} prior standard deviations at most"),
         ("estimation", f"is at most {process.MAX_ORDER}, and"),
-        ("estimation", f"fewer than {process.ENOUGH} tell no colour"),
+        ("estimation", f"with fewer than {process.ENOUGH} the noise counts as white"),
         ("estimation", f"fall of less than {levenberg_marquardt.CONVERGED:g}, after at most"),
         ("estimation", f"after at most {levenberg_marquardt.MAX_STEPS} steps"),
         (
