@@ -9,7 +9,6 @@ from apesim.studies.gap import thresholds
 from apesim.studies.gap.decide import held_out
 from apesim.studies.gap.search import candidates, gap_test, model_selection
 from apesim.studies.gap.tables import suggest, tabulate
-from apesim.studies.identify import fit, gate
 from docs.results import Number, Table
 
 PERCENT = ("ALARM", "MIN_REMOVED", "MAX_LEFT", "TERM_CHANCE", "DOUBTFUL")
@@ -32,12 +31,10 @@ def compute():
         "starts": calibration.STARTS,
         "windows": held_out.MAX_WINDOWS,
         "tables_fitted": tabulate.MAX_FITTED,
-        "fit_starts": fit.STARTS,
     }.items():
         values[name] = Number(value)
     values["reach"] = Number(round(100.0 * (candidates.MAX_REACH - 1.0)), "%")
     values["suggested"] = Number(100.0 * suggest.MIN_EXPLAINED, "%")
-    values["gate_chance"] = Number(100.0 * gate.CHANCE, "%")
     return values
 
 
