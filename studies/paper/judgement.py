@@ -17,7 +17,7 @@ def all_claims(
     archive: Archive,
     tests: Discharge,
     by_area: Mapping[float, Mapping[str, Claim]],
-    frictions: friction_map.FrictionMap,
+    frictions: friction_map.FrictionMap | None,
 ) -> list[Claim]:
     """Judge every claim.
 
@@ -29,8 +29,9 @@ def all_claims(
     tests : apesim.studies.discharge.Discharge
         Result of the model's own discharge tests.
     by_area : mapping
-        Claims by area and key, see `apesim.studies.paper.claims.area.claims_by_area`.
-    frictions : apesim.studies.paper.friction.friction_map.FrictionMap
+        Claims by area and key, see `apesim.studies.paper.claims.area.claims_by_area`; empty: not over areas.
+    frictions : apesim.studies.paper.friction.friction_map.FrictionMap or None
+        None: the claim on the friction is left out.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def all_claims(
         numerics.fixed_step(machine),
         numerics.evaluation_function(machine),
         *motion[-3:],
-        friction_map.viscous_friction(frictions),
+        *([friction_map.viscous_friction(frictions)] if frictions else []),
         design.time_error(),
     ]
     in_engine = engine_subject_of(engine.supplied(machine))

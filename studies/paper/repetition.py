@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from apesim.archive import Archive, read_digest
 from apesim.engine.machine import Machine
-from apesim.quantities import parse_range
+from apesim.quantities import Choice, Fault, InputError, parse_range
 from apesim.quantities.settings import dumps
 from apesim.results import Result, scalars_of
 from apesim.studies.calls import arguments_of, call_text
@@ -32,6 +32,9 @@ from apesim.studies.paper.subject import differences
 from apesim.studies.valve_map import PRESSURES, PULSE, TEMPERATURES, compute_map, faults_of_map
 from apesim.valve.bench import run_bench
 
+SCOPES = FULL, CLAIMS = "full", "claims"
+"""How much is repeated, see `repeat_paper`."""
+SCOPE = Choice(SCOPES, "a call")
 NUMBERS = {
     "claims": ("1", "claims of the paper"),
     "reproduced": ("1", "claims that the model reproduces"),
@@ -51,6 +54,12 @@ class PaperRepetition(Result):
         In what the machine's valve differs from the paper's.
     map : Archive
         The valve over pressure and temperature.
+    vessel : Vessel
+        Vessel of the model's own discharge tests.
+    tests : Discharge
+        Result of these tests.
+    frictions : FrictionMap or None
+        What the text says of the motion, over friction and the solenoids' area; None where it was left out.
     """
 
     title: ClassVar[str] = "the EPV paper (doi 10.1631/jzus.A0820373) repeated"
@@ -105,6 +114,8 @@ class PaperRepetition(Result):
         ------
         ArchiveError
             The folder holds something that is not to be replaced.
+        InputError
+            Only the claims were judged.
 
         Examples
         --------
@@ -113,6 +124,9 @@ class PaperRepetition(Result):
         >>> paper.write("paper")["page"]  # doctest: +SKIP
         'paper/index.html'
         """
+        if self.frictions is None:
+            right = f'repeat the paper with scope="{FULL}"'
+            raise InputError([Fault("write()", "paper", "there is no map of frictions to write", right)])
         from apesim.studies.figures.paper import captions_of, paper_figures
 
         make_folder(folder, overwrite)
@@ -134,13 +148,20 @@ class PaperRepetition(Result):
 
 
 def repeat_paper(
-    machine: Machine, *, progress: bool | Callable[[str, int, int], object] = False, call: str | None = None
+    machine: Machine,
+    *,
+    scope: str = FULL,
+    progress: bool | Callable[[str, int, int], object] = False,
+    call: str | None = None,
 ) -> PaperRepetition:
     """Repeat the EPV paper (doi 10.1631/jzus.A0820373): judge its claims, and compute its figures.
 
     Parameters
     ----------
     machine : Machine
+    scope : {"full", "claims"}
+        "claims": each claim is judged at the machine's own solenoid area and friction alone. The claim on the friction
+        needs the map over friction and area, and is left out with it.
     progress : bool or function
         True: show it on standard error; a function is called with the stage, and what is done and in all.
     call : str, optional
@@ -153,6 +174,7 @@ def repeat_paper(
     Raises
     ------
     InputError
+        The machine or the scope is wrong.
 
     Examples
     --------
@@ -163,11 +185,13 @@ def repeat_paper(
     >>> paper["reproduced"], paper.write("paper")["page"]  # doctest: +SKIP
     """
     call = call_text(repeat_paper, locals()) if call is None else call
-    arguments_of("repeat_paper", machine)
+    arguments = arguments_of("repeat_paper", machine)
+    chosen = arguments.quantity("scope", scope, SCOPE)
+    arguments.refuse()
     call_in_thread(run_bench, machine, PULSE).result()
     start = time.perf_counter()
     with _stages(progress) as report:
-        computed = call_in_thread(_computed, machine, call, report).result()
+        computed = call_in_thread(_computed, machine, call, report, scope=SCOPES[chosen or 0]).result()
     archive, vessel, tests, frictions, claims = computed
     verdicts = Counter(claim.verdict for claim in claims)
     values = {
@@ -190,12 +214,14 @@ def repeat_paper(
     )
 
 
-def _computed(machine: Machine, call: str, report: Callable[[str, int, int], object]) -> tuple:
-    """The map of the valve, vessel and tests of the solenoid, the map of friction, and the claims."""
+def _computed(machine: Machine, call: str, report: Callable[[str, int, int], object], *, scope: str) -> tuple:
+    """The map of the valve, vessel and tests of the solenoid, the map of friction or None, and the claims."""
     grid = parse_range(PRESSURES, PRESSURE, machine.ambient.pressure), parse_range(TEMPERATURES, TEMPERATURE)
     archive = compute_map(machine, *grid, PULSE, call, partial(report, "pressure and temperature"))
     vessel, records = discharge_tests(machine)
     tests = discharge(vessel, records)
+    if scope == CLAIMS:
+        return archive, vessel, tests, None, all_claims(machine, archive, tests, {}, None)
     by_area = claims_by_area(machine, *grid, report=partial(report, "areas of the solenoids"))
     frictions = map_friction(machine, report=partial(report, "frictions"))
     return archive, vessel, tests, frictions, all_claims(machine, archive, tests, by_area, frictions)

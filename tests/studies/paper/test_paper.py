@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from apesim.engine.machine import Machine
+from apesim.quantities import InputError
 from apesim.studies.discharge import discharge
 from apesim.studies.figures.paper import captions_of, paper_figures
 from apesim.studies.limit.valve_limit import Limit, is_complete
@@ -19,6 +20,7 @@ from apesim.studies.paper.friction.friction_map import FrictionMap, friction_tab
 from apesim.studies.paper.friction.statements import STATEMENTS
 from apesim.studies.paper.judgement import all_claims
 from apesim.studies.paper.page import write_page
+from apesim.studies.paper.repetition import repeat_paper
 from apesim.studies.paper.subject import differences
 from apesim.studies.valve_map import compute_map
 from tests.machines import changed
@@ -50,6 +52,19 @@ def found():
 @pytest.fixture(scope="module")
 def judged(archive, found, by_area, frictions):
     return {claim.key: claim for claim in all_claims(Machine(), archive, found, by_area, frictions)}
+
+
+def test_the_claims_alone_have_the_verdicts_of_the_full_repetition_at_the_machines_own_area(judged):
+    paper = repeat_paper(Machine(), scope="claims")
+    alone = {claim.key: claim for claim in paper.claims}
+    assert set(judged) - set(alone) == {"viscous_friction"}
+    assert {key: claim.verdict for key, claim in alone.items()} == {key: judged[key].verdict for key in alone}
+    assert AREA in {claim.range["name"] for claim in judged.values() if claim.range}
+    assert AREA not in {claim.range["name"] for claim in alone.values() if claim.range}
+    with pytest.raises(InputError, match='no map of frictions to write; repeat the paper with scope="full"'):
+        paper.write("paper")
+    with pytest.raises(InputError, match="scope: 'all'"):
+        repeat_paper(Machine(), scope="all")
 
 
 @pytest.mark.parametrize(
