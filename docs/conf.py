@@ -38,9 +38,13 @@ suppress_warnings = ["config.cache"]
 
 autosummary_generate = True
 templates_path = ["templates"]
-autodoc_typehints = "none"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+default_role = "py:obj"
+maximum_signature_line_length = 88
 numpydoc_show_class_members = False
-numpydoc_xref_param_type = False
+numpydoc_xref_param_type = True
+numpydoc_xref_ignore = "all"
 
 sphinx_gallery_conf = {
     "examples_dirs": ["examples"],

@@ -1,7 +1,7 @@
 """Pages that the program writes itself: commands, machine file, library of effects.
 
 Each function of PAGES returns Markdown. It is written to docs/generated/NAME.md before Sphinx reads, and a page takes
-it in by an include.
+it in by an include. A name with a suffix is that of a file to download.
 """
 
 import itertools
@@ -18,6 +18,9 @@ import apesim
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.studies.gap.search.candidates import NUISANCES, find_candidates
 from apesim.studies.measured.sensors import SENSORS
+from docs.extensions.commands import write_commands, write_common_options, write_python_names
+from docs.extensions.folders import write_folders
+from docs.extensions.machine_keys import write_machine, write_machine_keys
 
 HERE = Path(__file__).parent.parent / "generated"
 
@@ -136,13 +139,15 @@ def _escape(text: str) -> str:
 
 
 PAGES: dict[str, Callable[[], str]] = {"effects": write_effects, "measured": write_measured}
+PAGES |= {"commands": write_commands, "common_options": write_common_options, "python_names": write_python_names}
+PAGES |= {"machine_keys": write_machine_keys, "machine.toml": write_machine, "folders": write_folders}
 
 
 def write(_app: Sphinx) -> None:
     """Write what has changed."""
     HERE.mkdir(exist_ok=True)
     for name, function in PAGES.items():
-        path, text = HERE / f"{name}.md", function()
+        path, text = HERE / (name if "." in name else f"{name}.md"), function()
         if not path.exists() or path.read_text() != text:
             path.write_text(text)
 
