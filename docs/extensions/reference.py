@@ -125,12 +125,13 @@ def remove_stale_pages(_app: Sphinx) -> None:
 def leave_unlinked(_app: Sphinx, _env: object, node: nodes.Element, text: nodes.Node) -> nodes.Node | None:
     """Show a type of a signature, or a name in single backquotes of a docstring, as text where no page has it.
 
-    What a page refers to by name, as by the role py:func, has to be there.
+    What of apesim a page refers to by name, as by the role py:func, has to be there.
     """
+    if node.get("refdomain") != "py":
+        return None
     is_of_signature = "refexplicit" not in node
-    if node.get("refdomain") == "py" and (is_of_signature or node.get("reftype") == "obj"):
-        return text
-    return None
+    is_foreign = not node.get("reftarget", "").startswith("apesim")
+    return text if is_of_signature or is_foreign or node.get("reftype") == "obj" else None
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
