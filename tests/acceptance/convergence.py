@@ -1,9 +1,4 @@
-"""The solver's error against its tolerance, on the bench and over one cycle of the engine.
-
-``python -m tests.acceptance.convergence`` draws ``convergence.png`` beside itself.
-"""
-
-from pathlib import Path
+"""The solver's error against its tolerance, on the bench and over one cycle of the engine."""
 
 import numpy as np
 
@@ -89,22 +84,3 @@ def convergence_table(longest_step=None):
         found = [results(tolerance, longest_step or usual.max_step) for tolerance in TOLERANCES]
         errors[name] = {key: np.array([abs(one[key] / true[key] - 1.0) for one in found]) for key in true}
     return TOLERANCES, errors
-
-
-def draw(path):
-    """Draw the table as a figure."""
-    from matplotlib.figure import Figure
-
-    tolerances, errors = convergence_table()
-    figure = Figure(figsize=(13.0, 4.5), layout="constrained")
-    for axes, (name, results) in zip(figure.subplots(1, len(errors), sharey=True), errors.items(), strict=True):
-        for key, error in results.items():
-            axes.loglog(tolerances, error, ".-", label=key)
-        axes.loglog(tolerances, tolerances, "k:", label="error = tolerance")
-        axes.set(title=name, xlabel="tolerance of a step [1]", ylabel=f"relative error against {FINEST:g} [1]")
-        axes.legend(fontsize="small")
-    figure.savefig(path, dpi=150)
-
-
-if __name__ == "__main__":
-    draw(Path(__file__).with_name("convergence.png"))

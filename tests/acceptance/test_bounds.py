@@ -12,7 +12,6 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from apesim.air import CANTERA, IDEAL
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.state import control_ledger, engine_ledger
 from apesim.engine.exergy import ENTERS, LEAVES, exergy_closure, exergy_ledger
@@ -22,6 +21,7 @@ from apesim.engine.indicators import closure, indicators
 from apesim.engine.kinematics import crank_of, cylinder_volume
 from apesim.engine.steady import run_steady
 from apesim.valve.supply import REGULATOR
+from tests.acceptance.random_engines import random_engine
 from tests.machines import AMBIENT, RPM, machine, settled
 
 CLOSURE = 1e-9
@@ -35,46 +35,7 @@ def reals(low, high):
 @st.composite
 def machines(draw):
     """A machine and its speed [r/min]."""
-    stroke = draw(reals(60e-3, 160e-3))
-    opens = draw(reals(-60.0, 30.0))
-    closes = opens + draw(reals(25.0, 170.0))
-    flank = min(25.0, 0.5 * (closes - opens)) * DEGREE
-    exhaust_opens, exhaust_closes = draw(reals(120.0, 200.0)), draw(reals(260.0, 350.0))
-    area = draw(reals(20e-6, 400e-6))
-    hot, correlated, leaky, worn = (draw(st.booleans()) for _ in range(4))
-    return machine(
-        air__model=draw(st.sampled_from((IDEAL, CANTERA))),
-        intake=draw(st.sampled_from(("epv", "cam", "ideal"))),
-        supply=draw(reals(0.2, 3.0)),
-        temperature=draw(reals(250.0, 350.0)),
-        ambient__temperature=draw(reals(240.0, 340.0)),
-        energise=opens,
-        release=closes,
-        targets=(opens, closes),
-        receiver=draw(st.sampled_from((inf, 0.3, 1.0, 10.0))),
-        control_air=draw(st.sampled_from(("regulator", "receiver"))),
-        engine__bore=draw(reals(50e-3, 150e-3)),
-        engine__stroke=stroke,
-        engine__rod_length=stroke * draw(reals(1.2, 3.0)),
-        engine__pin_offset=stroke * draw(reals(-0.15, 0.15)),
-        engine__compression_ratio=draw(reals(5.0, 30.0)),
-        groove__effective_area=area,
-        engine__cam__opens=opens * DEGREE,
-        engine__cam__closes=closes * DEGREE,
-        engine__cam__flank=flank,
-        engine__exhaust__effective_area=area * draw(reals(0.5, 5.0)),
-        engine__exhaust__opens=exhaust_opens * DEGREE,
-        engine__exhaust__closes=exhaust_closes * DEGREE,
-        effects__cylinder_wall_heat__h=hot * draw(reals(1.0, 500.0)),
-        effects__cylinder_wall_heat__wall_temperature=draw(reals(250.0, 350.0)),
-        effects__cylinder_wall_heat__factor=correlated * draw(reals(0.1, 5.0)),
-        effects__cylinder_wall_heat__correlation=draw(st.integers(0, 3)),
-        effects__blow_by__area=leaky * draw(reals(0.01e-6, 1e-6)),
-        effects__ring_leakage__area=worn * draw(reals(0.01e-6, 0.3e-6)),
-        effects__coulomb_friction__force=worn * draw(reals(0.0, 12.0)),
-        effects__bounce__restitution=worn * draw(reals(0.0, 0.6)),
-        effects__solenoid_b_delay__time=worn * draw(reals(-1e-3, 1e-3)),
-    ), draw(reals(200.0, 2400.0))
+    return random_engine(lambda low, high: draw(reals(low, high)), lambda options: draw(st.sampled_from(options)))
 
 
 def ideal_work(law, a_machine, run):

@@ -6,18 +6,10 @@ A pulse of 50 ms from rest at the defaults. Stated error: 2e-5 of each number at
 import pytest
 
 from apesim.valve.bench import run_bench
-from tests.machines import agrees, machine, reference
+from tests.acceptance.reference_tables import PULSE, VALVE_ROWS, valve_results
+from tests.machines import agrees, machine
 
 ERROR = 2e-5
-COLUMNS = {
-    "open delay [ms]": lambda run: run.opening.delay * 1e3,
-    "open stroke time [ms]": lambda run: run.opening.stroke_time * 1e3,
-    "open seating speed [m/s]": lambda run: run.opening.seating_speed,
-    "close delay [ms]": lambda run: run.closing.delay * 1e3,
-    "close stroke time [ms]": lambda run: run.closing.stroke_time * 1e3,
-    "close seating speed [m/s]": lambda run: run.closing.seating_speed,
-}
-ROWS = reference("reference-valve.csv")
 
 
 def names(row):
@@ -25,18 +17,18 @@ def names(row):
 
 
 def test_all_rows_are_there():
-    assert len(ROWS) == 27
+    assert len(VALVE_ROWS) == 27
 
 
-@pytest.mark.parametrize("row", ROWS, ids=names)
+@pytest.mark.parametrize("row", VALVE_ROWS, ids=names)
 def test_bench_repeats_the_independent_solution(row):
-    valve = machine(supply=float(row["supply [MPa gauge]"]), temperature=float(row["temperature [K]"]))
-    run = run_bench(valve, 50e-3)
-    wrong = {name: (of(run), row[name]) for name, of in COLUMNS.items() if not agrees(of(run), row[name], ERROR)}
-    assert not wrong
+    found = valve_results(row)
+    assert not {
+        column: (number, row[column]) for column, number in found.items() if not agrees(number, row[column], ERROR)
+    }
 
 
 def test_delay_falls_as_the_supply_warms_against_the_paper_s_sign():
     """The paper's size, 0.41 ms over 250...322 K at 1.9 MPa; its equations have the opposite sign."""
-    cold, warm = (run_bench(machine(supply=1.9, temperature=t), 50e-3).opening.delay for t in (250.0, 322.0))
+    cold, warm = (run_bench(machine(supply=1.9, temperature=t), PULSE).opening.delay for t in (250.0, 322.0))
     assert cold - warm == pytest.approx(0.41e-3, abs=0.02e-3)

@@ -5,35 +5,20 @@
 
 import pytest
 
-from apesim.engine.angles import DEGREE
-from apesim.studies.timing import corrected
-from tests.machines import RPM, machine
-from tests.truth.periodic import opening_and_closing
-from tests.truth.reading import engine_of
+from tests.acceptance.independent_simulator import timing_misses
 
-TARGETS = (-5.0, 70.0)
 NEAR = 0.1
 """Miss that a controller can hope for [deg]; measured: within 1e-4 deg."""
 
 
-def off_by(rpm, **options):
-    """How far the truth's valve is from its targets with the corrected commands [deg]."""
-    a_machine = machine(**options)
-    found = corrected(a_machine, rpm * RPM)
-    assert found.reachable
-    command = found.machine.command
-    opened = opening_and_closing(engine_of(a_machine), rpm * RPM, command.energise, command.release)
-    return [angle / DEGREE - target for angle, target in zip(opened, TARGETS, strict=True)]
-
-
 @pytest.mark.parametrize(("rpm", "supply"), [(600.0, 1.0), (1000.0, 1.0), (1500.0, 0.6), (2100.0, 1.4)])
 def test_the_truth_opens_and_closes_at_the_targets(rpm, supply):
-    assert off_by(rpm, supply=supply) == pytest.approx([0.0, 0.0], abs=NEAR)
+    assert timing_misses(rpm, supply=supply) == pytest.approx((0.0, 0.0), abs=NEAR)
 
 
 @pytest.mark.slow
 def test_with_control_air_from_the_receiver_too():
-    assert off_by(1000.0, receiver=1.0, control_air="receiver") == pytest.approx([0.0, 0.0], abs=NEAR)
+    assert timing_misses(1000.0, receiver=1.0, control_air="receiver") == pytest.approx((0.0, 0.0), abs=NEAR)
 
 
 @pytest.mark.slow
@@ -41,4 +26,4 @@ def test_with_control_air_from_the_receiver_too():
 @pytest.mark.parametrize("temperature", [250.0, 287.0, 322.0])
 @pytest.mark.parametrize("rpm", [300.0, 600.0, 900.0, 1200.0, 1500.0, 1800.0, 2100.0, 2400.0])
 def test_the_truth_opens_and_closes_at_the_targets_all_over_the_default_map(rpm, temperature, supply):
-    assert off_by(rpm, supply=supply, temperature=temperature) == pytest.approx([0.0, 0.0], abs=NEAR)
+    assert timing_misses(rpm, supply=supply, temperature=temperature) == pytest.approx((0.0, 0.0), abs=NEAR)

@@ -6,18 +6,16 @@ import numpy as np
 import pytest
 
 from apesim.valve.bench import run_bench
-from apesim.valve.effects import VALVE_EFFECTS
+from tests.acceptance.independent_simulator import MARCHED, bench_deviations, with_effect
 from tests.folders import TESTS
-from tests.machines import AMBIENT, agrees, machine, reference, turned_on
-from tests.truth.reading import rig_of
+from tests.machines import AMBIENT, agrees, machine, reference
 from tests.truth.terms import ring_leakage
-from tests.truth.valve import POSITION, PRESSURE_A, TEMPERATURE_B, Bench, noise, simulate
+from tests.truth.valve import POSITION, Bench, noise, simulate
 
 PACKAGES = {"apesim", "valve", "engine", "studies"}
 FILES = sorted(path for path in (TESTS / "truth").rglob("*.py") if not path.name.startswith("test_"))
 ROWS = reference("reference-valve.csv")
 ERROR = 2e-5
-MARCHED = [effect for effect in VALVE_EFFECTS if effect.slots != ("sensor",) and not effect.tabulated]
 EFFECTS = {
     "none": ({}, {}),
     "friction": (
@@ -53,15 +51,17 @@ def test_the_truth_repeats_the_published_solution(row):
     assert all(agrees(a, b, ERROR) for a, b in zip(sum(found, ()), list(row.values())[2:], strict=True))
 
 
+def assert_agree(found):
+    assert found.lift < 1e-6
+    assert found.pressure < 1e-4
+    assert found.temperature < 1e-4
+
+
 @pytest.mark.parametrize("effect", EFFECTS)
 @pytest.mark.parametrize("supply", [0.16, 0.4, 1.9])
 def test_the_compiled_bench_agrees_with_the_truth(supply, effect):
     ours, theirs = EFFECTS[effect]
-    run = run_bench(machine(supply=supply, **theirs), 50e-3, 100e-3, sample=5e-5)
-    states = simulate(Bench(AMBIENT + 1e6 * supply, **ours), 50e-3, 100e-3).states(run.times)
-    assert np.abs(run.trace[:, 0] - (9e-3 - states[POSITION])).max() < 1e-6
-    assert run.trace[:, 2] == pytest.approx(states[PRESSURE_A], rel=1e-4)
-    assert run.trace[:, 5] == pytest.approx(states[TEMPERATURE_B], rel=1e-4)
+    assert_agree(bench_deviations(machine(supply=supply, **theirs), Bench(AMBIENT + 1e6 * supply, **ours)))
 
 
 @pytest.mark.parametrize("effect", [name for name in EFFECTS if name != "none"])
@@ -73,13 +73,7 @@ def test_an_effect_moves_the_lift_by_more_than_the_packages_err(effect):
 
 @pytest.mark.parametrize("effect", MARCHED, ids=lambda effect: effect.name)
 def test_the_compiled_bench_agrees_with_the_truth_on_every_effect(effect):
-    tested = machine(supply=0.4)
-    tested = tested._replace(effects=tested.effects._replace(**{effect.name: turned_on(effect)}))
-    run = run_bench(tested, 50e-3, 100e-3, sample=5e-5)
-    states = simulate(rig_of(tested).engine.valve, 50e-3, 100e-3).states(run.times)
-    assert np.abs(run.trace[:, 0] - (9e-3 - states[POSITION])).max() < 1e-6
-    assert run.trace[:, 2] == pytest.approx(states[PRESSURE_A], rel=1e-4)
-    assert run.trace[:, 5] == pytest.approx(states[TEMPERATURE_B], rel=1e-4)
+    assert_agree(bench_deviations(with_effect(effect.name)))
 
 
 def test_a_breakaway_larger_than_every_force_keeps_the_piston_closed():

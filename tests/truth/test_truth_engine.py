@@ -5,9 +5,9 @@ from math import degrees, inf, radians
 import numpy as np
 import pytest
 
-from apesim.engine.indicators import indicators
 from apesim.engine.machine import Machine
-from tests.machines import AMBIENT, RPM, agrees, changed, machine, reference, settled
+from tests.acceptance.independent_simulator import engine_deviations, random_machine
+from tests.machines import AMBIENT, RPM, agrees, changed, machine, reference
 from tests.truth.engine import Engine
 from tests.truth.periodic import opening_and_closing, periodic, results
 from tests.truth.reading import engine_of
@@ -36,12 +36,6 @@ COLUMNS = {
     "closing seating speed [m/s]": ("closing_seating_speed", 1.0),
     "peak lift [mm]": ("peak_lift", 1e3),
     "peak cylinder pressure [kPa abs]": ("peak_cylinder_pressure", 1e-3),
-}
-ANGLES = {
-    "opens": "valve_open_deg",
-    "closes": "valve_close_deg",
-    "full_open": "full_open_deg",
-    "closed": "closed_deg",
 }
 OF_THE_VALVE = set(COLUMNS) - {"indicated torque [N m]", "engine air [g/cycle]", "peak cylinder pressure [kPa abs]"}
 
@@ -78,83 +72,10 @@ def test_the_engine_repeats_every_row_of_the_published_solution(row):
     assert_repeats(row)
 
 
-def random_machine(seed):
-    """A machine with anything at random, and a speed [r/min]."""
-    rng = np.random.default_rng(seed)
-
-    def real(low, high):
-        return float(rng.uniform(low, high))
-
-    opens, stroke, effects = real(-40.0, 0.0), real(60e-3, 110e-3), bool(rng.integers(2))
-    closes = opens + real(55.0, 100.0)
-    values = {
-        "valve__moving_mass": real(0.08, 0.15),
-        "valve__piston_area": real(900e-6, 1300e-6),
-        "valve__clearance_volume": real(8e-6, 14e-6),
-        "valve__spring_rate": real(1000.0, 3000.0),
-        "valve__viscous_friction": real(60.0, 160.0),
-        "valve__stroke": real(7e-3, 10e-3),
-        "valve__solenoid__effective_area": real(7e-6, 12e-6),
-        "valve__solenoid__dead_time": real(1e-3, 2e-3),
-        "valve__solenoid__ramp_time": real(1e-3, 2e-3),
-        "groove__effective_area": real(80e-6, 250e-6),
-        "groove__lap": real(0.5e-3, 2e-3),
-        "engine__bore": real(60e-3, 110e-3),
-        "engine__stroke": stroke,
-        "engine__rod_length": stroke * real(1.5, 2.2),
-        "engine__pin_offset": stroke * real(-0.1, 0.1),
-        "engine__compression_ratio": real(8.0, 20.0),
-        "engine__cam__opens": radians(opens),
-        "engine__cam__closes": radians(closes),
-        "engine__cam__flank": radians(real(10.0, 27.0)),
-        "engine__cam__lift": real(5e-3, 11e-3),
-        "engine__exhaust__effective_area": real(300e-6, 800e-6),
-        "engine__exhaust__opens": radians(real(150.0, 175.0)),
-        "engine__exhaust__closes": radians(real(300.0, 345.0)),
-        "engine__exhaust__flank": radians(real(15.0, 30.0)),
-        "engine__receiver__feed_area": real(80e-6, 300e-6),
-        "supply__control_pressure": AMBIENT + real(0.6e6, 1.5e6),
-    }
-    if effects:
-        values |= {
-            "effects__coulomb_friction__force": real(0.0, 8.0),
-            "effects__coulomb_friction__breakaway": real(0.0, 16.0),
-            "effects__solenoid_b_delay__time": real(0.0, 0.8e-3),
-            "effects__bounce__restitution": real(0.0, 0.4),
-            "effects__ring_leakage__area": real(0.0, 0.2e-6),
-            "effects__blow_by__area": real(0.0, 0.8e-6),
-            "effects__cylinder_wall_heat__h": real(0.0, 300.0),
-            "effects__cylinder_wall_heat__wall_temperature": 310.0,
-        }
-    a_machine = machine(
-        intake=str(rng.choice(["epv", "epv", "epv", "cam", "ideal"])),
-        supply=real(0.4, 2.0),
-        temperature=real(260.0, 320.0),
-        energise=opens,
-        release=closes,
-        targets=(opens, closes),
-        receiver=float(rng.choice([inf, real(0.3, 1.5)])),
-        control_air=str(rng.choice(["regulator", "receiver"])),
-        **values,
-    )
-    return a_machine, real(300.0, 1300.0)
-
-
 def assert_agree(a_machine, rpm):
-    ours = engine_of(a_machine)
-    run = periodic(ours, rpm * RPM)
-    assert run.converged
-    true, found = results(run), indicators(a_machine, settled(a_machine, rpm))
-    full = (ours.intake_pressure - AMBIENT) * 0.25 * np.pi * ours.bore**2 * ours.stroke / (2.0 * np.pi)
-    for name, unit in (("indicated_torque", "Nm"), ("brake_torque", "Nm")):
-        assert found[f"{name}_{unit}"] == pytest.approx(true[name], rel=0.0, abs=ERROR * full), name
-    shares = {"engine_air": "kg_per_cycle", "control_air": "kg_per_cycle", "peak_cylinder_pressure": "Pa"}
-    if ours.intake == "epv":
-        shares |= {"opening_seating_speed": "m_s", "closing_seating_speed": "m_s", "peak_lift": "m"}
-        for name, key in ANGLES.items():
-            assert found[key] == pytest.approx(degrees(true[name]), abs=ANGLE_ERROR, nan_ok=True), name
-    for name, unit in shares.items():
-        assert found[f"{name}_{unit}"] == pytest.approx(true[name], rel=ERROR, nan_ok=True), name
+    found = engine_deviations(a_machine, rpm)
+    assert {name: off for name, off in found.shares.items() if not off <= ERROR} == {}
+    assert {name: off for name, off in found.angles.items() if not off <= ANGLE_ERROR} == {}
 
 
 def test_the_true_opening_and_closing_are_those_of_the_whole_engine():
