@@ -17,7 +17,7 @@ from tests.folders import ROOT
 
 EXAMPLES = ROOT / "docs" / "examples"
 SCRIPTS = sorted(path.stem for path in EXAMPLES.glob("*.py") if not path.stem.startswith("make_"))
-NOTEBOOKS = ["first_run", "own_valve_from_discharge_test", "laboratory_data"]
+NOTEBOOKS = ["first_run", "own_valve_from_discharge_test", "laboratory_data", "own_effect"]
 UNIT = re.compile(r"\[[^\[\]]+\]")
 """Unit in a label; that of a dimensionless quantity is [-], [1] or [%]."""
 
