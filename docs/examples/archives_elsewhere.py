@@ -84,4 +84,4 @@ plt.show()
 # reverse order, so that a trace over runs and crank angles is 721 x runs there.
 #
 # The figure does not show whether a point is to be trusted. ``warnings`` counts a run's warnings, and each kind has a
-# flag, such as ``warning_opens_partly``.
+# flag, such as ``warning_opens_partly``. :doc:`/guide/archives` describes the format.

@@ -95,4 +95,5 @@ plt.show()
 # parameters free, only noise is left, and the intervals hold the true values.
 #
 # The figure does not show that every other number of the machine is right. An error that acts like friction is found as
-# friction. See :doc:`/gallery/missing_effect_found` for the search of what the model itself lacks.
+# friction. See :doc:`/gallery/missing_effect_found` for the search of what the model itself lacks, and
+# :doc:`/guide/measured_data` for the format of the data.

@@ -73,4 +73,4 @@ plt.show()
 # %%
 # The figure shows that the gap closes on a run that played no part in the search. It does not show that no other
 # physics could close it: a name is always one of the library. ``NO_GAP`` means that these data show nothing, not that
-# nothing is missing.
+# nothing is missing. :doc:`/missing_effect/index` describes the whole workflow.

@@ -77,4 +77,4 @@ plt.show()
 # later closing wins, at the higher speeds the slower opening.
 #
 # The figures do not show whether a real bore behaves so. ``apesim.explain(machine, folder)`` searches measured data for
-# this effect, too, beside those of the library.
+# this effect, too, beside those of the library. :doc:`/missing_effect/outside_effects` says what such a file may hold.

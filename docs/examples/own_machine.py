@@ -42,7 +42,7 @@ print(apesim.run_engine(machine, speed="1200 rpm"))
 
 # %%
 # ``to_toml`` (``apesim machine`` on the command line) writes all keys, each with its range and the source of its value.
-# Here are those of the engine itself:
+# Here are those of the engine itself; :doc:`/guide/machine_file` lists all.
 
 text = machine.to_toml()
 print(text[text.index("[engine]") : text.index("[engine.cam]")])

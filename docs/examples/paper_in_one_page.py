@@ -56,4 +56,4 @@ plt.show()
 #
 # The curves show the model alone. The paper's measured curves are not published as numbers, so the figures do not show
 # how close the model is to the measured valve. "Contradicted" means that the paper's own equations, with its Table 1
-# and a chosen solenoid area, give something else; it is no measurement.
+# and a chosen solenoid area, give something else; it is no measurement. See :doc:`/paper`.

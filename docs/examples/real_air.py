@@ -73,4 +73,5 @@ plt.show()
 #
 # The figures do not show how far either model is from real air. Cantera's polynomial for air holds from 300 K on. Below
 # it, where most of the cycle lies, it is extrapolated; at 180 K it is 1.2 % below the true cp. Both models obey the
-# ideal gas law, and in both the air is dry: no water condenses or freezes.
+# ideal gas law, and in both the air is dry: no water condenses or freezes. The equations stand in
+# :doc:`/theory/gas`.

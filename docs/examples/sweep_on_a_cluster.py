@@ -66,4 +66,4 @@ if __name__ == "__main__":
 #
 # The figure does not show how much time this saves. For a sweep as short as this one it saves none: starting the
 # workers takes longer than the computation. On one machine, ``jobs=4`` shares the work among four processes without a
-# cluster.
+# cluster. More in :doc:`/guide/sweeps`.
