@@ -9,6 +9,7 @@ import inspect
 import re
 import sys
 import typing
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +91,31 @@ def describe_field(_app: Sphinx, what: str, name: str, _item: object, _options: 
     lines[:] = [re.sub(r"([\\*`_|])", r"\\\1", texts.get(field, "")), ""]
 
 
+def describe_base(_app: Sphinx, what: str, _name: str, item: object, _options: object, lines: list[str]) -> None:
+    """Say of a result what it has from its base class, which its own page does not repeat."""
+    from apesim.results import Result
+    from apesim.studies.archive_result import ArchiveResult
+
+    if what != "class" or not (inspect.isclass(item) and issubclass(item, Result)):
+        return
+    text = []
+    if item is not Result:
+        names = "scalars", "traces", "conditions", "warnings", "ending", "converged", "machine"
+        text.append(f"It has what every :class:`~apesim.results.Result` has: {_joined(names)}.")
+    if issubclass(item, ArchiveResult) and item is not ArchiveResult:
+        link = ":class:`~apesim.studies.archive_result.ArchiveResult`"
+        text.append(f"It has what every {link} has: {_joined(['archive', 'failed', 'dataset'])}.")
+    if text:
+        end = next((number for number, line in enumerate(lines) if not line.strip()), len(lines))
+        lines[end:end] = ["", *text, ""]
+
+
+def _joined(names: Sequence[str]) -> str:
+    """Names as code, in a list of words."""
+    *others, last = (f"``{name}``" for name in names)
+    return f"{', '.join(others)} and {last}"
+
+
 def hide_signature(
     _app: Sphinx, what: str, _name: str, _item: object, _options: object, signature: str | None, returned: str | None
 ) -> tuple[str | None, str | None]:
@@ -141,6 +167,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("autodoc-skip-member", skip_foreign)
     app.connect("env-before-read-docs", uncover)
     app.connect("autodoc-process-docstring", describe_field, priority=400)
+    app.connect("autodoc-process-docstring", describe_base, priority=400)
     app.connect("autodoc-process-signature", hide_signature)
     app.connect("missing-reference", leave_unlinked, priority=900)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
