@@ -38,7 +38,7 @@ if __name__ == "__main__":
 # address or behind TLS.
 
 if __name__ == "__main__":
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="localhost:0") as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         address = cluster.scheduler_address
         apesim.sweep(machine, speeds, intake="cam", dask=address, out=out / "cluster.h5", overwrite=True)
 

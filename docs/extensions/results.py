@@ -1,4 +1,7 @@
-"""Computed numbers in the text: roles `val` and `num`, directive `result-table`, and their check at the build."""
+"""Computed numbers in the text, and their check at the build.
+
+Roles `val` and `num` print a number, the directives `result-table` and `result-text` a table, and what was printed.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
@@ -10,12 +13,12 @@ from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective, SphinxRole
 
 from docs import results
-from docs.results import Number, Table
+from docs.results import Number, Table, Text, Value
 
 LOGGER = logging.getLogger(__name__)
 
 
-class Value(SphinxRole):
+class ValueRole(SphinxRole):
     """A computed number, with its unit (`val`) or without (`num`): {val}`file.key`."""
 
     def __init__(self, *, with_unit: bool) -> None:
@@ -31,10 +34,17 @@ class Value(SphinxRole):
 
 
 class ResultTable(SphinxDirective):
-    """A computed table: `file.key`. The option `missing` is shown in its place until an optional file is computed."""
+    """A computed table: `file.key`.
+
+    The option `columns` chooses some of its columns, counted from 1. The option `missing` is shown in its place until
+    an optional file is computed.
+    """
 
     required_arguments = 1
-    option_spec: ClassVar[dict[str, Callable[[str], Any]]] = {"missing": directives.unchanged}
+    option_spec: ClassVar[dict[str, Callable[[str], Any]]] = {
+        "columns": directives.positive_int_list,
+        "missing": directives.unchanged,
+    }
 
     def run(self) -> list[nodes.Node]:
         name, value = self.arguments[0].partition(".")[0], _find(self, self.arguments[0])
@@ -42,6 +52,9 @@ class ResultTable(SphinxDirective):
             return [nodes.paragraph("", "", *self.parse_inline(self.options["missing"])[0])]
         if not isinstance(value, Table):
             raise self.error(f"{self.arguments[0]!r} is no table of docs/results")
+        chosen = self.options.get("columns", range(1, len(value.columns) + 1))
+        columns, *rows = ([cells[i - 1] for i in chosen] for cells in (value.columns, *value.rows))
+        value = Table(columns, rows)
         group = nodes.tgroup("", *(nodes.colspec(colwidth=1) for _ in value.columns), cols=len(value.columns))
         group += nodes.thead("", self._row(value.columns))
         group += nodes.tbody("", *(self._row(row) for row in value.rows))
@@ -59,7 +72,19 @@ class ResultTable(SphinxDirective):
         return row
 
 
-def _find(where: SphinxRole | SphinxDirective, key: str) -> Number | Table | None:
+class ResultText(SphinxDirective):
+    """What a command printed: `file.key`."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        value = _find(self, self.arguments[0])
+        if not isinstance(value, Text):
+            raise self.error(f"{self.arguments[0]!r} is no text of docs/results")
+        return [nodes.literal_block(value.text, value.text, language="text", classes=["computed"])]
+
+
+def _find(where: SphinxRole | SphinxDirective, key: str) -> Value | None:
     name, _, rest = key.partition(".")
     try:
         found = results.load(name)
@@ -93,8 +118,9 @@ def check(app: Sphinx) -> None:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register roles, directive and check."""
     app.add_config_value("apesim_check_results", True, "", bool)
-    app.add_role("val", Value(with_unit=True))
-    app.add_role("num", Value(with_unit=False))
+    app.add_role("val", ValueRole(with_unit=True))
+    app.add_role("num", ValueRole(with_unit=False))
     app.add_directive("result-table", ResultTable)
+    app.add_directive("result-text", ResultText)
     app.connect("builder-inited", check)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -16,6 +16,7 @@ import importlib.util
 import json
 import math
 import platform
+import re
 import sys
 import time
 from collections.abc import Iterator
@@ -26,6 +27,8 @@ from typing import Any
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 OURS = ("apesim", "tests", "docs")
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
+_NOT_COMPARED = re.compile(r"[-+]?\d+(?:\.\d+)?e[-+]\d+|[\u2500-\u257f]")
 
 
 @dataclass(frozen=True)
@@ -64,8 +67,23 @@ class Table:
 
 
 @dataclass(frozen=True)
+class Text:
+    """What the program printed: a block of lines.
+
+    The numbers in it may move by the relative error; its words may not. Spaces, lines that are drawn, and numbers with
+    an exponent, which are errors of rounding, are not compared.
+    """
+
+    text: str
+    error: float = 1e-3
+
+
+Value = Number | Table | Text
+
+
+@dataclass(frozen=True)
 class Result:
-    """What one file of results gave: named numbers and tables, when, and by which code."""
+    """What one file of results gave: named numbers, tables and texts, when, and by which code."""
 
     name: str
     what: str
@@ -76,7 +94,7 @@ class Result:
     versions: dict[str, str]
     processor: str
     code: dict[str, Any]
-    values: dict[str, Number | Table] = field(default_factory=dict)
+    values: dict[str, Value] = field(default_factory=dict)
 
 
 def names() -> list[str]:
@@ -200,13 +218,28 @@ def find_moves(old: Result, new: Result) -> Iterator[str]:
                         yield from _find_move(cell, a, b)
                     elif a != b:
                         yield f"{cell}: {a!r} became {b!r}"
+        elif isinstance(before, Text) and isinstance(after, Text):
+            yield from _find_other_words(where, before, after)
         else:
-            yield f"{where}: a number became a table, or a table a number"
+            yield f"{where}: a {type(before).__name__} became a {type(after).__name__}"
 
 
 def _find_move(where: str, before: Number, after: Number) -> Iterator[str]:
     if before.unit != after.unit or not abs(after.value - before.value) <= before.error:
         yield f"{where}: {before.value:g} {before.unit} became {after.value:g} {after.unit} (error {before.error:g})"
+
+
+def _find_other_words(where: str, before: Text, after: Text) -> Iterator[str]:
+    old, new = (_NOT_COMPARED.sub("", text.text) for text in (before, after))
+    words = [_NUMBER.sub("#", text).split() for text in (old, new)]
+    if words[0] != words[1]:
+        first = next((pair for pair in zip(*words, strict=False) if pair[0] != pair[1]), ("an end", "another end"))
+        yield f"{where}: other words, {first[0]!r} became {first[1]!r}"
+        return
+    for a, b in zip(_NUMBER.findall(old), _NUMBER.findall(new), strict=True):
+        last_digit = 10.0 ** -len(a.partition(".")[2])
+        if abs(float(b) - float(a)) > before.error * abs(float(a)) + 1.01 * last_digit:
+            yield f"{where}: {a} became {b} (relative error {before.error:g})"
 
 
 def _code(path: Path) -> str:
@@ -225,14 +258,18 @@ def _processor() -> str:
     return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.processor())
 
 
-def _plain(value: Number | Table) -> dict[str, Any]:
+def _plain(value: Value) -> dict[str, Any]:
+    if isinstance(value, Text):
+        return {"text": value.text.split("\n"), "error": value.error}
     if isinstance(value, Number):
         return {"value": float(value.value), "unit": value.unit, "error": value.error}
     rows = [[_plain(cell) if isinstance(cell, Number) else cell for cell in row] for row in value.rows]
     return {"columns": value.columns, "rows": rows}
 
 
-def _read(value: dict[str, Any]) -> Number | Table:
+def _read(value: dict[str, Any]) -> Value:
+    if "text" in value:
+        return Text("\n".join(value["text"]), value["error"])
     if "columns" not in value:
         return Number(**value)
     rows = [[Number(**cell) if isinstance(cell, dict) else cell for cell in row] for row in value["rows"]]

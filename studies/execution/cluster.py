@@ -94,8 +94,7 @@ def run_on_cluster(client: "Client", task: Callable[[Any], Any], items: Iterable
     Two workers, each a thread of this process:
 
     >>> from distributed import Client, LocalCluster
-    >>> local = LocalCluster(n_workers=2, processes=False, dashboard_address="localhost:0")
-    >>> with local as cluster, Client(cluster) as client:
+    >>> with LocalCluster(n_workers=2, processes=False, dashboard_address=None) as cluster, Client(cluster) as client:
     ...     sorted(run_on_cluster(client, abs, [-1, 2]))
     [(-1, 1), (2, 2)]
     """

@@ -17,7 +17,7 @@ from tests.folders import ROOT
 
 EXAMPLES = ROOT / "docs" / "examples"
 SCRIPTS = sorted(path.stem for path in EXAMPLES.glob("*.py") if not path.stem.startswith("make_"))
-NOTEBOOKS = ["first_run", "own_valve_from_discharge_test", "laboratory_data", "own_effect"]
+NOTEBOOKS = ["first_run", "own_valve_from_discharge_test", "laboratory_data"]
 UNIT = re.compile(r"\[[^\[\]]+\]")
 """Unit in a label; that of a dimensionless quantity is [-], [1] or [%]."""
 
@@ -70,20 +70,3 @@ def test_the_discharge_tests_are_those_that_their_script_makes(examples):
     for name in names:
         old, new = (np.loadtxt(folder / name, delimiter=",", skiprows=1) for folder in (kept, made))
         np.testing.assert_allclose(new, old, rtol=0.0, atol=0.02)  # two of the last digits that are written
-
-
-@pytest.mark.parametrize("name", ["laboratory", "missing_effect"])
-def test_the_data_of_the_valves_bench_are_those_that_their_script_makes(name, examples):
-    made, kept = examples / "data" / name, EXAMPLES / "data" / name
-    files = sorted(path.relative_to(kept) for path in kept.rglob("*.csv"))
-    about = sorted(path.relative_to(kept) for path in kept.rglob("measured.toml"))
-    assert files and about
-    for file in (*files, *about):
-        (made / file).unlink()
-    runpy.run_path(str(made / "make.py"), run_name="__main__")
-    assert sorted(path.relative_to(made) for path in made.rglob("*.csv")) == files
-    assert [(made / file).read_text() for file in about] == [(kept / file).read_text() for file in about]
-    for file in files:
-        old, new = (np.loadtxt(folder / file, delimiter=",", skiprows=1) for folder in (kept, made))
-        np.testing.assert_allclose(new[:, :2], old[:, :2], rtol=0.0, atol=2e-4)  # [ms], [mm]: two of the last digits
-        np.testing.assert_allclose(new[:, 2:], old[:, 2:], rtol=0.0, atol=0.02)  # [kPa]

@@ -1,0 +1,160 @@
+"""Numbers in the text: what moved is found and what may move is not, and code that changed makes long results stale."""
+
+import sys
+from dataclasses import replace
+
+import pytest
+
+from docs import results
+from docs.results import Number, Result, Table, Text
+
+
+def result(**values):
+    """A result with these values, made by no code."""
+    code = {"sha256": results.hash_code([], []), "modules": [], "inputs": []}
+    python = f"{sys.version_info.major}.{sys.version_info.minor}"
+    return Result("torques", "Torques.", "2026-01-31", True, 2.5, python, {}, "", code, values)
+
+
+def moves(before, after):
+    return list(results.find_moves(result(torque=before), result(torque=after)))
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "digits"),
+    [
+        (29.3777, 0.005, "29.38"),
+        (29.3777, 0.05, "29.4"),
+        (29.3777, 0.5, "29"),
+        (29.3777, 0.01, "29.38"),
+        (2939.7, 5.0, "2940"),
+        (-0.004, 0.005, "0.00"),
+        (-0.006, 0.005, "-0.01"),
+        (27.0, 0.0, "27"),
+    ],
+)
+def test_the_error_of_a_number_decides_its_digits(value, error, digits):
+    assert Number(value, "N·m", error).digits == digits
+
+
+def test_a_unit_stands_behind_its_number_and_no_line_ends_between_both():
+    assert Number(29.3777, "N·m", 0.005).text == "29.38\u00a0N·m"
+    assert Number(35.12, "°", 0.05).text == "35.1°"
+    assert Number(21.9, "%", 0.05).text == "21.9\u202f%"
+
+
+def test_a_number_may_move_by_its_error_and_not_by_more():
+    before = Number(29.38, "N·m", error=0.005)
+    assert moves(before, replace(before, value=29.3845)) == []
+    [line] = moves(before, replace(before, value=29.3855))
+    assert line.startswith("torques.torque: 29.38 N·m became 29.3855 N·m")
+    assert len(moves(before, replace(before, value=float("nan")))) == 1
+    assert len(moves(before, replace(before, unit="J"))) == 1
+
+
+def test_a_count_may_not_move():
+    assert moves(Number(27), Number(27)) == []
+    assert len(moves(Number(27), Number(28))) == 1
+
+
+def test_a_cell_of_a_table_that_moved_is_named():
+    before = Table(
+        ["intake", "torque [N·m]"], [["cam", Number(29.95, error=0.005)], ["ideal", Number(38.97, error=0.005)]]
+    )
+    other_number = Table(before.columns, [before.rows[0], ["ideal", Number(39.5, error=0.005)]])
+    other_text = Table(before.columns, [["cams", before.rows[0][1]], before.rows[1]])
+    assert moves(before, before) == []
+    [line] = moves(before, other_number)
+    assert "row 2, torque [N·m]: 38.97" in line
+    [line] = moves(before, other_text)
+    assert line == "torques.torque, row 1, intake: 'cam' became 'cams'"
+    assert moves(before, Table(before.columns, before.rows[:1])) == ["torques.torque: another table"]
+
+
+PRINTED = Text("  brake torque  29.378 N m\n ─────\nclosure 9.9e-16; 88 runs", error=1e-3)
+
+
+def test_words_of_a_text_may_not_change_and_its_numbers_by_their_relative_error():
+    assert moves(PRINTED, replace(PRINTED, text=PRINTED.text.replace("29.378", "29.401"))) == []
+    [line] = moves(PRINTED, replace(PRINTED, text=PRINTED.text.replace("29.378", "29.421")))
+    assert line == "torques.torque: 29.378 became 29.421 (relative error 0.001)"
+    [line] = moves(PRINTED, replace(PRINTED, text=PRINTED.text.replace("brake", "shaft")))
+    assert line == "torques.torque: other words, 'brake' became 'shaft'"
+    assert len(moves(PRINTED, replace(PRINTED, text=PRINTED.text + " and more"))) == 1
+    assert len(moves(PRINTED, replace(PRINTED, text=PRINTED.text.replace("29", "-29")))) == 1
+
+
+def test_rounding_and_spaces_of_a_text_are_not_compared():
+    assert moves(PRINTED, replace(PRINTED, text=PRINTED.text.replace("9.9e-16", "1.2e-15"))) == []
+    assert moves(PRINTED, replace(PRINTED, text=PRINTED.text.replace(" ─────", "────────").replace("  ", "   "))) == []
+
+
+def test_what_appeared_went_or_became_something_else_is_a_move():
+    one, two = result(torque=Number(1.0)), result(power=Number(1.0))
+    assert list(results.find_moves(one, two)) == ["torques.power: new", "torques.torque: gone"]
+    assert moves(Number(1.0), Text("1")) == ["torques.torque: a Number became a Text"]
+
+
+def test_what_is_saved_is_read_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(results, "HERE", tmp_path)
+    table = Table(["intake", "torque [N·m]"], [["cam", Number(29.95, "N·m", 0.005)]])
+    saved = result(torque=Number(29.378, "N·m", 0.005), table=table, printed=PRINTED)
+    assert results.save(saved) == tmp_path / "torques.json"
+    assert results.load("torques") == saved
+
+
+@pytest.fixture
+def module(tmp_path, monkeypatch):
+    """Writes a module `quoted_law`, and finds whether a result that it made is stale."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def write(code):
+        (tmp_path / "quoted_law.py").write_text(code)
+
+    write('"""A law."""\n\ndef law(x):\n    """Twice x."""\n    return 2 * x\n')
+    made = result()
+    code = {"sha256": results.hash_code(["quoted_law"], []), "modules": ["quoted_law"], "inputs": []}
+    return write, lambda: results.find_stale(replace(made, code=code))
+
+
+def test_comments_and_docstrings_leave_a_result_as_it_is(module):
+    write, stale = module
+    assert stale() is None
+    write('"""Another word."""\n\n\ndef law(x):  # a comment\n    """Two times x."""\n    return 2 * x\n')
+    assert stale() is None
+
+
+@pytest.mark.parametrize("body", ["return 3 * x", "return 2 * x + 0", "x = 2 * x\n    return x"])
+def test_other_code_makes_a_result_stale_and_says_how_to_renew_it(module, body):
+    write, stale = module
+    write(f'"""A law."""\n\ndef law(x):\n    """Twice x."""\n    {body}\n')
+    assert "the code that made it has changed: run python -m docs.results torques (took 2.5 s" in stale()
+
+
+def test_a_module_that_is_gone_makes_a_result_stale(module, tmp_path):
+    _, stale = module
+    (tmp_path / "quoted_law.py").unlink()
+    assert "quoted_law is gone" in stale()
+
+
+def test_a_file_of_data_that_changed_makes_a_result_stale(tmp_path, monkeypatch):
+    monkeypatch.setattr(results, "ROOT", tmp_path)
+    (tmp_path / "lift.csv").write_text("1\n")
+    code = {"sha256": results.hash_code([], ["lift.csv"]), "modules": [], "inputs": ["lift.csv"]}
+    made = replace(result(), code=code)
+    assert results.find_stale(made) is None
+    (tmp_path / "lift.csv").write_text("2\n")
+    assert "has changed" in results.find_stale(made)
+
+
+def test_a_result_of_another_python_cannot_be_checked():
+    assert "was made with Python 2.7" in results.find_stale(replace(result(), python="2.7"))
+
+
+def test_every_file_of_results_was_computed_and_says_what_it_is():
+    for name in results.names():
+        if results.is_optional(name) and not (results.HERE / f"{name}.json").exists():
+            continue
+        stored = results.load(name)
+        assert stored.name == name and stored.what.endswith(".") and stored.values
+        assert stored.long == results.is_long(name)
