@@ -25,7 +25,7 @@ class Air(NamedTuple):
 
     model: Annotated[int, Choice(("ideal", "cantera"), "the paper's assumption; cantera: cp(T) of air.yaml")] = IDEAL
     gas_constant: Annotated[float, Quantity("J/(kg K)", 200, 400, "dry air; model = ideal only")] = 287.05
-    heat_capacity_ratio: Annotated[float, Quantity("", 1.05, 1.67, "the paper's assumption; model = ideal only")] = 1.4
+    heat_capacity_ratio: Annotated[float, Quantity("", 1.05, 1.67, "dry air, 300 K; model = ideal only")] = 1.4
 
 
 class GasState(NamedTuple):

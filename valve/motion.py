@@ -59,7 +59,8 @@ BRANCHED = FLOW + FLOWS
 ONE_PERCENT, NEAR_OPEN, SPEED_EXTREMUM = range(3)
 """Zero crossings: 1 % of the stroke from closed and from open, extremum of the speed."""
 DETECTED = 0.01
-"""Share of the stroke at which a motion counts as begun: the EPV paper (doi 10.1631/jzus.A0820373), Fig. 7."""
+"""Share of the stroke at which a motion counts as begun: chosen, Fig. 7 of the EPV paper (doi 10.1631/jzus.A0820373)
+names no share."""
 
 
 @kernel
