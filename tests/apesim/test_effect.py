@@ -1,13 +1,10 @@
 import pickle
-import re
-import runpy
 from typing import NamedTuple
 
 import numba
 import numpy as np
 import pytest
 
-from apesim.air import Air, Ambient, GasState, gas_of
 from apesim.effect import (
     Effect,
     Library,
@@ -24,11 +21,7 @@ from apesim.effect import (
 )
 from apesim.engine.effects import EngineLaws, EngineTables
 from apesim.kernel import kernel
-from apesim.restriction import Sides, flow_between
 from apesim.valve.effects import ValveLaws, ValveTables
-from apesim.valve.supply import ValveSupply
-from apesim.valve.terms import MASS_A, TERMS, ValveState
-from tests.folders import ROOT
 
 # --- a library of three effects, and one that is not in it ---
 
@@ -278,18 +271,3 @@ def test_effects_without_a_law_add_nothing(mode):
 def test_the_largest_restitution_counts_and_none_is_zero(mode):
     assert mode(largest_restitution)((Push(9.0), Rubber(0.3), Rubber(0.8)), 2.0) == 0.4
     assert mode(largest_restitution)((Push(9.0), Warmth()), 2.0) == 0.0
-
-
-def test_the_effect_of_the_readme_is_one(tmp_path):
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    (code,) = (block for block in re.findall(r"```python\n(.*?)```", text, re.S) if "EFFECT = Effect(" in block)
-    (tmp_path / "leakage_a.py").write_text(code, encoding="utf-8")
-    names = runpy.run_path(tmp_path / "leakage_a.py")
-    effect, leakage = names["EFFECT"], names["leakage_a"]
-    a, ambient = GasState(6e5, 290.0), GasState(*Ambient())
-    chambers = a, 2e-5, GasState(1e5, 290.0), 2e-5
-    supply = ValveSupply(GasState(1.1e6, 287.0), 1e5)
-    state = ValveState(gas_of(Air()), ambient, None, 4e-3, 0.0, *chambers, supply, 101325.0, 1.0)
-    balance = np.zeros(TERMS)
-    leakage(effect.parameters(1e-7), state, balance)
-    assert balance[MASS_A] == -flow_between(gas_of(Air()), 1e-7, Sides(a, ambient)).mass < 0.0

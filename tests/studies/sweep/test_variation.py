@@ -235,9 +235,9 @@ def test_the_last_axis_runs_fastest(swept):
     assert planned.points[0].machine.command.energise == pytest.approx(-5.0 * DEGREE)
 
 
-def test_the_readmes_example_runs(tmp_path, monkeypatch):
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    [example] = re.findall(r"```python\n(data = apesim\.read_archive.*?)```", text, flags=re.DOTALL)
+def test_the_example_of_the_page_on_archives_runs(tmp_path, monkeypatch):
+    text = (ROOT / "docs" / "guide" / "archives.md").read_text(encoding="utf-8")
+    [example] = re.findall(r"```python\n([^`]*?data = apesim\.read_archive.*?)```", text, flags=re.DOTALL)
     monkeypatch.chdir(tmp_path)
     texts = ["supply.pressure=0.8 MPa gauge, 1 MPa gauge", "effects.ring_leakage.area=0:0.1:0.1 mm^2"]
     run_sweep(Machine(), SPEEDS, [EPV, CAM], "sweep.h5", timings=TIMINGS, variation=vary(texts))
