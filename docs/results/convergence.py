@@ -63,7 +63,7 @@ def _random(found):
         ["largest true error of a run without a warning", *_largest(true, calm)],
         [
             "median of stated over true error",
-            *(_power(np.median(s[t > 0] / t[t > 0])) for s, t in zip(stated.T, true.T, strict=True)),
+            *(Number(float(np.median(s[t > 0] / t[t > 0])), error=0.5) for s, t in zip(stated.T, true.T, strict=True)),
         ],
         ["runs whose true error is above the stated one", *(Number(int(n)) for n in understated.sum(axis=0))],
         ["largest true error of these, without a warning", *_largest(true, calm & understated)],
@@ -74,6 +74,7 @@ def _random(found):
         "drawn": Number(DRAWN),
         "periodic": Number(len(found)),
         "warned": Number(int(warned.sum())),
+        "largest": Number(1e5 * float(np.where(calm, true, 0.0).max()), "·\u00a010⁻⁵", error=0.05),
         "understated": Number(100.0 * float(understated.mean()), "%", error=0.5),
         "random": Table(["relative", "work of a cycle", "air of a cycle"], rows),
         "closures": Table(

@@ -37,7 +37,7 @@ def compute():
         [
             "the text",
             "what counts as that",
-            f"share of conditions at {PAPERS:g} N·s/m",
+            f"share of conditions at {PAPERS:g} N·s/m [%]",
             "in all conditions up to",
             "in any condition up to",
         ],

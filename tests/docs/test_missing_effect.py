@@ -66,5 +66,5 @@ def test_a_case_without_a_verdict_counts():
     assert [row[0] for row in table.rows] == list(benchmark.KINDS.values())
 
 
-def test_only_the_benchmark_may_wait_until_it_is_computed():
-    assert [name for name in results.names() if results.is_optional(name)] == ["benchmark"]
+def test_only_what_wants_days_or_a_quiet_machine_may_wait_until_it_is_computed():
+    assert [name for name in results.names() if results.is_optional(name)] == ["benchmark", "performance"]
