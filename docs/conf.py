@@ -36,7 +36,7 @@ myst_heading_anchors = 4
 suppress_warnings = ["config.cache"]
 
 
-autosummary_generate = True
+autosummary_generate = [f"reference/{path.name}" for path in sorted((HERE / "reference").glob("*.md"))]
 templates_path = ["templates"]
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"

@@ -89,6 +89,13 @@ def test_every_module_of_the_laws_is_there_and_every_law_has_its_module_there():
     assert missing == {f"apesim.{name}" for name in elsewhere}
 
 
+def test_every_effect_of_the_library_has_its_law_in_the_reference():
+    from apesim.engine.effects import ALL_EFFECTS
+
+    named = AUTOSUMMARY.findall((DOCS / "reference" / "effect_laws.md").read_text())
+    assert named == [effect.parameters.__module__ for effect in ALL_EFFECTS]
+
+
 # --- commands ---
 
 
