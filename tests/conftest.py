@@ -1,6 +1,11 @@
 """Fixtures, and the mark of tests that pass without compiling: ``NUMBA_DISABLE_JIT=1 python -m pytest -m plain``."""
 
+import os
 import sys
+
+# As the command line has it: threads of OpenBLAS in two processes wait for one another, and small fits take ten times
+# as long. Set before numpy is imported, and handed on to the processes that tests start.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
 import pytest
@@ -14,12 +19,14 @@ hypothesis.settings.register_profile("apesim", deadline=None)
 hypothesis.settings.load_profile("apesim")
 
 FIRST = (
-    *("test_truth_blind", "test_plain_python", "test_kernel", "test_packaging", "test_engine_library"),
-    *("test_outside_machine", "test_periodic", "test_adaptive", "test_docstrings", "test_face", "test_examples"),
+    *("test_truth_blind", "test_balance", "test_outside_machine", "test_workflow", "test_kernel", "test_outside_sweep"),
+    *("test_plain_python", "test_packaging", "test_engine_library", "test_periodic", "test_adaptive"),
+    *("test_docstrings", "test_paper", "test_face", "test_examples"),
 )
 """Stems of the files that take longest.
 
-The first compiles what most of the others use, while the other process is at files that compile nothing or all anew.
+The first compiles the marches of the engine, while the other process compiles those of the valve in the second, and
+then those with effects from outside in the third: none is compiled twice.
 """
 
 
