@@ -4,25 +4,38 @@ A seed's place in `SCHEDULE` says what kind of case it is; all else is drawn fro
 """
 
 import json
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from .effects import Rig
+from .effects import EFFECTS, Rig
 from .files import write_case
-from .hiding import LIMIT, SMALLEST, hidden_clutter, hidden_effect, hidden_foreign, with_hidden
+from .hiding import LIMIT, SMALLEST, hidden_clutter, hidden_effect, hidden_foreign
 from .library import ENGINE, LIBRARY
 from .look_alikes import class_of, look_alikes
 from .nuisances import drawn, nuisances_for, with_nuisances
 from .observation import Laboratory, at_point, noisy
 from .phases import gap_shares
 from .schedule import DOUBLE, FOREIGNER, NONE, REMOVED, plan_of
-from .setting import SUITES, draw_setting
+from .setting import SUITES, Noise, Point, Setting, draw_setting
 
 TRIES = 6
 ALIKE = 0.9
 """Cosine above which two effects are too alike to be hidden together."""
+
+
+class Case(NamedTuple):
+    """What a case's data are made of."""
+
+    answer: dict
+    hidden: tuple
+    """Changes from rig to rig, one for each that is hidden."""
+    lab: Laboratory
+    rng: np.random.Generator
+    """Generator of the readings' noise."""
 
 
 def make(seed, folder, bank=None):
@@ -41,34 +54,59 @@ def make(seed, folder, bank=None):
     dict
         The answer.
     """
+    case = draw(seed, bank)
+    write(case, folder)
+    return case.answer
+
+
+def draw(seed, bank=None):
+    """Draw what a case's data are made of, see `make`."""
     rng = np.random.default_rng(seed)
     plan = plan_of(seed)
-    nominal = nominal_rig(rng, plan.bench)
-    lab, hidden, facts = hide(rng, plan, nominal, bank)
+    lab, hidden, facts = hide(rng, plan, nominal_rig(rng, plan.bench), bank)
     setting = lab.setting
-    nuisances = nuisances_for(setting.bench, setting.channels)
-    values = drawn(nuisances, rng)
-    runs = []
-    for point in setting.points:
-        rig = with_nuisances(at_point(nominal, point), nuisances, values)
-        rig = with_hidden(rig, hidden)
-        true = lab.read(rig, point, lab.run(rig, point))
-        runs += [(point, noisy(setting, point, true, rng)) for _ in range(point.repeats)]
     answer = {
         "seed": seed,
         "kind": plan.kind,
         "bench": setting.bench,
         "hidden": [one.told for one in hidden],
         **facts,
-        "nuisances": values,
+        "nuisances": drawn(nuisances_for(setting.bench, setting.channels), rng),
         "setting": described(setting),
     }
+    return Case(answer, tuple(one.add for one in hidden), lab, rng)
+
+
+def keep(case, path):
+    """Write what leads to a case's data again; what is hidden is of the library. The search for its size is spared."""
+    Path(path).write_text(json.dumps({"answer": case.answer, "random": case.rng.bit_generator.state}, indent=1) + "\n")
+
+
+def restore(path):
+    """Read what a case's data are made of, see `keep`."""
+    found = json.loads(Path(path).read_text())
+    answer, rng = found["answer"], np.random.default_rng()
+    rng.bit_generator.state = found["random"]
+    hidden = tuple(partial(EFFECTS[one["name"]], **one["parameters"]) for one in answer["hidden"])
+    return Case(answer, hidden, Laboratory(setting_of(answer["setting"])), rng)
+
+
+def write(case, folder):
+    """Simulate a case's runs and write its folder, see `make`."""
+    answer, lab, setting = case.answer, case.lab, case.lab.setting
+    nominal = nominal_rig(np.random.default_rng(answer["seed"]), setting.bench)
+    nuisances, runs = nuisances_for(setting.bench, setting.channels), []
+    for point in setting.points:
+        rig = with_nuisances(at_point(nominal, point), nuisances, answer["nuisances"])
+        for add in case.hidden:
+            rig = add(rig)
+        true = lab.read(rig, point, lab.run(rig, point))
+        runs += [(point, noisy(setting, point, true, case.rng)) for _ in range(point.repeats)]
     text = json.dumps(answer, indent=1)
     folder = Path(folder)
     write_case(folder / "case", setting, nominal, runs)
     (folder / "case" / "answer.sha256").write_text(sha256(text.encode()).hexdigest() + "\n")
     (folder / "answer.json").write_text(text)
-    return answer
 
 
 def nominal_rig(rng, bench):
@@ -158,3 +196,9 @@ def described(setting):
         "points": [point._asdict() for point in setting.points],
         "noise": setting.noise._asdict(),
     }
+
+
+def setting_of(described):
+    """The setting that an answer tells of, see `described`."""
+    points = tuple(Point(**point) for point in described["points"])
+    return Setting(**described | {"points": points, "noise": Noise(**described["noise"])})
