@@ -182,9 +182,12 @@ CASES = [  # area, volume [m3], noise [Pa], sampling [Hz], end [s], seeds
     (s_curve, 100e-6, 2000.0, 20e3, 20e-3, 15),
     (s_curve, 200e-6, 500.0, 5e3, 40e-3, 20),
 ]
+FEW = 4
+"""Seeds that already tell a band of half or twice its width, and curves that never collapse; more are slow."""
+SEEDED = [(*case[:-1], FEW) for case in CASES] + [pytest.param(*case, marks=pytest.mark.slow) for case in CASES]
 
 
-@pytest.mark.parametrize(("area", "volume", "noise", "rate", "end", "seeds"), CASES)
+@pytest.mark.parametrize(("area", "volume", "noise", "rate", "end", "seeds"), SEEDED)
 def test_the_band_holds_the_true_area_as_often_as_it_says(area, volume, noise, rate, end, seeds):
     hits = []
     for seed in range(seeds):
@@ -206,13 +209,14 @@ def test_coloured_noise_widens_the_band():
     assert np.mean(hits) > 0.90
 
 
-def test_the_three_curves_collapse_and_a_wrong_zero_is_told():
-    agree, warned = [], []
-    for seed in range(12):
+@pytest.mark.parametrize(("seeds", "at_least"), [(FEW, FEW - 1), pytest.param(12, 10, marks=pytest.mark.slow)])
+def test_the_three_curves_collapse_and_a_wrong_zero_is_told(seeds, at_least):
+    agree = []
+    for seed in range(seeds):
         records = records_of(ramp, 50e-6, 300.0, 20e3, 12e-3, seed)
-        agree.append(discharge(vessel(50e-6), records).collapse.agree)
-    assert sum(agree) >= 10
-    found = discharge(vessel(50e-6), records)
+        found = discharge(vessel(50e-6), records)
+        agree.append(found.collapse.agree)
+    assert sum(agree) >= at_least
     assert found.collapse.within_bands > 0.85
     assert found.collapse.rms < 0.05
     assert found.collapse.largest_spread < 2.0 * found.collapse.expected_spread

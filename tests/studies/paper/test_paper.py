@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,12 +12,21 @@ from apesim.quantities import InputError
 from apesim.studies.discharge import discharge
 from apesim.studies.figures.paper import captions_of, paper_figures
 from apesim.studies.limit.valve_limit import Limit, is_complete
+from apesim.studies.paper import repetition
 from apesim.studies.paper.claims import delay, design, engine, equations, numerics, stroke
 from apesim.studies.paper.claims.area import claims_by_area, with_area
 from apesim.studies.paper.claims.claim import AREA, CONTRADICTED, NOT_COMPUTABLE, REPRODUCED, grid_of, range_in_words
 from apesim.studies.paper.claims.motion import computed, valve_claims
 from apesim.studies.paper.discharge import area_at, discharge_tests, emptied, vessel_of
-from apesim.studies.paper.friction.friction_map import FrictionMap, friction_table, map_friction, viscous_friction
+from apesim.studies.paper.friction.friction_map import (
+    AREAS,
+    FRICTIONS,
+    RAMPS,
+    FrictionMap,
+    friction_table,
+    map_friction,
+    viscous_friction,
+)
 from apesim.studies.paper.friction.statements import STATEMENTS
 from apesim.studies.paper.judgement import all_claims
 from apesim.studies.paper.page import write_page
@@ -420,18 +430,34 @@ def test_nothing_is_judged_by_strokes_that_are_not_completed(archive):
     assert verdicts["delay_over_pressure"] == REPRODUCED
 
 
-def test_the_command_leaves_page_and_claims(tmp_path, monkeypatch, capsys):
+SMALL = {"frictions": (10.0, 111.08), "areas": (3e-6, 8e-6, 12.5e-6), "ramps": (0.1e-3, 8e-3)}
+
+
+def test_the_friction_map_has_a_wide_grid():
+    assert (len(FRICTIONS), len(AREAS), len(RAMPS)) == (13, 10, 3)
+
+
+@pytest.mark.parametrize(
+    ("areas", "grid"),
+    [({"areas": (4e-6, 7.5e-6)}, SMALL), pytest.param({}, {}, marks=pytest.mark.slow)],
+    ids=["small", "whole"],
+)
+def test_the_command_leaves_page_and_claims(tmp_path, monkeypatch, capsys, areas, grid):
+    """On grids of a few points; slow on its own, whose size is that of the test above."""
     import sys
 
     from apesim.studies.cli import app
     from apesim.studies.console import main_of
 
+    monkeypatch.setattr(repetition, "claims_by_area", partial(claims_by_area, **areas))
+    monkeypatch.setattr(repetition, "map_friction", partial(map_friction, **grid))
+    rows = np.prod([len(grid.get(*axis)) for axis in zip(SMALL, (FRICTIONS, AREAS, RAMPS), strict=True)])
     out = tmp_path / "paper"
     monkeypatch.setattr(sys, "argv", ["apesim", "paper", "--out", str(out), "--json"])
     assert main_of(app) == 0
     assert json.loads(capsys.readouterr().out)["claims"] == json.loads((out / "claims.json").read_text())
     assert (out / "index.html").exists()
-    assert len((out / "friction_map.csv").read_text().splitlines()) == 1 + 13 * 10 * 3
+    assert len((out / "friction_map.csv").read_text().splitlines()) == 1 + rows
     assert (out / "machine.toml").exists()
     assert main_of(app) == 2
     assert "--overwrite" in capsys.readouterr().err

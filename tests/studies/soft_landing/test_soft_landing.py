@@ -10,7 +10,10 @@ import xarray
 
 from apesim.archive import write
 from apesim.archive.inspection import verify
+from apesim.engine.machine import Machine
+from apesim.quantities.settings import dumps
 from apesim.studies.figures.soft_landing import soft_landing_figures
+from apesim.studies.soft_landing import study
 from apesim.studies.soft_landing.braking import (
     ADDED,
     APART,
@@ -54,22 +57,33 @@ CONTACT_ERROR, SPEED_ERROR = 1e-6, 5e-5
 """Against the independent solver [s], [m/s]; 10 nm take a piston that lands at 0.02 m/s 0.5 µs."""
 
 
+@functools.cache
+def found_once(pressures, *arguments):
+    """Results for the default machine; fixtures and commands that ask for the same share them."""
+    return soft_landings(Machine(), pressures, *arguments)
+
+
+def found_for(spacing, solenoids=SOLENOIDS):
+    """Opening and closing at 1.0 MPa gauge, for solenoids whose edges may be a time apart."""
+    return found_once((AMBIENT + 1e6,), 287.0, DWELL, spacing, COST, None, tuple(solenoids))
+
+
 @pytest.fixture(scope="module")
 def results():
-    """Opening and closing at 1.0 MPa gauge, for solenoids whose edges may be 0.6 ms apart."""
-    return soft_landings(machine(), [AMBIENT + 1e6], 287.0, DWELL, CLOSE, COST)
+    """Results for solenoids whose edges may be 0.6 ms apart."""
+    return found_for(CLOSE)
 
 
 @pytest.fixture(scope="module")
 def of_the_paper():
     """Results for solenoids that follow 120 Hz."""
-    return soft_landings(machine(), [AMBIENT + 1e6], 287.0, DWELL, SPACING, COST)
+    return found_for(SPACING)
 
 
 @pytest.fixture(scope="module")
 def at_once():
     """Results for brakes that switch both solenoids at once."""
-    return soft_landings(machine(), [AMBIENT + 1e6], 287.0, DWELL, SPACING, COST, solenoids=(BOTH,))
+    return found_for(SPACING, (BOTH,))
 
 
 def switched(task, row):
@@ -307,8 +321,15 @@ def test_figures_are_drawn_with_brakes_and_for_a_piston_that_does_not_move(resul
 
 
 @pytest.fixture
-def soft_landing(apesim):
+def soft_landing(apesim, monkeypatch):
     """The command in an empty folder; returns exit code, standard output and standard error."""
+
+    def found(machine, pressures, kelvin, dwell, spacing, cost, report, solenoids):
+        assert dumps(machine) == dumps(Machine())
+        rounded = (float(f"{value:.12g}") for value in (kelvin, dwell, spacing, cost))
+        return found_once(tuple(map(float, pressures)), *rounded, None, tuple(solenoids))
+
+    monkeypatch.setattr(study, "soft_landings", found)
     return functools.partial(apesim, "valve", "soft-landing")
 
 

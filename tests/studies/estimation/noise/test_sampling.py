@@ -11,6 +11,8 @@ from apesim.studies.estimation.noise.sampling import draws_of, scatter
 N = 300
 SHAPE = np.sin(np.linspace(0.0, np.pi, N))
 """Slow, as what the model lacks often is."""
+DRAWS = 60
+"""Draws of each chance; more of them do not show in the mean over a thousand chances."""
 
 
 def process(rng, n, weight):
@@ -26,13 +28,14 @@ def coloured(weight, samples, is_stated=False):
 def chances(weight, samples, trials, seed):
     """Chances of scores of noise alone, were the noise what it is taken for, and as it may be."""
     rng, times, taken, doubted = np.random.default_rng(seed), np.arange(N) * 1e-4, [], []
+    draws = np.random.default_rng(1)
     for _ in range(trials):
         noise = autoregressive([process(rng, samples, weight)], "")
         white_ones = whitened(noise, np.column_stack([SHAPE, process(rng, N, weight)]), times)
         shape = white_ones[:, :1] / np.linalg.norm(white_ones[:, 0])
         score = abs(float(shape[:, 0] @ white_ones[:, 1]))
         taken.append(2.0 * norm.sf(score))
-        factors = scatter([(noise, slice(None))], shape, 300, np.random.default_rng(1))[:, 0]
+        factors = scatter([(noise, slice(None))], shape, DRAWS, draws)[:, 0]
         doubted.append(float(np.mean(2.0 * norm.sf(score / factors))))
     return np.array(taken), np.array(doubted)
 
