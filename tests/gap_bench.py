@@ -5,8 +5,16 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
+from apesim.valve.effects import VALVE_EFFECTS
 
 AMBIENT = 101325.0
+RIVALS = (
+    *("moving_mass_error", "coulomb_friction", "stribeck_friction", "seal_friction", "quadratic_drag", "side_force"),
+    *("spring_rate_error", "slow_ramp", "solenoid_a_delay", "leakage_a"),
+)
+"""Effects that come nearest to a force on the piston."""
+BUT_RIVALS = tuple(effect.name for effect in VALVE_EFFECTS if effect.name not in RIVALS and not effect.tabulated)
+"""All others but the tables: without them an explanation takes half as long."""
 
 
 def write_bench(folder, force="3 N"):

@@ -12,6 +12,7 @@ from apesim.studies.gap.report.effect_rows import describe_effects
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import read_measured
 from apesim.valve.effects import VALVE_EFFECTS
+from tests.gap_bench import BUT_RIVALS
 from tests.truth.valve import Bench, noise, simulate
 
 AMBIENT = 101325.0
@@ -20,6 +21,9 @@ TIMES = np.linspace(0.0, 0.1, 501)
 PRESSURES = {0.16e6: "fit", 0.40e6: "fit", 0.70e6: "fit", 0.55e6: "gate", 0.49e6: "check"}
 LIFT, PRESSURE = 0.03e-3, 2e3
 SEED = 5000
+among = pytest.mark.parametrize("without", [BUT_RIVALS, pytest.param((), marks=pytest.mark.slow)], ids=["few", "all"])
+"""Mark of tests among the rivals of what is hidden; among the whole library they are slow, and those of sealed cases
+run by default."""
 
 
 @pytest.fixture
@@ -63,9 +67,11 @@ def test_where_nothing_is_missing_nothing_is_found(measure):
     assert checked["before"] == checked["after"] == pytest.approx(1.0, abs=0.05)
 
 
-def test_a_hidden_effect_is_named_sized_and_added(measure, apesim, tmp_path):
+@among
+def test_a_hidden_effect_is_named_sized_and_added(measure, apesim, tmp_path, without):
     path = measure(Bench(dry_friction=3.0, breakaway=3.0))
-    code, out, _ = apesim("gap", "explain", str(path), "--out", str(tmp_path / "out"), "--json")
+    options = [f"--without={name}" for name in without]
+    code, out, _ = apesim("gap", "explain", str(path), "--out", str(tmp_path / "out"), "--json", *options)
     data = json.loads(out)
     assert code == 0
     assert data["verdict"] == "NAMED"
@@ -85,9 +91,10 @@ def test_a_hidden_effect_is_named_sized_and_added(measure, apesim, tmp_path):
     assert explain(machine, read_measured(path, AMBIENT)).verdict == "NO_GAP"
 
 
-def test_an_effect_that_the_library_lacks_is_not_given_another_name(measure):
+@among
+def test_an_effect_that_the_library_lacks_is_not_given_another_name(measure, without):
     path = measure(Bench(dry_friction=12.0, breakaway=12.0))
-    found = explained(path, without=["coulomb_friction", "stribeck_friction", "seal_friction"])
+    found = explained(path, without=["coulomb_friction", "stribeck_friction", "seal_friction", *without])
     assert found.gap_test.alarm
     assert found.verdict in ("REFUSED", "AMBIGUOUS")
 

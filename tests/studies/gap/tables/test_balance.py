@@ -17,6 +17,7 @@ from apesim.studies.gap.tables.tabulate import Tables, tabulate
 from apesim.studies.gap.work import Work
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import Measured, MeasuredRun, read_measured
+from tests.gap_bench import BUT_RIVALS
 from tests.truth.terms import force
 from tests.truth.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, noise, simulate
 
@@ -26,6 +27,9 @@ PRESSURES = {0.16e6: "fit", 0.40e6: "fit", 0.70e6: "fit", 0.55e6: "gate", 0.49e6
 NOISE = {"lift": 0.03e-3, "pressure_a": 2e3, "pressure_b": 2e3}
 UNITS = {"lift": "m", "pressure_a": "Pa", "pressure_b": "Pa"}
 STROKE = 9e-3
+among = pytest.mark.parametrize("without", [BUT_RIVALS, pytest.param((), marks=pytest.mark.slow)], ids=["few", "all"])
+"""Mark of tests among the rivals of what is hidden; among the whole library they are slow, and those of sealed cases
+run by default."""
 
 
 def measured(bench):
@@ -111,10 +115,12 @@ def written(folder, data):
     return folder
 
 
-def test_what_the_library_cannot_name_is_added_without_a_name_and_the_child_lacks_nothing(apesim, tmp_path):
+@among
+def test_what_the_library_cannot_name_is_added_without_a_name_and_the_child_lacks_nothing(apesim, tmp_path, without):
     (tmp_path / "data").mkdir()
     folder = written(tmp_path / "data", measured(Bench(terms=(force(progressive),))))
-    code, out, _ = apesim("gap", "explain", str(folder), "--out", str(tmp_path / "out"), "--json")
+    options = [f"--without={name}" for name in without]
+    code, out, _ = apesim("gap", "explain", str(folder), "--out", str(tmp_path / "out"), "--json", *options)
     told = json.loads(out)
     assert code == 0
     assert told["verdict"] == "REFUSED"
@@ -141,9 +147,10 @@ def snag(now):
     return rub, rub
 
 
-def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap():
+@among
+def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap(without):
     """Left alone, moving mass with Coulomb friction passes every other rule, or is one of several that do."""
-    found = explain(Machine(), measured(Bench(rubbing=(snag,))))
+    found = explain(Machine(), measured(Bench(rubbing=(snag,))), without=without)
     assert found.verdict == "REFUSED"
     assert found.balances[0].name == found.tabulated.balance.name == "tabulated_force"
     assert found.tabulated.balance.gain > found.calibrated.cost - found.decision.best.model.cost + 100.0
@@ -152,10 +159,11 @@ def test_a_name_is_refused_where_an_unknown_force_takes_more_of_the_gap():
     assert found.tabulated.judged.size_after < 0.3 * found.tabulated.judged.size_before
 
 
-def test_a_name_that_stands_in_for_what_the_library_lacks_is_refused():
+@among
+def test_a_name_that_stands_in_for_what_the_library_lacks_is_refused(without):
     """Stiffer springs look like more mass, which passes every other rule."""
     bench = Bench(spring_rate=1.15 * Bench().spring_rate)
-    found = explain(Machine(), measured(bench), without=["spring_rate_error"])
+    found = explain(Machine(), measured(bench), without=["spring_rate_error", *without])
     assert found.decision.best.names == ("moving_mass_error",)
     assert found.verdict == "REFUSED"
     assert found.tabulated.balance.balance == "force"
