@@ -18,6 +18,10 @@ from tests.folders import ROOT
 EXAMPLES = ROOT / "docs" / "examples"
 SCRIPTS = sorted(path.stem for path in EXAMPLES.glob("*.py") if not path.stem.startswith("make_"))
 NOTEBOOKS = ["first_run", "own_valve_from_discharge_test", "laboratory_data"]
+"""The first runs by default; the others repeat as notebooks what the tests run as scripts."""
+OWN_MARCHES = {"own_effect", "own_machine"}
+"""Examples that compile marches of their own, a minute in all: slow. By default test_outside_machine marches an effect
+from outside and test_adaptive machines of its own; the site's build runs every example."""
 UNIT = re.compile(r"\[[^\[\]]+\]")
 """Unit in a label; that of a dimensionless quantity is [-], [1] or [%]."""
 
@@ -43,7 +47,11 @@ def test_every_example_has_its_place_in_the_gallery():
     assert set(SCRIPTS) <= set(ORDER)
 
 
-@pytest.mark.parametrize("name", SCRIPTS)
+def slow_if(is_slow, name):
+    return pytest.param(name, marks=pytest.mark.slow) if is_slow else name
+
+
+@pytest.mark.parametrize("name", [slow_if(name in OWN_MARCHES, name) for name in SCRIPTS])
 def test_an_example_runs_without_warnings_and_its_figures_have_units(name, examples):
     figures, error = run_in(examples, "example_run.py", f"{name}.py", "-W", "error", MPLBACKEND="Agg")
     assert "Warning" not in error
@@ -53,7 +61,7 @@ def test_an_example_runs_without_warnings_and_its_figures_have_units(name, examp
         assert [label for label in labels if not UNIT.search(label)] == []
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
+@pytest.mark.parametrize("name", [slow_if(name != NOTEBOOKS[0], name) for name in NOTEBOOKS])
 def test_an_example_runs_as_a_notebook_and_shows_its_figures(name, examples, monkeypatch):
     monkeypatch.delenv("MPLBACKEND", raising=False)
     shown, _ = run_in(examples, "notebook_run.py", f"{name}.py")
