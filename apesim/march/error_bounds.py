@@ -11,7 +11,7 @@ MAX_QUADRATURE_CHANGE = 2e-5
 2e-7 at most over the same engines."""
 MAX_TOLERANCE_CHANGE = 1e-4
 """Work or air at ten times the tolerance, relative. 394 of these engines were solved at a hundredth of the tolerance,
-too: the one above this bound errs by 1.7e-4, all below it by 3.1e-5 at most."""
+too: the one above this bound errs by 1.7e-4, all below it by 3.1e-5 at most, and by 5.7e-5 of 400 others."""
 MIN_SHARE_MOVED = 1e-6
 """Closure is relative to what flows, or to this share of what the volumes hold, where less than that flows: below it
 nothing but rounding flows, which would be compared with itself."""

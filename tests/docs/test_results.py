@@ -111,7 +111,7 @@ def module(tmp_path, monkeypatch):
     def write(code):
         (tmp_path / "quoted_law.py").write_text(code)
 
-    write('"""A law."""\n\ndef law(x):\n    """Twice x."""\n    return 2 * x\n')
+    write('"""A law."""\n\nRATE = 2\n"""A rate."""\n\ndef law(x):\n    """Twice x."""\n    return RATE * x\n')
     made = result()
     code = {"sha256": results.hash_code(["quoted_law"], []), "modules": ["quoted_law"], "inputs": []}
     return write, lambda: results.find_stale(replace(made, code=code))
@@ -120,14 +120,14 @@ def module(tmp_path, monkeypatch):
 def test_comments_and_docstrings_leave_a_result_as_it_is(module):
     write, stale = module
     assert stale() is None
-    write('"""Another word."""\n\n\ndef law(x):  # a comment\n    """Two times x."""\n    return 2 * x\n')
+    write('"""Another word."""\n\nRATE = 2\n"""So."""\n\n\ndef law(x):  # so\n    """2 x."""\n    return RATE * x\n')
     assert stale() is None
 
 
-@pytest.mark.parametrize("body", ["return 3 * x", "return 2 * x + 0", "x = 2 * x\n    return x"])
+@pytest.mark.parametrize("body", ["return 3 * x", "return RATE * x + 0", "x = RATE * x\n    return x"])
 def test_other_code_makes_a_result_stale_and_says_how_to_renew_it(module, body):
     write, stale = module
-    write(f'"""A law."""\n\ndef law(x):\n    """Twice x."""\n    {body}\n')
+    write(f'"""A law."""\n\nRATE = 2\n"""A rate."""\n\ndef law(x):\n    """Twice x."""\n    {body}\n')
     assert "the code that made it has changed: run python -m docs.results torques (took 2.5 s" in stale()
 
 
