@@ -443,7 +443,7 @@ def test_the_friction_map_has_a_wide_grid():
     ids=["small", "whole"],
 )
 def test_the_command_leaves_page_and_claims(tmp_path, monkeypatch, capsys, areas, grid):
-    """On grids of a few points; slow on its own, whose size is that of the test above."""
+    """Grids of a few points by default; those of the command itself, whose sizes the test above holds, are slow."""
     import sys
 
     from apesim.studies.cli import app
