@@ -61,6 +61,6 @@ EFFECT = Effect(
     QuadraticDrag,
     equation="F = -c v |v|",
     source="turbulent drag; Idelchik, Handbook of Hydraulic Resistance",
-    seen_in="fast flight; viscous friction eats it",
+    seen_in="fast flight; confused with viscous friction",
     isolated_by="strokes at high supply pressure, speed over position with both chamber pressures",
 )

@@ -67,7 +67,7 @@ EFFECT = Effect(
     SlowRamp,
     equation="ramp = ramp of the machine + time",
     source="solenoid valves: plunger and pilot fill at a rate of their own",
-    seen_in="curvature of the chamber pressures at the switch; almost wholly eaten by delay and effective area",
+    seen_in="curvature of the chamber pressures at the switch; mostly taken up by delay and effective area",
     isolated_by="discharge test of a solenoid alone, pressure sampled at 20 kHz or more",
     adjust=adjust,
 )
