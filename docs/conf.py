@@ -9,6 +9,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is loaded, as the command line does
 
 project = "apesim"
 author = "The apesim authors"
@@ -34,8 +35,6 @@ exclude_patterns = ["examples", "extensions", "generated", "results", "templates
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 4
-suppress_warnings = ["config.cache"]
-
 
 autosummary_generate = [f"reference/{path.name}" for path in sorted((HERE / "reference").glob("*.md"))]
 templates_path = ["templates"]
@@ -53,16 +52,14 @@ sphinx_gallery_conf = {
     "filename_pattern": r"\.py$",
     "ignore_pattern": r"make_.*\.py$",
     "within_subsection_order": "docs.extensions.gallery.order",
-    "reset_modules": ("docs.extensions.gallery.prepare", "matplotlib"),
-    "reset_modules_order": "before",
+    "reset_modules": ("matplotlib",),
     "remove_config_comments": True,
+    # What a call that draws returns says nothing to a reader, and its address changes from build to build.
     "capture_repr": (),
     "show_memory": False,
     "download_all_examples": False,
     "abort_on_example_error": False,
     "image_scrapers": ("matplotlib",),
-    # What a call that draws returns says nothing to a reader, and its address changes from build to build.
-    "ignore_repr_types": r"matplotlib|'list'|'tuple'",
     "write_computation_times": False,
 }
 

@@ -1,11 +1,12 @@
 """The commands as pages: each with its synopsis and options, and the Python function that it calls."""
 
 import ast
-import re
 import typing
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+from docs.extensions.markdown import escape
 
 COMMANDS = Path(__file__).parent.parent.parent / "studies" / "commands"
 TYPES = {"str": "text", "int": "whole number", "float": "number", "Path": "path"}
@@ -66,7 +67,7 @@ def write_commands() -> str:
     parts = []
     for group, about, commands in groups():
         heading = f"`apesim {group}`" if group else "Machine and paper"
-        parts.append(f"## {heading}\n\n{_prose(about)}".rstrip())
+        parts.append(f"## {heading}\n\n{escape(about)}".rstrip())
         parts += [_command(name, each, set(COMMON)) for name, each in commands.items()]
     return "\n\n".join(parts) + "\n"
 
@@ -109,7 +110,7 @@ def _command(name: str, command: Any, shared: set[str]) -> str:
     role = "py:func" if python.islower() else "py:class"
     parts = [
         f"({label(name)})=\n\n### `apesim {name}`",
-        *(_prose(paragraph) for paragraph in command.help.split("\n\n")),
+        *(escape(paragraph) for paragraph in command.help.split("\n\n")),
         f"```text\n{_synopsis(name, own)}\n```",
         _table(own) if own else "It has no options of its own.",
         f"From Python: {{{role}}}`apesim.{python}`. It takes the [options of every command](#command-options).",
@@ -145,7 +146,7 @@ def _table(parameters: list[Any]) -> str:
         else:
             names = ", ".join(f"`{name}`" for name in (*each.opts, *each.secondary_opts))
             names += "" if each.is_flag else f" {_code(_metavar(each))}"
-        rows.append(f"| {names} | {_type(each)} | {_default(each)} | {_prose(each.help or '')} |")
+        rows.append(f"| {names} | {_type(each)} | {_default(each)} | {escape(each.help or '')} |")
     return ":::{div} options\n\n" + "\n".join(rows) + "\n\n:::"
 
 
@@ -179,8 +180,3 @@ def _default(parameter: Any) -> str:
 def _code(text: str) -> str:
     r"""A text as code within a table, where a bar would end the cell."""
     return "`" + text.replace("|", r"\|") + "`"
-
-
-def _prose(text: str) -> str:
-    """A help text as Markdown: on one line, its special characters as they stand."""
-    return re.sub(r"([\\`*_|<>\[\]])", r"\\\1", " ".join(text.split()))

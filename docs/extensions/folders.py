@@ -3,7 +3,7 @@
 import ast
 from pathlib import Path
 
-from docs.extensions.commands import _prose
+from docs.extensions.markdown import escape
 
 ROOT = Path(__file__).parent.parent.parent
 LAYERS = {"apesim": "The ground", "valve": "The valve", "engine": "The engine", "studies": "The studies"}
@@ -35,4 +35,4 @@ def _rows(folder: Path, layer: str) -> list[str]:
 def _first_sentence(path: Path) -> str:
     """The first paragraph of a module's docstring."""
     text = ast.get_docstring(ast.parse(path.read_text())) or ""
-    return _prose(text.partition("\n\n")[0].replace("``", ""))
+    return escape(text.partition("\n\n")[0].replace("``", ""))

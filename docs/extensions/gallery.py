@@ -1,6 +1,5 @@
-"""The gallery: order of the examples, what has to be quiet while they run, and where their data are."""
+"""The gallery: order of the examples, and where their data are."""
 
-import os
 from pathlib import Path
 
 from sphinx.application import Sphinx
@@ -39,16 +38,6 @@ ORDER = [
 def order(file: str) -> int:
     """The place of an example in the gallery; one that is not named in ORDER is an error."""
     return ORDER.index(Path(file).stem)
-
-
-def prepare(_conf: dict, _file: str) -> None:
-    """Make every example start as a fresh process does: figures as Matplotlib has them, no output in colours."""
-    import matplotlib
-
-    matplotlib.rcdefaults()
-    matplotlib.use("Agg", force=True)
-    matplotlib.rcParams.update({"figure.dpi": 110, "savefig.dpi": 110})
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def note_data(_app: Sphinx, page: str, source: list[str]) -> None:

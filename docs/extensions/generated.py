@@ -5,7 +5,6 @@ it in by an include. A name with a suffix is that of a file to download.
 """
 
 import itertools
-import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
@@ -21,6 +20,7 @@ from apesim.studies.measured.sensors import SENSORS
 from docs.extensions.commands import write_commands, write_common_options, write_python_names
 from docs.extensions.folders import write_folders
 from docs.extensions.machine_keys import write_machine, write_machine_keys
+from docs.extensions.markdown import escape
 
 HERE = Path(__file__).parent.parent / "generated"
 
@@ -62,7 +62,7 @@ def _describe_effect(entry: Any) -> Iterator[str]:
     yield f"### {entry.name}\n\nActs on the {entry.layer}."
     yield from ("", "```text", *textwrap.wrap(entry.equation, 78, subsequent_indent="    "), "```", "")
     for head, text in (("Source", entry.source), ("Seen in", entry.seen_in), ("Isolated by", entry.isolated_by)):
-        yield f"- **{head}:** {_escape(text)}"
+        yield f"- **{head}:** {escape(text)}"
     yield from (
         "",
         "| parameter | unit | range | default | source of the range | in the search |",
@@ -70,7 +70,7 @@ def _describe_effect(entry: Any) -> Iterator[str]:
     )
     for names, first in _group_nodes(entry.parameters):
         cells = (names, first.unit or "–", first.range, first.default, first.source, _say_search(entry, first))
-        yield f"| {' | '.join([cells[0], *map(_escape, cells[1:])])} |"
+        yield f"| {' | '.join([cells[0], *map(escape, cells[1:])])} |"
 
 
 def _group_nodes(parameters: Iterable[Any]) -> Iterator[tuple[str, Any]]:
@@ -119,7 +119,7 @@ def write_measured() -> str:
     for bench, sensors in SENSORS.items():
         lines += ["", f"### Keys of a run of the {bench}'s bench", "", "| key | value | meaning |", "|---|---|---|"]
         for key in ("data", "name", *sensors.keys):
-            value = _escape(sensors.keys[key].range_text) if key in sensors.keys else "text"
+            value = escape(sensors.keys[key].range_text) if key in sensors.keys else "text"
             due = key in sensors.due
             lines.append(f"| `{key}`{', **due**' * due} | {value} | {RUN_KEYS[key]} |")
         lines += ["", f"### Columns of a file of the {bench}'s bench", ""]
@@ -131,11 +131,6 @@ def write_measured() -> str:
         for name, sensor in sensors.means.items():
             lines.append(f'| – (mean `{name}`, a key) | – | `[sensor.{name}]` `noise = "{sensor.typical}"` |')
     return "\n".join(lines) + "\n"
-
-
-def _escape(text: str) -> str:
-    """Text without meaning for Markdown."""
-    return re.sub(r"([\\*_<>\[\]|$`])", r"\\\1", text)
 
 
 PAGES: dict[str, Callable[[], str]] = {"effects": write_effects, "measured": write_measured}

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from docs.extensions.commands import _prose
+from docs.extensions.markdown import escape
 
 HEAD = "| key | unit | range | default | source of the default |\n|---|---|---|---|---|"
 
@@ -27,7 +27,7 @@ def write_machine_keys() -> str:
             rows = [row for name, values in effects for row in _rows(values, machine, name)]
         else:
             rows = _rows(tree, machine)
-        title = _prose((type(tree).__doc__ or "").strip().partition("\n")[0])
+        title = escape((type(tree).__doc__ or "").strip().partition("\n")[0])
         if rows:
             parts.append(f"(section-{path.replace('.', '-')})=\n\n### `[{path}]`\n\n{title}")
             parts.append(":::{div} keys\n\n" + "\n".join([HEAD, *rows]) + "\n\n:::")
@@ -57,14 +57,14 @@ def _rows(tree: Any, machine: Any, prefix: str = "") -> list[str]:
             continue
         text = declaration.render(getattr(tree, key), machine.ambient.pressure)
         default = f"`{text}`" if text else declaration_text(declaration)
-        cells = f"`{prefix}{key}`", _unit(declaration), _range(declaration), default, _prose(declaration.source)
+        cells = f"`{prefix}{key}`", _unit(declaration), _range(declaration), default, escape(declaration.source)
         rows.append("| " + " | ".join(cells) + " |")
     return rows
 
 
 def declaration_text(declaration: Any) -> str:
     """What holds where an optional key is not given."""
-    return f"not given: {_prose(declaration.text)}" if getattr(declaration, "text", None) else "not given"
+    return f"not given: {escape(declaration.text)}" if getattr(declaration, "text", None) else "not given"
 
 
 def _unit(declaration: Any) -> str:
@@ -82,5 +82,5 @@ def _range(declaration: Any) -> str:
     if hasattr(declaration, "unit"):
         whole = f"{declaration.unit}{declaration.suffix}"
         kept = declaration.suffix.strip()
-        return _prose(text.replace(f" {whole}", f" {kept}" * bool(kept)) if whole else text)
-    return ", ".join(f"`{option}`" for option in getattr(declaration, "options", ())) or _prose(text)
+        return escape(text.replace(f" {whole}", f" {kept}" * bool(kept)) if whole else text)
+    return ", ".join(f"`{option}`" for option in getattr(declaration, "options", ())) or escape(text)

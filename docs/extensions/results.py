@@ -4,6 +4,7 @@ Roles `val` and `num` print a number, the directives `result-table` and `result-
 """
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any, ClassVar
 
 from docutils import nodes
@@ -87,11 +88,17 @@ class ResultText(SphinxDirective):
 def _find(where: SphinxRole | SphinxDirective, key: str) -> Value | None:
     name, _, rest = key.partition(".")
     try:
-        found = results.load(name)
+        found = _load(name)
     except FileNotFoundError:
         return None
     where.env.note_dependency(str(results.HERE / f"{name}.json"))
     return found.values.get(rest)
+
+
+@cache
+def _load(name: str) -> results.Result:
+    """What a file of results gave, read once in a build."""
+    return results.load(name)
 
 
 def check(app: Sphinx) -> None:

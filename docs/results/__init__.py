@@ -27,6 +27,8 @@ from typing import Any
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 OURS = ("apesim", "tests", "docs")
+PYTHON = ".".join(platform.python_version_tuple()[:2])
+"""Version that the hash of the code depends on: each has a syntax tree of its own."""
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 _NOT_COMPARED = re.compile(r"[-+]?\d+(?:\.\d+)?e[-+]\d+|[\u2500-\u257f]")
 
@@ -136,7 +138,7 @@ def compute(name: str) -> Result:
         made=datetime.date.today().isoformat(),
         long=is_long(name),
         seconds=float(f"{seconds:.2g}"),
-        python=".".join(platform.python_version_tuple()[:2]),
+        python=PYTHON,
         versions={key: importlib.metadata.version(key) for key in ("apesim", "numba", "numpy", "scipy")},
         processor=_processor(),
         code={"sha256": hash_code(modules, inputs), "modules": modules, "inputs": inputs},
@@ -188,9 +190,8 @@ def load(name: str) -> Result:
 def find_stale(result: Result) -> str | None:
     """Why a long result no longer is what the code gives, or None."""
     again = f"run python -m docs.results {result.name} (took {result.seconds:g} s on {result.made})"
-    here = ".".join(platform.python_version_tuple()[:2])
-    if here != result.python:
-        return f"{result.name}.json was made with Python {result.python}, and cannot be checked with {here}"
+    if result.python != PYTHON:
+        return f"{result.name}.json was made with Python {result.python}, and cannot be checked with {PYTHON}"
     try:
         same = hash_code(result.code["modules"], result.code["inputs"]) == result.code["sha256"]
     except (FileNotFoundError, ModuleNotFoundError) as error:
