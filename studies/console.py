@@ -37,7 +37,7 @@ LAYOUT = "\n\t"
 """Characters of control that are ours; all others in what is shown come from files."""
 PATIENCE = 1.0
 """Time before anything is said of what is at work [s]: shorter work needs no message."""
-COMPILING = "compiling the model for this processor: once, some fifteen seconds"
+COMPILING = "compiling the model for this processor: once for each kind of run, some twenty seconds"
 """Message where something is compiled."""
 
 

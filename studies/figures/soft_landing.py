@@ -238,7 +238,7 @@ def _plot_traces(v: Columns, titles: Titles, stroke: str, dwell: float) -> Figur
     peak = max(np.nanmax(sign * v["unbraked_velocity"]), 0.1)
     axes[3, 0].set_ylim(-0.15 * peak, 1.1 * peak)
     for axis, label in zip(
-        axes[:, 0], ("solenoid A", "solenoid B", "lift [mm]", "speed to the stop [m/s]"), strict=True
+        axes[:, 0], ("solenoid A [-]", "solenoid B [-]", "lift [mm]", "speed to the stop [m/s]"), strict=True
     ):
         axis.set_ylabel(label)
     handles = (

@@ -231,7 +231,7 @@ def _plot_torque_and_air(
     add_legend_entry(left, "brake")
     add_legend_entry(left, "indicated", lw=1, ls="--")
     if incomplete.any():
-        add_legend_entry(left, "incomplete stroke", marker="o", **HOLLOW)
+        add_legend_entry(left, "hollow: incomplete stroke", marker="o", **HOLLOW)
     label_axes(left, y=("torque", "N m"), title="Torque")
     label_axes(right, y=("specific air", "kg/kWh"), title="All air, control air counted, over work")
     right.set_ylim(0.0, MAX_SPECIFIC_AIR)

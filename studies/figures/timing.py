@@ -177,8 +177,8 @@ def _plot_shortcut(timing_map: TimingMap, ambient_pressure: float) -> Figure:
             axis.plot(speed, v[f"shortcut_{name}_error_deg"][:, j, k], color=colour, marker="o", ms=3, label=label)
         draw_zero(axis)
         axis.set_xlim(speed[0] - 50.0, speed[-1] + 50.0)
-        label_axes(axis, x=SPEED, title=f"{name.removesuffix('e')}ing, {temperature}")
-    label_axes(panels[0], y=("true less target angle", "deg"))
+        title = f"{name.removesuffix('e')}ing, {temperature}"
+        label_axes(axis, x=SPEED, y=("true less target angle", "deg"), title=title)
     panels[1].legend(title="a line ends where the shortcut\ndoes not open the valve", title_fontsize=8)
     return figure
 
@@ -197,7 +197,7 @@ def _plot_temperature_law(timing_map: TimingMap, ambient_pressure: float) -> Fig
                 if law.speed == axes.speeds[i] and law.pressure == axes.pressures[j]:
                     axis.plot(ends, 1e3 * (law.at_reference + law.slope * (ends - 287.0)), color=colour, lw=1)
         at_speed = f"{axes.speeds[i] / TURN * 60.0:.5g} r/min"
-        label_axes(axis, x=("temperature of the control air", "K"), title=f"{title}, {at_speed}")
-    label_axes(panels[0], y=("advance as a time", "ms"))
+        temperature = ("temperature of the control air", "K")
+        label_axes(axis, x=temperature, y=("advance as a time", "ms"), title=f"{title}, {at_speed}")
     panels[0].legend()
     return figure

@@ -123,6 +123,8 @@ def _repeat_contrasts(pairs: Sequence[tuple[Any, np.ndarray]]) -> list[np.ndarra
 def is_white(whitened: Sequence[np.ndarray]) -> bool:
     """Tell whether whitened residuals have no correlation left, by the test of Ljung and Box [1]_ at `CHANCE`.
 
+    Blocks that are all zero, as those of data without noise, have none.
+
     Parameters
     ----------
     whitened : sequence of (n,) float array
@@ -137,6 +139,8 @@ def is_white(whitened: Sequence[np.ndarray]) -> bool:
     >>> noise = np.random.default_rng(1).normal(size=500)
     >>> is_white([noise]), is_white([noise + 0.5 * np.roll(noise, 1)])
     (True, False)
+    >>> is_white([np.zeros(500)])
+    True
 
     References
     ----------
@@ -146,6 +150,8 @@ def is_white(whitened: Sequence[np.ndarray]) -> bool:
     from scipy.stats import chi2
 
     for e in whitened:
+        if not np.any(e):
+            continue
         n, lags = len(e), np.arange(1, min(MAX_LAG, len(e) // 4) + 1)
         correlation = np.array([e[lag:] @ e[:-lag] for lag in lags]) / (e @ e)
         if n * (n + 2) * np.sum(correlation**2 / (n - lags)) > chi2.isf(CHANCE, len(lags)):

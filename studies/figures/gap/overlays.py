@@ -93,7 +93,8 @@ def _draw_overlay(
     above.plot(x, shown.convert(signal.before), color=BEFORE, lw=1.2, label="calibrated model")
     if signal.after is not None:
         above.plot(x, shown.convert(signal.after), color=AFTER, lw=1.2, ls="--", label=added)
-    label_axes(above, y=(shown.name, shown.unit))
+    reference = " abs" if "pressure" in block.sensor else ""
+    label_axes(above, y=(shown.name, shown.unit + reference))
     above.set_title(f"{label_point(run, ambient_pressure)}, {WORDS[signal.role]}", loc="left")
     above.tick_params(labelbottom=False)
     draw_left(below, signal, added)
