@@ -35,7 +35,7 @@ MIN_STANDING = 0.8
 """Standing from which both effects of a pair are named, see `apesim.studies.gap.decide.verdict.find_standing`."""
 BEHIND = 100.0
 """Penalised cost by which the best single effect has to be behind a pair that does not contain it, for the pair to be
-named: nearer, something else that neither of them is may look like both."""
+named: less far behind, a third effect may be what looks like both."""
 MIN_OUTSIDE, OUTSIDE_FAINT, MAX_OUTSIDE = 0.02, 10.0, 0.5
 """Taken off a pair's standing for what the library does not have: at least, by how much more where the second effect is
 faint, over the square of its sigmas, and at most. A rule, not measured."""
