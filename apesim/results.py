@@ -176,7 +176,7 @@ class Trace:
         ends = ""
         if self.values.dtype.kind in "fi" and np.isfinite(self.values).any():
             ends = f", {shown(np.nanmin(self.values))} to {shown(np.nanmax(self.values))}"
-        return f"<Trace [{self.unit}] over {shape}{ends}>"
+        return f"<Trace [{'-' if self.unit == '1' else self.unit}] over {shape}{ends}>"
 
 
 def shown(value: Any) -> str:

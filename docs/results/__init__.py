@@ -90,7 +90,6 @@ class Result:
     name: str
     what: str
     made: str
-    long: bool
     seconds: float
     python: str
     versions: dict[str, str]
@@ -136,7 +135,6 @@ def compute(name: str) -> Result:
         name=name,
         what=module.__doc__.strip().split("\n")[0],
         made=datetime.date.today().isoformat(),
-        long=is_long(name),
         seconds=float(f"{seconds:.2g}"),
         python=PYTHON,
         versions={key: importlib.metadata.version(key) for key in ("apesim", "numba", "numpy", "scipy")},

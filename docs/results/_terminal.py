@@ -7,7 +7,7 @@ import re
 import sys
 import tempfile
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 from docs.results import Text
@@ -52,17 +52,13 @@ def session(*lines: str) -> Text:
     return Text("\n".join(shown))
 
 
-def run(*arguments: str, keep: Path | None = None, figures: Sequence[Path] = (), ending: int = 0) -> Text:
+def run(*arguments: str, ending: int = 0) -> Text:
     """Run a command in an empty folder, and return what it printed; what differs from run to run is an ellipsis.
 
     Parameters
     ----------
     *arguments : str
         What stands behind `apesim` on the command line.
-    keep : Path, optional
-        Folder to which figures are copied.
-    figures : sequence of Path
-        Figures to keep.
     ending : int
         Exit code that is expected.
 
@@ -85,10 +81,6 @@ def run(*arguments: str, keep: Path | None = None, figures: Sequence[Path] = (),
             os.chdir(folder)
             sys.argv = ["apesim", *arguments]
             code = main_of(app)
-            if keep:
-                keep.mkdir(exist_ok=True)
-            for figure in figures if keep else ():
-                (keep / figure.name).write_bytes(figure.read_bytes())
         finally:
             os.chdir(before)
             sys.argv = argv

@@ -21,7 +21,7 @@ def compute():
     """Limits of the default grid and over the window; the valve alone; and the independent simulator at the limit."""
     machine = apesim.Machine()
     limits = apesim.find_engine_limit(machine)
-    keep(limits, engine_limit="engine_limit")
+    keep(limits.draw, engine_limit="engine_limit")
     data = limits.to_dict()
     rule, paper = data["design_rule"], data["paper"]
     shortest, longest = rule["lap_to_lap_s_range"]

@@ -20,7 +20,7 @@ def compute():
     """Best commands at 1000 and 1800 r/min, and with the supply pressure free."""
     machine = apesim.Machine()
     best = apesim.optimise_commands(machine, speed="600 rpm, 900 rpm, 1000 rpm, 1200 rpm, 1500 rpm, 1800 rpm")
-    keep(best, pareto_fronts="optimum_fronts", optimum_torque_and_air="optimum_over_speed")
+    keep(best.draw, pareto_fronts="optimum_fronts", optimum_torque_and_air="optimum_over_speed")
     points = {round(point["speed_rpm"]): point for point in best.to_dict()["points"]}
     ideal = apesim.run_engine(machine.with_(engine_intake="ideal"), speed="1000 rpm")["brake_torque"]
     chosen = _at_torque(machine, points[1000]["front"], ideal)

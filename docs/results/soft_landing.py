@@ -11,7 +11,7 @@ def compute():
     """Softest and sturdiest brakes within 4.17 ms between edges and with any, and how many need both solenoids."""
     machine = apesim.Machine()
     landings = apesim.find_soft_landing(machine)
-    keep(landings, fronts="landing_fronts", traces_opening="landing_opening", robustness="landing_robustness")
+    keep(landings.draw, fronts="landing_fronts", traces_opening="landing_opening", robustness="landing_robustness")
     both = apesim.find_soft_landing(machine, solenoids="both")
     points = landings.to_dict()["points"]
     return {

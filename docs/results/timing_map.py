@@ -17,7 +17,7 @@ def compute():
     timing = apesim.correct_timing(machine)
     data = timing.to_dict()
     coarse = apesim.correct_timing(machine, speed="300:2400:300 rpm").to_dict()["interpolation_error"]
-    keep(timing, advance="timing_advance", won_back="timing_won_back", shortcut="timing_shortcut")
+    keep(timing.draw, advance="timing_advance", won_back="timing_won_back", shortcut="timing_shortcut")
     fine = data["interpolation_error"]
     values = {
         "points": Number(len(data["points"])),

@@ -1,12 +1,12 @@
 """Data from the independent simulator with an effect hidden in each set: what is found, and with less friction."""
 
-import shutil
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import apesim
 from docs.examples.data.missing_effect import make
 from docs.results import Number, Table
+from docs.results._figures import keep
 
 LONG = True
 DOCS = Path(__file__).parent.parent
@@ -103,10 +103,7 @@ def draw(found, name):
     """Take the figures that the pages show from the report of a case."""
     wanted = {figure: path for (case, figure), path in FIGURES.items() if case == name}
     if wanted:
-        with TemporaryDirectory() as folder:
-            found.write(folder)
-            for figure, path in wanted.items():
-                shutil.copy(Path(folder, "figures", f"{figure}.png"), path)
+        keep(found.write, **wanted)
 
 
 def find_less_friction():

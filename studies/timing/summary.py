@@ -104,7 +104,7 @@ def law_lines(laws: dict[str, list[Law]], ambient_pressure: float) -> list[str]:
     >>> law = Law(1.1e6, 100.0, 6.0e-3, -5e-6, 1e-5, 1e-5, 0.001, 0.001, 3)
     >>> [line] = law_lines({"advance": [law]}, ambient_pressure=0.1e6)
     >>> line.partition(", ")[0]
-    'advance at 1 MPa gauge: 6.000 ms -5.00 us/K (T_0 - 287 K)'
+    'advance at 1 MPa gauge: 6.000 ms -5.00 us/K (supply temperature - 287 K)'
     """
     lines = []
     for name, members in laws.items():
@@ -123,7 +123,8 @@ def _law_text(laws: Sequence[Law], far: Sequence[Law]) -> str:
     """Laws of one pressure in words, with the one over all speeds that is far off, if there is one."""
     against = sum(law.opposite_to_the_paper for law in laws)
     at = f" at {against} of {len(laws)} speeds" if 0 < against < len(laws) else ""
-    sign = f"falls with T_0{at}, against the paper" if against else "rises with T_0, as in the paper"
+    falls = f"falls with the temperature{at}, against the paper"
+    sign = falls if against else "rises with the temperature, as in the paper"
     times, slopes, errors, angles = (
         [factor * getattr(law, name) for law in laws]
         for name, factor in (
@@ -135,7 +136,7 @@ def _law_text(laws: Sequence[Law], far: Sequence[Law]) -> str:
     )
     scope = f", a law for each speed (one for all is off by {far[0].max_angle_error / DEGREE:.2g} deg)" if far else ""
     return (
-        f"{scope}: {_span(times, '.3f')} ms {_span(slopes, '+.2f')} us/K (T_0 - 287 K), off by at most "
+        f"{scope}: {_span(times, '.3f')} ms {_span(slopes, '+.2f')} us/K (supply temperature - 287 K), off by at most "
         f"{_span(errors, '.3f')} ms or {_span(angles, '.2f')} deg; it {sign}"
     )
 

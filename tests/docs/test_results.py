@@ -13,7 +13,7 @@ def result(**values):
     """A result with these values, made by no code."""
     code = {"sha256": results.hash_code([], []), "modules": [], "inputs": []}
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
-    return Result("torques", "Torques.", "2026-01-31", True, 2.5, python, {}, "", code, values)
+    return Result("torques", "Torques.", "2026-01-31", 2.5, python, {}, "", code, values)
 
 
 def moves(before, after):
@@ -157,4 +157,3 @@ def test_every_file_of_results_was_computed_and_says_what_it_is():
             continue
         stored = results.load(name)
         assert stored.name == name and stored.what.endswith(".") and stored.values
-        assert stored.long == results.is_long(name)

@@ -124,7 +124,8 @@ def delay_and_temperature(machine: Machine, grid: Grid) -> Claim:
         | {f"time_s_at_{temperature:g}_K": time for temperature, time in times.items()}
         | {"spread": spread},
         verdict_of(np.all(change > 0.0)),
-        "It would need chambers that empty more slowly in warmer air; Eqs. 3-8 have one time only, V/(S sqrt(R T_0)). "
+        "Chambers would have to empty more slowly in warmer air. By Eqs. 3-8 they empty in proportion to the time "
+        "V/(S sqrt(R T_0)), which falls with T_0. "
         f"With the piston held and instant solenoids A falls to 0.8 of its pressure in {listed}: times sqrt(T_0) equal "
         f"within {spread:.0e}.",
     )

@@ -261,8 +261,8 @@ def test_where_one_law_for_all_speeds_is_far_off_those_of_each_speed_are_told():
         assert told in far
     [alone] = law_lines({"advance": each[:1]}, AMBIENT)
     assert alone == (
-        "advance at 1 MPa gauge: 7.000 ms -6.00 us/K (T_0 - 287 K), off by at most 0.010 ms or 0.10 deg; it falls with "
-        "T_0, against the paper"
+        "advance at 1 MPa gauge: 7.000 ms -6.00 us/K (supply temperature - 287 K), "
+        "off by at most 0.010 ms or 0.10 deg; it falls with the temperature, against the paper"
     )
 
 
