@@ -25,7 +25,6 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
-    "docs.extensions.gallery",
     "docs.extensions.results",
     "docs.extensions.generated",
     "docs.extensions.offline_math",

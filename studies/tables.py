@@ -9,6 +9,9 @@ import numpy as np
 if TYPE_CHECKING:
     from rich.table import Table
 
+INCOMPLETE_MARK = "*"
+"""What stands behind a number of a run whose valve does not make full strokes."""
+
 
 def number(value: float, form: str = ".5g") -> str:
     """A number as text; "-" where there is none.

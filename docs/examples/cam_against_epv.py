@@ -44,5 +44,7 @@ print(table.to_dataframe().round(4))
 # At low speed the uncorrected EPV closes late. So it gives more torque than all others, but it takes more air for it.
 # At high speed it opens so late that the torque is lost. With corrected commands, the torque is above that of the cam
 # at low speed and below it at high speed, where the valve turns back before its open stop (``peak_lift`` in the
-# table). Corrected commands remove the lateness. They do not make the valve faster, and they do not save the air that
-# moves it. The figure does not show these two parts alone: ``apesim.assess_valve`` does.
+# table). A part of the difference at low speed is the cam's own: it begins to lift at the angle at which the other
+# valves are open already, so it is open for some 64° and they for 75°. Corrected commands remove the lateness. They
+# do not make the valve faster, and they do not save the air that moves it. The figure does not show these two parts
+# alone: ``apesim.assess_valve`` does.

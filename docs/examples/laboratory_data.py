@@ -5,6 +5,9 @@ Fitting a valve's parameters to laboratory data
 A valve was run on its bench: lift and the pressures of both chambers, at three supply pressures. Which friction,
 solenoid area and dead time does it have? Two runs are fitted, with 95 % intervals. A third run is never fitted. It
 judges the fitted model. The example ends with a question that the data cannot answer.
+
+It reads files of the folder ``data``, which a download does not hold: copy ``docs/examples/data`` of the source code
+beside the script.
 """
 
 import matplotlib.pyplot as plt

@@ -6,6 +6,9 @@ Simulation and measurement disagree. Is something missing in the model, and what
 machine, tests whether more than noise is left, and searches its library of effects. Here it finds an effect that was
 hidden in the data, and shows the gap before and after on a run that was never used. A second part shows data that
 cannot answer.
+
+It reads files of the folder ``data``, which a download does not hold: copy ``docs/examples/data`` of the source code
+beside the script.
 """
 
 from pathlib import Path

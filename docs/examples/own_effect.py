@@ -5,6 +5,9 @@ An effect of one's own
 The library of effects can be extended by a Python file. This example adds a valve bore that narrows towards its open
 end, so that the friction of the piston's rings grows on the way there. It shows what this does to the valve's lift on
 its bench, and to the torque of the engine.
+
+It reads files of the folder ``data``, which a download does not hold: copy ``docs/examples/data`` of the source code
+beside the script.
 """
 
 from pathlib import Path

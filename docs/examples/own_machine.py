@@ -4,6 +4,9 @@ A machine of one's own
 
 Bore, stroke, valve and cam stand in a machine file. This example writes a small one, shows what a wrong key or value
 gives, and then runs a published engine from its machine file, next to what was measured on it.
+
+It reads files of the folder ``data``, which a download does not hold: copy ``docs/examples/data`` of the source code
+beside the script.
 """
 
 from pathlib import Path

@@ -5,6 +5,9 @@ Own valve from discharge tests
 How does the electro-pneumatic valve move with solenoid valves of your own? A discharge test gives the effective area
 of a solenoid valve over time: a vessel empties through it, and the pressure is recorded. Here the curve is found from
 three such tests, compared with the true one, and used in the machine.
+
+It reads files of the folder ``data``, which a download does not hold: copy ``docs/examples/data`` of the source code
+beside the script.
 """
 
 # %%

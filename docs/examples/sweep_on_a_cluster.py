@@ -4,6 +4,8 @@ One sweep in parts, and on a cluster
 
 A long sweep can be shared: in parts on machines that know nothing of each other, or on the workers of a dask cluster.
 This example computes one sweep in three ways and shows that the results are the same to the last bit.
+
+It needs dask: ``python -m pip install ".[dask]"`` in the top folder of the source code.
 """
 
 from pathlib import Path

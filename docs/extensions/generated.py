@@ -120,11 +120,11 @@ def write_measured() -> str:
         lines += ["", f"### Keys of a run of the {bench}'s bench", "", "| key | value | meaning |", "|---|---|---|"]
         for key in ("data", "name", *sensors.keys):
             value = escape(sensors.keys[key].range_text) if key in sensors.keys else "text"
-            due = key in sensors.due
-            lines.append(f"| `{key}`{', **due**' * due} | {value} | {RUN_KEYS[key]} |")
+            required = key in sensors.due
+            lines.append(f"| `{key}`{', **required**' * required} | {value} | {RUN_KEYS[key]} |")
         lines += ["", f"### Columns of a file of the {bench}'s bench", ""]
         lines += ["| column | a head | `noise` of the sensor, as an example |", "|---|---|---|"]
-        lines.append(f"| `{sensors.axis}`, **due** | `{sensors.axis} [{sensors.axis_unit}]` | – |")
+        lines.append(f"| `{sensors.axis}`, **required** | `{sensors.axis} [{sensors.axis_unit}]` | – |")
         for name, sensor in sensors.traces.items():
             head = f"{name} [{sensors.columns[name]}]"
             lines.append(f'| `{name}` | `{head}` | `[sensor.{name}]` `noise = "{sensor.typical}"` |')

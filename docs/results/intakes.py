@@ -35,7 +35,7 @@ def _of_run(name, row):
         f"{name}.specific_air": Number(row["specific_air_kg_per_kWh"], "kg/kWh", error=0.05),
     }
     for key in ("energise_deg", "release_deg", "valve_open_deg", "valve_close_deg"):
-        if row["intake"] == "epv":
+        if row["intake"] == "epv" or (row["intake"] == "cam" and key.startswith("valve")):
             values[f"{name}.{key.removesuffix('_deg')}"] = Number(row[key], "°", error=0.05)
     return values
 

@@ -8,9 +8,8 @@ from apesim.archive import Archive
 from apesim.archive.grid import axes_of, places_of
 from apesim.studies.sweep.plan import in_one_unit
 from apesim.studies.sweep.results import has_incomplete_stroke
-from apesim.studies.tables import number, table_of
+from apesim.studies.tables import INCOMPLETE_MARK, number, table_of
 
-INCOMPLETE_MARK = "*"
 COLUMNS = {"brake_torque_Nm": ("N m", ".2f"), "specific_air_kg_per_kWh": ("kg/kWh", ".1f")}
 
 

@@ -104,6 +104,11 @@ class TimingMap(NamedTuple):
     error: InterpolationError
     """Measured error of both tables between their points."""
 
+    @property
+    def full_lift(self) -> np.ndarray:
+        """Whether the piston meets its open stop, (i, j, k); the targets can be in reach without it."""
+        return self.archive.variables["full_lift"].values.reshape(self.axes.shape) == 1
+
 
 def _compute(series: Series) -> list[dict[str, float]]:
     """Solve the commands of a series of points, and find what they win back.

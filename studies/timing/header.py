@@ -26,14 +26,21 @@ HEADER = """\
  *                    y = (1 - s) y[i] + s y[i + 1], in three axes the sum over eight corners
  * its error          {error}
  *
- * ISO C99, no library. apesim_timing() returns 1 and sets both command angles [deg]; or returns 0 and sets nothing
- * outside the axes and beside a point that is unreachable. Limit its arguments to the axes if that is what you want.
+ * ISO C99, no library. apesim_timing() sets both command angles [deg] and returns
+ * APESIM_FULL_LIFT, where the piston meets its open stop at all points around; or
+ * APESIM_PART_LIFT, where at one of them the valve meets its targets but turns back before that stop. It returns
+ * APESIM_UNREACHABLE and sets nothing outside the axes and beside a point that is unreachable. Limit its arguments to
+ * the axes if that is what you want.
  */
 #ifndef APESIM_TIMING_H
 #define APESIM_TIMING_H
 
-#define APESIM_OPEN_TARGET_DEG {open_target:.9g}
-#define APESIM_CLOSE_TARGET_DEG {close_target:.9g}
+#define APESIM_UNREACHABLE 0
+#define APESIM_FULL_LIFT 1
+#define APESIM_PART_LIFT 2
+
+#define APESIM_OPEN_TARGET_DEG ({open_target:.9g})
+#define APESIM_CLOSE_TARGET_DEG ({close_target:.9g})
 #define APESIM_SPEEDS {i}
 #define APESIM_PRESSURES {j}
 #define APESIM_TEMPERATURES {k}
@@ -48,9 +55,9 @@ static const double apesim_temperature[APESIM_TEMPERATURES] = {{ /* K */
 {temperatures}
 }};
 
-/* [speed][pressure][temperature]: 1 reachable, 0 not */
-static const unsigned char apesim_reachable[APESIM_SPEEDS][APESIM_PRESSURES][APESIM_TEMPERATURES] = {{
-{reachable}
+/* [speed][pressure][temperature]: APESIM_UNREACHABLE, APESIM_FULL_LIFT or APESIM_PART_LIFT */
+static const unsigned char apesim_stroke[APESIM_SPEEDS][APESIM_PRESSURES][APESIM_TEMPERATURES] = {{
+{stroke}
 }};
 
 /* [speed][pressure][temperature], deg */
@@ -78,25 +85,27 @@ static int apesim_place(const double *axis, int points, double x, int *low, doub
 
 static int apesim_timing(double speed, double pressure, double temperature, double *energise_deg, double *release_deg)
 {{
-    int i, j, k, corner;
+    int i, j, k, corner, stroke = APESIM_FULL_LIFT;
     double s, p, t, energise = APESIM_OPEN_TARGET_DEG, release = APESIM_CLOSE_TARGET_DEG;
     if (!apesim_place(apesim_speed, APESIM_SPEEDS, speed, &i, &s) ||
         !apesim_place(apesim_pressure, APESIM_PRESSURES, pressure, &j, &p) ||
         !apesim_place(apesim_temperature, APESIM_TEMPERATURES, temperature, &k, &t))
-        return 0;
+        return APESIM_UNREACHABLE;
     for (corner = 0; corner < 8; ++corner) {{
         const int a = corner >> 2, b = corner >> 1 & 1, c = corner & 1;
         const double weight = (a ? s : 1.0 - s) * (b ? p : 1.0 - p) * (c ? t : 1.0 - t);
         if (weight > 0.0) {{
-            if (!apesim_reachable[i + a][j + b][k + c])
-                return 0;
+            if (apesim_stroke[i + a][j + b][k + c] == APESIM_UNREACHABLE)
+                return APESIM_UNREACHABLE;
+            if (apesim_stroke[i + a][j + b][k + c] == APESIM_PART_LIFT)
+                stroke = APESIM_PART_LIFT;
             energise -= weight * apesim_advance[i + a][j + b][k + c];
             release -= weight * apesim_release_advance[i + a][j + b][k + c];
         }}
     }}
     *energise_deg = energise;
     *release_deg = release;
-    return 1;
+    return stroke;
 }}
 
 #endif
@@ -149,15 +158,17 @@ def c_header(timing_map: TimingMap) -> str:
     Examples
     --------
     >>> from apesim.archive import Archive
+    >>> from apesim.archive.columns import column
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.timing.grid import TimingMap
     >>> from apesim.studies.timing.table import Axes
     >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0]))
     >>> error = InterpolationError(0, 0, 0, np.nan, np.nan, np.nan, np.nan)
     >>> advance, release_advance = np.array([[[0.7]]]), np.array([[[0.9]]])
-    >>> timing_map = TimingMap(Archive("", {}, {}), Machine().command, axes, advance, release_advance, {}, error)
+    >>> archive = Archive("", {}, {"full_lift": column([1], "1", "whether the piston meets its open stop")})
+    >>> timing_map = TimingMap(archive, Machine().command, axes, advance, release_advance, {}, error)
     >>> [line for line in c_header(timing_map).splitlines() if line.startswith("#define APESIM_OPEN")]
-    ['#define APESIM_OPEN_TARGET_DEG -5']
+    ['#define APESIM_OPEN_TARGET_DEG (-5)']
     """
     axes, command = timing_map.axes, timing_map.command
     i, j, k = axes.shape
@@ -173,7 +184,7 @@ def c_header(timing_map: TimingMap) -> str:
         speeds=_row(axes.speeds / TURN * 60.0),
         pressures=_row(axes.pressures),
         temperatures=_row(axes.temperatures),
-        reachable=_block(reachable.astype(int)),
+        stroke=_block(np.where(reachable, np.where(timing_map.full_lift, 1, 2), 0)),
         advance=_block(np.where(reachable, timing_map.advance / DEGREE, 0.0)),
         release_advance=_block(np.where(reachable, timing_map.release_advance / DEGREE, 0.0)),
     )

@@ -7,7 +7,7 @@ from rich.table import Table
 
 from apesim.archive import Archive
 from apesim.engine.angles import DEGREE
-from apesim.studies.tables import number, table_of
+from apesim.studies.tables import INCOMPLETE_MARK, number, table_of
 from apesim.studies.timing.grid import TimingMap
 from apesim.studies.timing.header import error_text
 from apesim.studies.timing.law import Law
@@ -30,7 +30,8 @@ SHOWN = (
     ("shortcut_close_error_deg", 1.0, 2, "closes\n[deg]"),
 )
 LEGEND = (
-    "advance of energising and of release; peak lift; brake torque, and all air over brake work, corrected and before; "
+    f"advance of energising and of release; peak lift ({INCOMPLETE_MARK}: the piston turns back before its open stop); "
+    "brake torque, and all air over brake work, corrected and before; "
     "how late the valve opens and closes if the delays of the bench are subtracted"
 )
 
@@ -70,9 +71,15 @@ def timing_table(timing_map: TimingMap, ambient_pressure: float) -> Table:
 def _rows(archive: Archive, ambient_pressure: float) -> list[list[str]]:
     v = {name: variable.values for name, variable in archive.variables.items()}
     v["supply_pressure"] = v["supply_pressure"] - ambient_pressure
-    columns = [(v[name] * factor, digits) for name, factor, digits, _ in SHOWN]
+    marked = (v["full_lift"] == 0) & (v["reachable"] == 1)
+    blank = " " * int(marked.any())
+    marks = {"peak_lift_m": [INCOMPLETE_MARK if mark else blank for mark in marked]}
+    columns = [(v[name] * factor, f".{digits}f", marks.get(name)) for name, factor, digits, _ in SHOWN]
     return [
-        [*(number(values[run], f".{digits}f") for values, digits in columns), _why_not(v["reason"][run])]
+        [
+            *(number(values[run], form) + (mark[run] if mark else "") for values, form, mark in columns),
+            _why_not(v["reason"][run]),
+        ]
         for run in range(len(archive.runs))
     ]
 

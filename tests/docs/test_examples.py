@@ -1,5 +1,6 @@
 """The examples of the gallery run as they are downloaded: as scripts, and some as notebooks."""
 
+import ast
 import json
 import os
 import re
@@ -45,6 +46,14 @@ def run_in(folder, runner, script, *options, **variables):
 
 def test_every_example_has_its_place_in_the_gallery():
     assert set(SCRIPTS) == set(ORDER)
+
+
+def test_an_example_that_reads_data_says_where_they_are():
+    reading = [name for name in SCRIPTS if '"data/' in (EXAMPLES / f"{name}.py").read_text(encoding="utf-8")]
+    assert len(reading) >= 5
+    for name in reading:
+        head = ast.get_docstring(ast.parse((EXAMPLES / f"{name}.py").read_text(encoding="utf-8")))
+        assert "copy ``docs/examples/data`` of the source code" in head, name
 
 
 def slow_if(is_slow, name):

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from apesim.archive import read
+from apesim.archive import Archive, read
+from apesim.archive.columns import column
 from apesim.archive.inspection import verify
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.machine import Machine
@@ -19,13 +20,13 @@ from apesim.quantities.settings import dumps, load
 from apesim.studies.figures.timing import timing_figures
 from apesim.studies.operating_conditions import with_supply
 from apesim.studies.timing.export import as_json, export
-from apesim.studies.timing.grid import REASONS, faults_of_timing, map_timing
+from apesim.studies.timing.grid import REASONS, TimingMap, faults_of_timing, map_timing
 from apesim.studies.timing.header import c_header
 from apesim.studies.timing.law import Law, fitted
 from apesim.studies.timing.open_loop import open_loop_delays
 from apesim.studies.timing.solve import Look, Reason, corrected, reason_of
-from apesim.studies.timing.summary import law_lines
-from apesim.studies.timing.table import Axes, centres, interpolated
+from apesim.studies.timing.summary import law_lines, timing_table
+from apesim.studies.timing.table import Axes, InterpolationError, centres, interpolated
 from apesim.valve.bench import run_bench
 from tests.machines import RPM, changed, machine, settled
 
@@ -294,36 +295,61 @@ int main(void)
     double speed, pressure, temperature, energise, release;
     while (scanf("%lf %lf %lf", &speed, &pressure, &temperature) == 3) {
         int known = apesim_timing(speed, pressure, temperature, &energise, &release);
-        if (known) printf("1 %.17g %.17g\\n", energise, release); else printf("0 nan nan\\n");
+        if (known) printf("%d %.17g %.17g\\n", known, energise, release); else printf("0 nan nan\\n");
     }
     return 0;
 }
 """
 
 
+def answers_of(header, points, folder):
+    """What a C program with a header answers at points: code, energise and release [deg]."""
+    (folder / "timing.h").write_text(header)
+    (folder / "main.c").write_text(C_MAIN)
+    strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+    subprocess.run(["gcc", *strict, "main.c", "-o", "main"], cwd=folder, check=True)
+    lines = "".join(f"{s * 60.0 / TURN:.17g} {p:.17g} {t:.17g}\n" for s, p, t in points)
+    done = subprocess.run([folder / "main"], input=lines, capture_output=True, text=True, check=True)
+    return np.array([line.split() for line in done.stdout.splitlines()], dtype=float)
+
+
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no C compiler here")
 @pytest.mark.parametrize("hole", [False, True])
 def test_the_c_header_gives_what_the_table_gives(mapped, tmp_path, hole):
+    """Angles, and 0 beside a hole."""
     tables = [mapped.advance.copy(), mapped.release_advance.copy()]
     if hole:
         for table in tables:
             table[0, 1, 1] = nan
-    (tmp_path / "timing.h").write_text(c_header(mapped._replace(advance=tables[0], release_advance=tables[1])))
-    (tmp_path / "main.c").write_text(C_MAIN)
-    strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
-    subprocess.run(["gcc", *strict, "main.c", "-o", "main"], cwd=tmp_path, check=True)
+    header = c_header(mapped._replace(advance=tables[0], release_advance=tables[1]))
     lows, highs = np.array([axis[[0, -1]] for axis in mapped.axes]).T
     shares = np.random.default_rng(5).uniform(-0.1, 1.1, (300, 3))
     points = np.concatenate((lows + shares * (highs - lows), [lows, highs, 0.5 * (lows + highs)]))
-    lines = "".join(f"{s * 60.0 / TURN:.17g} {p:.17g} {t:.17g}\n" for s, p, t in points)
-    done = subprocess.run([tmp_path / "main"], input=lines, capture_output=True, text=True, check=True)
-    answers = np.array([line.split() for line in done.stdout.splitlines()], dtype=float)
+    answers = answers_of(header, points, tmp_path)
     angles = [[interpolated(mapped.axes, table, point) / DEGREE for point in points] for table in tables]
     expected = np.column_stack((-5.0 - np.array(angles[0]), 70.0 - np.array(angles[1])))
     inside = ~np.isnan(expected[:, 0])
     assert 50 < inside.sum() < len(points) or hole
-    np.testing.assert_array_equal(answers[:, 0] == 1.0, inside)
+    np.testing.assert_array_equal(answers[:, 0] > 0.0, inside)
     np.testing.assert_allclose(answers[inside, 1:], expected[inside], rtol=0, atol=1e-8)
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="no C compiler here")
+def test_the_c_header_says_where_the_piston_turns_back(tmp_path):
+    """Beside a point without full lift; a neighbour that is unreachable comes first."""
+    axes = Axes(np.array([600.0, 900.0, 1200.0, 1500.0]) * RPM, np.array([1.1e6]), np.array([287.0]))
+    advance = np.array([0.5, 0.8, 1.1, nan]).reshape(axes.shape)
+    columns = {"full_lift": column([1, 1, 0, 0], "1", "whether the piston meets its open stop")}
+    command, error = Machine().command, InterpolationError(0, 0, 0, nan, nan, nan, nan)
+    header = c_header(TimingMap(Archive("", {}, columns), command, axes, advance, advance, {}, error))
+    points = [(speed * RPM, 1.1e6, 287.0) for speed in (610.0, 890.0, 910.0, 1190.0, 1210.0, 620.0)]
+    assert answers_of(header, points, tmp_path)[:, 0].tolist() == [1.0, 1.0, 2.0, 2.0, 0.0, 1.0]
+
+
+def test_the_table_marks_points_whose_piston_turns_back(mapped):
+    lifts = list(timing_table(mapped, AMBIENT).columns[5].cells)
+    assert [lift.endswith("*") for lift in lifts] == (~mapped.full_lift).ravel().tolist()
+    assert {lift for lift in lifts if not lift.endswith("*")} == {"9.00 "}
 
 
 def test_exports_say_the_same_and_state_their_error(mapped, tmp_path):
