@@ -68,7 +68,7 @@ class ResultTable(SphinxDirective):
             if isinstance(cell, Number):
                 entry += nodes.paragraph(text=cell.digits.replace("-", "\u2212", 1), classes=["number"])
             else:
-                entry += self.parse_text_to_nodes(cell)
+                entry += self.parse_text_to_nodes(cell.replace(" %", "\u202f%"))
             row += entry
         return row
 
