@@ -20,6 +20,7 @@ from .studies.identify.estimate import fit as fit
 from .studies.limit.engine_limit_map import find_engine_limit as find_engine_limit
 from .studies.limit.valve_limit import find_valve_limit as find_valve_limit
 from .studies.measured import read_measured as read_measured
+from .studies.measured_check import check_measured as check_measured
 from .studies.optimise.optimisation import optimise_commands as optimise_commands
 from .studies.paper.repetition import repeat_paper as repeat_paper
 from .studies.soft_landing.study import find_soft_landing as find_soft_landing

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from apesim.archive.file import Archive, ArchiveError, read, read_about, read_digest
-from apesim.archive.records import Variable, check_variable, validate
+from apesim.archive.records import Variable, check_variable, codes_of, validate
 from apesim.archive.shards import gaps_in_words, missing_runs, runs_planned
 from apesim.archive.surroundings import PACKAGES
 from apesim.archive.untrusted import check_digest, damage_named, load_digests, load_stored, opened, variable_of
@@ -233,6 +233,8 @@ def _users(file: Any, axis: str) -> Iterator[tuple[str, int]]:
 def export(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> list[Path]:
     """Write an archive as CSV, TOML and JSON; every float is written so that it reads back to the same bits.
 
+    Codes are written as the words that they stand for; ``meanings`` of variables.csv says both.
+
     Parameters
     ----------
     path : path
@@ -288,7 +290,7 @@ def _export(archive: Archive, folder: Path) -> list[Path]:
         ((name, v.unit, v.kind, " ".join(v.dims), v.meanings, v.description) for name, v in variables.items()),
     )
     columns = {"run": variables["run"]} | {n: v for n, v in variables.items() if v.dims == ("run",)}
-    _table(written[3], _header(columns), zip(*(v.values.tolist() for v in columns.values()), strict=True))
+    _table(written[3], _header(columns), zip(*(_cells(v, v.values) for v in columns.values()), strict=True))
 
     groups: dict[tuple[str, ...], dict[str, Variable]] = {}
     for name, variable in variables.items():
@@ -302,13 +304,22 @@ def _export(archive: Archive, folder: Path) -> list[Path]:
         header = _header({axis: variables[axis] for axis in axes} | members)
         for i, run in enumerate(archive.runs.tolist()):
             written.append(folder / "traces" / f"run_{run:04d}{suffix}.csv")
-            samples = (v.values[i].ravel().tolist() for v in members.values())
+            samples = (_cells(v, v.values[i]) for v in members.values())
             _table(written[-1], header, zip(*places, *samples, strict=True))
     return written
 
 
 def _header(columns: dict[str, Variable]) -> list[str]:
-    return [f"{name} [{variable.unit}]" for name, variable in columns.items()]
+    return [name if variable.meanings else f"{name} [{variable.unit}]" for name, variable in columns.items()]
+
+
+def _cells(variable: Variable, values: np.ndarray) -> list[Any]:
+    """Cells of a column: numbers, or the words that codes stand for."""
+    cells = values.ravel().tolist()
+    if not variable.meanings:
+        return cells
+    words = codes_of(variable.meanings)
+    return [words[code] for code in cells]
 
 
 def _table(path: Path, header: list[str], rows: Iterable[tuple[Any, ...]]) -> None:

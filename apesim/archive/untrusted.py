@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -47,6 +48,12 @@ TEXT_OBJECT = 64
 """Bytes of a text of Python besides its characters: texts are checked one by one."""
 FREE_MEMORY = "free some memory, or read it on a larger machine"
 
+HDF5_WORDS = {
+    "truncated file": "the file ends too early",
+    "file signature not found": "is no HDF5 file",
+    "checksum": "a checksum is wrong",
+}
+"""What HDF5 says of broken files, and what we say."""
 _DAMAGE = (
     OSError,
     RuntimeError,
@@ -313,9 +320,20 @@ def damage_named(path: Path, item: str) -> Iterator[None]:
     except MemoryError as error:
         raise TooLargeError(path, f"{item or 'the file'} takes more memory than is available", FREE_MEMORY) from error
     except _DAMAGE as error:
-        where = f"{item}: " if item and not str(error).startswith(f"{item}:") else ""
+        text = _in_our_words(error)
+        where = f"{item}: " if item and not text.startswith(f"{item}:") else ""
         remedy = "the file is damaged or foreign: restore a copy or compute it again"
-        raise DamagedError(path, f"{where}{error}", remedy) from error
+        raise DamagedError(path, f"{where}{text}", remedy) from error
+
+
+def _in_our_words(error: BaseException) -> str:
+    """What an error of a broken file says, without the words of HDF5: these stay in the error that it comes from."""
+    if isinstance(error, OSError) and error.errno:
+        return f"cannot be read ({os.strerror(error.errno)})"
+    text = str(error.args[0]) if error.args else str(error)
+    if not re.match("(can't|cannot|unable to|couldn't|link iteration|.* failed \\()", text, re.IGNORECASE):
+        return text
+    return next((ours for theirs, ours in HDF5_WORDS.items() if theirs in text), "the data are broken")
 
 
 class Stored(NamedTuple):
@@ -565,7 +583,7 @@ def load_stored(file: h5py.File, name: str) -> Stored:
     try:
         values = dataset[...]
     except OSError as error:
-        raise OSError(f"a checksum is wrong or the data are broken ({error})") from error
+        raise OSError("a checksum is wrong or the data are broken") from error
     return Stored(dataset.name, values, attributes)
 
 

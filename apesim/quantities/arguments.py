@@ -1,6 +1,6 @@
 """Arguments: what a function is called with from Python, refused in the words of a file or of the command line."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -207,9 +207,11 @@ def checked_value(given: Any, declaration: Declared, ambient_pressure: float | N
     >>> checked_value(1, Quantity("m", 0, 2, "chosen"))
     1.0
     """
-    if isinstance(given, str) or hasattr(given, "__fspath__"):
+    if isinstance(given, str) or hasattr(given, "__fspath__") or (declaration.is_table and isinstance(given, Mapping)):
         return declaration.read(given, ambient_pressure)
     declaration.check(given)
+    if declaration.is_table:
+        return tuple(given)
     if isinstance(declaration, Curve):
         return np.array(given, dtype=float)
     return int(given) if isinstance(declaration, Choice) else float(given)

@@ -32,6 +32,11 @@ class Declaration:
     back as the value. pydantic reads a field with ``read``.
     """
 
+    is_table = False
+    """Whether it is a table of texts, whose keys are no keys of the tree."""
+    entry = ""
+    """A right entry of such a table in TOML."""
+
     def __get_pydantic_core_schema__(self: Any, source: Any, handler: Any) -> Any:
         from pydantic_core import core_schema
 

@@ -110,7 +110,7 @@ def text_of(path: str | PathLike[str], smaller: str = "") -> str:
     """
     name = quoted(str(path))
     try:
-        with open(path, "rb", opener=_open_regular) as file:
+        with open(path, "rb", opener=open_regular) as file:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a name that no file can have
         raise InvalidValue(f"{name} cannot be read: {getattr(error, 'strerror', error)}") from None
@@ -123,8 +123,33 @@ def text_of(path: str | PathLike[str], smaller: str = "") -> str:
         raise InvalidValue(f"{name} is no text in line {line}", "save it as UTF-8") from None
 
 
-def _open_regular(path: str, flags: int) -> int:
-    """A descriptor of a regular file; a pipe is not waited for, nor a device read that never ends."""
+def open_regular(path: str, flags: int) -> int:
+    """Open a regular file; a pipe is not waited for, nor a device read that never ends.
+
+    Parameters
+    ----------
+    path : str
+        File.
+    flags : int
+        Flags of `os.open`.
+
+    Returns
+    -------
+    int
+        Descriptor, for the argument ``opener`` of `open`.
+
+    Raises
+    ------
+    OSError
+        The file cannot be opened, or is no regular one.
+
+    Examples
+    --------
+    >>> open_regular(os.curdir, os.O_RDONLY)
+    Traceback (most recent call last):
+        ...
+    IsADirectoryError: [Errno 21] Is a directory
+    """
     descriptor = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
     mode = os.fstat(descriptor).st_mode
     if not stat.S_ISREG(mode):

@@ -16,11 +16,13 @@ class InvalidValue(ValueError):
         What is wrong with it.
     right : str
         What would be right; "" where an example says it best.
+    parts : tuple of (str, InvalidValue)
+        Of a table, every key in it that is wrong; `wrong` and `right` are those of the first.
     """
 
-    def __init__(self, wrong: str, right: str = "") -> None:
+    def __init__(self, wrong: str, right: str = "", parts: "tuple[tuple[str, InvalidValue], ...]" = ()) -> None:
         super().__init__(wrong, right)
-        self.wrong, self.right = wrong, right
+        self.wrong, self.right, self.parts = wrong, right, parts
 
 
 class Fault(NamedTuple):

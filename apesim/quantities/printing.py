@@ -2,6 +2,7 @@
 
 import json
 import textwrap
+from collections.abc import Mapping
 from typing import Any
 
 from apesim.quantities.declarations import Quantity
@@ -14,7 +15,7 @@ LEGEND = "Behind each value: its range; the source of its default, which holds i
 """Second line of a printed tree."""
 
 
-def dumps(tree: Any, folder: Any = None) -> str:
+def dumps(tree: Any, folder: Any = None, notes: Mapping[str, str] | None = None) -> str:
     """Return the commented TOML text of a tree of parameter classes; `load` reads the very same tree from it.
 
     An optional section that is as its class has it by default is a comment.
@@ -28,6 +29,8 @@ def dumps(tree: Any, folder: Any = None) -> str:
         is no parameter: the files that its class was made from.
     folder : path, optional
         Folder that the text is to stand in as a file; without one it is a record, which names files without folders.
+    notes : mapping of str to str, optional
+        Remarks on single values, by key; each stands in a comment above its value.
 
     Returns
     -------
@@ -49,40 +52,53 @@ def dumps(tree: Any, folder: Any = None) -> str:
     >>> Machine.__doc__ = "A machine."
     >>> print(dumps(Machine()).splitlines()[-1])
     stroke = "9 mm" # 1 to 50 mm; chosen
+    >>> print(dumps(Machine(), notes={"valve.stroke": "measured in May"}).splitlines()[-2])
+    # measured in May
     """
-    body = _section(tree, getattr(getattr(tree, "ambient", None), "pressure", None), folder)
+    body = _section(tree, getattr(getattr(tree, "ambient", None), "pressure", None), folder, notes=notes or {})
     gap = [""] * (body[:1] != [""])
     return "\n".join([*_comment(_title(type(tree))), *_comment(LEGEND), *gap, *body, ""])
 
 
 def _section(
-    tree: Any, ambient_pressure: float | None, folder: Any, path: str = "", wanted: tuple[str, ...] = ()
+    tree: Any,
+    ambient_pressure: float | None,
+    folder: Any,
+    path: str = "",
+    wanted: tuple[str, ...] = (),
+    *,
+    notes: Mapping[str, str],
 ) -> list[str]:
     """What stands below a header: keys (the `wanted` ones are never a comment), curves, sections."""
     cls: Any = type(tree)
-    keys, curves, sections = [], [], []
+    keys, curves, sections, tables = [], [], [], []
     for key, field in fields(cls).items():
         value, default, name = getattr(tree, key), cls._field_defaults[key], joined(path, key)
         if is_section(field):
             sections += ["", *_comment(_title(field))]
             any_of = due(cls).get(key, ())
             stated = value.stated(folder) if hasattr(value, "stated") else ()
-            lines = [f"[{name}]", *stated, *_section(value, ambient_pressure, folder, name, any_of)]
+            lines = [f"[{name}]", *stated, *_section(value, ambient_pressure, folder, name, any_of, notes=notes)]
             if any_of and _texts(value, ambient_pressure) == _texts(default, ambient_pressure):
                 lines = [f"# {line}".rstrip() for line in lines]
             sections += lines
             continue
         text = field.render(value, ambient_pressure)
         remark = field.range_text, " ".join(field.source.split())
-        if isinstance(text, dict):
-            curves += ["", *_comment(*remark), f"[{name}]", *_columns(text)]
+        note = _comment(notes[name]) if name in notes else []
+        if field.is_table:
+            lines = [f"{_string(inner)} = {_string(each)}" for inner, each in text.items()] if text else []
+            entries = [f"[{name}]", *lines] if lines else [f"# [{name}]", f"# {field.entry}"]
+            tables += ["", *note, *_comment(remark[1]), *entries]
+        elif isinstance(text, dict):
+            curves += ["", *note, *_comment(*remark), f"[{name}]", *_columns(text)]
         elif text == "" == field.render(default, ambient_pressure) and key not in wanted:
             held = f"default: {field.text}" if getattr(field, "text", None) else "not given"
-            keys += _remarked(f'# {key} = ""  # {held}', "; ", *remark)
+            keys += [*note, *_remarked(f'# {key} = ""  # {held}', "; ", *remark)]
         else:
             bare = isinstance(field, Quantity) and not field.unit and text not in ("", "inf")
-            keys += _remarked(f"{key} = {float(text) if bare else _string(text)}", " # ", *remark)
-    return keys + curves + sections
+            keys += [*note, *_remarked(f"{key} = {float(text) if bare else _string(text)}", " # ", *remark)]
+    return keys + curves + sections + tables
 
 
 def _texts(tree: Any, ambient_pressure: float | None) -> list[Any]:

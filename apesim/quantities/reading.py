@@ -66,7 +66,9 @@ def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] 
 
     def blame(key: str, wrong: InvalidValue) -> None:
         leaf = leaves[key]
-        all_faults.append(make_fault(place(key), key, wrong, leaf.declaration, leaf.default, reference))
+        for inner, each in wrong.parts or (("", wrong),):
+            path = joined(key, inner)
+            all_faults.append(make_fault(place(path), path, each, leaf.declaration, leaf.default, reference))
 
     reference, key = None, "ambient.pressure"
     if key in leaves:

@@ -1,6 +1,5 @@
 """Settings: a whole tree of parameter classes, from a TOML file and the assignments of a command line."""
 
-import tomllib
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,7 +13,9 @@ from apesim.quantities.files import text_of
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.printing import dumps
 from apesim.quantities.reading import COMMAND_LINE, absent_due, read, unknown
+from apesim.quantities.toml_text import parse_toml
 from apesim.quantities.trees import fields, is_section, joined, overruled, schema
+from apesim.quantities.uncertainties import flatten
 
 __all__ = [
     "COMMAND_LINE",
@@ -76,19 +77,23 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     all_faults: list[Fault] = []
     for assignment in assignments:
         key, equals, text = (part.strip() for part in assignment.partition("="))
+        table = _table_of(key, declarations)
         if not equals:
             wrong = f"{quoted(assignment)} assigns nothing"
             all_faults.append(Fault(COMMAND_LINE, "", wrong, 'write KEY=VALUE, e.g. engine.bore="85 mm"'))
-        elif key not in declarations:
+        elif key not in declarations and not table:
             all_faults.append(misassigned(cls, key, COMMAND_LINE))
         else:
             if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'":
                 text = text[1:-1]
+            assigned.add(key)
+            if table:
+                _put_into_table(data, table, key.removeprefix(f"{table}."), text)
+                continue
             names_file = isinstance(declarations[key], Curve) and text
             _put(
                 data, key.split("."), Path(text).absolute() if names_file else text
             )  # the user's own may lead anywhere
-            assigned.add(key)
     file = str(path) if path is not None else COMMAND_LINE if assigned else "default"
     try:
         tree = read(cls, data, file, assigned)
@@ -98,6 +103,22 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     if all_faults:
         raise InputError(all_faults)
     return tree
+
+
+def _table_of(key: str, declarations: Mapping[str, Any]) -> str:
+    """Name of the table that a key stands in, see `Declaration.is_table`; "": it stands in none."""
+    sections = (key[:at] for at, sign in enumerate(key) if sign == ".")
+    return next((section for section in sections if section in declarations and declarations[section].is_table), "")
+
+
+def _put_into_table(data: dict[str, Any], table: str, key: str, text: str) -> None:
+    """Set a key of a table; a fault of the file on the way is left for `read` to tell."""
+    section, _, name = table.rpartition(".")
+    for each in filter(None, section.split(".")):
+        data = data.setdefault(each, {})
+    given = data.get(name, {})
+    if isinstance(given, dict):
+        data[name] = dict(flatten(given)) | {key: text}
 
 
 def _ignored(tree: Any, assigned: Container[str], where: str) -> Iterator[Fault]:
@@ -199,7 +220,8 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
         try:
             value = checked_value(given[key], declaration, ambient)
         except InvalidValue as wrong:
-            all_faults.append(make_fault(where, key, wrong, declaration, default, ambient))
+            for inner, each in wrong.parts or (("", wrong),):
+                all_faults.append(make_fault(where, joined(key, inner), each, declaration, default, ambient))
             continue
         ambient = value if key == ambient_key else ambient
         tree = _with_value(tree, key.split("."), value)
@@ -270,7 +292,9 @@ def differences(tree: Any) -> Iterator[tuple[str, str]]:
         if leaf.default is standard.default:
             continue
         text, usual = (each.declaration.render(each.default, ambient) for each in (leaf, standard))
-        if text != usual:
+        if text != usual and leaf.declaration.is_table:
+            yield from ((joined(leaf.key, inner), each) for inner, each in dict(text or {}).items())
+        elif text != usual:
             yield leaf.key, f"a curve of {len(leaf.default)} points" if isinstance(text, dict) else text or "not given"
 
 
@@ -313,12 +337,7 @@ def toml_of(path: Any) -> dict:
     except InvalidValue as wrong:
         right = wrong.right or "give a machine file of TOML"
         raise InputError([Fault(str(path), "", wrong.wrong, right)]) from None
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        what, _, where = str(error).partition(" (at ")
-        right = 'write key = "value", a quantity in quotes: bore = "85 mm"'
-        raise InputError([Fault(str(path), where.rstrip(")"), f"no TOML: {what}", right)]) from None
+    return parse_toml(str(path), text, 'bore = "85 mm"')
 
 
 def misassigned(cls: Any, key: str, file: str) -> Fault:

@@ -97,6 +97,10 @@ SUPERSCRIPTS = str.maketrans("⁻¹²³⁴", "-1234")
 TOKEN = re.compile(r"([A-Za-zµ°%]+)(?:\^?(-?[1-9])(?![0-9]))?|1(?![0-9])|[*·/()]|\s+")
 
 
+PER_MINUTE = Unit(Fraction(1, 60), Fraction(0), (("second", -1),))
+"""A count per minute."""
+
+
 @lru_cache(maxsize=512)
 def unit(text: str) -> Unit:
     """Return the unit that a text names.
@@ -223,6 +227,8 @@ def si_value(raw: object, text: str, expected: str, reference: float = 0.0) -> f
         raise InvalidValue(f"{quoted(raw)} has no unit")
     try:
         given = unit(name)
+        if given == PER_MINUTE and unit(expected) == unit("rpm"):
+            given = unit("rpm")  # what engineers write for it: min^-1 of a speed counts revolutions
         if given.dimension != unit(expected).dimension:
             raise InvalidValue(f"{quoted(name)} cannot be converted to {expected or 'a bare number'}")
     except InvalidValue as wrong:

@@ -16,21 +16,23 @@ BINDING = """
 air.model ambient.pressure ambient.temperature supply.pressure supply.temperature supply.control_air
 supply.control_pressure valve.stroke valve.moving_mass valve.piston_area valve.clearance_volume valve.spring_rate
 valve.viscous_friction valve.solenoid.effective_area valve.solenoid.dead_time valve.solenoid.ramp_time
-valve.solenoid.opening_curve groove.effective_area groove.lap groove.area_curve engine.bore engine.stroke
+valve.solenoid.opening_curve valve.solenoid.release_dead_time valve.solenoid.release_ramp_time
+groove.effective_area groove.lap groove.area_curve engine.bore engine.stroke
 engine.rod_length engine.pin_offset engine.compression_ratio engine.intake engine.cam.opens engine.cam.closes
 engine.cam.lift engine.cam.flank engine.cam.lift_curve engine.exhaust.effective_area engine.exhaust.opens
 engine.exhaust.closes engine.exhaust.flank engine.receiver.volume engine.receiver.feed_area engine.friction.constant
 engine.friction.peak_pressure engine.friction.piston_speed engine.friction.piston_speed_squared command.energise
 command.release command.open_target command.close_target effects.coulomb_friction.force
 effects.coulomb_friction.breakaway effects.ring_leakage.area effects.solenoid_b_delay.time effects.bounce.restitution
-effects.cylinder_wall_heat.h effects.blow_by.area
+effects.cylinder_wall_heat.h effects.blow_by.area effects.release_delay.time effects.exhaust_back_pressure.pressure
 """.split()
 
 
 def write_machine(folder, key, value):
     *sections, name = key.split(".")
     path = folder / "machine.toml"
-    path.write_text(f"[{'.'.join(sections)}]\n{name} = {value}\n")
+    header = f"[{'.'.join(sections)}]\n" if sections else ""
+    path.write_text(f"{header}{name} = {value}\n")
     return path
 
 
@@ -110,7 +112,7 @@ def test_a_curve_that_is_not_there_is_refused(leaf, tmp_path):
 @pytest.mark.parametrize("leaf", LEAVES, ids=leaf_id)
 def test_a_misspelt_key_is_refused_with_the_nearest_right_one(leaf, tmp_path):
     section, _, name = leaf.key.rpartition(".")
-    key = f"{section}.{name[0]}{name}"  # its last letter alone may tell it from its neighbours
+    key = f"{section}.{name[0]}{name}".lstrip(".")  # its last letter alone may tell it from its neighbours
     fault = faults_of(write_machine(tmp_path, key, '"1 mm"'))[key]
     assert "unknown key" in fault.wrong
     assert leaf.key.rpartition(".")[2] in fault.right
@@ -191,6 +193,7 @@ CURVES = {
     "area.csv": "lift [mm],effective_area [mm^2]\n1,0\n9,150\n",
     "cam.csv": "crank_angle [deg],lift [mm]\n0,0\n40,5\n80,0\n",
     "x.csv": "time [ms],opening [-]\n1,0\n3,1\n",
+    "back.csv": "time [ms],release [-]\n1,0\n4,1\n",
 }
 
 
@@ -202,6 +205,7 @@ CURVES = {
         ("groove.effective_area", "120 mm^2", ("groove.area_curve", "area.csv")),
         ("engine.cam.lift", "8 mm", ("engine.cam.lift_curve", "cam.csv")),
         ("valve.solenoid.dead_time", "2 ms", ("valve.solenoid.opening_curve", "x.csv")),
+        ("valve.solenoid.release_dead_time", "2 ms", ("valve.solenoid.release_curve", "back.csv")),
     ],
 )
 def test_a_key_that_is_ignored_is_refused_on_the_command_line_and_told_of_a_file(

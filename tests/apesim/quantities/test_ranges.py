@@ -55,14 +55,18 @@ def test_reads(text, declaration, value):
     assert type(read) is type(value)
 
 
-@pytest.mark.parametrize("other", ["1000 r/min", "1000 rev/min", "6000 deg/s", "1000 min^-1 rev"])
+PER_MINUTE = "1000 1/min", "1000 min^-1", "1000 min-1", "1000 min⁻¹", "1000min^-1"
+
+
+@pytest.mark.parametrize("other", ["1000 r/min", "1000 rev/min", "6000 deg/s", "1000 min^-1 rev", *PER_MINUTE])
 def test_spellings_of_a_speed_agree(other):
     assert parse(other, SPEED) == pytest.approx(1000 * 2 * math.pi / 60, rel=1e-15)
     assert parse("1000 rpm", SPEED) == parse("1000 r/min", SPEED)
 
 
 def test_hertz_is_no_angular_speed():
-    assert faults_of(parse, "20 Hz", SPEED)[0].right == 'write e.g. "3000 rpm"'
+    for text in ("20 Hz", "20 1/s", "1200 1/h"):
+        assert faults_of(parse, text, SPEED)[0].right == 'write e.g. "3000 rpm"'
 
 
 @pytest.mark.parametrize(
