@@ -54,12 +54,24 @@ class Engine(NamedTuple):
             )
 
 
-MASS, ENERGY, GROOVE_MASS, GROOVE_ENERGY, HEAT, WALL_EXERGY, BRANCH, TERMS = range(8)
-"""Terms of the cylinder's balance that effects add to.
-
-MASS [kg/s] and ENERGY [W] come from outside, GROOVE_MASS [kg/s] and GROOVE_ENERGY [W] past the groove. HEAT [W] is the
-part of ENERGY that is heat, WALL_EXERGY [W] the exergy of that heat at the temperature of its wall. BRANCH holds the
-branches of the laws, see `apesim.effect.note_branch`; TERMS is how many terms there are."""
+MASS = 0
+"""Term of the cylinder's balance: mass from outside [kg/s]."""
+ENERGY = 1
+"""Term of the cylinder's balance: energy from outside [W]."""
+GROOVE_MASS = 2
+"""Term of the cylinder's balance: mass past the groove [kg/s]."""
+GROOVE_ENERGY = 3
+"""Term of the cylinder's balance: energy past the groove [W]."""
+HEAT = 4
+"""Term of the cylinder's balance: the part of ENERGY that is heat [W]."""
+WALL_EXERGY = 5
+"""Term of the cylinder's balance: exergy of the heat at the temperature of the wall that it comes from [W]."""
+BRANCH = 6
+"""Term of the cylinder's balance: branches of the laws, see `apesim.effect.note_branch`."""
+TERM_NAMES = "MASS", "ENERGY", "GROOVE_MASS", "GROOVE_ENERGY", "HEAT", "WALL_EXERGY", "BRANCH"
+"""Names of the terms of the cylinder's balance, for messages."""
+TERMS = len(TERM_NAMES)
+"""Length of the cylinder's balance."""
 
 
 class CylinderState(NamedTuple):

@@ -14,7 +14,7 @@ from apesim.effect import Effect, FedVolume, contact, law
 from apesim.engine.angles import TURN
 from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
 from apesim.engine.cycle.state import cylinder_state, supply_of
-from apesim.engine.cylinder import TERMS as ENGINE_TERMS
+from apesim.engine.cylinder import TERM_NAMES as ENGINE_TERM_NAMES
 from apesim.engine.effects.outside import OutsideEffect
 from apesim.engine.machine import Machine
 from apesim.kernel import outside_folder
@@ -22,13 +22,14 @@ from apesim.quantities import Fault, InputError
 from apesim.quantities.trees import fields
 from apesim.reading import Reading
 from apesim.valve.actuator import state_of
-from apesim.valve.terms import TERMS as VALVE_TERMS
+from apesim.valve.terms import TERM_NAMES as VALVE_TERM_NAMES
 
 SPEED = 1000.0 * TURN / 60.0
 """Speed of the engine on trial [rad/s]: any would do."""
 PISTON_SPEED = -1.5
 """Speed of the valve's piston on trial [m/s]: in the middle of an opening stroke."""
-TERMS = {"valve": VALVE_TERMS, "engine": ENGINE_TERMS}
+TERM_NAMES = {"valve": VALVE_TERM_NAMES, "engine": ENGINE_TERM_NAMES}
+"""Elements of the balance of each layer."""
 CHANNELS = ("lift", "pressure_a", "pressure_b", "cylinder_pressure")
 """What the sensors on trial show."""
 
@@ -128,13 +129,17 @@ def sample_state(layer: str) -> Any:
 
 def _try_law(one: OutsideEffect) -> str:
     state = sample_state(one.effect.layer)
-    off, on, balance = one.effect.parameters(), strong(one.effect), np.zeros(TERMS[one.effect.layer])
+    names = TERM_NAMES[one.effect.layer]
+    off, on, balance = one.effect.parameters(), strong(one.effect), np.zeros(len(names))
     law(off, state, balance)
     if balance.any():
-        return "adds to the balances while it is off"
+        added = [name for name, value in zip(names, balance, strict=True) if value != 0.0]
+        hint = "; note a branch only where its strength is not zero" if "BRANCH" in added else ""
+        return f"adds to {' and '.join(added)} of the balance while it is off{hint}"
     law(on, state, balance)
     if not np.isfinite(balance).all():
-        return "adds what is no finite number"
+        wrong = [name for name, value in zip(names, balance, strict=True) if not np.isfinite(value)]
+        return f"adds what is no finite number to {' and '.join(wrong)} of the balance"
     return _compiled(one, "law", law.bodies[type(on)], (on, state, balance))
 
 

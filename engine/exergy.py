@@ -81,7 +81,7 @@ LEAVES = {
     "groove": (GROOVE, "exergy destroyed by throttling in the groove, and in leaks past it"),
     "cylinder_mixing": (CYLINDER_MIXING, "exergy destroyed by mixing in the cylinder"),
     "exhaust_valve": (EXHAUST_VALVE, "exergy destroyed by throttling in the exhaust valve"),
-    "exhaust_air": (EXHAUST_AIR, "thermal exergy that exhaust air carries off at ambient pressure"),
+    "exhaust_air": (EXHAUST_AIR, "exergy that exhaust air carries off"),
     "solenoids": (SOLENOIDS, "exergy destroyed by throttling before the chambers: solenoids, supply line"),
     "chamber_mixing": (CHAMBER_MIXING, "exergy destroyed by mixing in the valve's chambers and supply line"),
     "vents": (VENTS, "exergy destroyed by throttling in the vents of the solenoids"),
@@ -158,8 +158,8 @@ def add_exergy_rates(
     r[GROOVE] += throttling_loss(gas, ambient, past, intake.pressure, p_c)
     r[CYLINDER_MIXING] += mixing_loss(gas, ambient, through, t_c) + mixing_loss(gas, ambient, past, t_c)
     r[CYLINDER_MIXING] -= mixing_loss(gas, ambient, out, t_c)
-    r[EXHAUST_VALVE] += throttling_loss(gas, ambient, out, p_c, ambient.pressure)
-    r[EXHAUST_AIR] += stream_exergy(gas, ambient, out, ambient.pressure)
+    r[EXHAUST_VALVE] += throttling_loss(gas, ambient, out, p_c, p.exhaust_pressure)
+    r[EXHAUST_AIR] += stream_exergy(gas, ambient, out, p.exhaust_pressure)
     r[LEAKS] -= exergy_brought(gas, ambient, let_in.mass, let_in.enthalpy - heat, cylinder.air)
     r[WALL_HEAT] += terms.wall_exergy
     r[HEAT_TRANSFER] += terms.wall_exergy - heat_exergy(ambient, heat, t_c)

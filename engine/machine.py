@@ -11,10 +11,13 @@ from apesim.effect import Effect
 from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import Engine
 from apesim.engine.effects import Effects, unserved_effects
+from apesim.engine.known_to import KnownTo, find_odd_shares
 from apesim.quantities import Quantity
 from apesim.quantities.settings import differences, dumps, find_ignored_keys, replaced
+from apesim.quantities.uncertainties import Uncertainty
 from apesim.valve.groove import Groove
 from apesim.valve.piston import Valve
+from apesim.valve.rig import Rig
 from apesim.valve.supply import Supply
 
 
@@ -91,7 +94,12 @@ class Machine(NamedTuple):
     groove: Groove = Groove()
     engine: Engine = Engine()
     command: Command = Command()
+    rig: Rig = Rig()
     effects: Effects = Effects()
+    known_to: Annotated[
+        tuple[tuple[str, Uncertainty], ...],
+        KnownTo("How far numbers are known, for gap explain and gap isolability; nothing that is simulated reads it."),
+    ] = ()
 
     @classmethod
     def load(cls, path: str | PathLike[str] | None = None, settings: Iterable[str] = ()) -> Self:
@@ -243,5 +251,6 @@ class Machine(NamedTuple):
         if self.groove.has_ports and ports.number * ports.diameter > round_piston:
             room = f"number times diameter at most {round_piston * 1e3:.4g} mm, the way round the valve's piston"
             yield "groove.ports.number", f"{ports.number:g} ports of {ports.diameter * 1e3:g} mm overlap", room
+        yield from find_odd_shares(self)
         for name in unserved_effects(self.effects):
             yield f"effects.{name}", "nothing that is computed knows it", "a file in valve/effects or engine/effects"

@@ -386,8 +386,9 @@ def _parameters_reduced(values: Any) -> tuple:
 
 
 def _restored_machine(*sections: Any) -> Machine:
-    """A machine from a pickle, of the class with the effects of its last section."""
-    return machine_class(sections[-1].outside_effects)(*sections)
+    """A machine from a pickle, of the class with the effects of its section ``effects``."""
+    effects: Any = sections[Machine._fields.index("effects")]
+    return machine_class(effects.outside_effects)(*sections)
 
 
 def _restored_effects(files: tuple, own: tuple, outside: tuple) -> Any:

@@ -25,7 +25,7 @@ from apesim.valve.piston import (
     volume_a,
     volume_b,
 )
-from apesim.valve.solenoid import breakpoints_of, opening_curve
+from apesim.valve.solenoid import SolenoidCurves, breakpoints_of, solenoid_curves
 from apesim.valve.solenoid_flow import FLOWS, SUPPLY_A, SUPPLY_B, VENT_A, VENT_B, solenoid_sides
 from apesim.valve.supply import ValveSupply
 from apesim.valve.terms import DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, MASS_A, MASS_B, TERMS, ValveState
@@ -54,7 +54,7 @@ class Actuator(NamedTuple):
     ambient: GasState
     """State of the surroundings."""
     valve: Valve
-    """Dimensions of the valve; its opening curve is in the tables."""
+    """Dimensions of the valve; the curves of its solenoids are in the tables."""
     control_pressure: float
     """Pressure of control air from the regulator [Pa abs]."""
     vent_pressure: float
@@ -76,10 +76,10 @@ class ActuatorTables(NamedTuple):
     """Edges of solenoid B [s], shape (m,)."""
     period: float
     """Period at which the edges repeat for ever, in the past too [s]; inf: they happen once."""
-    curve_a: np.ndarray
-    """Opening curve of solenoid A, see `apesim.valve.solenoid.opening_curve`."""
-    curve_b: np.ndarray
-    """Opening curve of solenoid B."""
+    curves_a: SolenoidCurves
+    """How solenoid A follows each edge, see `apesim.valve.solenoid.solenoid_curves`."""
+    curves_b: SolenoidCurves
+    """How solenoid B follows each edge."""
     groove: np.ndarray
     """Effective area of the groove over lift, see `apesim.valve.groove.area_table`."""
 
@@ -105,8 +105,8 @@ class ActuatorTables(NamedTuple):
         >>> (tables.breakpoints(0.0, 0.1) * 1e3).round(6).tolist()
         [1.5, 3.0, 50.0, 51.5, 53.0, 100.0]
         """
-        solenoids = (self.edges_a, self.curve_a), (self.edges_b, self.curve_b)
-        breakpoints = [breakpoints_of(edges, self.period, curve[:, 0], start, end) for edges, curve in solenoids]
+        solenoids = (self.edges_a, self.curves_a), (self.edges_b, self.curves_b)
+        breakpoints = [breakpoints_of(edges, self.period, curves, start, end) for edges, curves in solenoids]
         return np.unique(np.concatenate(breakpoints))
 
 
@@ -147,12 +147,12 @@ def actuator_of(
     (0.009, 101325.0)
     """
     valve = machine.valve
-    curve = opening_curve(valve.solenoid)
+    curves = solenoid_curves(valve.solenoid)
     library = library_for(machine.effects, VALVE_LIBRARY, "valve")
     actuator = Actuator(
         gas_of(machine.air),
         GasState(*machine.ambient),
-        valve._replace(solenoid=valve.solenoid._replace(opening_curve=None)),
+        valve._replace(solenoid=valve.solenoid._replace(opening_curve=None, release_curve=None)),
         machine.supply.control().pressure,
         machine.ambient.pressure,
         1.0,
@@ -160,7 +160,7 @@ def actuator_of(
         chosen(library, machine.effects, kind),
     )
     edges_a, edges_b = (np.asarray(each, dtype=float) for each in (edges, edges if edges_b is None else edges_b))
-    tables = ActuatorTables(edges_a, edges_b, float(period), curve, curve, area_table(machine.groove, valve.stroke))
+    tables = ActuatorTables(edges_a, edges_b, float(period), curves, curves, area_table(machine.groove, valve.stroke))
     return adjusted(library.effects, machine.effects, actuator, tables)
 
 

@@ -1,11 +1,11 @@
 """Solenoid valves: when they are switched, and how far they have followed.
 
-Dead time and linear ramp are chosen; a curve measured by a discharge test (the EPV paper, doi 10.1631/jzus.A0820373,
-Eq. 10) replaces them.
+Dead time and linear ramp are chosen, for each edge of the command; a curve measured by a discharge test (the EPV paper,
+doi 10.1631/jzus.A0820373, Eq. 10) replaces them.
 """
 
-from collections.abc import Iterator
-from math import inf
+from collections.abc import Callable, Iterator
+from math import inf, isnan, nan
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -30,9 +30,23 @@ class Solenoid(NamedTuple):
         np.ndarray,
         Curve(("time [ms]", "opening [-]"), "a discharge test (Eq. 10); not given: dead time, then a linear ramp"),
     ] = NO_CURVE
+    release_dead_time: Annotated[
+        float, Quantity("ms", 0, 50, "from the release on", text="that of energising", optional=True)
+    ] = nan
+    release_ramp_time: Annotated[
+        float, Quantity("ms", 0.001, 50, "from energised to released", text="that of energising", optional=True)
+    ] = nan
+    release_curve: Annotated[
+        np.ndarray,
+        Curve(
+            ("time [ms]", "release [-]"),
+            "measured: 0 energised, 1 released; not given: energising's curve, from the release's dead time on, over "
+            "its ramp",
+        ),
+    ] = NO_CURVE
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """Find what is wrong with the opening curve, beyond the ranges of its single values.
+        """Find what is wrong with the measured curves, beyond the ranges of their single values.
 
         Yields
         ------
@@ -44,14 +58,18 @@ class Solenoid(NamedTuple):
         >>> [wrong for _, wrong, _ in Solenoid(opening_curve=np.array([[0.0, 0.0], [1e-3, 0.5]])).faults()]
         ['does not rise from 0 to 1']
         """
-        if len(self.opening_curve):
-            time, opening = self.opening_curve.T
-            if time[0] < 0.0 or opening[0] != 0.0 or opening[-1] != 1.0 or np.any(np.diff(opening) < 0.0):
-                right = "opening 0 in the first row (time >= 0), 1 in the last, never falling"
-                yield "opening_curve", "does not rise from 0 to 1", right
+        for key, curve, share in (
+            ("opening_curve", self.opening_curve, "opening"),
+            ("release_curve", self.release_curve, "release"),
+        ):
+            if len(curve):
+                time, fraction = curve.T
+                if time[0] < 0.0 or fraction[0] != 0.0 or fraction[-1] != 1.0 or np.any(np.diff(fraction) < 0.0):
+                    right = f"{share} 0 in the first row (time >= 0), 1 in the last, never falling"
+                    yield key, "does not rise from 0 to 1", right
 
     def overruled(self) -> Iterator[tuple[str, str]]:
-        """Find keys that are not used because the opening curve is given.
+        """Find keys that are not used because a measured curve is given.
 
         Yields
         ------
@@ -63,12 +81,46 @@ class Solenoid(NamedTuple):
         >>> list(Solenoid().overruled())
         []
         """
-        if len(self.opening_curve):
-            yield from ((key, "valve.solenoid.opening_curve is given") for key in ("dead_time", "ramp_time"))
+        for curve, given, keys in (
+            ("opening_curve", self.opening_curve, ("dead_time", "ramp_time")),
+            ("release_curve", self.release_curve, ("release_dead_time", "release_ramp_time")),
+        ):
+            if len(given):
+                yield from ((key, f"valve.solenoid.{curve} is given") for key in keys)
+
+
+class SolenoidCurves(NamedTuple):
+    """How a solenoid follows its command: the share of the way that it has gone over the time after an edge."""
+
+    energising: np.ndarray
+    """Time after an edge that energises [s] and energised fraction, linear in between, shape (j, 2)."""
+    release: np.ndarray
+    """Time after an edge that releases [s] and share of the way back, linear in between, shape (k, 2)."""
+
+    def changed(self, change: Callable[[np.ndarray], np.ndarray]) -> "SolenoidCurves":
+        """Return the curves with a change of both.
+
+        Parameters
+        ----------
+        change : callable
+            Curve of an edge -> curve with the change.
+
+        Returns
+        -------
+        SolenoidCurves
+            Changed curves.
+
+        Examples
+        --------
+        >>> curves = solenoid_curves(Solenoid()).changed(lambda curve: shifted(curve, 0.5e-3))
+        >>> [round(float(curve[0, 0]) * 1e3, 6) for curve in curves]
+        [2.0, 2.0]
+        """
+        return SolenoidCurves(change(self.energising), change(self.release))
 
 
 def opening_curve(solenoid: Solenoid) -> np.ndarray:
-    """Return the energised fraction over the time after a switch.
+    """Return the energised fraction over the time after a solenoid was energised.
 
     Without a measured curve it is 0 up to the dead time, then a linear ramp to 1.
 
@@ -80,7 +132,7 @@ def opening_curve(solenoid: Solenoid) -> np.ndarray:
     Returns
     -------
     (j, 2) float array
-        Time after the switch [s] and fraction, linear in between.
+        Time after the edge [s] and fraction, linear in between.
 
     Notes
     -----
@@ -102,13 +154,54 @@ def opening_curve(solenoid: Solenoid) -> np.ndarray:
     return np.array([[dead, 0.0], [dead + ramp, 1.0]])
 
 
+def solenoid_curves(solenoid: Solenoid) -> SolenoidCurves:
+    """Return how a solenoid follows an edge that energises it, and one that releases it.
+
+    Release goes the way back as energising goes the way there, ``f_r(t) = f((t - t_0r) t_r/t_rr + t_0)``, with dead
+    time t_0 and ramp time t_r of energising, t_0r and t_rr of release. Those of release are those of energising where
+    they are not given. A measured release curve replaces all this. That both ways have one shape is chosen.
+
+    Parameters
+    ----------
+    solenoid : Solenoid
+        Parameters of the solenoid valves. Where an opening curve is given, its dead time ends in its last row of 0, and
+        its ramp in its first row of 1.
+
+    Returns
+    -------
+    SolenoidCurves
+        Curves of both edges.
+
+    Examples
+    --------
+    A solenoid that begins to let go 0.8 ms later than it begins to pull in, and takes 1 ms longer:
+
+    >>> curves = solenoid_curves(Solenoid(release_dead_time=2.3e-3, release_ramp_time=2.5e-3))
+    >>> [(1e3 * curve[:, 0]).round(6).tolist() for curve in curves]
+    [[1.5, 3.0], [2.3, 4.8]]
+    """
+    energising = opening_curve(solenoid)
+    if len(solenoid.release_curve):
+        return SolenoidCurves(energising, np.ascontiguousarray(solenoid.release_curve))
+    dead, ramp = solenoid.release_dead_time, solenoid.release_ramp_time
+    if isnan(dead) and isnan(ramp):
+        return SolenoidCurves(energising, energising)
+    time, fraction = energising.T
+    begin, end = time[fraction == 0.0][-1], time[fraction == 1.0][0]
+    way = energising[(time >= begin) & (time <= end)]
+    share = (way[:, 0] - begin) / (end - begin)
+    own_ramp = end - begin if len(solenoid.opening_curve) else solenoid.ramp_time
+    start, length = begin if isnan(dead) else dead, own_ramp if isnan(ramp) else ramp
+    return SolenoidCurves(energising, np.column_stack((start + share * length, way[:, 1])))
+
+
 def shifted(curve: np.ndarray, time: float) -> np.ndarray:
-    """Return an opening curve that comes later, or earlier, but not before the switch.
+    """Return a curve that comes later, or earlier, but not before the edge.
 
     Parameters
     ----------
     curve : (j, 2) float array
-        Opening curve, see `opening_curve`.
+        Curve of an edge, see `SolenoidCurves`.
     time : float
         Delay; negative: earlier [s].
 
@@ -127,14 +220,14 @@ def shifted(curve: np.ndarray, time: float) -> np.ndarray:
 
 @kernel
 def followed(curve: np.ndarray, lag: float) -> float:
-    """Return how far a solenoid has followed a switch.
+    """Return how far a solenoid has followed an edge of its command.
 
     Parameters
     ----------
     curve : (j, 2) float array
-        Opening curve, see `opening_curve`.
+        Curve of the edge, see `SolenoidCurves`.
     lag : float
-        Time since the switch [s].
+        Time since the edge [s].
 
     Returns
     -------
@@ -159,10 +252,8 @@ def followed(curve: np.ndarray, lag: float) -> float:
 
 
 @kernel
-def energised_fraction(edges: np.ndarray, period: float, curve: np.ndarray, t: float) -> float:
-    """Return the energised fraction x(t): the sum of the ramps of all past edges, clipped to 0...1.
-
-    The law is chosen: an edge that comes before the last ramp has ended acts on top of it.
+def summed_ramps(edges: np.ndarray, period: float, curves: SolenoidCurves, t: float) -> float:
+    """Return the sum of the ramps of all past edges, those of release taken off: the energised fraction unclipped.
 
     Parameters
     ----------
@@ -170,8 +261,66 @@ def energised_fraction(edges: np.ndarray, period: float, curve: np.ndarray, t: f
         Times of the edges energise, release, energise, ..., ascending [s].
     period : float
         Period at which they repeat for ever, in the past too [s]; inf: they happen once.
-    curve : (j, 2) float array
-        How the solenoid follows a switch, see `opening_curve`.
+    curves : SolenoidCurves
+        How the solenoid follows each kind of edge.
+    t : float
+        Time [s].
+
+    Returns
+    -------
+    float
+        Sum, below 0 and above 1 too where release takes another time than energising.
+
+    Examples
+    --------
+    A solenoid that lets go at once and takes 1 s to pull in, after a pulse of 0.5 s:
+
+    >>> curves = SolenoidCurves(np.array([[1.0, 0.0], [2.0, 1.0]]), np.array([[0.0, 0.0], [0.5, 1.0]]))
+    >>> [float(summed_ramps(np.array([0.0, 0.5]), inf, curves, t)) for t in (0.5, 1.0, 1.5, 2.0)]
+    [0.0, -1.0, -0.5, 0.0]
+    """
+    nearest = inf
+    x = 0.0
+    missing = 0.0
+    sign = 1.0
+    for edge in edges:
+        curve = curves.energising if sign > 0.0 else curves.release
+        end = curve[curve.shape[0] - 1, 0]
+        lag = t - edge
+        if period < inf:
+            lag -= np.floor(lag / period) * period
+        if 0.0 <= lag < nearest:
+            nearest = lag
+            x = 0.5 * (1.0 + sign)
+        while 0.0 <= lag < end:
+            missing += sign * (1.0 - followed(curve, lag))
+            lag += period
+        sign = -sign
+    return x - missing
+
+
+@kernel
+def energised_fraction(edges: np.ndarray, period: float, curves: SolenoidCurves, t: float) -> float:
+    """Return the energised fraction x(t): the sum of the ramps of all past edges, clipped to 0...1.
+
+    ``x(t) = min(1, max(0, sum(f(t - t_i)) - sum(f_r(t - t_j))))``, over past edges t_i that energise, each with the
+    curve f of energising, and t_j that release, each with the curve f_r of release.
+
+    The law is chosen. It depends on the edges alone, and says of ramps that are interrupted:
+
+    - An edge that comes before the last ramp has ended acts on top of it. The ramp goes on; from the dead time of the
+      new edge on, both ramps add up.
+    - A pulse moves nothing where release is ahead of energising at every instant.
+    - A pause between two pulses moves nothing where the second energising is ahead of the release at every instant.
+
+    Parameters
+    ----------
+    edges : (n,) float array
+        Times of the edges energise, release, energise, ..., ascending [s].
+    period : float
+        Period at which they repeat for ever, in the past too [s]; inf: they happen once.
+    curves : SolenoidCurves
+        How the solenoid follows each kind of edge.
     t : float
         Time [s].
 
@@ -185,39 +334,37 @@ def energised_fraction(edges: np.ndarray, period: float, curve: np.ndarray, t: f
     A quarter of the ramp after the edge at 0, and a quarter before its end after the edge at 10:
 
     >>> curve = np.array([[1.0, 0.0], [2.0, 1.0]])
-    >>> [float(energised_fraction(np.array([0.0, 10.0]), inf, curve, t)) for t in (0.5, 1.25, 5.0, 11.75)]
+    >>> curves = SolenoidCurves(curve, curve)
+    >>> [float(energised_fraction(np.array([0.0, 10.0]), inf, curves, t)) for t in (0.5, 1.25, 5.0, 11.75)]
     [0.0, 0.25, 1.0, 0.25]
+
+    Release takes 2 s longer to begin:
+
+    >>> later = curves._replace(release=shifted(curve, 2.0))
+    >>> [float(energised_fraction(np.array([0.0, 10.0]), inf, later, t)) for t in (1.25, 11.75, 13.75)]
+    [0.25, 1.0, 0.25]
     """
-    end = curve[curve.shape[0] - 1, 0]
-    nearest = inf
-    x = 0.0
-    missing = 0.0
-    sign = 1.0
-    for edge in edges:
-        lag = t - edge
-        if period < inf:
-            lag -= np.floor(lag / period) * period
-        if 0.0 <= lag < nearest:
-            nearest = lag
-            x = 0.5 * (1.0 + sign)
-        while 0.0 <= lag < end:
-            missing += sign * (1.0 - followed(curve, lag))
-            lag += period
-        sign = -sign
-    return min(1.0, max(0.0, x - missing))
+    return min(1.0, max(0.0, summed_ramps(edges, period, curves, t)))
 
 
-def breakpoints_of(edges: np.ndarray, period: float, delays: np.ndarray, start: float, end: float) -> np.ndarray:
-    """Return the times at which an edge happens or an energised fraction has a corner.
+MIN_EXCESS = 1e-9
+"""Smallest excess of the sum of the ramps over 0...1 whose clipping is a corner; chosen: above rounding, far below the
+tolerance of the march."""
+
+
+def breakpoints_of(edges: np.ndarray, period: float, curves: SolenoidCurves, start: float, end: float) -> np.ndarray:
+    """Return the times at which an edge happens or the energised fraction has a corner.
+
+    Corners are the rows of the curves after each edge, and where the sum of the ramps leaves 0...1 or comes back.
 
     Parameters
     ----------
     edges : (n,) float array
-        Times of the edges [s].
+        Times of the edges energise, release, energise, ..., ascending [s].
     period : float
         Period at which they repeat [s]; inf: they happen once.
-    delays : (j,) float array
-        Times from an edge to the corners of the curves that follow it [s].
+    curves : SolenoidCurves
+        How the solenoid follows each kind of edge.
     start, end : float
         Stretch of time that is looked at [s].
 
@@ -228,12 +375,25 @@ def breakpoints_of(edges: np.ndarray, period: float, delays: np.ndarray, start: 
 
     Examples
     --------
-    >>> breakpoints_of([0.0, 10.0], inf, np.array([1.0, 2.0]), 0.0, 20.0).tolist()
+    >>> curve = np.array([[1.0, 0.0], [2.0, 1.0]])
+    >>> breakpoints_of([0.0, 10.0], inf, SolenoidCurves(curve, curve), 0.0, 20.0).tolist()
     [1.0, 2.0, 10.0, 11.0, 12.0, 20.0]
     """
-    times = (np.asarray(edges)[:, None] + np.append(0.0, delays)).ravel()
+    rows = [np.append(0.0, curve[:, 0]) for curve in curves]
+    times = np.concatenate([edge + rows[number % 2] for number, edge in enumerate(edges)])
     if period < inf:
         first = np.floor((start - times) / period) * period
         turns = np.arange(int((end - start) / period) + 3) * period
         times = ((times + first)[:, None] + turns).ravel()
-    return np.unique(np.append(times[(times > start) & (times < end)], end))
+    corners = np.unique(np.append(times[(times > start) & (times < end)], end))
+    if np.array_equal(*curves):
+        return corners  # edges take turns: with one curve for both their sum stays within 0...1
+    ends = np.append(start, corners)
+    sums = np.array([summed_ramps(np.asarray(edges), period, curves, t) for t in ends])
+    crossings = []
+    for level in (0.0, 1.0):
+        before, after = sums[:-1] - level, sums[1:] - level
+        crosses = (np.minimum(before, after) < -MIN_EXCESS) & (np.maximum(before, after) > MIN_EXCESS)
+        share = before[crosses] / (before - after)[crosses]
+        crossings.append(ends[:-1][crosses] + share * np.diff(ends)[crosses])
+    return np.unique(np.concatenate((corners, *crossings)))

@@ -7,12 +7,35 @@ from apesim.valve.piston import Valve
 from apesim.valve.solenoid_flow import FLOWS
 from apesim.valve.supply import ValveSupply
 
-FORCE, DRY, BREAKAWAY, MASS_A, ENERGY_A, MASS_B, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY, BRANCH, FLOW_SHARE = range(12)
-"""Elements of a balance: force on the piston [N], to closed; dry friction while moving and what holds at rest [N], both
-without sign; mass [kg/s] and energy [W] into chamber A and chamber B; what of the energies is heat [W], and the exergy
-of both heats at the temperature of the walls that they come from [W]; branches of the laws, see
-`apesim.effect.note_branch`; from FLOW_SHARE on, the share by which each flow of `apesim.valve.solenoid_flow` is larger.
-"""
+FORCE = 0
+"""Element of a balance: force on the piston, to closed [N]."""
+DRY = 1
+"""Element of a balance: dry friction of the moving piston, without sign [N]."""
+BREAKAWAY = 2
+"""Element of a balance: dry friction that holds the piston at rest, without sign [N]."""
+MASS_A = 3
+"""Element of a balance: mass into chamber A [kg/s]."""
+ENERGY_A = 4
+"""Element of a balance: energy into chamber A [W]."""
+MASS_B = 5
+"""Element of a balance: mass into chamber B [kg/s]."""
+ENERGY_B = 6
+"""Element of a balance: energy into chamber B [W]."""
+HEAT_A = 7
+"""Element of a balance: the part of ENERGY_A that is heat [W]."""
+HEAT_B = 8
+"""Element of a balance: the part of ENERGY_B that is heat [W]."""
+WALL_EXERGY = 9
+"""Element of a balance: exergy of both heats at the temperature of the walls that they come from [W]."""
+BRANCH = 10
+"""Element of a balance: branches of the laws, see `apesim.effect.note_branch`."""
+FLOW_SHARE = 11
+"""Element of a balance from which on stands the share by which each flow of `apesim.valve.solenoid_flow` is larger."""
+TERM_NAMES = (
+    *("FORCE", "DRY", "BREAKAWAY", "MASS_A", "ENERGY_A", "MASS_B", "ENERGY_B", "HEAT_A", "HEAT_B", "WALL_EXERGY"),
+    *("BRANCH", "FLOW_SHARE + SUPPLY_A", "FLOW_SHARE + VENT_A", "FLOW_SHARE + SUPPLY_B", "FLOW_SHARE + VENT_B"),
+)
+"""Names of the elements of a balance, for messages."""
 TERMS = FLOW_SHARE + FLOWS
 """Length of a balance."""
 

@@ -37,6 +37,11 @@ TRAVEL_TEXTS = {
     "{stroke:.3g} mm; give both strokes more time",
 }
 """Texts of travels that are not complete, for lifts in millimetres."""
+UNDER_WAY = (
+    "the valve does not open fully: its lift reaches {highest:.3g} of {stroke:.3g} mm, and is {end:.3g} mm where the "
+    "run ends; energise it for longer, or raise the control pressure, and end the run later"
+)
+"""Text of a single run that ends under way between the stops, for lifts in millimetres."""
 CONTROL_BELOW_AMBIENT = (
     "the control pressure, {control:.4g} MPa abs, is below that of the vents, {vent:.4g} MPa abs: control air flows "
     "back into its supply, and counts negative; raise it"
@@ -168,8 +173,10 @@ def judge_bench(run: "BenchRun") -> dict[BenchWarning, str]:
     if run.travel != Travel.COMPLETE:
         stroke = actuator.valve.stroke
         lifts = stroke - logged_motion(run.log)[0]
-        lowest = lifts.min() if orbit else lifts[-1]  # a single run starts closed
-        told[BenchWarning[run.travel.name]] = travel_text(run.travel, stroke, lowest, lifts.max())
+        text = travel_text(run.travel, stroke, lifts.min() if orbit else lifts[-1], lifts.max())
+        if run.travel == Travel.BETWEEN_STOPS and not orbit:  # it starts closed: it does not swing between two lifts
+            text = UNDER_WAY.format(highest=1e3 * lifts.max(), stroke=1e3 * stroke, end=1e3 * max(lifts[-1], 0.0))
+        told[BenchWarning[run.travel.name]] = text
     if run.p.supply.control.pressure < actuator.vent_pressure:
         told[BenchWarning.CONTROL_BELOW_AMBIENT] = control_text(run.p.supply.control.pressure, actuator.vent_pressure)
     if max(closure["mass"], closure["energy"]) > MAX_CLOSURE:

@@ -175,7 +175,7 @@ def exchange_sides(p: Cycle, cylinder: CylinderState, receiver: GasState, intake
     """
     return Exchange(
         groove=Sides(intake, cylinder.air),
-        exhaust=Sides(cylinder.air, p.actuator.ambient),
+        exhaust=Sides(cylinder.air, GasState(p.exhaust_pressure, p.actuator.ambient.temperature)),
         feed=Sides(p.supply, receiver),
         pipe=Sides(receiver, intake),
     )

@@ -86,6 +86,7 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
         int(machine.groove.has_ports),
         machine.groove.ports,
         int(len(engine.cam.lift_curve) > 0),
+        actuator.ambient.pressure,
         volume_of(library.effects, machine.effects),
         chosen(library, machine.effects, kind),
     )

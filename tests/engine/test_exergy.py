@@ -121,6 +121,7 @@ CASES = {
         with_effects("vent_back_pressure", "critical_ratio", "discharge_coefficient_slope", "dead_volume"),
         1000.0,
     ),
+    "back pressure behind the exhaust": (with_effects("exhaust_back_pressure", receiver=1.0), 1000.0),
     "tables": (with_effects("tabulated_leak", "tabulated_heat", "tabulated_cylinder_heat", receiver=1.0), 1000.0),
 }
 

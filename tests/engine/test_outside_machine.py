@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from apesim.effect import contact, law, sensed
+from apesim.engine import cylinder
 from apesim.engine.cycle.operating_point import cycle_of
 from apesim.engine.cycle.rates import TRACE as ENGINE_TRACE
 from apesim.engine.effect_trial import sample_state, strong
@@ -21,6 +22,7 @@ from apesim.engine.steady import run_steady
 from apesim.quantities import InputError
 from apesim.quantities.settings import dumps
 from apesim.reading import Reading
+from apesim.valve import solenoid_flow, terms
 from apesim.valve.bench import run_bench
 from apesim.valve.effects import ValveLaws
 from tests.folders import ROOT
@@ -428,7 +430,11 @@ def test_what_is_no_effect_is_refused_in_one_line(tmp_path):
         ),
         "on while it is off": (
             HEAD + LAW.replace("effect.force", "1.0") + TAIL,
-            "its law adds to the balances while it is off",
+            "its law adds to FORCE of the balance while it is off",
+        ),
+        "a branch while it is off": (
+            HEAD + LAW.replace("balance[0] += effect.force", "balance[10] = 7.0 * balance[10] + 1.0") + TAIL,
+            "its law adds to BRANCH of the balance while it is off; note a branch only where its strength is not zero",
         ),
         "no such state": (
             HEAD + LAW.replace("effect.force", "effect.force * state.angle") + TAIL,
@@ -471,3 +477,11 @@ def test_a_second_gas_volume_is_refused_while_both_are_on(tmp_path):
     assert load_machine(None, settings).effects.mine.force == 5.0
     with pytest.raises(InputError, match=r"effects\.mine: is a second gas volume beside supply_droop"):
         load_machine(None, [*settings, "effects.supply_droop.feed_area=5 mm^2"])
+
+
+def test_the_names_of_the_elements_are_those_of_their_constants():
+    for layer, names in ((terms, terms.TERM_NAMES[: terms.FLOW_SHARE]), (cylinder, cylinder.TERM_NAMES)):
+        assert [getattr(layer, name) for name in names] == list(range(len(names)))
+    flows = [name.removeprefix("FLOW_SHARE + ") for name in terms.TERM_NAMES[terms.FLOW_SHARE :]]
+    assert [getattr(solenoid_flow, name) for name in flows] == list(range(solenoid_flow.FLOWS))
+    assert (len(terms.TERM_NAMES), len(cylinder.TERM_NAMES)) == (terms.TERMS, cylinder.TERMS)

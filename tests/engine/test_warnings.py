@@ -103,6 +103,16 @@ def test_commands_that_hold_the_valve_open_count_as_full_lift():
 # --- the same of the valve's bench ---
 
 
+def test_a_single_run_that_ends_under_way_is_not_said_to_swing_between_two_lifts(apesim):
+    _, _, err = apesim("valve", "run", "--pulse", "5 ms")
+    [line] = [line for line in err.splitlines() if line.startswith("warning: ")]
+    assert "goes from" not in line and "end the run later" in line
+    assert lift_in(line, "reaches") > float(re.search(r"is ([0-9.]+) mm where the run ends", line)[1]) > 0.0
+    _, _, err = apesim("valve", "run", "--pulse", "5 ms", "--until", "20 ms")  # it closes by then
+    [line] = [line for line in err.splitlines() if line.startswith("warning: ")]
+    assert "does not open fully" in line and "end the run" not in line
+
+
 @pytest.mark.parametrize("pulse", ["0.01 ms", "0.05 ms", "0.2 ms", "1 ms"])
 def test_a_pulse_too_short_to_move_anything_closes_and_is_said_to_open_nothing(apesim, pulse):
     _, out, _ = apesim("valve", "run", "--pulse", pulse, "--json")

@@ -179,12 +179,12 @@ def test_on_entering_a_stretch_the_solenoids_lines_run_from_end_to_end():
             p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply.control), mode, p.supply
         )
         assert mode[START] == t
-        for x, slope, edges, curve in (
-            (X_A, X_A_SLOPE, own_a, tables.curve_a),
-            (X_B, X_B_SLOPE, own_b, tables.curve_b),
+        for x, slope, edges, curves in (
+            (X_A, X_A_SLOPE, own_a, tables.curves_a),
+            (X_B, X_B_SLOPE, own_b, tables.curves_b),
         ):
             for share in (0.0, 0.4, 1.0):
-                expected = energised_fraction(np.array(edges), np.inf, curve, t + share * (t_end - t))
+                expected = energised_fraction(np.array(edges), np.inf, curves, t + share * (t_end - t))
                 assert mode[x] + mode[slope] * share * (t_end - t) == pytest.approx(expected, abs=1e-12)
 
 

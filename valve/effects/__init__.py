@@ -11,6 +11,8 @@ from apesim.effect import Library, NoEffects, acting
 from apesim.valve.effects import (
     bounce,
     chamber_wall_heat,
+    channel_swap,
+    clock_error,
     coulomb_friction,
     critical_ratio,
     dead_volume,
@@ -24,6 +26,7 @@ from apesim.valve.effects import (
     pressure_dependent_delay,
     pressure_sensor_lag,
     quadratic_drag,
+    release_delay,
     ring_leakage,
     seal_friction,
     sensor_gain,
@@ -49,6 +52,7 @@ VALVE_EFFECTS = (
     supply_droop.EFFECT,
     solenoid_a_delay.EFFECT,
     solenoid_b_delay.EFFECT,
+    release_delay.EFFECT,
     slow_ramp.EFFECT,
     pressure_dependent_delay.EFFECT,
     critical_ratio.EFFECT,
@@ -80,6 +84,8 @@ VALVE_EFFECTS = (
     sensor_gain.EFFECT,
     sensor_offset.EFFECT,
     time_zero.EFFECT,
+    clock_error.EFFECT,
+    channel_swap.EFFECT,
 )
 
 ValveEffects = NamedTuple("ValveEffects", [(effect.name, effect.parameters) for effect in VALVE_EFFECTS])

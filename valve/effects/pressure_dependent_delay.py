@@ -22,7 +22,7 @@ class PressureDependentDelay(NamedTuple):
 def adjust(
     effect: PressureDependentDelay, actuator: "Actuator", tables: "ActuatorTables"
 ) -> tuple["Actuator", "ActuatorTables"]:
-    """Shift both solenoids' opening curves with the control pressure, but not to before the command.
+    """Shift both solenoids in time with the control pressure, but not to before the command.
 
     ``x(t) = x(t - slope (p_c - reference))``; the line over the pressure is chosen, after the force balance of a
     plunger.
@@ -52,11 +52,12 @@ def adjust(
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
     >>> effect = PressureDependentDelay(slope=1e-9, reference=actuator.control_pressure - 0.6e6)
     >>> _, later = adjust(effect, actuator, tables)
-    >>> ((later.curve_a - tables.curve_a)[:, 0] * 1e3).round(6).tolist()
+    >>> ((later.curves_a.release - tables.curves_a.release)[:, 0] * 1e3).round(6).tolist()
     [0.6, 0.6]
     """
     time = effect.slope * (actuator.control_pressure - effect.reference)
-    return actuator, tables._replace(curve_a=shifted(tables.curve_a, time), curve_b=shifted(tables.curve_b, time))
+    a, b = (curves.changed(lambda curve: shifted(curve, time)) for curves in (tables.curves_a, tables.curves_b))
+    return actuator, tables._replace(curves_a=a, curves_b=b)
 
 
 EFFECT = Effect(

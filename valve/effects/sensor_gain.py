@@ -20,6 +20,7 @@ class SensorGain(NamedTuple):
     torque: Annotated[float, SHARE] = 0.0
     air_flow: Annotated[float, SHARE] = 0.0
     supply_pressure: Annotated[float, SHARE] = 0.0
+    force: Annotated[float, SHARE] = 0.0
 
 
 def sensor(effect: SensorGain, reading: Reading) -> Reading:

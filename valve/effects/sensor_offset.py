@@ -20,6 +20,7 @@ class SensorOffset(NamedTuple):
     torque: Annotated[float, Quantity("N m", -20, 20, "tare of the brake: 0.2 to 0.5 N m")] = 0.0
     air_flow: Annotated[float, Quantity("g/s", -20, 20, "zero of the meter: 0.05 to 0.2 g/s")] = 0.0
     supply_temperature: Annotated[float, Quantity("K", -50, 50, "thermocouple: 1 to 3 K")] = 0.0
+    force: Annotated[float, Quantity("N", -100, 100, "tare of the load cell: 0.2 to 2 N")] = 0.0
 
 
 def sensor(effect: SensorOffset, reading: Reading) -> Reading:

@@ -22,7 +22,7 @@ class SlowRamp(NamedTuple):
 
 
 def adjust(effect: SlowRamp, actuator: "Actuator", tables: "ActuatorTables") -> tuple["Actuator", "ActuatorTables"]:
-    """Stretch the opening curves about their first rows, ``ramp = ramp + time``; a ramp keeps at least 0.001 ms.
+    """Stretch the curves of both edges about their first rows, ``ramp = ramp + time``; a ramp keeps at least 0.001 ms.
 
     A ramp that only gets longer is chosen.
 
@@ -50,7 +50,7 @@ def adjust(effect: SlowRamp, actuator: "Actuator", tables: "ActuatorTables") -> 
     >>> from apesim.valve.actuator import actuator_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
     >>> _, slower = adjust(SlowRamp(time=0.5e-3), actuator, tables)
-    >>> (slower.curve_a * [1e3, 1.0]).round(6).tolist()
+    >>> (slower.curves_a.energising * [1e3, 1.0]).round(6).tolist()
     [[1.5, 0.0], [3.5, 1.0]]
     """
 
@@ -59,7 +59,8 @@ def adjust(effect: SlowRamp, actuator: "Actuator", tables: "ActuatorTables") -> 
         lengthened = max(ramp + effect.time, MIN_RAMP)
         return np.column_stack((start + (curve[:, 0] - start) * (lengthened / ramp), curve[:, 1]))
 
-    return actuator, tables._replace(curve_a=slower(tables.curve_a), curve_b=slower(tables.curve_b))
+    a, b = (curves.changed(slower) for curves in (tables.curves_a, tables.curves_b))
+    return actuator, tables._replace(curves_a=a, curves_b=b)
 
 
 EFFECT = Effect(

@@ -19,7 +19,7 @@ class SolenoidADelay(NamedTuple):
 def adjust(
     effect: SolenoidADelay, actuator: "Actuator", tables: "ActuatorTables"
 ) -> tuple["Actuator", "ActuatorTables"]:
-    """Shift solenoid A's opening curve in time, ``x_A(t) = x(t - time)``, but not to before the command.
+    """Shift solenoid A in time at both edges, ``x_A(t) = x(t - time)``, but not to before the command.
 
     A pure delay is chosen; x is the energised fraction.
 
@@ -45,10 +45,10 @@ def adjust(
     >>> from apesim.valve.actuator import actuator_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
     >>> _, later = adjust(SolenoidADelay(time=0.5e-3), actuator, tables)
-    >>> ((later.curve_a - later.curve_b)[:, 0] * 1e3).round(6).tolist()
+    >>> ((later.curves_a.release - later.curves_b.release)[:, 0] * 1e3).round(6).tolist()
     [0.5, 0.5]
     """
-    return actuator, tables._replace(curve_a=shifted(tables.curve_a, effect.time))
+    return actuator, tables._replace(curves_a=tables.curves_a.changed(lambda curve: shifted(curve, effect.time)))
 
 
 EFFECT = Effect(

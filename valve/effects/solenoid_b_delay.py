@@ -19,7 +19,7 @@ class SolenoidBDelay(NamedTuple):
 def adjust(
     effect: SolenoidBDelay, actuator: "Actuator", tables: "ActuatorTables"
 ) -> tuple["Actuator", "ActuatorTables"]:
-    """Shift solenoid B's opening curve in time, ``x_B(t) = x(t - time)``, but not to before the command.
+    """Shift solenoid B in time at both edges, ``x_B(t) = x(t - time)``, but not to before the command.
 
     A pure delay is chosen; x is the energised fraction.
 
@@ -45,10 +45,10 @@ def adjust(
     >>> from apesim.valve.actuator import actuator_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
     >>> _, later = adjust(SolenoidBDelay(time=0.5e-3), actuator, tables)
-    >>> ((later.curve_b - later.curve_a)[:, 0] * 1e3).round(6).tolist()
+    >>> ((later.curves_b.release - later.curves_a.release)[:, 0] * 1e3).round(6).tolist()
     [0.5, 0.5]
     """
-    return actuator, tables._replace(curve_b=shifted(tables.curve_b, effect.time))
+    return actuator, tables._replace(curves_b=tables.curves_b.changed(lambda curve: shifted(curve, effect.time)))
 
 
 EFFECT = Effect(

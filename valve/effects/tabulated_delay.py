@@ -27,21 +27,21 @@ TabulatedDelay.__doc__ = "How much later each solenoid has come how far; and how
 
 
 def bent(curve: np.ndarray, times: Sequence[float], all_times: float) -> np.ndarray:
-    """Return an opening curve whose points come later, by a table over the opening.
+    """Return a curve of an edge whose points come later, by a table over the share of the way.
 
     Parameters
     ----------
     curve : (j, 2) float array
-        Opening curve, see `apesim.valve.solenoid.opening_curve`.
+        Curve of an edge, see `apesim.valve.solenoid.SolenoidCurves`.
     times : sequence of float
-        Delays at the openings `PLACES`, linear in between [s].
+        Delays at the shares `PLACES` of the way, linear in between [s].
     all_times : float
-        Delay at any opening [s].
+        Delay at any share [s].
 
     Returns
     -------
     (k, 2) float array
-        Rising curve, not to before the switch.
+        Rising curve, not to before the edge.
 
     Examples
     --------
@@ -59,7 +59,7 @@ def bent(curve: np.ndarray, times: Sequence[float], all_times: float) -> np.ndar
 def adjust(
     effect: tuple[float, ...], actuator: "Actuator", tables: "ActuatorTables"
 ) -> tuple["Actuator", "ActuatorTables"]:
-    """Delay both solenoids' opening curves by tables, ``t(x) = t(x) + delay(x) + delay(p_c)``. Chosen.
+    """Delay both edges of both solenoids by tables, ``t(x) = t(x) + delay(x) + delay(p_c)``. Chosen.
 
     Parameters
     ----------
@@ -83,13 +83,14 @@ def adjust(
     >>> from apesim.valve.actuator import actuator_of
     >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
     >>> _, later = adjust(TabulatedDelay(a_at_0=0.5e-3), actuator, tables)
-    >>> round(float(later.curve_a[0, 0] - tables.curve_a[0, 0]) * 1e3, 6)
+    >>> round(float(later.curves_a.release[0, 0] - tables.curves_a.release[0, 0]) * 1e3, 6)
     0.5
     """
     above = (actuator.control_pressure - actuator.ambient.pressure) / 1e3
     both = float(np.interp(above, PRESSURES, effect[10:]))
     return actuator, tables._replace(
-        curve_a=bent(tables.curve_a, effect[:5], both), curve_b=bent(tables.curve_b, effect[5:10], both)
+        curves_a=tables.curves_a.changed(lambda curve: bent(curve, effect[:5], both)),
+        curves_b=tables.curves_b.changed(lambda curve: bent(curve, effect[5:10], both)),
     )
 
 

@@ -6,6 +6,7 @@ import pytest
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.operating_point import cycle_of
 from apesim.engine.effects.clearance_error import ClearanceError
+from apesim.engine.effects.exhaust_back_pressure import ExhaustBackPressure
 from apesim.engine.effects.exhaust_restriction import ExhaustRestriction
 from apesim.engine.effects.exhaust_timing import ExhaustTiming
 from apesim.engine.effects.friction_torque import FrictionTorque
@@ -87,6 +88,27 @@ def test_a_restricted_exhaust_has_less_area_and_holds_the_pressure():
     late_in_the_stroke = np.argmax(free_run.angles > 200.0 * DEGREE)
     assert held_run.trace[late_in_the_stroke, 0] > free_run.trace[late_in_the_stroke, 0]
     assert held["indicated_torque_Nm"] < free["indicated_torque_Nm"]
+
+
+def test_back_pressure_is_where_the_cylinder_empties_to():
+    """Slowly turned, the cylinder stands at the pressure behind the exhaust valve while that is wide open."""
+    p, _, _ = cycle_of(having(exhaust_back_pressure=ExhaustBackPressure(20e3)), SPEED)
+    assert p.exhaust_pressure == 101325.0 + 20e3
+    (free, free_run), (held, held_run) = (
+        told(having(exhaust_back_pressure=ExhaustBackPressure(pressure)), 300.0) for pressure in (0.0, 20e3)
+    )
+    at = np.searchsorted(free_run.angles, 260.0 * DEGREE)
+    assert free_run.trace[at, 0] == pytest.approx(101325.0, rel=5e-3)
+    assert held_run.trace[at, 0] == pytest.approx(121325.0, rel=5e-3)
+    assert held["indicated_torque_Nm"] < free["indicated_torque_Nm"]
+
+
+def test_back_pressure_costs_its_own_mean_effective_pressure():
+    """Slowly turned, it stands against the piston in the exhaust stroke; what compression takes, expansion gives."""
+    free, held = (
+        told(having(exhaust_back_pressure=ExhaustBackPressure(pressure)), 300.0)[0] for pressure in (0.0, 20e3)
+    )
+    assert free["imep_Pa"] - held["imep_Pa"] == pytest.approx(20e3, rel=0.01)
 
 
 # --- groove ---

@@ -10,6 +10,8 @@ from apesim.engine.effects.speed_ripple import SpeedRipple, true_angle
 from apesim.engine.effects.tdc_error import TdcError
 from apesim.reading import LAG_STEP, Reading, followed, stepped
 from apesim.studies.measured.prediction import predict, run_of
+from apesim.valve.effects.channel_swap import ChannelSwap
+from apesim.valve.effects.clock_error import ClockError
 from apesim.valve.effects.lift_sensor_lag import LiftSensorLag
 from apesim.valve.effects.pressure_sensor_lag import PressureSensorLag
 from apesim.valve.effects.sensor_gain import SensorGain
@@ -29,6 +31,8 @@ CHANGED = {
     "sensor_gain": LIFTS | PRESSURES | TORQUE,
     "sensor_offset": LIFTS | PRESSURES | TORQUE,
     "time_zero": {("valve", "lift"), ("valve", "pressure_b")},
+    "clock_error": {("valve", "lift"), ("valve", "pressure_b")},
+    "channel_swap": {("valve", "pressure_b")},
     "tdc_error": OVER_ANGLE,
     "speed_ripple": OVER_ANGLE,
 }
@@ -114,6 +118,24 @@ def test_a_late_record_shows_what_was_before_on_a_valves_bench_alone():
     assert np.array_equal(after(TimeZero(1e-3), on_engine(ramps)).at(SOME)["lift"], ramps(SOME)["lift"])
 
 
+def test_a_fast_clock_shows_what_was_before_the_more_the_later_on_a_valves_bench_alone():
+    fast = after(ClockError(0.02), Reading(ramps)).at(SOME)
+    assert fast["lift"] == pytest.approx(2.0 * np.maximum(SOME, 0.0) / 1.02)
+    assert np.array_equal(after(ClockError(0.02), on_engine(ramps)).at(SOME)["lift"], ramps(SOME)["lift"])
+
+
+def test_swapped_chambers_stand_under_each_others_name_and_crosstalk_between():
+    def both(times):
+        return {"pressure_a": 5e5 + times, "pressure_b": 1e5 - times, "lift": times}
+
+    swapped, mixed = (after(ChannelSwap(share), Reading(both)).at(SOME) for share in (1.0, 0.25))
+    assert swapped["pressure_a"] == pytest.approx(both(SOME)["pressure_b"], rel=1e-12)
+    assert swapped["pressure_b"] == pytest.approx(both(SOME)["pressure_a"], rel=1e-12)
+    assert mixed["pressure_a"] == pytest.approx(4e5 + 0.5 * SOME, rel=1e-12)
+    assert np.array_equal(swapped["lift"], both(SOME)["lift"])
+    assert np.array_equal(after(ChannelSwap(1.0), Reading(ramps)).at(SOME)["pressure_a"], ramps(SOME)["pressure_a"])
+
+
 def test_an_error_of_the_dead_centre_is_one_of_angle_on_an_engine_alone():
     late = after(TdcError(1.5 * DEGREE), on_engine(ramps)).at(SOME)  # 1.5 degrees of 6000 a second: 0.25 ms
     assert late["lift"] == pytest.approx(2.0 * np.maximum(SOME - 0.25e-3, 0.0))
@@ -160,13 +182,15 @@ def predicted(run, names, *parameters):
 def test_an_effect_of_the_measurement_changes_what_is_predicted_and_off_no_bit(effect):
     strengths = effect.strengths or effect.parameters._fields[:1]
     off, changed_channels = effect.parameters(**dict.fromkeys(strengths, -0.0)), set()
-    for run, names in ((valve_run(), ["lift", "pressure_b"]), (engine_run(), ["cylinder_pressure", "lift", "torque"])):
+    valve_names = ["lift", "pressure_b", "pressure_a"]  # the last for effects that mix both
+    for run, names in ((valve_run(), valve_names), (engine_run(), ["cylinder_pressure", "lift", "torque"])):
         (plain, marks), (idle, _), (on, marks_on) = (
             predicted(run, names, *parameters) for parameters in ((), (off,), (turned_on(effect),))
         )
         assert all(np.array_equal(idle[name], plain[name]) for name in names)
         assert marks_on.keys() == marks.keys()
-        changed_channels |= {(run.bench, name) for name in names if not np.array_equal(on[name], plain[name])}
+        changed_names = [name for name in names if not np.array_equal(on[name], plain[name])]
+        changed_channels |= {(run.bench, name) for name in changed_names if name != "pressure_a"}
     assert changed_channels == CHANGED[effect.name]
 
 

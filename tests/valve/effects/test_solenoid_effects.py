@@ -14,6 +14,7 @@ from apesim.valve.effects import ValveEffects
 from apesim.valve.effects.critical_ratio import CriticalRatio
 from apesim.valve.effects.discharge_coefficient_slope import DischargeCoefficientSlope
 from apesim.valve.effects.pressure_dependent_delay import PressureDependentDelay
+from apesim.valve.effects.release_delay import ReleaseDelay
 from apesim.valve.effects.slow_ramp import SlowRamp
 from apesim.valve.effects.solenoid_a_delay import SolenoidADelay
 from apesim.valve.effects.solenoid_b_delay import SolenoidBDelay
@@ -63,7 +64,7 @@ def test_a_solenoid_b_that_would_be_earlier_than_its_command_keeps_its_lines():
             p.actuator, tables, t, t_end, closed_at_rest(p.actuator, p.supply.control), mode, p.supply
         )
         middle = 0.5 * (t + t_end)
-        expected = energised_fraction(tables.edges_b, tables.period, tables.curve_b, middle)
+        expected = energised_fraction(tables.edges_b, tables.period, tables.curves_b, middle)
         assert mode[X_B] + mode[X_B_SLOPE] * (middle - t) == pytest.approx(expected, abs=1e-9)
 
 
@@ -76,18 +77,47 @@ def test_a_late_solenoid_b_delays_the_opening():
 
 
 def curves_of(supply_pressure=1.101325e6, solenoid=None, **effects):
-    """Opening curves of both solenoids, time in ms."""
+    """Curves of solenoids A and B by edge, time in ms."""
     machine = machine_with(**effects)
     machine = machine._replace(supply=machine.supply._replace(pressure=supply_pressure))
     if solenoid:
         machine = machine._replace(valve=machine.valve._replace(solenoid=solenoid))
     _, tables = bench_of(machine, [0.0, PULSE])
-    return [(curve * [1e3, 1.0]).round(9).tolist() for curve in (tables.curve_a, tables.curve_b)]
+    return [[(curve * [1e3, 1.0]).round(9).tolist() for curve in own] for own in (tables.curves_a, tables.curves_b)]
 
 
 def test_a_delay_of_solenoid_a_leaves_b_alone():
-    assert curves_of(solenoid_a_delay=SolenoidADelay(0.4e-3)) == [[[1.9, 0.0], [3.4, 1.0]], [[1.5, 0.0], [3.0, 1.0]]]
-    assert curves_of(solenoid_a_delay=SolenoidADelay(-0.4e-3))[0] == [[1.1, 0.0], [2.6, 1.0]]
+    late, plain, early = [[1.9, 0.0], [3.4, 1.0]], [[1.5, 0.0], [3.0, 1.0]], [[1.1, 0.0], [2.6, 1.0]]
+    assert curves_of(solenoid_a_delay=SolenoidADelay(0.4e-3)) == [[late] * 2, [plain] * 2]
+    assert curves_of(solenoid_a_delay=SolenoidADelay(-0.4e-3))[0] == [early] * 2
+
+
+# --- release ---
+
+
+def test_a_release_delay_leaves_energising_alone():
+    plain, late, early = [[1.5, 0.0], [3.0, 1.0]], [[2.3, 0.0], [3.8, 1.0]], [[0.5, 0.0], [2.0, 1.0]]
+    assert curves_of(release_delay=ReleaseDelay(0.8e-3)) == [[plain, late]] * 2
+    assert curves_of(release_delay=ReleaseDelay(-1e-3)) == [[plain, early]] * 2
+
+
+def test_a_release_delay_is_the_dead_time_of_release_in_the_machine_file():
+    machine = BenchMachine.with_(valve={"solenoid": Solenoid(release_dead_time=2.3e-3)})
+    said, found = run_bench(machine, PULSE), run_with(release_delay=ReleaseDelay(0.8e-3))
+    assert found.trace == pytest.approx(said.trace, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("rows", [8, -5])
+def test_a_release_delay_shifts_the_closing_by_just_that_and_the_opening_not_at_all(rows):
+    """All is at rest before the release, so a later one is the same closing, later."""
+    sample = 1e-4
+    plain, late = (
+        run_bench(machine_with(release_delay=ReleaseDelay(time)), PULSE, tolerance=1e-10, sample=sample)
+        for time in (0.0, rows * sample)
+    )
+    assert late.opening == plain.opening
+    assert late.closing.delay - plain.closing.delay == pytest.approx(rows * sample, abs=1e-6)
+    assert late.closing.seating_speed == pytest.approx(plain.closing.seating_speed, rel=1e-3)
 
 
 def test_a_late_solenoid_a_delays_the_opening_and_an_early_one_advances_it():
@@ -97,13 +127,13 @@ def test_a_late_solenoid_a_delays_the_opening_and_an_early_one_advances_it():
 
 @pytest.mark.parametrize(("time", "end"), [(0.9, 3.9), (-0.9, 2.1), (-1.5, 1.501)])
 def test_a_slow_ramp_ends_later_from_the_same_dead_time_on(time, end):
-    assert curves_of(slow_ramp=SlowRamp(time * 1e-3)) == [[[1.5, 0.0], [end, 1.0]]] * 2
+    assert curves_of(slow_ramp=SlowRamp(time * 1e-3)) == [[[[1.5, 0.0], [end, 1.0]]] * 2] * 2
 
 
 def test_a_slow_ramp_stretches_a_measured_curve_evenly():
     solenoid = Solenoid(opening_curve=np.array([[1e-3, 0.0], [1.5e-3, 0.2], [3e-3, 1.0]]))
     expected = [[1.0, 0.0], [1.75, 0.2], [4.0, 1.0]]
-    assert curves_of(solenoid=solenoid, slow_ramp=SlowRamp(1e-3)) == [expected] * 2
+    assert curves_of(solenoid=solenoid, slow_ramp=SlowRamp(1e-3)) == [[expected] * 2] * 2
 
 
 def test_a_slow_ramp_makes_the_piston_start_later_and_slower():
@@ -116,13 +146,13 @@ def test_a_slow_ramp_makes_the_piston_start_later_and_slower():
 def test_delay_grows_with_control_pressure_from_the_reference_on(pressure, later):
     """2 ms/MPa above 0.4 MPa gauge."""
     found = curves_of(pressure * 1e6 + 101325.0, pressure_dependent_delay=PressureDependentDelay(2e-9))
-    assert found == [[[round(1.5 + later, 9), 0.0], [round(3.0 + later, 9), 1.0]]] * 2
+    assert found == [[[[round(1.5 + later, 9), 0.0], [round(3.0 + later, 9), 1.0]]] * 2] * 2
 
 
 def test_no_delay_comes_before_the_command():
     """-2.5 ms/MPa x 0.7 MPa would be 1.75 ms, more than the dead time of 1.5 ms."""
     found = curves_of(1.1e6 + 101325.0, pressure_dependent_delay=PressureDependentDelay(-2.5e-9))
-    assert found == [[[0.0, 0.0], [1.5, 1.0]]] * 2
+    assert found == [[[[0.0, 0.0], [1.5, 1.0]]] * 2] * 2
 
 
 # --- critical ratio ---
