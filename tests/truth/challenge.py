@@ -1,6 +1,6 @@
 """Sealed cases: data of a rig with something hidden, the nominal machine file, and the answer, stored apart.
 
-A seed's place in `SCHEDULE` says what kind of case it is; all else is drawn from the seed.
+A seed's place in its schedule says what kind of case it is; all else is drawn from the seed.
 """
 
 import json
@@ -14,7 +14,7 @@ import numpy as np
 from .effects import EFFECTS, Rig
 from .files import write_case
 from .hiding import LIMIT, SMALLEST, hidden_clutter, hidden_effect, hidden_foreign
-from .library import ENGINE, LIBRARY
+from .library import ENGINE, library_at
 from .look_alikes import class_of, look_alikes
 from .nuisances import drawn, nuisances_for, with_nuisances
 from .observation import Laboratory, at_point, noisy
@@ -63,7 +63,7 @@ def draw(seed, bank=None):
     """Draw what a case's data are made of, see `make`."""
     rng = np.random.default_rng(seed)
     plan = plan_of(seed)
-    lab, hidden, facts = hide(rng, plan, nominal_rig(rng, plan.bench), bank)
+    lab, hidden, facts = hide(rng, plan, nominal_rig(rng, plan.bench), library_at(seed), bank)
     setting = lab.setting
     answer = {
         "seed": seed,
@@ -122,7 +122,7 @@ def nominal_rig(rng, bench):
     )
 
 
-def hide(rng, plan, nominal, bank):
+def hide(rng, plan, nominal, library, bank):
     """A setting and what is hidden in it; drawn anew until the case shows what its kind is about.
 
     Returns
@@ -131,12 +131,14 @@ def hide(rng, plan, nominal, bank):
         What the answer tells besides.
     """
     for number in range(1, TRIES + 1):
-        lab = Laboratory(draw_setting(rng, plan.bench, suites_for(plan)), bank if plan.bench == ENGINE else None)
+        lab = Laboratory(
+            draw_setting(rng, plan.bench, suites_for(plan, library)), bank if plan.bench == ENGINE else None
+        )
         points = [point for point in lab.setting.points if point.role == "fit"]
         hidden = hidden_in(rng, plan, lab, nominal, points)
         if number < TRIES and plan.kind != NONE and any(one.deviations < SMALLEST * LIMIT for one in hidden):
             continue
-        facts = facts_of(plan, lab, nominal, points, hidden)
+        facts = facts_of(plan, lab, nominal, points, hidden, library)
         apart = plan.kind not in (REMOVED, FOREIGNER) or facts["distance"] >= LIMIT
         if apart and facts.get("cosine", 0.0) < ALIKE:
             break
@@ -153,7 +155,7 @@ def hidden_in(rng, plan, lab, nominal, points):
     return [hidden_effect(rng, lab, nominal, points, name, min_size) for name in plan.effects]
 
 
-def facts_of(plan, lab, nominal, points, hidden):
+def facts_of(plan, lab, nominal, points, hidden, library):
     """What the answer tells besides: all deviations, where the gap lies, and what could stand in for the hidden."""
     if not hidden:
         return {"deviations": 0.0, "without": [], "class": [], "gap": []}
@@ -168,7 +170,7 @@ def facts_of(plan, lab, nominal, points, hidden):
     }
     if plan.kind == NONE:
         return facts
-    alike = look_alikes(lab, nominal, points, hidden, LIBRARY)
+    alike = look_alikes(lab, nominal, points, hidden, library)
     names = [one.told["name"] for one in hidden]
     if plan.kind == DOUBLE:
         first, second = (one.left / one.deviations for one in hidden)
@@ -183,10 +185,10 @@ def facts_of(plan, lab, nominal, points, hidden):
     return facts
 
 
-def suites_for(plan):
+def suites_for(plan, library):
     """Sensor suites that could show what is hidden."""
     known = [name for name in SUITES if plan.bench == ENGINE or not set(SUITES[name]) - set(SUITES["chambers"])]
-    needs = [LIBRARY[name].needs for name in plan.effects if name in LIBRARY and LIBRARY[name].needs]
+    needs = [library[name].needs for name in plan.effects if name in library and library[name].needs]
     return [name for name in known if all(set(SUITES[name]) & set(need) for need in needs)]
 
 

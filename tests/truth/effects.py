@@ -48,6 +48,15 @@ def later(rig, a, b):
     return rig.valve(delay_a=max(valve.delay_a + a, -valve.dead_time), delay_b=max(valve.delay_b + b, -valve.dead_time))
 
 
+def slow_ramp(rig, time):
+    valve = rig.engine.valve
+    release = valve.release_ramp_time
+    return rig.valve(
+        ramp_time=max(valve.ramp_time + time, MIN_RAMP),
+        release_ramp_time=release if release is None else max(release + time, MIN_RAMP),
+    )
+
+
 def pressure_dependent_delay(rig, slope, reference=0.501325e6):
     time = slope * (rig.engine.valve.supply_pressure - reference)
     return later(rig, time, time)
@@ -93,7 +102,8 @@ def sensor_offset(rig, **offsets):
 EFFECTS = {
     "solenoid_a_delay": lambda rig, time: later(rig, time, 0.0),
     "solenoid_b_delay": lambda rig, time: later(rig, 0.0, time),
-    "slow_ramp": lambda rig, time: rig.valve(ramp_time=max(rig.engine.valve.ramp_time + time, MIN_RAMP)),
+    "release_delay": lambda rig, time: rig.valve(release_delay=rig.engine.valve.release_delay + time),
+    "slow_ramp": slow_ramp,
     "pressure_dependent_delay": pressure_dependent_delay,
     "critical_ratio": lambda rig, b: rig.valve(stretch=(1.0 - CHOKES_AT) / (1.0 - b)),
     "discharge_coefficient_slope": lambda rig, fall: rig.valve(fall=fall),
@@ -133,6 +143,7 @@ EFFECTS = {
     "blow_by": lambda rig, area: rig.term(terms.blow_by(rig.engine.valve, area)),
     "exhaust_timing": exhaust_timing,
     "exhaust_restriction": lambda rig, share: rig.of_engine(exhaust_area=(1.0 - share) * rig.engine.exhaust_area),
+    "exhaust_back_pressure": lambda rig, pressure: rig.of_engine(exhaust_excess=pressure),
     "friction_torque": friction_torque,
     "intake_pipe_loss": intake_pipe_loss,
     "lift_sensor_lag": lambda rig, time: rig.reading(lift_lag=time),

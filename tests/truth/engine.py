@@ -29,6 +29,7 @@ from .valve import (
     further_rates,
     further_states,
     push_of,
+    release_of,
     sums_of,
     supply_at,
     valve_rates,
@@ -85,6 +86,8 @@ class Engine(NamedTuple):
     """Between receiver and groove; 0: none [m3]."""
     pipe_area: float = 0.0
     """That feeds it [m2]."""
+    exhaust_excess: float = 0.0
+    """Pressure behind the exhaust above the ambient's [Pa]."""
     exhaust_swing: Callable | None = None
     """Share by which the pressure behind the exhaust is higher, over crank angle."""
     crevice: float = 0.0
@@ -116,6 +119,9 @@ def edges_of(engine, speed):
     """Times since the energising of this cycle at which the command switched, and signs; those of the past too."""
     valve = engine.valve
     slowest = valve.dead_time + valve.ramp_time + max(valve.delay_a, valve.delay_b)
+    for delay in {valve.delay_a, valve.delay_b}:
+        late, ramp = release_of(valve, delay)
+        slowest = max(slowest, valve.dead_time + ramp + delay + late)
     past = int(slowest * speed / TURN) + 1
     return [
         ((at + turn * TURN - engine.energise) / speed, sign)
@@ -206,6 +212,7 @@ def rates_of(engine, speed):
             added, drawn = further_rates(valve, now, drawn, control)
         groove, carried = inflow(valve, intake_area(engine, angle, now.position), now.cylinder, now.receiver)
         behind = valve.ambient_pressure * (1.0 + (engine.exhaust_swing(angle) if engine.exhaust_swing else 0.0))
+        behind += engine.exhaust_excess
         back, back_carried = inflow(
             valve,
             engine.exhaust_area * opened(angle, engine.exhaust),

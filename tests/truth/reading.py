@@ -84,10 +84,20 @@ def bench_of(machine):
         valve.clearance_volume,
         valve.spring_rate,
         valve.viscous_friction,
-        valve.solenoid.effective_area,
-        valve.solenoid.dead_time,
-        valve.solenoid.ramp_time,
+        **read_solenoid(valve.solenoid),
     )
+
+
+def read_solenoid(solenoid):
+    """Numbers of the solenoids by their names in `Bench`; what a machine does not say of a release is not given."""
+    dead, ramp = solenoid.release_dead_time, solenoid.release_ramp_time
+    return {
+        "effective_area": solenoid.effective_area,
+        "dead_time": solenoid.dead_time,
+        "ramp_time": solenoid.ramp_time,
+        "release_delay": 0.0 if isnan(dead) else dead - solenoid.dead_time,
+        "release_ramp_time": None if isnan(ramp) else ramp,
+    }
 
 
 def refuse_unknown(machine):
@@ -104,6 +114,7 @@ def refuse_unknown(machine):
         for name, curve in (
             ("groove.area_curve", machine.groove.area_curve),
             ("valve.solenoid.opening_curve", machine.valve.solenoid.opening_curve),
+            ("valve.solenoid.release_curve", machine.valve.solenoid.release_curve),
         )
         if len(curve)
     ]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .foreign import CLUTTER, FOREIGN
-from .library import CALIBRATED, ENGINE, LIBRARY, VALVE
+from .library import CALIBRATED, ENGINE, FIRST_WITH_ALL, VALVE, library_at
 
 KINDS = NONE, SINGLE, DOUBLE, REMOVED, FOREIGNER = "none", "single", "double", "removed", "foreign"
 EACH = 5
@@ -28,19 +28,19 @@ class Plan(NamedTuple):
     clutter: str = ""
 
 
-def schedule():
-    """The block, well shuffled."""
+def schedule(library):
+    """The block of a library, well shuffled."""
     rng = np.random.default_rng(20)
     plans, clutter = [], list(CLUTTER)
     for bench, number in NONES.items():
         for i in range(number):
             plans.append(Plan(NONE, bench, (), "" if i % CLUTTERED else clutter[i // CLUTTERED % len(clutter)]))
-    singles = {name: entry.benches[0] for name, entry in LIBRARY.items()}
+    singles = {name: entry.benches[0] for name, entry in library.items()}
     plans += [Plan(SINGLE, bench, (name,)) for name, bench in singles.items()] * EACH
     physics = [name for name in singles if name not in CALIBRATED]
     for bench, number in DOUBLES.items():
         own = [name for name in physics if singles[name] == bench]
-        either = [name for name in physics if bench in LIBRARY[name].benches]
+        either = [name for name in physics if bench in library[name].benches]
         for _ in range(number):
             first = str(rng.choice(own))
             plans.append(Plan(DOUBLE, bench, (first, str(rng.choice([name for name in either if name != first])))))
@@ -53,9 +53,16 @@ def schedule():
     return [plans[i] for i in rng.permutation(len(plans))]
 
 
-SCHEDULE = schedule()
+SCHEDULES = {first: schedule(library_at(first)) for first in (0, FIRST_WITH_ALL)}
+"""Blocks by the first seed that they hold for."""
+
+
+def schedule_at(seed):
+    """The block that a seed is one of."""
+    return SCHEDULES[max(first for first in SCHEDULES if seed >= first)]
 
 
 def plan_of(seed):
     """What a seed's case is to be."""
-    return SCHEDULE[seed % len(SCHEDULE)]
+    block = schedule_at(seed)
+    return block[seed % len(block)]

@@ -10,7 +10,7 @@ from tests.acceptance.independent_simulator import MARCHED, bench_deviations, wi
 from tests.folders import TESTS
 from tests.machines import AMBIENT, agrees, machine, reference
 from tests.truth.terms import ring_leakage
-from tests.truth.valve import POSITION, Bench, noise, simulate
+from tests.truth.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, noise, simulate
 
 PACKAGES = {"apesim", "valve", "engine", "studies"}
 FILES = sorted(path for path in (TESTS / "truth").rglob("*.py") if not path.name.startswith("test_"))
@@ -95,6 +95,25 @@ def test_the_compiled_bench_agrees_with_the_truth_on_strokes_that_are_interrupte
     # A braked landing is a small rest of a flight at 1.5 m/s, and so is its error.
     assert run.opening.seating_speed == pytest.approx(found.opening.seating_speed, abs=1.5 * ERROR)
     assert run.closing.seating_speed == pytest.approx(found.closing.seating_speed, abs=1.5 * ERROR)
+
+
+@pytest.mark.parametrize(
+    ("dead", "ramp", "brakes"),
+    [
+        (2.3e-3, 2.5e-3, (8e-3, 10.5e-3, 59e-3, 61.5e-3)),
+        # Quicker than energising: the last pulse, of 1 ms, is clipped at first and moves something all the same.
+        (0.0, 3e-3, (8e-3, 9.5e-3, 59e-3, 60e-3)),
+    ],
+)
+def test_the_compiled_bench_agrees_with_the_truth_where_release_differs_from_energising(dead, ramp, brakes):
+    solenoid = {"valve__solenoid__release_dead_time": dead, "valve__solenoid__release_ramp_time": ramp}
+    run = run_bench(machine(supply=1.0, **solenoid), 50e-3, 100e-3, sample=5e-5, brakes=brakes)
+    bench = Bench(release_delay=dead - Bench().dead_time, release_ramp_time=ramp)
+    states = simulate(bench, 50e-3, 100e-3, brakes).states(run.times)
+    assert np.abs(run.trace[:, 0] - (9e-3 - states[POSITION])).max() < 1e-6
+    assert np.abs(run.trace[:, 2:4].T / states[[PRESSURE_A, PRESSURE_B]] - 1.0).max() < 1e-4
+    alike = run_bench(machine(supply=1.0), 50e-3, 100e-3, sample=5e-5, brakes=brakes)
+    assert np.abs(run.trace[:, 0] - alike.trace[:, 0]).max() > 1e-4
 
 
 @pytest.mark.parametrize("alone", ["a", "b"])

@@ -159,6 +159,8 @@ def test_the_compiled_engine_agrees_with_the_truth_on_every_effect_of_the_engine
         "blow_by__area": 0.4e-6,
         "exhaust_timing__angle": radians(4.0),
         "exhaust_restriction__share": 0.2,
+        "exhaust_back_pressure__pressure": 15e3,
+        "release_delay__time": 0.6e-3,
         "friction_torque__fmep": 20e3,
         "intake_pipe_loss__area": 150e-6,
     }

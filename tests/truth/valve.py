@@ -18,6 +18,8 @@ POSITION, SPEED, PRESSURE_A, TEMPERATURE_A, PRESSURE_B, TEMPERATURE_B = range(6)
 ABSOLUTE = np.array([1e-13, 1e-10, 1e-4, 1e-7, 1e-4, 1e-7])
 LONGEST = 0.5e-3
 """Step [s]."""
+APART = 1e-12
+"""Corners nearer to one another than this are one [s]."""
 FORCE, MASS_A, HEAT_A, MASS_B, HEAT_B, MASS_CYLINDER, HEAT_CYLINDER, MASS_RECEIVER, HEAT_RECEIVER, SUMS = range(10)
 """What optional terms add to: a force to closed [N]; mass [kg/s], and heat with enthalpy [W], into a volume."""
 
@@ -43,6 +45,10 @@ class Bench(NamedTuple):
     delay_a: float = 0.0
     """Delay of solenoid A, besides the dead time [s]."""
     delay_b: float = 0.0
+    release_delay: float = 0.0
+    """Delay of both solenoids as they are released, besides all other delays [s]."""
+    release_ramp_time: float | None = None
+    """Time after a release; None: as long as that of energising [s]."""
     dry_friction: float = 0.0
     """Under way [N]."""
     breakaway: float = 0.0
@@ -117,12 +123,20 @@ class Run(NamedTuple):
         return self.march.states(times)
 
 
+def release_of(bench, delay):
+    """How much later a solenoid lets go than it pulls in, though not before the command, and its ramp then [s]."""
+    ramp = bench.ramp_time if bench.release_ramp_time is None else bench.release_ramp_time
+    return max(bench.release_delay, -bench.dead_time - delay), ramp
+
+
 def energised(bench, edges, delay, t):
     """Energised fraction of a solenoid; edges of the command are pairs of time [s] and sign."""
     lag, x = t - bench.dead_time - delay, 0.0
+    late, release_ramp = release_of(bench, delay)
     for at, sign in edges:
-        if lag > at:
-            followed = bench.rise(lag - at) if bench.rise else (lag - at) / bench.ramp_time
+        since, ramp = (lag, bench.ramp_time) if sign > 0.0 else (lag - late, release_ramp)
+        if since > at:
+            followed = bench.rise(since - at) if bench.rise else (since - at) / ramp
             x += sign * min(1.0, followed)
     return min(1.0, max(0.0, x))
 
@@ -135,9 +149,23 @@ def supply_at(bench, supply, edges, t):
 
 
 def corners_after(bench, edge):
-    """Times at which a solenoid begins and ends to follow an edge of the command [s]."""
-    followed = (bench.dead_time,) if bench.rise else (bench.dead_time, bench.dead_time + bench.ramp_time)
-    return [edge + lag + delay for lag in followed for delay in {bench.delay_a, bench.delay_b}]
+    """Times at which a solenoid begins and ends to follow an edge of the command, whichever it is [s]."""
+    corners = []
+    for delay in {bench.delay_a, bench.delay_b}:
+        late, release_ramp = release_of(bench, delay)
+        for after, ramp in {(0.0, bench.ramp_time), (late, release_ramp)}:
+            followed = (bench.dead_time,) if bench.rise else (bench.dead_time, bench.dead_time + ramp)
+            corners += [edge + lag + delay + after for lag in followed]
+    return corners
+
+
+def apart(corners):
+    """Corners in their order, one for those that are nearer to one another than `APART`."""
+    kept = []
+    for corner in sorted(corners):
+        if not kept or corner - kept[-1] > APART:
+            kept.append(corner)
+    return kept
 
 
 def sums_of(terms, now):
@@ -283,7 +311,7 @@ def simulate(bench, pulse, until, brakes=(), brakes_b=None, relative=RELATIVE):
         bench,
         rates,
         lambda t, y: push_of(bench, now(t, y)[0]),
-        sorted({t for t in corners if 0.0 < t < until} | {until}),
+        [*apart(t for t in corners if 0.0 < t < until - APART), until],
         0.0,
         np.array([*closed_at_rest(bench, supply), *added]),
         CLOSED,
