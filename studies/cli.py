@@ -13,6 +13,7 @@ from apesim.studies.commands.archive import archive
 from apesim.studies.commands.engine import engine
 from apesim.studies.commands.gap import gap
 from apesim.studies.commands.machine import print_machine
+from apesim.studies.commands.measured import measured
 from apesim.studies.commands.paper import repeat_paper
 from apesim.studies.commands.valve import valve
 from apesim.studies.console import INTERRUPTED, main_of
@@ -28,6 +29,7 @@ app.add_typer(valve, name="valve")
 app.add_typer(engine, name="engine")
 app.add_typer(archive, name="archive")
 app.add_typer(gap, name="gap")
+app.add_typer(measured, name="measured")
 register(app, "machine", print_machine)
 register(app, "paper", repeat_paper)
 

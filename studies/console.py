@@ -7,7 +7,7 @@ import math
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import wait
 from typing import TYPE_CHECKING, Any, ParamSpec, TextIO, TypeVar
 
@@ -103,6 +103,25 @@ class Console:
         """
         if not self.quiet:
             _tell(text)
+
+    def notes(self, texts: Iterable[object]) -> None:
+        r"""Write notes on standard error, a line for each, unless the console is quiet.
+
+        Parameters
+        ----------
+        texts : iterable of object
+            What was guessed of the input, or done to it.
+
+        Examples
+        --------
+        >>> import io
+        >>> with contextlib.redirect_stderr(io.StringIO()) as lines:
+        ...     Console().notes(["p040.csv: 1 row is left out"])
+        >>> lines.getvalue()
+        'note: p040.csv: 1 row is left out\n'
+        """
+        for text in texts:
+            self.message(f"note: {text}")
 
     @contextlib.contextmanager
     def progress(self, what: str) -> Iterator[Report]:
@@ -257,15 +276,40 @@ def plain(data: Any) -> Any:
     >>> plain({"torque": float("nan"), "angles": (1.0, 2.0)})
     {'torque': None, 'angles': [1.0, 2.0]}
     """
+    data = to_builtins(data)
     if isinstance(data, dict):
         return {key: plain(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
+    if isinstance(data, list):
         return [plain(value) for value in data]
-    if hasattr(data, "tolist"):
-        return plain(data.tolist())
     if isinstance(data, float) and not math.isfinite(data):
         return None
     return data
+
+
+def to_builtins(data: Any) -> Any:
+    """Turn NumPy's numbers and arrays into Python's; NaN and infinity stay.
+
+    Parameters
+    ----------
+    data : object
+        Dicts, lists, tuples, arrays, numbers and texts, one within the other.
+
+    Returns
+    -------
+    object
+        Dicts, lists, numbers, texts and None.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> to_builtins({"speed": np.float64(2.5), "edges": (np.int64(1), np.nan)})
+    {'speed': 2.5, 'edges': [1, nan]}
+    """
+    if isinstance(data, dict):
+        return {key: to_builtins(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [to_builtins(value) for value in data]
+    return data.tolist() if hasattr(data, "tolist") else data
 
 
 def main_of(app: typer.Typer) -> int:

@@ -1,7 +1,7 @@
 """Descriptions of archives: what they hold and where it comes from, and whether the file is whole."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -88,6 +88,8 @@ class ArchiveVerification(Result):
         One line for each fault; none where the archive is whole.
     content_sha256 : str or None
         Digest over all that the archive holds; None where it is not whole.
+    share : str or None
+        Share of a sweep that the archive holds, e.g. "1/3"; None where it holds all runs.
     machine_differences : sequence of dict
         Keys in which it was made with another machine than the one that was given.
     """
@@ -97,12 +99,22 @@ class ArchiveVerification(Result):
     path: str = field(kw_only=True)
     faults: Sequence[str] = field(kw_only=True)
     content_sha256: str | None = field(kw_only=True)
+    share: str | None = field(default=None, kw_only=True)
     machine_differences: Sequence[dict[str, str]] = field(default=(), kw_only=True)
 
     @property
     def is_whole(self) -> bool:
-        """Whether nothing is wrong with the file, and no planned run is missing."""
+        """Whether nothing is wrong with the file, and no planned run of its share is missing."""
         return not self.faults
+
+    @property
+    def sentence(self) -> str:
+        """What was found, in words."""
+        if self.faults:
+            return self.faults[0]
+        if self.share:
+            return f"sound, a share of a sweep: {self.share}; archive merge joins it with the others"
+        return "whole"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of ``apesim archive verify --json``.
@@ -120,6 +132,7 @@ class ArchiveVerification(Result):
         return {
             "file": self.path,
             "content_sha256": self.content_sha256,
+            "share": self.share,
             "faults": list(self.faults),
             "machine_differences": list(self.machine_differences),
         }
@@ -210,12 +223,20 @@ def verify_archive(path: str | PathLike[str], *, machine: Machine | None = None)
     (True, 64)
     """
     faults = verify(path)
-    return ArchiveVerification(
+    verified = ArchiveVerification(
         {"faults": Scalar(len(faults), "1", "faults found")},
         conditions={"file": str(path)},
-        ending=faults[0] if faults else "whole",
         path=str(path),
         faults=faults,
         content_sha256=None if faults else read_digest(path),
+        share=None if faults else _share_of(path),
         machine_differences=[] if faults else differences_from(machine, [path], "verify_archive"),
     )
+    return replace(verified, ending=verified.sentence)
+
+
+def _share_of(path: str | PathLike[str]) -> str | None:
+    """Share of a sweep that an archive holds; None where it holds all runs."""
+    contents = info(path)
+    planned = contents["runs_planned"]
+    return contents["provenance"].get("shard") if planned is not None and contents["runs"] < planned else None

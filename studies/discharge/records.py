@@ -66,7 +66,9 @@ def read_test(path: str | PathLike[str], ambient_pressure: float) -> Record:
     ('p.csv', 50, 700000.0)
     """
     file, right = Path(path), 'give a CSV with the header "time [ms],pressure [kPa abs]"'
-    columns, _, all_faults = read_columns(file, COLUMNS, tuple(COLUMNS), ambient_pressure, right)
+    columns, _, all_faults, _ = read_columns(
+        file, COLUMNS, tuple(COLUMNS), ambient_pressure, right=right, allow_missing=False
+    )
     if not all_faults:
         all_faults = [Fault(str(file), *fault) for fault in _faults(**columns, ambient_pressure=ambient_pressure)]
     if all_faults:

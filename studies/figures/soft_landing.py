@@ -138,7 +138,7 @@ def _plot_fronts(v: Columns, titles: Titles, spacing: float, cost: float) -> Fig
             axis.axhline(v[f"{stroke}_lowest_speed"][run], color=colour, lw=0.8, ls=":")
             for limit, width in (("any", 1.4), ("within", 3.0)):
                 front = v[f"{stroke}_{limit}_spacing_front_speed"][run]
-                label = f"{stroke}, edges " + ("as close as it takes" if limit == "any" else f"{spacing:.3g} ms apart")
+                label = f"{stroke}, edges " + ("at any spacing" if limit == "any" else f"{spacing:.3g} ms apart")
                 if np.isnan(front).all():
                     continue
                 axis.plot(added, front, color=colour, lw=width, drawstyle="steps-post", label=label)

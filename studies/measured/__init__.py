@@ -1,4 +1,4 @@
-"""Measured data: a folder with ``measured.toml`` and the CSV files that it names, of a valve's or an engine's bench.
+"""Measured data: a folder with ``measured.toml`` and the CSV files that it names, of one of three benches.
 
 A valve's bench::
 
@@ -27,11 +27,66 @@ An engine's bench, at its periodic state; data, or one of the means, may be left
     torque = "31.2 N m"              # mean brake torque
     air_flow = "12.3 g/s"            # mean of all air: engine's and control air
 
-Inside all is SI and absolute. In the order in which they build on one another: runs (what a run is), columns (a
-CSV), sensors (what can be measured), reading (the folder), prediction (what a machine would have shown).
+A cylinder's bench: a drive moves the piston slowly to and fro, one chamber is pressurised::
+
+    bench = "cylinder"
+    [[run]]
+    data = "o_ring_1_bar.csv"        # header: time [ms], stroke [mm], pressure [bar gauge], force [N]
+    supply = "1 bar gauge"
+    role = "fit"
+
+A laboratory's own files are read by a table ``[read]``, of the folder or of a run::
+
+    [read]
+    separator = "tab"                # guessed if left out, as are decimal and encoding
+    decimal = ","
+    skip_rows = 4
+    columns = { time = "Zeit (s)", lift = "Ch1" }
+    unit.lift = "mm"
+    ignore_others = true
+
+How far the rig is known is said by a table ``[known_to]``, each value a standard deviation::
+
+    [known_to]
+    "valve.stroke" = "0.05 mm"       # a key of the machine file
+    "sensor.lift.gain" = "0.2 %"
+    "valve.viscous_friction" = "exact"
+
+Inside all is SI and absolute. In the order in which they build on one another: runs (what a run is), dialect (how a
+file is written), text_blocks (its text), layout (where header and numbers stand), table (its numbers), columns (in SI),
+thinning (of long records), sensors (what can be measured), known_to (how far the rig is known), to_and_fro (strokes of
+a cylinder), reading (the folder),
+prediction (what a machine would have shown).
 """
 
 from apesim.studies.measured.reading import read_measured
-from apesim.studies.measured.runs import CHECK, ENGINE, FIT, GATE, VALVE, Bench, Measured, MeasuredRun, Role
+from apesim.studies.measured.runs import (
+    CHECK,
+    CYLINDER,
+    ENGINE,
+    FIT,
+    GATE,
+    VALVE,
+    Bench,
+    Disturbance,
+    Masked,
+    Measured,
+    MeasuredRun,
+    Role,
+)
 
-__all__ = ["CHECK", "ENGINE", "FIT", "GATE", "VALVE", "Bench", "Measured", "MeasuredRun", "Role", "read_measured"]
+__all__ = [
+    "CHECK",
+    "CYLINDER",
+    "ENGINE",
+    "FIT",
+    "GATE",
+    "VALVE",
+    "Bench",
+    "Disturbance",
+    "Masked",
+    "Measured",
+    "MeasuredRun",
+    "Role",
+    "read_measured",
+]

@@ -1,51 +1,80 @@
-"""Columns of measured CSV files, in SI: the name and unit of each stand in its header, e.g. ``lift [mm]``."""
+"""Columns of measured files, in SI: the name and unit of each stand in its header, e.g. ``lift [mm]``, or are given."""
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from apesim.quantities import Fault, InvalidValue, quoted, unit
-from apesim.quantities.files import csv_columns
-from apesim.quantities.units import NUMBER
+from apesim.quantities.files import split_header
+from apesim.studies.measured.dialect import PLAIN, SEPARATORS, Dialect, Marks
+from apesim.studies.measured.layout import ABSOLUTE, GAUGE, KINDS, Layout, find_layout, resolve_marks, split_name
+from apesim.studies.measured.table import CellError, is_ambiguous, name_remedy, read_numbers
 
 TIME = "time"
 """Column over which the traces of a valve stand."""
-NOT_MEASURED = "nan"
-"""What stands in the cells of a column that was not measured."""
-KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
-"""Words behind the unit of a pressure."""
+
+
+class Columns(NamedTuple):
+    """Columns of a file, and what is to be said of them."""
+
+    values: dict[str, np.ndarray]
+    """(n,) float arrays in SI and absolute, by our name; NaN where a cell has no number. What is wrong is missing."""
+    names: list[str]
+    """Names of all columns of the file that are not passed over, ours where they have one."""
+    faults: list[Fault]
+    """Faults, empty where there are none."""
+    hints: list[str]
+    """What was guessed, and what was left out, in words."""
+
+
+class _Place(NamedTuple):
+    """Place of a column in a file."""
+
+    name: str
+    """Our name, or that of the file."""
+    at: int
+    """Number of the column, from 0."""
+    unit: str | None
+    """Unit; None: there is none."""
 
 
 def read_columns(
-    path: Path, declared: Mapping[str, str], due: Sequence[str], ambient_pressure: float, right: str
-) -> tuple[dict[str, np.ndarray], list[str], list[Fault]]:
-    r"""Read the declared columns of a CSV; others are ignored.
+    path: Path,
+    declared: Mapping[str, str],
+    due: Sequence[str],
+    ambient_pressure: float,
+    *,
+    right: str,
+    dialect: Dialect = PLAIN,
+    allow_missing: bool = True,
+) -> Columns:
+    r"""Read the declared columns of a file; others are ignored.
 
     Parameters
     ----------
     path : path
-        CSV whose first line has names with units.
+        File with a table of numbers.
     declared : mapping of str to str
         The unit of each column by name, in any of its dimension; that of a pressure ends in `` abs``, and the file
         says whether it is abs or gauge.
     due : sequence of str
-        Names that must be there; the first of them has to rise. Of others, one of nan alone is as if it were not there.
+        Names that must be there; the first of them has to rise. Of others, one without any number is as if it were not
+        there. A row without a number in the first is left out.
     ambient_pressure : float
         Pressure that gauge pressures stand above [Pa abs].
     right : str
-        What is said to be right where the file is no CSV at all, or its first line no header; that line is not shown
+        What is said to be right where the file is no table at all, or its first line no header; that line is not shown
         then, as the file may be any other.
+    dialect : Dialect
+        Way in which the file is written; that of apesim's own files if left out.
+    allow_missing : bool
+        Whether cells may be without a number.
 
     Returns
     -------
-    columns : dict of str to (n,) float array
-        Values in SI and absolute, by name; what is wrong is missing.
-    names : list of str
-        Names of all columns in the file.
-    faults : list of Fault
-        Faults, empty where there are none.
+    Columns
 
     Examples
     --------
@@ -54,49 +83,161 @@ def read_columns(
     ...     path = Path(folder, "p040.csv")
     ...     _ = path.write_text("time [ms],pressure [kPa gauge]\n0,400\n1,390\n")
     ...     declared = {"time": "ms", "pressure": "kPa abs"}
-    ...     columns, _, faults = read_columns(path, declared, ("time", "pressure"), 100e3, "give a CSV")
-    >>> columns["pressure"].tolist(), faults
+    ...     columns = read_columns(path, declared, ("time", "pressure"), 100e3, right="give a CSV")
+    >>> columns.values["pressure"].tolist(), columns.faults
     ([500000.0, 490000.0], [])
     """
     file = str(path)
-    faults: list[Fault] = []
-    columns: dict[str, np.ndarray] = {}
     try:
-        texts = csv_columns(path)
+        layout = find_layout(path, dialect, tuple(declared))
+        places, faults = _places_of(file, layout, dialect, declared)
+        numbers, marks, wrong_cells = _numbers_of(path, layout, dialect, places, declared)
     except InvalidValue as wrong:
-        return {}, [], [Fault(file, "", wrong.wrong, wrong.right or right)]
-    if not any(name in declared or _is_unit(text) for name, text in texts):
-        return {}, [], [Fault(file, "", "line 1 is no header with names and units", right)]
-    names = [name for name, _ in texts]
+        return Columns({}, [], [Fault(file, "", wrong.wrong, wrong.right or right)], [])
+    names = [place.name for place in places]
+    columns: dict[str, np.ndarray] = {}
     for name, expected in declared.items():
-        matching = [item for item in texts.items() if item[0][0] == name]
+        matching = [place for place in places if place.name == name]
         form = f'write "{name} [{expected}]" in the header'
-        if name in due and not matching:
-            faults.append(Fault(file, name, "there is no such column", form))
-        if len(matching) > 1:
-            faults.append(Fault(file, name, "stands in several columns", "keep one of them"))
-        elif matching and (name in due or any(cell.strip() != NOT_MEASURED for cell in matching[0][1])):
-            (_, header_unit), cells = matching[0]
-            try:
-                columns[name] = _values(name, header_unit, cells, expected, ambient_pressure, form)
-            except InvalidValue as wrong:
-                faults.append(Fault(file, name, wrong.wrong, wrong.right))
-    stuck = np.flatnonzero(np.diff(columns.get(due[0], ())) <= 0.0)
-    if len(stuck) and not faults:
-        faults.append(Fault(file, due[0], f"does not rise in row {stuck[0] + 2}", "sort the rows, one of equals"))
-    return columns, names, faults
+        if dialect.is_stated:
+            form += f' or unit.{name} = "{expected}" in [read]'
+        try:
+            if len(matching) > 1:
+                raise InvalidValue("stands in several columns", "keep one of them")
+            if not matching:
+                if name in due and name not in dialect.columns:
+                    raise InvalidValue("there is no such column", form)
+                continue
+            if name in wrong_cells:
+                raise wrong_cells[name]
+            [(_, at, named)] = matching
+            values = numbers.pop(at)
+            is_empty = np.isnan(values)
+            if name not in due and is_empty.all():
+                continue
+            if is_empty.any() and not allow_missing:
+                row = int(np.argmax(is_empty)) + 1
+                raise InvalidValue(f"has no number in row {row}", "give a number in every cell")
+            in_si = _values(name, named, values, expected, ambient_pressure, form)
+            if dialect.marks_of(name) == Marks() and is_ambiguous(path, layout, at, values, marks[at].decimal or ""):
+                raise _refuse_ambiguity(name, layout)
+            columns[name] = in_si
+        except InvalidValue as wrong:
+            faults.append(Fault(file, name, wrong.wrong, wrong.right))
+    hints = [f"{path.name}: read with {hint}" if "=" in hint else f"{path.name}: {hint}" for hint in layout.hints]
+    if faults or due[0] not in columns:
+        return Columns(columns, names, faults, hints)
+    columns, rows, more = _placed_rows(path.name, columns, due[0])
+    stuck = np.flatnonzero(np.diff(columns[due[0]]) <= 0.0)
+    if len(stuck):
+        row = int(rows[stuck[0] + 1]) + 1
+        faults.append(Fault(file, due[0], f"does not rise in row {row}", "sort the rows, one of equals"))
+    elif not len(rows):
+        faults.append(Fault(file, due[0], "has no number", "give a number in each row"))
+    return Columns(columns, names, faults, [*hints, *more])
 
 
-def _is_unit(text: str | None) -> bool:
-    """Whether a text of a header, or None, is a unit."""
-    try:
-        return text is not None and bool(unit(re.sub(rf" ({'|'.join(KINDS)})$", "", text)))
-    except InvalidValue:
-        return False
+def _places_of(
+    file: str, layout: Layout, dialect: Dialect, declared: Mapping[str, str]
+) -> tuple[list[_Place], list[Fault]]:
+    """Columns of a file that are not passed over, and faults of those that it lacks."""
+    headers = layout.headers
+    places: list[_Place] = []
+    faults: list[Fault] = []
+    taken: set[int] = set()
+    for name, theirs in dialect.columns.items():
+        matching = _matching(headers, theirs)
+        if len(matching) == 1:
+            taken.add(matching[0])
+            named = split_name(headers[matching[0]])[1]
+            places.append(_Place(name, matching[0], dialect.units.get(name, named)))
+            continue
+        what = f"column {theirs}" if isinstance(theirs, int) else f"column {quoted(theirs)}"
+        if matching:
+            right = f"write its number, e.g. columns.{name} = {matching[0] + 1}"
+            faults.append(Fault(file, name, f"{what} stands there {len(matching)} times", right))
+        else:
+            known = ", ".join(f"{header!r}" for header in headers if header) or f"columns 1 to {len(headers)}"
+            faults.append(Fault(file, name, f"there is no {what}", f"the file has {known}"))
+    if not dialect.header:
+        return places, faults
+    passed = {at for theirs in dialect.ignore for at in _matching(headers, theirs)}
+    for at, header in enumerate(headers):
+        if at not in taken and at not in passed:
+            name, named = split_header(header)
+            if name not in declared and split_name(header)[0] in declared:
+                name, named = split_name(header)
+            if dialect.ignore_others and name not in declared:
+                continue
+            places.append(_Place(name, at, dialect.units.get(name, named)))
+    return places, faults
+
+
+def _matching(headers: Sequence[str], theirs: str | int) -> list[int]:
+    """Places of a column by its number, from 1, its header, or the name in its header."""
+    if isinstance(theirs, int):
+        return [theirs - 1] if theirs <= len(headers) else []
+    return [at for at, header in enumerate(headers) if header == theirs] or [
+        at for at, header in enumerate(headers) if split_name(header)[0] == theirs or split_header(header)[0] == theirs
+    ]
+
+
+def _numbers_of(
+    path: Path, layout: Layout, dialect: Dialect, places: Sequence[_Place], declared: Mapping[str, str]
+) -> tuple[dict[int, np.ndarray], dict[int, Marks], dict[str, InvalidValue]]:
+    """Numbers of the declared columns and their marks by place, and the errors of columns with a cell that is none."""
+    wanted = {
+        place.at: (place.name, resolve_marks(dialect.marks_of(place.name), layout))
+        for place in places
+        if place.name in declared
+    }
+    wrong: dict[str, InvalidValue] = {}
+    numbers: dict[int, np.ndarray] = {}
+    while wanted:
+        marks = {at: marks for at, (_, marks) in wanted.items()}
+        try:
+            numbers = read_numbers(path, layout, marks)
+            return numbers, marks, wrong
+        except CellError as error:
+            name, said = wanted.pop(error.at)
+            remedy = "" if dialect == PLAIN else name_remedy(error.cell, said, name)
+            wrong[name] = InvalidValue(error.wrong, remedy or error.right)
+    return numbers, {}, wrong
+
+
+def _refuse_ambiguity(name: str, layout: Layout) -> InvalidValue:
+    """Error of a column whose points may be decimals or thousands."""
+    mark = layout.decimal
+    separator = next(name for name, character in SEPARATORS.items() if character == layout.separator)
+    wrong = f"three digits stand behind each {quoted(mark)}: is 1{mark}234 a decimal number, or more than a thousand?"
+    right = f'write decimal = "{mark}" in [read.column.{name}], or thousands = "{mark}" and decimal = ""'
+    return InvalidValue(wrong, right + f', with separator = "{separator}"' * (not layout.is_plain and separator == ","))
+
+
+def _placed_rows(
+    file: str, columns: Mapping[str, np.ndarray], axis: str
+) -> tuple[dict[str, np.ndarray], np.ndarray, list[str]]:
+    """Columns without the rows that stand nowhere on the axis, numbers of the rows, and what is said of empty cells."""
+    is_placed = ~np.isnan(columns[axis])
+    rows = np.flatnonzero(is_placed)
+    hints = []
+    if len(rows) < len(is_placed):
+        number = len(is_placed) - len(rows)
+        hints.append(f"{file}: {number} row{'s' * (number > 1)} without {axis} left out")
+        columns = {name: values[is_placed] for name, values in columns.items()}
+    return dict(columns), rows, [*hints, *_empty_cells(file, columns)]
+
+
+def _empty_cells(file: str, columns: Mapping[str, np.ndarray]) -> Iterator[str]:
+    """What is said of cells without a number."""
+    for name, values in columns.items():
+        if number := int(np.isnan(values).sum()):
+            cells = f"{number} of {len(values)} cells have no number"
+            yield f"{file}: {name}: {cells}; the other cells of their rows are used"
 
 
 def _values(
-    name: str, given: str | None, cells: Sequence[str], expected: str, ambient_pressure: float, right: str
+    name: str, given: str | None, numbers: np.ndarray, expected: str, ambient_pressure: float, right: str
 ) -> np.ndarray:
     """The SI values of a column; raises `InvalidValue`."""
     if given is None:
@@ -112,13 +253,10 @@ def _values(
         raise InvalidValue(wrong.wrong, right) from None
     if scale.dimension != unit(expected.removesuffix(f" {ABSOLUTE}")).dimension:
         raise InvalidValue(f"{quoted(given)} is no unit of {name}", right)
-    for row, cell in enumerate(cells, 1):
-        if not re.fullmatch(NUMBER, cell.strip()):
-            raise InvalidValue(f"{quoted(cell)} in row {row} is no finite number", "give a number in every cell")
     offset = float(scale.offset) + (ambient_pressure if kind == GAUGE else 0.0)
-    values = np.array([float(cell) for cell in cells]) * float(scale.factor) + offset
-    if not np.all(np.isfinite(values)):
+    values = numbers * float(scale.factor) + offset
+    if np.any(np.isinf(values)):
         raise InvalidValue(
-            f"row {int(np.argmin(np.isfinite(values))) + 1} is too large, not finite", "give finite numbers"
+            f"row {int(np.argmax(np.isinf(values))) + 1} is too large, not finite", "give finite numbers"
         )
     return values

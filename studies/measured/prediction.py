@@ -19,9 +19,10 @@ from apesim.engine.steady import SteadyRun, known_state, run_steady
 from apesim.march.adaptive import TOLERANCE, Status
 from apesim.march.periodic import Known
 from apesim.reading import Reading
-from apesim.studies.measured.runs import ENGINE, MeasuredRun
+from apesim.studies.measured.runs import CYLINDER, ENGINE, VALVE, MeasuredRun
 from apesim.valve.bench import TRACE as VALVE_TRACE
 from apesim.valve.bench import run_bench
+from apesim.valve.rig import drive_force
 
 VALVE_COLUMNS, ENGINE_COLUMNS = (
     {header.split(" [")[0]: column for column, header in enumerate(trace)} for trace in (VALVE_TRACE, ENGINE_TRACE)
@@ -178,18 +179,18 @@ def predict(
     array([0., 9.])
     """
     names = [*run.channels, *run.means] if sensors is None else list(sensors)
-    bench = _EngineRun if run.bench == ENGINE else _ValveRun
-    simulated = _Remembered(bench(machine, run, names, start, tolerance), {} if memory is None else memory)
-    reading = sensed(library_of(machine.effects), machine.effects, Reading(simulated, run.speed, run.energise))
+    simulated = BENCH_RUNS[run.bench](machine, run, names, start, tolerance)
+    remembered = _Remembered(simulated, {} if memory is None else memory)
+    reading = sensed(library_of(machine.effects), machine.effects, Reading(remembered, run.speed, run.energise))
     shown = reading.at(run.times)
     means = {name: float(shown.pop(name)) for name in MEANS if name in shown}
-    return Prediction(shown, means, simulated.marks, simulated.failed, simulated.start)
+    return Prediction(shown, means, remembered.marks, remembered.failed, remembered.start)
 
 
 class _Remembered:
     """A run that is marched once for the same instants."""
 
-    def __init__(self, simulated: "_ValveRun | _EngineRun", memory: Memory) -> None:
+    def __init__(self, simulated: "_ValveRun | _EngineRun | _CylinderRun", memory: Memory) -> None:
         self.simulated, self.memory = simulated, memory
         self.marks: dict[str, float] = {}
         self.failed = False
@@ -260,6 +261,34 @@ class _EngineRun:
             means = {"torque": brake / TURN, "air_flow": (engine.flows.groove.mass + control.supplied.mass) / period}
             shown |= {name: means[name] for name in MEANS if name in shown}
         return shown
+
+
+class _CylinderRun:
+    """A way to and fro of a cylinder as ideal sensors see it."""
+
+    def __init__(
+        self, machine: Machine, run: MeasuredRun, sensors: Sequence[str], start: Known | None, tolerance: float
+    ) -> None:
+        self.machine, self.run, self.sensors = machine, run, sensors
+        self.marks: dict[str, float] = {"energise": 0.0, "release": nan} | NEVER
+        self.failed = False
+        self.known: Known | None = None
+
+    def __call__(self, times: np.ndarray) -> dict[str, Any]:
+        """Channels, (n,) arrays by sensor, with what is given taken linear between its times."""
+        stroke, pressure, velocity = (
+            np.interp(times, self.run.times, self.run.given[name]) for name in ("stroke", "pressure", "velocity")
+        )
+        force = drive_force(self.machine, stroke, pressure, velocity)
+        return dict.fromkeys(self.sensors, force)
+
+
+BENCH_RUNS: dict[str, type[_ValveRun] | type[_EngineRun] | type[_CylinderRun]] = {
+    VALVE: _ValveRun,
+    ENGINE: _EngineRun,
+    CYLINDER: _CylinderRun,
+}
+"""How a run of each bench is simulated."""
 
 
 def _shown(sensors: Iterable[str], columns: Mapping[str, int], trace: np.ndarray, failed: bool) -> dict[str, Any]:

@@ -3,9 +3,7 @@
 All that is wrong is reported at once, each fault with its file, its key or column, and the right form.
 """
 
-import difflib
-import tomllib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import nan
 from os import PathLike
 from pathlib import Path
@@ -13,19 +11,39 @@ from typing import Any
 
 import numpy as np
 
+from apesim.engine.known_to import KNOWN_TO
 from apesim.engine.machine import Machine, window_fault
 from apesim.quantities import Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.files import path_below, text_of
+from apesim.quantities.toml_text import parse_toml
 from apesim.studies.measured.columns import TIME, read_columns
-from apesim.studies.measured.runs import BENCHES, ENGINE, NO_ANGLES, ROLES, VALVE, Bench, Measured, MeasuredRun
+from apesim.studies.measured.dialect import FIRST_ROW, Dialect, find_unknown_keys, merge_tables, read_dialect
+from apesim.studies.measured.known_to import find_absent_sensors, read_table
+from apesim.studies.measured.plausibility.disturbances import mask_disturbances
+from apesim.studies.measured.runs import (
+    BENCHES,
+    CYLINDER,
+    ENGINE,
+    NO_ANGLES,
+    ROLES,
+    VALVE,
+    Bench,
+    Masked,
+    Measured,
+    MeasuredRun,
+)
 from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS, Sensors
+from apesim.studies.measured.thinning import thin
+from apesim.studies.measured.to_and_fro import split_record
 
 STANDARD_AMBIENT = Machine().ambient.pressure
 """Pressure that gauge pressures stand above in the default machine [Pa abs]."""
-TOP_KEYS = ("bench", "sensor", "run")
+TOP_KEYS = ("bench", "sensor", "known_to", "run", "read")
 """Keys at the top of the file."""
 TEXT_KEYS = ("data", "name")
 """Keys of a run that are texts."""
+READ = "read"
+"""Table of a folder or a run that says how its files are written."""
 MIN_ROWS = 8
 """Rows of a record: with fewer no noise can be estimated."""
 MAX_TURNED = -0.5
@@ -43,7 +61,7 @@ def read_measured(
     folder : path
     ambient_pressure : float
         Pressure that gauge pressures stand above [Pa abs]; the default machine's if left out.
-    bench : {"valve", "engine"}, optional
+    bench : {"valve", "engine", "cylinder"}, optional
         The only one that is of use.
 
     Returns
@@ -79,47 +97,80 @@ def read_measured(
     if bench and given in BENCHES and given != bench:
         right = f'give a folder with bench = "{bench}"'
         raise InputError([Fault(file, "bench", f"is the {given}'s; this command takes the {bench}'s alone", right)])
-    all_faults += _unknown(file, "", data, TOP_KEYS)
+    all_faults += find_unknown_keys(file, "", data, TOP_KEYS)
     if given not in BENCHES:
         wrong = f"{quoted(given)} is no bench known here" if "bench" in data else "is not given"
-        forms = [f'bench = "{name}"' for name in ([bench] if bench else BENCHES)]
-        all_faults.append(Fault(file, "bench", wrong, f"write {' or '.join(forms)}"))
+        *others, last = [f'"{name}"' for name in ([bench] if bench else BENCHES)]
+        right = f"write bench = {', '.join(others)} or {last}" if others else f"write bench = {last}"
+        all_faults.append(Fault(file, "bench", wrong, right))
         given = bench or VALVE
     known = Bench(given)
     sensors = SENSORS[known]
     noise = _noise(file, data.get("sensor", {}), sensors.traces | sensors.means, all_faults)
+    known_to, known_to_faults = read_table(file, data.get(KNOWN_TO, {}), known)
+    all_faults += known_to_faults
+    read = _read_table(file, READ, data, all_faults)
+    common, dialect_faults = _dialect(file, READ, read, sensors)
+    all_faults += dialect_faults
+    hints: list[str] = []
+    masked: list[Masked] = []
     tables = data.get("run")
     runs: list[MeasuredRun | None] = []
     if not isinstance(tables, list) or not tables or not all(isinstance(run, dict) for run in tables):
         all_faults.append(Fault(file, "run", "no list of runs", 'give each run a table [[run]] with data = "p040.csv"'))
         tables = []
     for number, run in enumerate(tables, 1):
-        runs.append(_run(path, f"run {number}", run, known, ambient_pressure, all_faults))
+        section, before = f"run {number}", len(masked)
+        dialect = common
+        if READ in run and common:
+            merged = merge_tables(read, _read_table(file, f"{section}.{READ}", run, all_faults))
+            dialect, dialect_faults = _dialect(file, f"{section}.{READ}", merged, sensors)
+            all_faults += dialect_faults
+        runs.append(_run(path, section, run, known, ambient_pressure, dialect, all_faults, hints, masked))
+        masked = [*masked[:before], *(each._replace(run=number - 1) for each in masked[before:])]
     if all_faults:
         raise InputError(all_faults)
-    return Measured(str(folder), noise, tuple(run for run in runs if run), known, ambient_pressure)
+    repeats: list[MeasuredRun] = []
+    for run in filter(None, runs):
+        try:
+            repeats += split_record(run, folder)
+        except InputError as error:
+            all_faults += error.faults
+    if all_faults:
+        raise InputError(all_faults)
+    hints += find_absent_sensors(known_to, repeats)
+    said = tuple(dict.fromkeys(hints))
+    return Measured(str(folder), noise, tuple(repeats), known, ambient_pressure, said, known_to, tuple(masked))
+
+
+def _read_table(file: str, section: str, data: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, Any]:
+    """The table ``[read]`` of a folder or a run."""
+    table = data.get(READ, {})
+    if isinstance(table, dict):
+        return table
+    all_faults.append(
+        Fault(file, section, f"{quoted(table)} is no table", f"write [{'' if section == READ else 'run.'}{READ}]")
+    )
+    return {}
+
+
+def _dialect(file: str, section: str, table: Mapping[str, Any], sensors: Sensors) -> tuple[Dialect | None, list[Fault]]:
+    """Dialect that a table says, None if it is wrong, and its faults."""
+    if not table:
+        return Dialect(), []
+    names = (*sensors.columns, *(name for name in sensors.computed if name not in sensors.columns))
+    dialect, faults = read_dialect(file, section, table, names, is_timed=sensors.axis == TIME)
+    return None if faults else dialect, faults
 
 
 def _toml(path: Path) -> dict[str, Any]:
     """Contents of the file of a folder."""
     try:
-        return tomllib.loads(text_of(path_below(path.parent, path.name)))
+        text = text_of(path_below(path.parent, path.name))
     except InvalidValue as wrong:
         right = wrong.right or f"give a folder with {FILE} and the CSV files that it names"
         raise InputError([Fault(str(path), "", wrong.wrong, right)]) from None
-    except (ValueError, RecursionError) as error:
-        what, _, where = str(error).partition(" (at ")
-        right = 'write key = "value", a quantity in quotes: pulse = "50 ms"'
-        raise InputError([Fault(str(path), where.rstrip(")"), f"no TOML: {what}", right)]) from None
-
-
-def _unknown(file: str, section: str, given: Collection[str], valid: Collection[str]) -> Iterator[Fault]:
-    """Faults of the keys that nobody knows."""
-    for key in given:
-        if key not in valid:
-            near = difflib.get_close_matches(key, valid, n=1)
-            right = f"did you mean {near[0]}?" if near else f"valid here: {', '.join(valid)}"
-            yield Fault(file, f"{section}.{key}".lstrip("."), "unknown key", right)
+    return parse_toml(str(path), text, 'pulse = "50 ms"')
 
 
 def _noise(file: str, given: Any, sensors: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, float]:
@@ -127,14 +178,14 @@ def _noise(file: str, given: Any, sensors: Mapping[str, Any], all_faults: list[F
     if not isinstance(given, dict):
         all_faults.append(Fault(file, "sensor", f"{quoted(given)} is no table", "write [sensor.lift]"))
         return {}
-    all_faults += _unknown(file, "sensor", given, sensors)
+    all_faults += find_unknown_keys(file, "sensor", given, sensors)
     noise = {}
     for name in [name for name in sensors if name in given]:
         key, table = f"sensor.{name}", given[name]
         if not isinstance(table, dict):
             all_faults.append(Fault(file, key, f"{quoted(table)} is no table", f"write [{key}]"))
             continue
-        all_faults += _unknown(file, key, table, ("noise",))
+        all_faults += find_unknown_keys(file, key, table, ("noise",))
         if "noise" in table:
             try:
                 noise[name] = sensors[name].read(table["noise"])
@@ -144,11 +195,19 @@ def _noise(file: str, given: Any, sensors: Mapping[str, Any], all_faults: list[F
 
 
 def _run(
-    path: Path, section: str, given: dict[str, Any], bench: Bench, ambient_pressure: float, all_faults: list[Fault]
+    path: Path,
+    section: str,
+    given: dict[str, Any],
+    bench: Bench,
+    ambient_pressure: float,
+    dialect: Dialect | None,
+    all_faults: list[Fault],
+    hints: list[str],
+    masked: list[Masked],
 ) -> MeasuredRun | None:
-    """A run; None if it is wrong, which the all_faults say."""
+    """A run; None if it is wrong, which all_faults say. Without a dialect its file is not read."""
     file, before, sensors = str(path), len(all_faults), SENSORS[bench]
-    all_faults += _unknown(file, section, given, (*TEXT_KEYS, *sensors.keys))
+    all_faults += find_unknown_keys(file, section, given, (*TEXT_KEYS, *sensors.keys, READ))
     values: dict[str, Any] = dict.fromkeys(sensors.keys, nan) | {"role": 0}
     for key in sensors.due:
         if key not in given:
@@ -169,12 +228,15 @@ def _run(
     if bench == ENGINE:
         all_faults += _engine_faults(file, section, given, values)
     columns: dict[str, np.ndarray] = {}
-    if isinstance(given.get("data"), str):
+    if dialect and isinstance(given.get("data"), str):
         try:
-            columns = _columns(path_below(path.parent, given["data"]), sensors, ambient_pressure, all_faults)
+            data = path_below(path.parent, given["data"])
+            columns, said, lost = _columns(data, sensors, ambient_pressure, dialect, all_faults)
+            hints += said
+            masked += lost
         except InvalidValue as wrong:
             all_faults.append(Fault(file, f"{section}.data", wrong.wrong, wrong.right))
-    if len(all_faults) > before:
+    if len(all_faults) > before or dialect is None:
         return None
     return _run_of(given, section, bench, values, columns)
 
@@ -203,6 +265,10 @@ def _run_of(
     name, supply, temperature = given.get("name", data or section), values["supply"], values["temperature"]
     if bench == VALVE:
         return MeasuredRun(name, data, supply, temperature, values["pulse"], role, columns.pop(TIME), columns)
+    if bench == CYLINDER:
+        given_columns = {column: columns.pop(column) for column in SENSORS[bench].given}
+        times = columns.pop(TIME)
+        return MeasuredRun(name, data, supply, temperature, nan, role, times, columns, bench, given=given_columns)
     angles = columns.pop(ANGLE, NO_ANGLES)
     return MeasuredRun(
         name,
@@ -222,18 +288,58 @@ def _run_of(
     )
 
 
-def _columns(path: Path, sensors: Sensors, ambient_pressure: float, all_faults: list[Fault]) -> dict[str, np.ndarray]:
-    """Columns of a CSV, SI, by name."""
+def _columns(
+    path: Path, sensors: Sensors, ambient_pressure: float, dialect: Dialect, all_faults: list[Fault]
+) -> tuple[dict[str, np.ndarray], list[str], list[Masked]]:
+    """Columns of a file, SI, by name, thinned to what the model resolves, what is said of them, and what is masked."""
     file, axis, declared = str(path), sensors.axis, sensors.columns
-    example = f'give a CSV with the header "{axis} [{sensors.axis_unit}],lift [mm]", its path from the folder'
-    columns, names, wrong = read_columns(path, declared, (axis,), ambient_pressure, example)
-    faults = [*_unknown(file, "", [name for name in names if name not in sensors.computed], declared), *wrong]
+    sensor = "force [N]" if sensors.given else "lift [mm]"
+    header = ",".join([f"{axis} [{sensors.axis_unit}]", *(f"{n} [{u}]" for n, u in sensors.given.items()), sensor])
+    example = f'give a CSV with the header "{header}", its path from the folder'
+    columns, names, wrong, hints = read_columns(
+        path, declared, (axis, *sensors.given), ambient_pressure, right=example, dialect=dialect
+    )
+    unknown = find_unknown_keys(file, "", [name for name in names if name not in sensors.computed], declared)
+    if dialect.is_stated:
+        unknown = (fault._replace(right=_name_unknown(fault)) for fault in unknown)
+    faults = list(dict.fromkeys([*unknown, *wrong]))
     if names and not wrong and not sensors.traces.keys() & columns.keys():
-        faults.append(Fault(file, "", "no column of a sensor", 'name one in the header, e.g. "lift [mm]"'))
+        faults.append(Fault(file, "", "no column of a sensor", f'name one in the header, e.g. "{sensor}"'))
     if not faults:
-        faults += [*_too_short(file, axis, columns[axis]), *_turned_velocity(file, columns[axis], columns)]
+        columns[axis] = _since_start(columns[axis], dialect)
+        faults += [
+            *_too_short(file, axis, columns[axis]),
+            *_too_empty(file, columns),
+            *_turned_velocity(file, columns[axis], columns),
+        ]
+    masked: list[Masked] = []
+    if not faults:
+        if not sensors.given:  # else samples are averaged over cells of the stroke, all columns alike
+            columns, masked = mask_disturbances(columns, axis, sensors.traces)
+        columns, said = thin(columns, axis)
+        hints += [f"{path.name}: {text}" for text in said]
     all_faults += faults
-    return columns
+    return columns, hints, masked
+
+
+def _name_unknown(fault: Fault) -> str:
+    """Right form for a column that no key of ``[read]`` names."""
+    return f"{fault.right.removesuffix('?')}, or name it in columns or in ignore of [read], or set ignore_others = true"
+
+
+def _since_start(times: np.ndarray, dialect: Dialect) -> np.ndarray:
+    """Times since the solenoids were energised."""
+    if isinstance(dialect.start, str):
+        return times - times[0] if dialect.start == FIRST_ROW else times
+    return times - dialect.start
+
+
+def _too_empty(file: str, columns: Mapping[str, np.ndarray]) -> Iterator[Fault]:
+    """Faults of columns with too few numbers to judge anything by."""
+    for name, values in columns.items():
+        number = int(np.sum(~np.isnan(values)))
+        if number < MIN_ROWS <= len(values):
+            yield Fault(file, name, f"{number} numbers", f"give at least {MIN_ROWS}, or leave the column out")
 
 
 def _too_short(file: str, axis: str, values: np.ndarray) -> Iterator[Fault]:
@@ -250,9 +356,10 @@ def _turned_velocity(file: str, axis: np.ndarray, columns: dict[str, np.ndarray]
     """Fault of a velocity that falls where the lift beside it rises."""
     if not {"lift", "velocity"} <= columns.keys() or len(axis) < MIN_ROWS:
         return
-    velocity = columns["velocity"]
+    is_whole = ~np.isnan(columns["velocity"] + columns["lift"])
+    axis, velocity, lift = (values[is_whole] for values in (axis, columns["velocity"], columns["lift"]))
     travelled = np.append(0.0, np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(axis)))
-    away, lifted = travelled - travelled.mean(), columns["lift"] - columns["lift"].mean()
+    away, lifted = travelled - travelled.mean(), lift - lift.mean()
     if away @ lifted < MAX_TURNED * np.linalg.norm(away) * np.linalg.norm(lifted):
         right = "turn its sign: it is positive as the valve opens (earlier files of apesim valve run have it otherwise)"
         yield Fault(file, "velocity", "falls where the lift rises", right)

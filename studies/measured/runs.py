@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.quantities.uncertainties import Uncertainty
+
 
 class Bench(StrEnum):
     """Bench that data come from."""
@@ -14,6 +16,8 @@ class Bench(StrEnum):
     """The valve alone, opened by a pulse from rest."""
     ENGINE = "engine"
     """The engine in its periodic state."""
+    CYLINDER = "cylinder"
+    """A piston moved to and fro by a drive, one chamber pressurised."""
 
 
 class Role(StrEnum):
@@ -27,16 +31,20 @@ class Role(StrEnum):
     """It is never fitted, and only reported."""
 
 
-VALVE, ENGINE = BENCHES = tuple(Bench)
+VALVE, ENGINE, CYLINDER = BENCHES = tuple(Bench)
 FIT, GATE, CHECK = ROLES = tuple(Role)
 NO_ANGLES = np.empty(0)
 """Crank angles of a run of the valve."""
 NO_MEANS: dict[str, float] = {}
 """Means of a run of the valve."""
+NO_GIVEN: dict[str, np.ndarray] = {}
+"""What is given of a run of the valve or the engine besides its supply and commands."""
+ALL_DEFAULT: dict[str, Uncertainty] = {}
+"""What is known of the rig where nothing is stated."""
 
 
 class MeasuredRun(NamedTuple):
-    """One run on a bench: a pulse of the valve from rest, or a periodic state of the engine."""
+    """One run on a bench: a pulse of the valve from rest, a periodic state of the engine, or a cylinder to and fro."""
 
     name: str
     """Name of the run; repeats share it."""
@@ -54,8 +62,8 @@ class MeasuredRun(NamedTuple):
     """Times since the solenoids were energised [s], shape (n,), ascending; on an engine its angles, less energise, over
     its speed, as a turn repeats for ever."""
     channels: dict[str, np.ndarray]
-    """Measured values, SI, each of shape (n,), by the name of the sensor; the velocity is that of the lift, positive as
-    the valve opens."""
+    """Measured values, SI, each of shape (n,), by the name of the sensor, NaN where a cell of the file has no number;
+    the velocity is that of the lift, positive as the valve opens."""
     bench: Bench = Bench.VALVE
     """Bench that it comes from."""
     speed: float = nan
@@ -68,6 +76,44 @@ class MeasuredRun(NamedTuple):
     """Crank angles of an engine's traces [rad], shape (n,), ascending: a turn, a part of one or several."""
     means: dict[str, float] = NO_MEANS
     """Means of an engine, SI: ``torque``, brake [N m]; ``air_flow``, all air [kg/s]; those that are measured."""
+    given: dict[str, np.ndarray] = NO_GIVEN
+    """What the model of a cylinder is given, SI, each of shape (n,): ``stroke`` [m], ``pressure`` [Pa abs] and
+    ``velocity`` of the stroke [m/s], see `apesim.studies.measured.to_and_fro`."""
+
+    def __repr__(self) -> str:
+        sensors = ", ".join([*self.channels, *self.means]) or "nothing"
+        return f"MeasuredRun {self.name}: {self.role}, {len(self.times)} samples of {sensors}"
+
+    @property
+    def file(self) -> str:
+        """Name of the run that no other has: that of its file, or its own where it is of means alone."""
+        return self.data or self.name
+
+
+class Disturbance(StrEnum):
+    """What a sensor or a recorder does wrong for a few samples."""
+
+    SPIKES = "spikes"
+    """Single samples far from those beside them."""
+    STUCK = "stuck"
+    """One value is repeated where noise would change it."""
+    CLIPPED = "clipped"
+    """The largest or smallest value is repeated where noise would change it."""
+
+
+class Masked(NamedTuple):
+    """Samples of a channel that were measured, and are taken for missing."""
+
+    run: int
+    """Number of the run in the folder, from 0."""
+    channel: str
+    disturbance: Disturbance
+    places: np.ndarray
+    """Times [s], or crank angles [rad], (n,), ascending, as the file has them."""
+    values: np.ndarray
+    """Values that were measured [SI], (n,)."""
+    share: float
+    """Their share of the samples of the channel."""
 
 
 class Measured(NamedTuple):
@@ -82,6 +128,18 @@ class Measured(NamedTuple):
     """Bench that it comes from."""
     ambient_pressure: float = nan
     """Pressure that gauge pressures in it stood above when it was read [Pa abs]; NaN: it was not read."""
+    hints: tuple[str, ...] = ()
+    """What was guessed of its files, or left out of them, in words."""
+    known_to: dict[str, Uncertainty] = ALL_DEFAULT
+    """Standard deviations within which numbers of machine and sensors are known, by the key of the machine file, where
+    the user states them."""
+    masked: tuple[Masked, ...] = ()
+    """Samples that a disturbance of the recorder made: NaN in the channels, and used by nothing."""
+
+    def __repr__(self) -> str:
+        roles = ", ".join(f"{len(runs)} {role}" for role in ROLES if (runs := self.of(role)))
+        sensors = ", ".join(dict.fromkeys(sensor for run in self.runs for sensor in (*run.channels, *run.means)))
+        return f"Measured: {self.bench}, {len(self.runs)} runs ({roles or 'none'}) of {sensors or 'nothing'}"
 
     def of(self, role: str) -> list[MeasuredRun]:
         """Take the runs of a role.

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from apesim.quantities import Choice, Pressure, Quantity
 from apesim.studies.measured.columns import TIME
-from apesim.studies.measured.runs import ENGINE, ROLES, VALVE
+from apesim.studies.measured.runs import CYLINDER, ENGINE, ROLES, VALVE
 
 FILE = "measured.toml"
 """Name of the file that describes a folder."""
@@ -30,6 +30,8 @@ EXAMPLES = {
     "air_flow": 12.3e-3,
 }
 """Right values of the keys of a run, SI, to show where one is wrong."""
+NO_COLUMNS: dict[str, str] = {}
+"""Columns that the model of the valve or the engine is given."""
 
 
 class Sensors(NamedTuple):
@@ -49,13 +51,15 @@ class Sensors(NamedTuple):
     """Declarations of the keys of a run."""
     due: tuple[str, ...]
     """Keys of a run that must be there."""
+    given: dict[str, str] = NO_COLUMNS
+    """Units of the columns that the model is given, by name; they must be there, and nothing is judged by them."""
 
     @property
     def columns(self) -> dict[str, str]:
         """Units of the columns that are read, by name; that of a pressure ends in " abs"."""
         pressures = {name: " abs" for name in self.traces if "pressure" in name}
         units = {name: sensor.unit + pressures.get(name, "") for name, sensor in self.traces.items()}
-        return {self.axis: self.axis_unit} | units
+        return {self.axis: self.axis_unit} | self.given | units
 
 
 SENSORS = {
@@ -102,6 +106,16 @@ SENSORS = {
         }
         | ROLE_KEY,
         ("supply", "speed", "energise", "release"),
+    ),
+    CYLINDER: Sensors(
+        TIME,
+        "ms",
+        {"force": Quantity("N", 1e-9, 1e6, FILE, typical="0.2 N")},
+        {},
+        ("velocity",),
+        SUPPLY_KEYS | ROLE_KEY,
+        ("data", "supply"),
+        given={"stroke": "mm", "pressure": "kPa abs"},
     ),
 }
 """Sensors of each bench."""

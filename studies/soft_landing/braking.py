@@ -11,7 +11,7 @@ from math import ceil, inf
 import numpy as np
 
 from apesim.studies.soft_landing.landing import SOLENOIDS, Landing, Task, apart_of, land
-from apesim.valve.solenoid import opening_curve
+from apesim.valve.solenoid import solenoid_curves
 
 RESOLUTION = 0.01e-3
 """Resolution of the edges [s]."""
@@ -156,9 +156,9 @@ def _first_grid(task: Task, unbraked: Landing, spacing: float, max_added: float)
     A brake that has fully acted before the motion only delays it, and one that acts after contact lowers nothing. If
     the stroke is completed after the release, a late one costs too much; if before, an earlier one is better.
     """
-    followed = opening_curve(task.machine.valve.solenoid)[:, 0]
-    dead = followed[0]
-    earliest = max(unbraked.delay - followed[-1], 0.0) / RESOLUTION
+    curves = solenoid_curves(task.machine.valve.solenoid)
+    dead, followed = min(curve[0, 0] for curve in curves), max(curve[-1, 0] for curve in curves)
+    earliest = max(unbraked.delay - followed, 0.0) / RESOLUTION
     latest, end = ((unbraked.contact + added - dead) / RESOLUTION for added in (0.0, max_added))
     shortest, *spacings = (ceil(apart / RESOLUTION - 1e-9) for apart in (spacing, *SPACINGS))
     starts = {*range(COARSE * (int(earliest) // COARSE + 1), int(latest) + 1, COARSE), shortest}

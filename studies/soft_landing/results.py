@@ -24,7 +24,7 @@ from apesim.studies.soft_landing.braking import (
 )
 from apesim.studies.soft_landing.landing import OPENING, SOLENOIDS, STROKES
 from apesim.studies.soft_landing.strokes import FACTORS, KINDS, LIMITS, OFFSETS, Choice, Result
-from apesim.valve.solenoid import energised_fraction, opening_curve
+from apesim.valve.solenoid import energised_fraction, solenoid_curves
 
 STEP = 0.02e-3
 """Step of the added time over which the fronts stand [s]."""
@@ -193,7 +193,7 @@ def _traces(results: Sequence[Result]) -> dict[str, Variable]:
     task = results[0].task
     times = task.run(sample=SAMPLE).times
     variables = {"time": Variable(("time",), times, "s", "time after the solenoids are energised")}
-    curve = opening_curve(task.machine.valve.solenoid)
+    curves = solenoid_curves(task.machine.valve.solenoid)
     braked = [result.braked for result in closings]
     for name, runs in (("unbraked", [(result.task, ()) for result in openings]), ("braked", braked)):
         traces = np.array([task.run(brake, sample=SAMPLE).trace for task, brake in runs])
@@ -203,7 +203,7 @@ def _traces(results: Sequence[Result]) -> dict[str, Variable]:
         )
         for number, solenoid in enumerate("ab"):
             commands = [np.array(sorted((0.0, task.dwell, *task.edges(brake)[number]))) for task, brake in runs]
-            energised = [[energised_fraction(edges, np.inf, curve, t) for t in times] for edges in commands]
+            energised = [[energised_fraction(edges, np.inf, curves, t) for t in times] for edges in commands]
             variables[f"{name}_energised_{solenoid}"] = Variable(
                 ("run", "time"), np.array(energised), "1", f"energised fraction of solenoid {solenoid.upper()}"
             )

@@ -73,8 +73,10 @@ class SoftLanding(GridResult):
         >>> round(data["spacing_ms"], 2), [point["reachable"] for point in data["points"]]
         (4.17, [False, False])
         """
+        from apesim.studies.console import to_builtins
+
         spacing, cost = self.spacing, self.cost
-        return {
+        data = {
             "spacing_ms": 1e3 * spacing,
             "cost_ms": 1e3 * cost,
             "solenoids": self.solenoids,
@@ -82,6 +84,7 @@ class SoftLanding(GridResult):
             "points": [stroke_json(stroke, spacing, cost) for stroke in self.strokes],
             "faults": list(self.failed),
         }
+        return to_builtins(data)
 
     def _draw(self, folder: str | PathLike[str]) -> list[Path]:
         from apesim.studies.figures.soft_landing import soft_landing_figures

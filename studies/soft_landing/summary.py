@@ -158,7 +158,10 @@ def landing_tables(results: Sequence[Result], spacing: float, cost: float) -> It
         )
     header = ("MPa gauge", "stroke", "contact [ms]", "v_e [m/s]", "energy [mJ]", "lowest [m/s]", "edges apart [ms]")
     yield table_of("Without a brake; edges so far apart that a brake could halve v_e", header, rows, left=(1,))
-    titles = (f"Brakes with edges {1e3 * spacing:.3g} ms apart", "Brakes with edges as close as it takes")
+    titles = (
+        f"Brakes with edges {1e3 * spacing:.3g} ms apart",
+        "Brakes with edges as close together as the brake asks for",
+    )
     for title, limit in zip(titles, LIMITS, strict=True):
         choices = [(result, kind, result.choices[limit, kind]) for result in results for kind in KINDS]
         rows = [_row(result, kind, choice) for result, kind, choice in choices if choice]

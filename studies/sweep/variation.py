@@ -139,6 +139,8 @@ def _vary(
             all_faults.append(Fault(where, "", f"{quoted(key)} varies nothing", right))
         elif key not in declarations:
             all_faults.append(misassigned(type(base), key, where))
+        elif declarations[key].is_table:
+            all_faults.append(Fault(where, key, "is a table, no number", "vary a number, e.g. valve.stroke"))
         elif key == INTAKE_KEY:
             option = "--intake epv,cam,ideal" if where == VARY else 'intake="epv, cam, ideal"'
             all_faults.append(Fault(where, key, "has an option of its own", f"write {option}"))

@@ -23,9 +23,9 @@ SHOWN = (
     ("release_advance_deg", 1.0, 2, "release\n[deg]"),
     ("peak_lift_m", 1e3, 2, "lift\n[mm]"),
     ("brake_torque_Nm", 1.0, 2, "torque\n[N m]"),
-    ("uncorrected_brake_torque_Nm", 1.0, 2, "before\n[N m]"),
+    ("uncorrected_brake_torque_Nm", 1.0, 2, "torque\nbefore\n[N m]"),
     ("specific_air_kg_per_kWh", 1.0, 1, "air\n[kg/kWh]"),
-    ("uncorrected_specific_air_kg_per_kWh", 1.0, 1, "before\n[kg/kWh]"),
+    ("uncorrected_specific_air_kg_per_kWh", 1.0, 1, "air\nbefore\n[kg/kWh]"),
     ("shortcut_open_error_deg", 1.0, 2, "opens\n[deg]"),
     ("shortcut_close_error_deg", 1.0, 2, "closes\n[deg]"),
 )

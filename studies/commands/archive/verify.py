@@ -44,6 +44,6 @@ def verify_archive(common: Common, path: ArchivePath) -> int:
 
     verified = description.verify_archive(path, machine=given_machine(common))
     digest, differences = verified.content_sha256, verified.machine_differences
-    lines = verified.faults or difference_lines(differences) or [f"{path}: whole; {digest_line(digest)}"]
+    lines = verified.faults or difference_lines(differences) or [f"{path}: {verified.sentence}; {digest_line(digest)}"]
     common.console.result(verified.to_dict(), *lines)
     return DONE if verified.is_whole and not differences else INCOMPLETE

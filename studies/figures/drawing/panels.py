@@ -13,6 +13,8 @@ from apesim.studies.figures.drawing.style import GREY
 
 ONE, TWO = (7.4, 3.8), (9.2, 3.9)
 """Usual size of a figure with one panel, and of one with two side by side [inch]."""
+MIN_GAP = 4.0
+"""Gap between samples over the usual step, from which no line is drawn across: a few cells may be missing."""
 MAX_SPECIFIC_AIR = 150.0
 """Upper end of axes of specific air [kg/kWh]: it grows without bound as the work goes to zero."""
 
@@ -278,6 +280,51 @@ def gauge_in_mpa(pressure: np.ndarray, ambient_pressure: float) -> np.ndarray:
     array([0.5, 1. ])
     """
     return (pressure - ambient_pressure) / 1e6
+
+
+def break_at_gaps(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Break a line where samples are far apart, so that none is drawn over what nobody measured.
+
+    Parameters
+    ----------
+    x : (n,) float array
+        Ascending.
+    values : (n,) float array
+
+    Returns
+    -------
+    x, values : (m,) float array
+        With a NaN among the values in each gap that is longer than `MIN_GAP` usual steps.
+
+    Examples
+    --------
+    >>> x, values = break_at_gaps(np.array([0.0, 1.0, 2.0, 12.0, 13.0]), np.arange(5.0))
+    >>> values.tolist()
+    [0.0, 1.0, 2.0, nan, 3.0, 4.0]
+    """
+    gaps = find_gaps(x)
+    return np.insert(x, gaps, x[gaps]), np.insert(values, gaps, np.nan)
+
+
+def find_gaps(x: np.ndarray) -> np.ndarray:
+    """Find the first sample behind each gap that is longer than `MIN_GAP` usual steps.
+
+    Parameters
+    ----------
+    x : (n,) float array
+        Ascending.
+
+    Returns
+    -------
+    (k,) int array
+
+    Examples
+    --------
+    >>> find_gaps(np.array([0.0, 1.0, 2.0, 12.0, 13.0])).tolist()
+    [3]
+    """
+    steps = np.diff(x)
+    return np.flatnonzero(steps > MIN_GAP * np.median(steps)) + 1 if len(steps) else np.empty(0, dtype=np.int64)
 
 
 def spread_out(count: int, max_count: int) -> np.ndarray:

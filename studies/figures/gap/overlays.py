@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from apesim.studies.figures.drawing.panels import label_axes, open_panels
+from apesim.studies.figures.drawing.panels import break_at_gaps, find_gaps, label_axes, open_panels
 from apesim.studies.figures.gap.looks import AFTER, BEFORE, MEASURED, WIDTH, WORDS
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.report.comparison import find_display
 from apesim.studies.gap.search.phases import PHASES, find_phases
-from apesim.studies.measured import ENGINE
+from apesim.studies.measured import CYLINDER, ENGINE
 
 if TYPE_CHECKING:
     from apesim.studies.gap.report.comparison import ComparedSignal
@@ -28,8 +28,12 @@ SHADES = {
     "charging": "#dcebf7",
     "expansion": "#ffffff",
     "exhaust": "#f3ead7",
+    "stroke against the pressure": "#dcebf7",
+    "stroke with the pressure": "#e3f1dd",
 }
 """Background of each phase of the stroke or cycle."""
+OVER = {ENGINE: ("crank angle", "deg"), CYLINDER: ("time after the turning point", "ms")}
+"""What the traces of a bench stand over; those of the valve over the time after the command."""
 UNSHADED = "#ffffff"
 """Background of phases that a legend does not name."""
 MEAN_SAMPLES = 9
@@ -39,7 +43,7 @@ NOISE_BAND = 2.0
 
 
 def plot_overlays(chosen: "Sequence[ComparedSignal]", added: str, ambient_pressure: float) -> Figure:
-    """Plot traces over the models, each with its residuals below.
+    r"""Plot traces over the models, each with its residuals below.
 
     Parameters
     ----------
@@ -66,7 +70,7 @@ def plot_overlays(chosen: "Sequence[ComparedSignal]", added: str, ambient_pressu
     >>> signal = ComparedSignal(block, 3e-5, lift + 1e-4, None, lift + 3.0, None, marks)
     >>> figure = plot_overlays([signal], "ring leakage", 0.1e6)
     >>> [axis.get_ylabel() for axis in figure.axes]
-    ['lift [mm]', 'left [noise]']
+    ['lift [mm]', 'model less measured\n[sigmas of the noise]']
     """
     size = (WIDTH, 0.8 + 2.8 * len(chosen))
     figure, panels = open_panels(2 * len(chosen), 1, size, height_ratios=(2.4, 1) * len(chosen))
@@ -87,18 +91,18 @@ def _draw_overlay(
     """Draw a trace over the models, and its residuals below."""
     block: Any = signal.block
     run, shown = block.run, find_display(block)
-    x = np.degrees(run.angles) if run.bench == ENGINE else block.times * 1e3
+    x = np.degrees(block.angles) if run.bench == ENGINE else block.times * 1e3
     shades = _shade_phases(above, x, signal)
     above.plot(x, shown.convert(block.values), ".", color=MEASURED, ms=3, label="measured")
-    above.plot(x, shown.convert(signal.before), color=BEFORE, lw=1.2, label="calibrated model")
+    above.plot(*break_at_gaps(x, shown.convert(signal.before)), color=BEFORE, lw=1.2, label="calibrated model")
     if signal.after is not None:
-        above.plot(x, shown.convert(signal.after), color=AFTER, lw=1.2, ls="--", label=added)
+        above.plot(*break_at_gaps(x, shown.convert(signal.after)), color=AFTER, lw=1.2, ls="--", label=added)
     reference = " abs" if "pressure" in block.sensor else ""
     label_axes(above, y=(shown.name, shown.unit + reference))
     above.set_title(f"{label_point(run, ambient_pressure)}, {WORDS[signal.role]}", loc="left")
     above.tick_params(labelbottom=False)
     draw_left(below, signal, added)
-    label_axes(below, y=("left", "noise"))
+    below.set_ylabel("model less measured\n[sigmas of the noise]")
     for axis in (above, below):
         axis.set_xlim(x[0], x[-1])
     return shades
@@ -129,12 +133,12 @@ def draw_left(axis: Axes, signal: "ComparedSignal", added: str) -> Axes:
     ['what noise alone fills', 'calibrated model', 'with side force']
     """
     block: Any = signal.block
-    x = np.degrees(block.run.angles) if block.run.bench == ENGINE else block.times * 1e3
+    x = np.degrees(block.angles) if block.run.bench == ENGINE else block.times * 1e3
     axis.axhspan(-NOISE_BAND, NOISE_BAND, color="0.93", lw=0, zorder=0, label="what noise alone fills")
     _draw_residuals(axis, x, (signal.before - block.values) / signal.noise, BEFORE, "calibrated model")
     if signal.after is not None:
         _draw_residuals(axis, x, (signal.after - block.values) / signal.noise, AFTER, added)
-    over = ("crank angle", "deg") if block.run.bench == ENGINE else ("time after the command", "ms")
+    over = OVER.get(block.run.bench, ("time after the command", "ms"))
     label_axes(axis, x=over)
     return axis
 
@@ -144,9 +148,14 @@ def _draw_residuals(axis: Axes, x: np.ndarray, residuals: np.ndarray, colour: st
     if len(residuals) <= MEAN_SAMPLES:
         axis.plot(x, residuals, color=colour, lw=1.3, label=label)
         return
-    axis.plot(x, residuals, color=colour, lw=0.6, alpha=0.35)
-    mean = np.convolve(residuals, np.full(MEAN_SAMPLES, 1.0 / MEAN_SAMPLES), "valid")
-    axis.plot(x[MEAN_SAMPLES // 2 : MEAN_SAMPLES // 2 + len(mean)], mean, color=colour, lw=1.3, label=label)
+    axis.plot(*break_at_gaps(x, residuals), color=colour, lw=0.6, alpha=0.35)
+    gaps = find_gaps(x)
+    for places, part in zip(np.split(x, gaps), np.split(residuals, gaps), strict=True):
+        if len(part) >= MEAN_SAMPLES:
+            mean = np.convolve(part, np.full(MEAN_SAMPLES, 1.0 / MEAN_SAMPLES), "valid")
+            first = MEAN_SAMPLES // 2
+            axis.plot(places[first : first + len(mean)], mean, color=colour, lw=1.3, label=label)
+            label = ""
 
 
 def _shade_phases(axis: Axes, x: np.ndarray, signal: "ComparedSignal") -> dict[str, str]:

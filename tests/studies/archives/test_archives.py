@@ -78,11 +78,15 @@ def test_parts_are_joined_and_a_missing_one_is_told(folder, tmp_path):
     parts, out = [folder / f"{number}.h5" for number in (1, 2, 3)], tmp_path / "joined.h5"
     own = apesim.describe_archive(parts[0])
     assert (own["runs"], own["runs_planned"], own.is_whole) == (1, 3, True)  # its own share is whole
+    verified = apesim.verify_archive(parts[0])
+    assert verified.is_whole and verified.share == verified.to_dict()["share"] == "1/3"
+    assert verified.ending.startswith("sound, a share of a sweep: 1/3;")
     assert apesim.merge_archives(parts[:2], out).warnings[-1] == "missing runs: 2 (of 3 planned, counted from 0)"
     with pytest.raises(ArchiveError, match="exists already"):
         apesim.merge_archives(parts, out)
     whole = apesim.merge_archives(parts, out, overwrite=True)
-    assert not whole.warnings and whole["runs"] == 3 and apesim.verify_archive(out).is_whole
+    assert not whole.warnings and whole["runs"] == 3
+    assert (apesim.verify_archive(out).ending, apesim.verify_archive(out).share) == ("whole", None)
     for name, variable in read(folder / "whole.h5").variables.items():
         assert np.array_equal(
             variable.values, whole.archive.variables[name].values, equal_nan=variable.kind == "float64"

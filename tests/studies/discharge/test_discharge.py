@@ -335,8 +335,8 @@ def test_a_wrong_record_is_told(tmp_path):
     text = csv_of(GOOD)
     lines = text.splitlines(keepends=True)
     wrong = {
-        "time: '' in row": text.replace(lines[30], ",500\n"),
-        "pressure: 'nan' in row 30 is no finite number; give a number": text.replace(lines[30], "0,nan\n"),
+        "time: has no number in row 30": text.replace(lines[30], ",500\n"),
+        "pressure: has no number in row 30; give a number in every cell": text.replace(lines[30], "0,nan\n"),
         "time: does not rise in row 40": "".join([*lines[:40], lines[39], *lines[40:]]),
         "time: 101 rows until the valve is switched at t = 0, 8 after": "".join(lines[:110]),
         "time: 1 rows until the valve is switched": "".join([lines[0], *lines[101:]]),
@@ -347,7 +347,7 @@ def test_a_wrong_record_is_told(tmp_path):
     for start, content in wrong.items():
         assert faults(tmp_path, content).startswith(f"p.csv: {start}"), start
     assert "pressure [kPa gauge]" in faults(tmp_path, csv_of(GOOD, offset=AMBIENT))
-    assert "cannot be read" in faults(tmp_path, "") or "no CSV" in faults(tmp_path, "")
+    assert "there is nothing; give a file with rows of numbers" in faults(tmp_path, "")
 
 
 def test_units_and_gauge_are_converted_and_other_columns_left_alone(tmp_path):

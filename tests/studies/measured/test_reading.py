@@ -98,8 +98,8 @@ name = ""
 """
     lines = faults(folder(toml, a="time [ms],lft [mm]\n1,2\n"))
     assert lines == [
-        "measured.toml: colour: unknown key; valid here: bench, sensor, run",
-        'measured.toml: bench: \'valv\' is no bench known here; write bench = "valve" or bench = "engine"',
+        "measured.toml: colour: unknown key; valid here: bench, sensor, known_to, run, read",
+        'measured.toml: bench: \'valv\' is no bench known here; write bench = "valve", "engine" or "cylinder"',
         "measured.toml: sensor.lfit: unknown key; did you mean lift?",
         "measured.toml: sensor.lift.nose: unknown key; did you mean noise?",
         lines[4],
@@ -131,8 +131,8 @@ name = ""
             "or gauge",
         ),
         (
-            "time [ms],lift [mm]\n0,1\n1,nan\n",
-            "a.csv: lift: 'nan' in row 2 is no finite number; give a number in every cell",
+            "time [ms],lift [mm]\n0,1\n1,one\n",
+            "a.csv: lift: 'one' in row 2 is no finite number; give a number in every cell",
         ),
         (
             "time [ms],lift [mm]\n0,nan\n1,nan\n",
@@ -159,10 +159,15 @@ def test_a_wrong_csv_is_told(folder, text, line):
     ("toml", "starts"),
     [
         ("bench = ", "measured.toml: end of document: no TOML: "),
+        ('bench = "valve', 'measured.toml: line 1: bench has no closing quote; write bench = "valve"'),
+        (
+            'bench = "valve"\nbench = "engine"',
+            "measured.toml: line 2: bench stands twice, first in line 1; keep one of them",
+        ),
         ('bench = "valve"\nrun = 3\n', "measured.toml: run: no list of runs; "),
         (
             'bench = "motor"\n' + RUN,
-            "measured.toml: bench: 'motor' is no bench known here; write bench = \"valve\" or ",
+            "measured.toml: bench: 'motor' is no bench known here; write bench = \"valve\", ",
         ),
         ('bench = "engine"\n' + RUN, "measured.toml: run 1.pulse: unknown key; valid here: data, name, supply, "),
         (f'bench = "valve"\nsensor = 1\n{RUN}', "measured.toml: sensor: 1 is no table; write [sensor.lift]"),

@@ -311,6 +311,21 @@ def test_the_archive_is_whole_and_its_fronts_are_those_found(results, tmp_path):
         assert data["closing_within_spacing_softest_release"].attrs["units"] == "s"
 
 
+def test_a_dictionary_of_brakes_holds_numbers_of_pythons_own(results):
+    def leaves(data):
+        if isinstance(data, dict | list):
+            for part in data.values() if isinstance(data, dict) else data:
+                yield from leaves(part)
+        else:
+            yield data
+
+    archive = archive_of(machine(), results, CLOSE, COST)
+    options = {"spacing": CLOSE, "cost": COST, "solenoids": "any", "strokes": tuple(results)}
+    data = study.SoftLanding.of(archive, ambient_pressure=AMBIENT, **options).to_dict()
+    assert isinstance(data["points"][0]["within_spacing"]["softest"]["seating_speed_m_s"], float)
+    assert {type(leaf).__module__ for leaf in leaves(data)} == {"builtins"}
+
+
 def test_figures_are_drawn_with_brakes_and_for_a_piston_that_does_not_move(results, tmp_path):
     still = soft_landings(machine(), [AMBIENT + 1e4], 287.0, DWELL)
     for number, found in enumerate((results, still)):

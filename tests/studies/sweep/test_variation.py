@@ -91,6 +91,7 @@ def test_archives_hold_si_and_degrees(text, values, unit):
         (["supply.pressure"], [["--vary: 'supply.pressure'", "KEY=RANGE"]]),
         (["air.model=ideal,foo"], [["--vary: air.model", "'foo'", '"cantera"']]),
         (["engine.intake=epv,cam"], [["--vary: engine.intake", "--intake"]]),
+        (["known_to=1 mm"], [["--vary: known_to", "is a table", "vary a number"]]),
         (["groove.lap=1 mm", "groove.lap=2 mm"], [["--vary: groove.lap", "twice", "at once"]]),
         (["groove.lap=1 mm, 1000 um"], [["--vary: groove.lap", "'1 mm' is given twice", "once"]]),
         (["groove.lap=1:9", "engine.bore=9"], [["--vary: groove.lap"], ["--vary: engine.bore", "no unit"]]),

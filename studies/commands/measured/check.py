@@ -1,0 +1,97 @@
+"""Command `apesim measured check`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from apesim.studies.console import BAD_INPUT, DONE
+from apesim.studies.options import Common, MeasuredFolder, Overwrite
+
+if TYPE_CHECKING:
+    from apesim.studies.measured.plausibility import Finding
+
+HEADER = ("", "file", "channel", "seen", "likely reason", "right")
+
+
+def check_measured_folder(
+    common: Common,
+    folder: MeasuredFolder,
+    out: Annotated[
+        Path | None, typer.Option(metavar="OUT", help="Draw all runs over the model, into this folder.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Judge whether measured data can be what measured.toml says, and draw them over the model.
+
+    A fault cannot be physics of a rig anywhere near the machine: gap explain and valve fit refuse such data. A warning
+    may be real. A hint is information.
+
+    Parameters
+    ----------
+    common : Common
+        Console and machine of the command line.
+    folder : path
+        Measured data: a folder with a ``measured.toml``.
+    out : path, optional
+        Folder to draw the figures into; none are drawn if left out.
+    overwrite : bool
+        Write into a folder that holds something.
+
+    Returns
+    -------
+    int
+        Exit code: 0 where there is no fault, 2 where there is one.
+
+    Raises
+    ------
+    InputError
+        Machine or measured data cannot be read.
+    ArchiveError
+        The folder holds something that is not to be replaced.
+
+    Examples
+    --------
+    >>> from typer.testing import CliRunner
+    >>> from apesim.studies.cli import app
+    >>> error = CliRunner().invoke(app, ["measured", "check", "no_folder"]).exception
+    >>> str(error).partition("; ")[2]
+    'give a folder with measured.toml and the CSV files that it names'
+    """
+    from apesim.studies.execution.own_thread import call_in_thread
+    from apesim.studies.measured import read_measured
+    from apesim.studies.measured.plausibility import group_findings
+    from apesim.studies.measured_check import check_measured
+    from apesim.studies.output import make_folder
+    from apesim.studies.tables import table_of
+
+    console, machine = common.console, common.load_machine()
+    measured = read_measured(folder, machine.ambient.pressure)
+    console.notes(measured.hints)
+    if out is not None:
+        make_folder(out, overwrite)
+    with console.announce_compiling(), console.stages("plausibility") as progress:
+        check = call_in_thread(check_measured, machine, measured, progress=progress).result()
+    drawn = check.write(out, overwrite=True) if out is not None else []
+    rows = [_row(finding, more) for finding, more in group_findings(check.findings)]
+    shown = [table_of("", HEADER, rows, left=range(len(HEADER)))] if rows else []
+    lines = [f"figures in {out}/"] if drawn else []
+    data = check.to_dict() | {"figures": [str(path) for path in drawn]}
+    console.result(data, *shown, *lines, repr(check).splitlines()[0])
+    return BAD_INPUT if check.faults else DONE
+
+
+def _row(finding: "Finding", more: int) -> tuple[str, ...]:
+    """Cells of a finding that stands for some more of other files, or of other runs of measured.toml."""
+    from apesim.studies.measured.sensors import FILE
+
+    behind = f" and {more} more" if more else ""
+    of_run = finding.file == FILE
+    return (
+        str(finding.kind),
+        finding.file + ("" if of_run else behind),
+        finding.channel + (behind if of_run else ""),
+        finding.seen,
+        finding.reason,
+        finding.right,
+    )

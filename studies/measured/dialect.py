@@ -1,0 +1,371 @@
+"""Dialects: how a laboratory's file writes its table, as the table ``[read]`` of ``measured.toml`` says it.
+
+Whatever is not said is None here, and guessed from the file by `apesim.studies.measured.layout`.
+"""
+
+import difflib
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from apesim.quantities import Fault, InvalidValue, Quantity, quoted
+
+SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
+"""Characters between cells by their names; "space" is any run of blanks and tabs."""
+ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1", "cp1252")
+"""Encodings of a file."""
+DECIMALS = (".", ",", "")
+"""Decimal marks; "": whole numbers alone."""
+THOUSANDS = ("", ".", ",", "'", " ")
+"""Marks between groups of three digits; "": none."""
+COMMAND, FIRST_ROW = STARTS = ("command", "first row")
+"""Words for the instant of a file that t = 0 stands at, beside a time."""
+START = Quantity("ms", -1e9, 1e9, "measured.toml", typical="12.5 ms")
+"""Declaration of a time of the file that t = 0 stands at."""
+MAX_SKIPPED = 1_000_000
+"""Largest number of rows that are passed over: far above any instrument's preamble."""
+MAX_COLUMN = 10_000
+"""Largest number of a column: far above any instrument's number of channels."""
+TABLES = ("columns", "unit", "column")
+"""Keys that are tables: a run's entries are put over the folder's one by one."""
+KEYS = (
+    "separator",
+    "decimal",
+    "encoding",
+    "skip_rows",
+    "columns",
+    "unit",
+    "ignore",
+    "ignore_others",
+    "header",
+    "thousands",
+    "column",
+    "start",
+)
+"""Keys of ``[read]``."""
+
+
+class Marks(NamedTuple):
+    """Marks in the numbers of a column."""
+
+    decimal: str | None = None
+    """Decimal mark; "": whole numbers; None: not said."""
+    thousands: str | None = None
+    """Mark between groups of three digits; "": there is none; None: not said."""
+
+
+class Dialect(NamedTuple):
+    """Way in which a file writes its table."""
+
+    is_stated: bool = False
+    """Whether a ``[read]`` is there."""
+    separator: str | None = None
+    """Character between cells; None: guessed."""
+    encoding: str | None = None
+    """Encoding of the text; None: guessed."""
+    skip_rows: int = 0
+    """Rows above the header, or above the numbers where there is none."""
+    header: bool = True
+    """Whether a header stands above the numbers."""
+    columns: Mapping[str, str | int] = {}
+    """Header or number, counted from 1, of a column in the file, by our name."""
+    units: Mapping[str, str] = {}
+    """Units by our name."""
+    ignore: tuple[str | int, ...] = ()
+    """Headers or numbers of columns that are passed over."""
+    ignore_others: bool = False
+    """Whether all other columns are passed over."""
+    marks: Marks = Marks()
+    """Marks in the numbers of the file."""
+    marks_by_column: Mapping[str, Marks] = {}
+    """Marks in the numbers of a column that has its own, by our name."""
+    start: float | str = COMMAND
+    """Time of the file at which t = 0 stands [s], or one of `STARTS`."""
+
+    def marks_of(self, name: str) -> Marks:
+        """Find the marks in the numbers of a column.
+
+        Parameters
+        ----------
+        name : str
+            Our name of it.
+
+        Returns
+        -------
+        Marks
+            Its own, and those of the file where it has none.
+
+        Examples
+        --------
+        >>> dialect = Dialect(marks=Marks("."), marks_by_column={"time": Marks("", ".")})
+        >>> dialect.marks_of("time"), dialect.marks_of("lift")
+        (Marks(decimal='', thousands='.'), Marks(decimal='.', thousands=None))
+        """
+        own = self.marks_by_column.get(name, Marks())
+        return Marks(*(mine if mine is not None else whole for mine, whole in zip(own, self.marks, strict=True)))
+
+
+PLAIN = Dialect(separator=",", encoding="utf-8", marks=Marks(".", ""))
+"""Dialect of the files that apesim writes; nothing of it is guessed."""
+
+
+def merge_tables(folder: Mapping[str, Any], run: Mapping[str, Any]) -> dict[str, Any]:
+    """Put the ``[read]`` of a run over that of its folder.
+
+    Parameters
+    ----------
+    folder, run : mapping of str to object
+        Contents of the two tables.
+
+    Returns
+    -------
+    dict
+        A key of the run replaces the folder's; of tables in it, an entry of the run replaces the folder's.
+
+    Examples
+    --------
+    >>> merge_tables({"decimal": ",", "unit": {"time": "ms"}}, {"decimal": ".", "unit": {"lift": "mm"}})
+    {'decimal': '.', 'unit': {'time': 'ms', 'lift': 'mm'}}
+    """
+    merged = dict(folder)
+    for key, value in run.items():
+        both = key in TABLES and isinstance(value, dict) and isinstance(merged.get(key), dict)
+        merged[key] = merge_tables(merged[key], value) if both else value
+    if isinstance(folder.get("column"), dict) and isinstance(run.get("column"), dict):
+        for name in folder["column"].keys() & run["column"].keys():
+            pair = folder["column"][name], run["column"][name]
+            if all(isinstance(table, dict) for table in pair):
+                merged["column"][name] = {**pair[0], **pair[1]}
+    return merged
+
+
+def find_unknown_keys(file: str, section: str, given: Collection[str], valid: Collection[str]) -> Iterator[Fault]:
+    """Find the keys of a table that nobody knows.
+
+    Parameters
+    ----------
+    file : str
+        File that the table stands in.
+    section : str
+        Name of the table; "": the top of the file.
+    given, valid : collection of str
+        Keys that are there, and keys that may be there.
+
+    Yields
+    ------
+    Fault
+        An unknown key, with the nearest right one.
+
+    Examples
+    --------
+    >>> print(*find_unknown_keys("measured.toml", "read", ["separater"], KEYS))
+    measured.toml: read.separater: unknown key; did you mean separator?
+    """
+    for key in given:
+        if key not in valid:
+            near = difflib.get_close_matches(key, valid, n=1)
+            right = f"did you mean {near[0]}?" if near else f"valid here: {', '.join(valid)}"
+            yield Fault(file, f"{section}.{key}".lstrip("."), "unknown key", right)
+
+
+def read_dialect(
+    file: str, section: str, table: Mapping[str, Any], names: Collection[str], *, is_timed: bool
+) -> tuple[Dialect, list[Fault]]:
+    r"""Read a table ``[read]``.
+
+    Parameters
+    ----------
+    file : str
+        File that it stands in.
+    section : str
+        Name of the table there.
+    table : mapping of str to object
+        Its contents.
+    names : collection of str
+        Names of the columns that are known here.
+    is_timed : bool
+        Whether the traces stand over time, so that there is a ``start``.
+
+    Returns
+    -------
+    dialect : Dialect
+        Without what is wrong.
+    faults : list of Fault
+        Faults, empty where there are none.
+
+    Examples
+    --------
+    >>> table = {"separator": "tab", "columns": {"lift": "Ch1"}, "unit": {"lift": "mm"}}
+    >>> dialect, faults = read_dialect("measured.toml", "read", table, ("time", "lift"), is_timed=True)
+    >>> dialect.separator, dialect.columns, dialect.start, faults
+    ('\t', {'lift': 'Ch1'}, 'command', [])
+    """
+    reading = _Reading(file, section, table, names)
+    faults = reading.faults
+    faults += find_unknown_keys(file, section, table, KEYS)
+    separator = reading.word("separator", tuple(SEPARATORS))
+    marks = reading.marks(section, table)
+    dialect = Dialect(
+        is_stated=True,
+        separator=SEPARATORS[separator] if separator else None,
+        encoding=reading.word("encoding", ENCODINGS),
+        skip_rows=reading.whole("skip_rows", MAX_SKIPPED),
+        header=reading.truth("header", default=True),
+        columns=reading.columns(),
+        units=reading.units(),
+        ignore=reading.ignored(),
+        ignore_others=reading.truth("ignore_others", default=False),
+        marks=marks,
+        marks_by_column=reading.marks_by_column(),
+        start=reading.start(is_timed=is_timed),
+    )
+    if not dialect.header and not faults:
+        faults += _headless_faults(file, section, dialect)
+    if not faults:
+        faults += _contradictions(file, section, dialect)
+    return dialect, faults
+
+
+class _Reading:
+    """Values of one table, with the faults of those that are wrong."""
+
+    def __init__(self, file: str, section: str, table: Mapping[str, Any], names: Collection[str]) -> None:
+        self.file, self.section, self.table, self.names = file, section, table, names
+        self.faults: list[Fault] = []
+
+    def fault(self, key: str, wrong: str, right: str) -> None:
+        """Add a fault of a key."""
+        self.faults.append(Fault(self.file, f"{self.section}.{key}", wrong, right))
+
+    def word(
+        self, key: str, words: tuple[str, ...], table: Mapping[str, Any] | None = None, at: str = ""
+    ) -> str | None:
+        """One of several words; None where it is not given."""
+        table = self.table if table is None else table
+        if key not in table or (isinstance(table[key], str) and table[key] in words):
+            return table.get(key)
+        *others, last = (f'"{word}"' for word in words)
+        self.fault(f"{at}{key}", f"{quoted(table[key])} is no option", f"write {', '.join(others)} or {last}")
+        return None
+
+    def whole(self, key: str, high: int) -> int:
+        """A number of things, 0 where it is not given."""
+        value = self.table.get(key, 0)
+        if type(value) is int and 0 <= value <= high:
+            return value
+        self.fault(key, f"{quoted(value)} is no number of rows", f"write a whole number from 0 to {high}")
+        return 0
+
+    def truth(self, key: str, *, default: bool) -> bool:
+        """A truth value."""
+        value = self.table.get(key, default)
+        if isinstance(value, bool):
+            return value
+        self.fault(key, f"{quoted(value)} is neither true nor false", f"write {key} = {str(not default).lower()}")
+        return default
+
+    def entries(self, key: str, right: str) -> dict[str, Any]:
+        """Entries of a table whose keys are our names."""
+        entries = self.table.get(key, {})
+        if not isinstance(entries, dict):
+            self.fault(key, f"{quoted(entries)} is no table", right)
+            return {}
+        self.faults += find_unknown_keys(self.file, f"{self.section}.{key}", entries, self.names)
+        return {name: entries[name] for name in entries if name in self.names}
+
+    def columns(self) -> dict[str, str | int]:
+        """Headers or numbers by our name."""
+        right = 'write columns = { time = "Zeit (s)", lift = "Ch1" }, or numbers from 1'
+        found: dict[str, str | int] = {}
+        for name, value in self.entries("columns", right).items():
+            if _is_column(value):
+                found[name] = " ".join(value.split()) if isinstance(value, str) else value
+            else:
+                self.fault(f"columns.{name}", f"{quoted(value)} is no header and no number of a column", right)
+        if len(set(found.values())) < len(found):
+            self.fault("columns", "one column of the file has two names", "name each column once")
+        return found
+
+    def units(self) -> dict[str, str]:
+        """Units by our name; whether they are units is seen with their column."""
+        found = {}
+        for name, value in self.entries("unit", 'write unit.lift = "mm"').items():
+            if isinstance(value, str) and value.strip():
+                found[name] = value.strip()
+            else:
+                self.fault(f"unit.{name}", f"{quoted(value)} is no unit", f'write unit.{name} = "mm"')
+        return found
+
+    def ignored(self) -> tuple[str | int, ...]:
+        """Headers or numbers of columns."""
+        value = self.table.get("ignore", [])
+        if isinstance(value, list) and all(_is_column(each) for each in value):
+            return tuple(" ".join(each.split()) if isinstance(each, str) else each for each in value)
+        self.fault("ignore", f"{quoted(value)} is no list of columns", 'write ignore = ["Trigger"], or numbers from 1')
+        return ()
+
+    def marks(self, section: str, table: Mapping[str, Any]) -> Marks:
+        """Marks in numbers."""
+        at = f"{section}.".removeprefix(f"{self.section}.")
+        return Marks(self.word("decimal", DECIMALS, table, at), self.word("thousands", THOUSANDS, table, at))
+
+    def marks_by_column(self) -> dict[str, Marks]:
+        """Marks of columns that have their own."""
+        found = {}
+        right = f'write [{self.section}.column.time] with thousands = "."'
+        for name, table in self.entries("column", right).items():
+            section = f"{self.section}.column.{name}"
+            if isinstance(table, dict):
+                self.faults += find_unknown_keys(self.file, section, table, Marks._fields)
+                found[name] = self.marks(section, table)
+            else:
+                self.fault(f"column.{name}", f"{quoted(table)} is no table", right)
+        return found
+
+    def start(self, *, is_timed: bool) -> float | str:
+        """Instant of the file that t = 0 stands at."""
+        value = self.table.get("start", COMMAND)
+        if isinstance(value, str) and value in STARTS:
+            if value == FIRST_ROW and not is_timed:
+                self.fault("start", "an engine's traces stand over the crank angle", f'leave it out, or "{COMMAND}"')
+                return COMMAND
+            return value
+        if is_timed:
+            try:
+                return START.read(value)
+            except InvalidValue as wrong:
+                self.fault("start", wrong.wrong, f'write "{COMMAND}", "{FIRST_ROW}" or a time, e.g. "12.5 ms"')
+        else:
+            self.fault("start", "an engine's traces stand over the crank angle", f'leave it out, or "{COMMAND}"')
+        return COMMAND
+
+
+def _is_column(value: Any) -> bool:
+    """Whether a value is a header or a number of a column."""
+    if isinstance(value, str):
+        return bool(value.strip())
+    return type(value) is int and 1 <= value <= MAX_COLUMN
+
+
+def _headless_faults(file: str, section: str, dialect: Dialect) -> Iterator[Fault]:
+    """Faults of what a file without header cannot have."""
+    right = "give its number, counted from 1"
+    for name, theirs in dialect.columns.items():
+        if isinstance(theirs, str):
+            yield Fault(file, f"{section}.columns.{name}", f"{quoted(theirs)} in a file without header", right)
+    if not dialect.columns:
+        form = "write columns = { time = 1, lift = 2 }, with unit.time and unit.lift"
+        yield Fault(file, f"{section}.columns", "is not given, and the file has no header", form)
+
+
+def _contradictions(file: str, section: str, dialect: Dialect) -> Iterator[Fault]:
+    """Faults of marks that mean two things."""
+    for name in (None, *dialect.marks_by_column):
+        decimal, thousands = dialect.marks_of(name) if name else dialect.marks
+        at = f"{section}.column.{name}" if name else section
+        if decimal and decimal == thousands:
+            right = 'give two marks, or "" for the one that there is not'
+            yield Fault(file, at, f"decimal and thousands are both {quoted(decimal)}", right)
+        for key, mark in (("decimal", decimal), ("thousands", thousands)):
+            if mark and mark == dialect.separator:
+                right = 'write separator = "semicolon" or "tab" if it is; else save the file with another one'
+                yield Fault(file, f"{at}.{key}", f"{quoted(mark)} is the separator, too: which is which?", right)

@@ -1,0 +1,486 @@
+"""Layouts: where header and numbers of a file stand, and what separates them, as a dialect says or as is guessed."""
+
+import csv
+import re
+from collections.abc import Sequence
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from apesim.quantities import InvalidValue, quoted, unit
+from apesim.quantities.files import split_header
+from apesim.studies.measured.dialect import SEPARATORS, Dialect, Marks
+from apesim.studies.measured.text_blocks import HEAD_BYTES, blocks_of_lines, guess_encoding, read_head
+
+KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
+"""Words behind the unit of a pressure."""
+MISSING = frozenset({"", "-", "--", "nan", "-nan", "n/a", "na", "#n/a", "null", "none"})
+"""Cells without a number, in small letters."""
+GUESSED_ROWS = 200
+"""Rows of numbers from which separator and marks are guessed."""
+MAX_PREAMBLE = 500
+"""Lines among which a header is looked for, to say where it may be."""
+MIN_COLUMNS = 2
+"""Columns of numbers that a table has: what it stands over, and one sensor."""
+MIN_SHARE = 0.5
+"""Share of rows that have to show a separator; the others are faults, each with its line."""
+GUESSES = ("\t", ";", ",", " ")
+"""Separators that are tried. A comma and a blank stand in numbers and headers, too, and come last."""
+ANY_NUMBER = re.compile(r"[+-]?(?:[0-9][0-9.,']*|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?")
+"""A number with any marks."""
+
+
+class Layout(NamedTuple):
+    """Places of header and numbers in a file, and what separates them."""
+
+    encoding: str
+    """Encoding of its text."""
+    separator: str
+    """Character between cells; " ": any run of blanks and tabs."""
+    headers: tuple[str, ...]
+    """Header of each column, with the unit that a second line gives; "" where there is none."""
+    first_line: int
+    """Lines above the first row of numbers."""
+    decimal: str
+    """Decimal mark where none is said."""
+    is_plain: bool
+    """Whether it is the layout of the files that apesim writes: header in line 1, commas, decimal points."""
+    hints: tuple[str, ...]
+    """What was guessed, in words."""
+
+
+def split_line(line: str, separator: str) -> list[str]:
+    """Split a line of numbers into its cells.
+
+    Parameters
+    ----------
+    line : str
+    separator : str
+        Character between cells; " ": any run of blanks and tabs.
+
+    Returns
+    -------
+    list of str
+        Cells, without blanks around them.
+
+    Raises
+    ------
+    InvalidValue
+        A quotation in it has no end.
+
+    Examples
+    --------
+    >>> split_line('0,5;"1,25"; -', ";"), split_line(" 0.5   1.25 ", " ")
+    (['0,5', '1,25', '-'], ['0.5', '1.25'])
+    """
+    if '"' in line:
+        quiet = " ".join(line.split()) if separator == " " else line
+        try:
+            return [cell.strip() for cell in next(csv.reader([quiet], delimiter=separator, strict=True))]
+        except csv.Error:
+            raise InvalidValue("has a quotation without an end", "write each cell in no or in two quotes") from None
+    return line.split() if separator == " " else [cell.strip() for cell in line.split(separator)]
+
+
+def is_missing(cell: str) -> bool:
+    """Tell whether a cell says that there is no number.
+
+    Parameters
+    ----------
+    cell : str
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> is_missing("NaN"), is_missing("#N/A"), is_missing(""), is_missing("0")
+    (True, True, True, False)
+    """
+    return cell.lower() in MISSING
+
+
+def is_unit(text: str | None) -> bool:
+    """Tell whether a text is a unit, with ``abs`` or ``gauge`` behind it or without.
+
+    Parameters
+    ----------
+    text : str or None
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> is_unit("kPa abs"), is_unit("Ch1"), is_unit(None)
+    (True, False, False)
+    """
+    try:
+        return text is not None and bool(unit(re.sub(rf" ({'|'.join(KINDS)})$", "", text)))
+    except InvalidValue:
+        return False
+
+
+def split_name(text: str) -> tuple[str, str | None]:
+    """Split a laboratory's header into name and unit.
+
+    Parameters
+    ----------
+    text : str
+        Header: the unit in brackets, behind a slash or behind "in".
+
+    Returns
+    -------
+    name : str
+    unit : str or None
+        None where what stands there is no unit.
+
+    Examples
+    --------
+    >>> [split_name(text) for text in ("Zeit (s)", "Weg / mm", "p in bar", "lift [mm]", "Ch1 (raw)")]
+    [('Zeit', 's'), ('Weg', 'mm'), ('p', 'bar'), ('lift', 'mm'), ('Ch1 (raw)', None)]
+    """
+    name, named = split_header(text)
+    if named is not None:
+        return name, named
+    for form in (r"(.*?)\s*\(([^()]*)\)", r"(.*?)\s*/\s*(.*)", r"(.*?)\s+in\s+(.*)"):
+        parts = re.fullmatch(form, text.strip())
+        if parts and parts[1] and parts[2].strip() and is_unit(parts[2].strip()):
+            return parts[1], parts[2].strip()
+    return text.strip(), None
+
+
+def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
+    r"""Find header and numbers in a file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    dialect : Dialect
+        What is said of it.
+    names : sequence of str
+        Our names of columns.
+
+    Returns
+    -------
+    Layout
+
+    Raises
+    ------
+    InvalidValue
+        The file cannot be read, or is no such table; the right form names the key of ``[read]`` that would help.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "p040.csv").write_text("time [ms];lift [mm]\n0,0;0,01\n0,5;0,02\n")
+    ...     layout = find_layout(Path(folder, "p040.csv"), Dialect(), ("time", "lift"))
+    >>> layout.headers, layout.separator, layout.decimal, layout.hints
+    (('time [ms]', 'lift [mm]'), ';', ',', ('separator = "semicolon", decimal = ","',))
+    """
+    data, is_whole = read_head(path)
+    encoding = dialect.encoding or guess_encoding(data, is_whole=is_whole)
+    lines = _first_lines(path, encoding, dialect.skip_rows + MAX_PREAMBLE)
+    above = [number for number, line in enumerate(lines) if number >= dialect.skip_rows and line.strip()]
+    if not above:
+        where = f" after {dialect.skip_rows} rows" if dialect.skip_rows else ""
+        raise InvalidValue(f"there is nothing{where}", "give a file with rows of numbers")
+    first = above[0]
+    header = lines[first] if dialect.header else None
+    rows = [lines[number] for number in above[dialect.header :]][: GUESSED_ROWS + 1]
+    thousands = {marks.thousands or "" for marks in (dialect.marks, *dialect.marks_by_column.values())}
+    separator = dialect.separator or _guess_separator(header, rows, "".join(sorted(thousands)))
+    if separator is None:
+        separator = ","  # what apesim writes: a cell that is no number is a fault of the cell
+        if not dialect.header or not _is_header(split_header_line(header or "", separator), names, dialect):
+            raise _no_table(lines, first, dialect, "".join(thousands))
+    for marks in (dialect.marks, *dialect.marks_by_column.values()):
+        if separator in marks:
+            right = 'save it with another separator, and write it, e.g. separator = "semicolon", in [read]'
+            raise InvalidValue(f"{quoted(separator)} is the separator and a mark in numbers: which is which?", right)
+    cells = [
+        _split_numbered(lines[number], separator, number) for number in above[dialect.header :][: GUESSED_ROWS + 1]
+    ]
+    headers = [""] * len(cells[0]) if header is None else without_tail(split_header_line(header, separator))
+    cells = [fit_cells(row, len(headers)) for row in cells]
+    if dialect.header and not _is_header(headers, names, dialect):
+        raise _no_table(lines, first, dialect, "".join(thousands))
+    units = cells[0] if header is not None and cells and _is_unit_row(cells[0], len(headers)) else None
+    if units:
+        headers = [_with_unit(name, text) for name, text in zip(headers, units, strict=True)]
+        above, cells = above[1:], cells[1:]
+    numbers = above[dialect.header :]
+    decimal = _guess_decimal(cells, separator, dialect)
+    if dialect.separator is None and header is None and separator == ",":
+        _refuse_two_readings(cells)
+    hints = _hints(dialect, separator, decimal, encoding, has_units=units is not None)
+    return Layout(
+        encoding,
+        separator,
+        tuple(headers),
+        numbers[0] if numbers else above[-1] + 1,
+        decimal,
+        not dialect.is_stated and separator == "," and first == 0 and units is None,
+        tuple(hints),
+    )
+
+
+def _split_numbered(line: str, separator: str, number: int) -> list[str]:
+    """Cells of a line; what is wrong with it names the line."""
+    try:
+        return split_line(line, separator)
+    except InvalidValue as wrong:
+        raise InvalidValue(f"line {number + 1} {wrong.wrong}", wrong.right) from None
+
+
+def _first_lines(path: Path, encoding: str, number: int) -> list[str]:
+    """First lines of a file."""
+    lines: list[str] = []
+    for block in islice(blocks_of_lines(path, encoding, HEAD_BYTES), 1 + number):
+        try:
+            lines += block.decode().split("\n")[:-1]
+        except UnicodeDecodeError as error:
+            raise refuse_encoding(len(lines) + block[: error.start].count(b"\n") + 1) from None
+        if len(lines) >= number:
+            break
+    return lines
+
+
+def refuse_encoding(line: int) -> InvalidValue:
+    """Make the error of a line that is no UTF-8.
+
+    Parameters
+    ----------
+    line : int
+        Its number.
+
+    Returns
+    -------
+    InvalidValue
+
+    Examples
+    --------
+    >>> refuse_encoding(3).wrong
+    'is no text in line 3'
+    """
+    right = 'save it as UTF-8, or write its encoding = "latin-1" in [read]'
+    return InvalidValue(f"is no text in line {line}", right)
+
+
+def split_header_line(line: str, separator: str) -> list[str]:
+    """Split a header into the names of its columns.
+
+    Parameters
+    ----------
+    line : str
+    separator : str
+        Character between cells; where it is a blank, brackets belong to the name before them.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> split_header_line("time [ms] pressure_a [kPa abs]", " ")
+    ['time [ms]', 'pressure_a [kPa abs]']
+    """
+    if separator != " " or '"' in line:
+        cells = split_line(line, separator)
+    else:
+        cells = re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?|[\[(][^\s]*", line)
+    return [" ".join(cell.split()) for cell in cells]
+
+
+def _is_header(cells: Sequence[str], names: Sequence[str], dialect: Dialect) -> bool:
+    """Whether cells are a header: with a name that is known, a unit, or what the dialect names."""
+    theirs = set(dialect.columns.values())
+    if any(isinstance(each, int) for each in theirs):
+        return not any(ANY_NUMBER.fullmatch(cell) for cell in cells)
+    for cell in cells:
+        name, named = split_name(cell)
+        if name in names or is_unit(named) or cell in theirs or name in theirs:
+            return True
+    return False
+
+
+def _is_numeric(cell: str, thousands: str) -> bool:
+    """Whether a cell is a number with any marks."""
+    for mark in thousands:
+        cell = cell.replace(mark, "")
+    return bool(ANY_NUMBER.fullmatch(cell))
+
+
+def _guess_separator(header: str | None, rows: Sequence[str], thousands: str) -> str | None:
+    """Separator that makes columns of numbers of all rows, else of most of them; None: there is none."""
+    shares = {separator: _share_of_rows(header, rows, thousands, separator) for separator in GUESSES}
+    best = max(GUESSES, key=lambda separator: shares[separator])  # the first of equals
+    return best if shares[best] > MIN_SHARE else None
+
+
+def _share_of_rows(header: str | None, rows: Sequence[str], thousands: str, separator: str) -> float:
+    """Share of rows of which a separator makes as many cells as columns, two of them at least of numbers."""
+    try:
+        cells = [split_line(row, separator) for row in rows]
+        number = len(cells[0] if header is None else without_tail(split_header_line(header, separator)))
+    except (InvalidValue, IndexError):
+        return 0.0
+    cells = [fit_cells(row, number) for row in cells]
+    if header is not None and not any(_is_numeric(cell, thousands) for row in cells[:1] for cell in row):
+        cells = cells[1:]  # it may hold units
+    fitting = [row for row in cells if len(row) == number and all(_is_cell(cell, thousands) for cell in row)]
+    columns = list(zip(*fitting, strict=True))
+    has_numbers = [any(_is_numeric(cell, thousands) for cell in column) for column in columns]
+    return len(fitting) / max(len(cells), 1) if sum(has_numbers) >= MIN_COLUMNS else 0.0
+
+
+def without_tail(cells: list[str]) -> list[str]:
+    """Take off the empty cell that a separator at the end of a header makes.
+
+    Parameters
+    ----------
+    cells : list of str
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> without_tail(["time", "lift", ""])
+    ['time', 'lift']
+    """
+    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+
+
+def fit_cells(cells: list[str], number: int) -> list[str]:
+    """Take off the empty cell that a separator at the end of a row makes, where it is one too many.
+
+    Parameters
+    ----------
+    cells : list of str
+    number : int
+        Number of columns.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> fit_cells(["0", "1", ""], 2), fit_cells(["0", "1", ""], 3)
+    (['0', '1'], ['0', '1', ''])
+    """
+    return cells[:-1] if len(cells) == number + 1 and not cells[-1] else cells
+
+
+def _is_cell(cell: str, thousands: str) -> bool:
+    """Whether a text is one cell: a number, none, or a word; not several numbers."""
+    return is_missing(cell) or _is_numeric(cell, thousands) or not re.search("[0-9]", cell)
+
+
+def _is_unit_row(cells: Sequence[str], number: int) -> bool:
+    """Whether a row has units and no number: in brackets, or bare."""
+    if len(cells) != number or any(ANY_NUMBER.fullmatch(cell) for cell in cells):
+        return False
+    bare = [cell for cell in cells if cell and not re.fullmatch(r"\(.*\)|\[.*\]", cell)]
+    some = [cell for cell in cells if cell and is_unit(cell.strip("()[]")) and cell.strip("()[]")]
+    return bool(some) and all(is_unit(cell) and not is_missing(cell) for cell in bare)
+
+
+def _with_unit(header: str, text: str) -> str:
+    """Header with the unit of the line below."""
+    text = text.strip("()[] ")
+    return f"{header} [{text}]" if text and split_name(header)[1] is None else header
+
+
+def _guess_decimal(rows: Sequence[Sequence[str]], separator: str, dialect: Dialect) -> str:
+    """Decimal mark of the columns that have none said."""
+    decimal, thousands = dialect.marks
+    if decimal is not None:
+        return decimal
+    if separator == ",":
+        return "." if thousands != "." else ""
+    if thousands in (".", ","):
+        return {".": ",", ",": "."}[thousands]
+    numbers = [cell for row in rows for cell in row if ANY_NUMBER.fullmatch(cell)]
+    points, commas = (sum(mark in cell for cell in numbers) for mark in ".,")
+    if points and commas and not dialect.marks_by_column:
+        right = 'write decimal = "," and thousands = "." in [read], or the other way round'
+        raise InvalidValue("the numbers have both points and commas", right)
+    return "," if commas and not points else "."
+
+
+def _refuse_two_readings(rows: Sequence[Sequence[str]]) -> None:
+    """Refuse whole numbers between commas that may be decimals: 0,5,1,25."""
+    cells = [cell for row in rows for cell in row]
+    if rows and len(rows[0]) % 2 == 0 and len(rows[0]) >= 4 and not any("." in cell for cell in cells):
+        wrong = "the commas may be separators or decimal marks"
+        raise InvalidValue(wrong, 'write separator = "comma" in [read], or save it with another separator')
+
+
+def _no_table(lines: Sequence[str], first: int, dialect: Dialect, thousands: str) -> InvalidValue:
+    """Error of a file without a header where one has to be; no line of it is shown, as the file may be any other."""
+    if not dialect.header:
+        right = 'write separator = "tab", or skip_rows if rows of text stand above, in [read]'
+        return InvalidValue(f"line {first + 1} is no row of numbers that a separator is seen in", right)
+    wrong = f"line {first + 1} is no header with names and units"
+    for number in range(first, min(len(lines), first + MAX_PREAMBLE) - 2):
+        rows = [line for line in lines[number + 1 : number + 5] if line.strip()]
+        is_head = not any(map(_starts_numeric, (lines[number],))) and lines[number].strip()
+        if is_head and _guess_separator(lines[number], rows, thousands):
+            key = f"skip_rows = {number}, and " * (number > first)
+            return InvalidValue(wrong, f'write {key}columns = {{ time = "their header", … }} in [read]')
+        if number == first and _guess_separator(None, [lines[first], *rows], thousands):
+            return InvalidValue(wrong, "write header = false and columns = { time = 1, lift = 2 } in [read]")
+    return InvalidValue(wrong)
+
+
+def _starts_numeric(line: str) -> bool:
+    """Whether a line begins with a number."""
+    return bool(re.match(r"\s*[+-]?[0-9.,]", line))
+
+
+def _hints(dialect: Dialect, separator: str, decimal: str, encoding: str, *, has_units: bool) -> list[str]:
+    """What was guessed and differs from the files that apesim writes, as it may be written in ``[read]``."""
+    keys = []
+    if dialect.separator is None and (dialect.is_stated or separator != ","):
+        keys.append(f'separator = "{next(name for name, mark in SEPARATORS.items() if mark == separator)}"')
+    if dialect.marks.decimal is None and separator != ",":
+        keys.append(f'decimal = "{decimal}"')
+    if dialect.encoding is None and not encoding.startswith("utf-8"):
+        keys.append(f'encoding = "{encoding}"')
+    hints = [", ".join(keys)] if keys else []
+    if has_units:
+        hints.append("the line under the header is taken for its units")
+    return hints
+
+
+def resolve_marks(said: Marks, layout: Layout) -> Marks:
+    """Take what is not said of the marks of a column from the layout.
+
+    Parameters
+    ----------
+    said : Marks
+    layout : Layout
+
+    Returns
+    -------
+    Marks
+        Without None.
+
+    Examples
+    --------
+    >>> layout = Layout("utf-8", ";", ("time [ms]",), 1, ",", False, ())
+    >>> resolve_marks(Marks(), layout), resolve_marks(Marks(None, ","), layout)
+    (Marks(decimal=',', thousands=''), Marks(decimal='.', thousands=','))
+    """
+    decimal, thousands = said
+    if decimal is None:
+        decimal = layout.decimal
+        if decimal == thousands:
+            decimal = {".": ",", ",": "."}[decimal] if layout.separator != "," else ""
+    return Marks(decimal, thousands or "")

@@ -1,0 +1,272 @@
+"""Disturbances of single samples, found in a record by itself: spikes, a held value, the end of a range.
+
+They are masked, as cells without a number are, so that they enter no fit. What is masked is short, far beyond noise and
+neighbours, and reported. Whatever takes more than a small share of a record stays, and refuses it.
+"""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from apesim.studies.measured.plausibility.signals import WIDTH, fill, find_levels, find_noise, smooth
+from apesim.studies.measured.plausibility.thresholds import (
+    BESIDE_CLIPPED,
+    MAX_MASKED,
+    MAX_REPEATS,
+    MAX_RESOLVED,
+    MAX_STRETCH,
+    MIN_SAMPLES,
+    MIN_SPIKE_NOISES,
+    MIN_SPIKE_SHARE,
+    MIN_STUCK,
+)
+from apesim.studies.measured.runs import Disturbance, Masked
+
+ROUNDING = 1e-9
+"""Share of a span that two equal values may differ by, once they were converted."""
+MIN_QUIET = 1e-4
+"""Noise over the span below which a record counts as one without noise: a simulator's."""
+WINDOW = 8
+"""Samples of a window in which noise is looked for."""
+MAX_STILL = 0.15
+"""Share of the span that a window without motion covers: noise of a fortieth of it, and less than a stroke does."""
+
+
+def mask_disturbances(
+    columns: Mapping[str, np.ndarray], axis: str, channels: Mapping[str, object]
+) -> tuple[dict[str, np.ndarray], list[Masked]]:
+    """Mask the samples of a record that a disturbance made, where they are few.
+
+    Parameters
+    ----------
+    columns : mapping of (n,) float array
+        Columns of a record [SI], NaN where a cell has no number.
+    axis : {"time", "crank_angle"}
+        Name of the column that rises.
+    channels : mapping of str
+        Names of the columns that are sensors' traces.
+
+    Returns
+    -------
+    columns : dict of (n,) float array
+        NaN where a sample is masked, too.
+    masked : list of Masked
+        What was masked, of run 0.
+
+    Examples
+    --------
+    >>> times = np.arange(200) * 1e-4
+    >>> lift = np.random.default_rng(1).normal(0.0, 1e-5, 200)
+    >>> lift[100] = 30e-3
+    >>> columns, masked = mask_disturbances({"time": times, "lift": lift}, "time", {"lift": None})
+    >>> [(str(each.disturbance), each.places.tolist()) for each in masked], int(np.isnan(columns["lift"]).sum())
+    ([('spikes', [0.01])], 1)
+    """
+    result, masked = dict(columns), []
+    for channel in channels:
+        values = columns.get(channel)
+        if values is None:
+            continue
+        for disturbance, flags in find_disturbances(columns[axis], values, axis):
+            share = float(np.mean(flags))
+            if is_short(columns[axis], flags, axis):
+                masked.append(Masked(0, channel, disturbance, columns[axis][flags], values[flags], share))
+                result[channel] = np.where(flags, np.nan, result[channel])
+    return result, masked
+
+
+def find_disturbances(
+    places: np.ndarray, values: np.ndarray, axis: str, noise: float = 0.0
+) -> Iterator[tuple[Disturbance, np.ndarray]]:
+    """Find the samples of a channel that a disturbance made.
+
+    Parameters
+    ----------
+    places : (n,) float array
+        Times [s] or crank angles [rad], ascending.
+    values : (n,) float array
+        NaN where a sample is missing.
+    axis : {"time", "crank_angle"}
+    noise : float
+        Standard deviation of the noise that is known [SI]; the greater of it and that of the record counts.
+
+    Yields
+    ------
+    disturbance : Disturbance
+    flags : (n,) bool array
+        Samples that it made, not empty.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> values = np.sin(np.linspace(0.0, 3.0, 200)) + rng.normal(0.0, 1e-2, 200)
+    >>> values[50:60] = values[50]
+    >>> [(str(kind), int(flags.sum())) for kind, flags in find_disturbances(np.arange(200) * 1e-4, values, "time")]
+    [('stuck', 10)]
+    """
+    if np.isfinite(values).sum() < MIN_SAMPLES or np.median(np.diff(places)) > MAX_RESOLVED[axis]:
+        return
+    spikes = find_spikes(values, max(noise, find_noise(values)))
+    if spikes.any():
+        yield Disturbance.SPIKES, spikes
+    for disturbance, flags in _find_stretches(np.where(spikes, np.nan, values)):
+        if flags.any():
+            yield disturbance, flags
+
+
+def is_short(places: np.ndarray, flags: np.ndarray, axis: str) -> bool:
+    """Whether samples are so few, and their stretches so short, that they can be masked.
+
+    Parameters
+    ----------
+    places : (n,) float array
+        Times [s] or crank angles [rad], ascending.
+    flags : (n,) bool array
+    axis : {"time", "crank_angle"}
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> times = np.arange(200) * 1e-3
+    >>> is_short(times, times < 2.5e-3, "time"), is_short(times, times < 5.5e-3, "time")
+    (True, False)
+    """
+    longest = max((places[end - 1] - places[first] for first, end in find_runs(flags)), default=0.0)
+    return bool(np.mean(flags) <= MAX_MASKED and longest <= MAX_STRETCH[axis])
+
+
+def find_spikes(values: np.ndarray, noise: float) -> np.ndarray:
+    """Find single samples, or pairs of them, that lie far from those on both sides.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        NaN where a sample is missing.
+    noise : float
+        Standard deviation of its noise.
+
+    Returns
+    -------
+    (n,) bool array
+
+    Examples
+    --------
+    >>> find_spikes(np.array([0.0, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 1.0, 1.0]), 0.0).nonzero()[0].tolist()
+    [4]
+    """
+    known = np.isfinite(values)
+    filled = fill(values)
+    low, high = find_levels(values)
+    height = np.where(known, np.abs(filled - fill(smooth(values))), 0.0)
+    limit = max(MIN_SPIKE_NOISES * noise, MIN_SPIKE_SHARE * (high - low))
+    flags = np.zeros(len(values), bool)
+    for place in np.flatnonzero(height > limit):
+        flags[place] = _is_spike(filled, int(place), 0.5 * limit)
+    return flags
+
+
+def has_noise(values: np.ndarray, is_left_out: np.ndarray) -> bool:
+    """Whether a record has noise: in its stillest windows there is some, and no value repeated.
+
+    A record without noise, or in steps coarser than its noise, has windows without any, or repeats its values there.
+
+    Parameters
+    ----------
+    values : (n,) float array
+    is_left_out : (n,) bool array
+        Samples that no window holds.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).normal(size=80)
+    >>> has_noise(noise, np.zeros(80, bool)), has_noise(np.round(noise), np.zeros(80, bool))
+    (True, False)
+    """
+    windows = [
+        values[start : start + WINDOW]
+        for start in range(0, len(values) - WINDOW + 1, WINDOW)
+        if not is_left_out[start : start + WINDOW].any()
+    ]
+    if not windows:
+        return False
+    noises = np.array([find_noise(window) for window in windows])
+    repeats = float(np.mean([np.mean(np.diff(window) == 0.0) for window in windows]))
+    return bool(np.quantile(noises, 0.1) > MIN_QUIET * np.ptp(values) and repeats < MAX_REPEATS)
+
+
+def find_runs(flags: np.ndarray) -> list[tuple[int, int]]:
+    """Stretches in which flags are set.
+
+    Parameters
+    ----------
+    flags : (n,) bool array
+
+    Returns
+    -------
+    list of (first, behind the last)
+
+    Examples
+    --------
+    >>> find_runs(np.array([False, True, True, False, True]))
+    [(1, 3), (4, 5)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+    return [(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _is_spike(values: np.ndarray, place: int, limit: float) -> bool:
+    """Whether a sample lies farther beyond the samples on both sides than these lie from each other.
+
+    At a jump it lies between them; while the valve flies the sides differ, and a spike still stands out.
+    """
+    half = WIDTH // 2 + 1
+    before, after = values[max(place - half, 0) : place], values[place + 1 : place + half + 1]
+    if len(before) < half or len(after) < half:
+        return False
+    sides = np.median(before), np.median(after)
+    return min(abs(values[place] - side) for side in sides) > max(limit, abs(sides[0] - sides[1]))
+
+
+def _is_held_seldom(values: np.ndarray, held: np.ndarray) -> bool:
+    """Whether a record is as still elsewhere for as long as it is held, without being held there.
+
+    Coarse steps hold whatever is still, and leave only what moves.
+    """
+    starts = range(0, len(values) - WINDOW + 1, WINDOW)
+    free = [start for start in starts if not held[start : start + WINDOW].any()]
+    still = sum(np.ptp(values[start : start + WINDOW]) < MAX_STILL * np.ptp(values) for start in free)
+    return bool(still >= len(starts) - len(free))
+
+
+def _find_stretches(values: np.ndarray) -> Iterator[tuple[Disturbance, np.ndarray]]:
+    """Stretches of one value, at an end of the values and elsewhere."""
+    known = np.flatnonzero(np.isfinite(values))
+    there = values[known]
+    span = np.ptp(there) if len(there) else 0.0
+    if span == 0.0:
+        return
+    held = np.zeros(len(there), bool)
+    for first, end in find_runs(np.abs(np.diff(there)) <= ROUNDING * span):
+        held[first : end + 1] = end + 1 - first >= MIN_STUCK
+    if not held.any() or not has_noise(there, held) or not _is_held_seldom(there, held):
+        return
+    is_clipped = np.zeros(len(there), bool)
+    for rail in (there.min(), there.max()):
+        is_at_rail = np.abs(there - rail) <= ROUNDING * span
+        if (is_at_rail & held).any():
+            is_clipped |= is_at_rail
+    widened = np.convolve(is_clipped, np.ones(2 * BESIDE_CLIPPED + 1), mode="same") > 0.5
+    for disturbance, flags in (
+        (Disturbance.CLIPPED, widened),
+        (Disturbance.STUCK, held & ~widened),
+    ):
+        whole = np.zeros(len(values), bool)
+        whole[known[flags]] = True
+        yield disturbance, whole

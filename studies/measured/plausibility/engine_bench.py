@@ -1,0 +1,249 @@
+"""All checks of a run of the engine's bench against the machine."""
+
+from collections.abc import Iterator
+from math import pi
+
+import numpy as np
+
+from apesim.engine.angles import TURN
+from apesim.engine.kinematics import swept_volume
+from apesim.engine.machine import Machine
+from apesim.studies.measured.plausibility.expected import Expected, expect
+from apesim.studies.measured.plausibility.findings import Check, Finding, Kind, show
+from apesim.studies.measured.plausibility.levels import (
+    check_lift,
+    check_pressure,
+    check_supply_temperature,
+    check_temperature,
+    check_velocity,
+    find_supply_temperature,
+)
+from apesim.studies.measured.plausibility.misreadings import FLOW_FACTORS, TORQUE_FACTORS, explain_factor
+from apesim.studies.measured.plausibility.motion import check_swapped
+from apesim.studies.measured.plausibility.signals import find_correlation, select_judged, smooth
+from apesim.studies.measured.plausibility.thresholds import (
+    MAX_DOUBTED,
+    MAX_LEFT_AFTER_TURN,
+    MAX_OFF_UNIT,
+    MIN_ALIKE,
+    MIN_ANGLE_REFUSED,
+    MIN_ANGLE_WARNED,
+    MIN_FLOW_FACTOR,
+    MIN_TORQUE_PRESSURE,
+)
+from apesim.studies.measured.plausibility.valve_bench import not_simulated
+from apesim.studies.measured.runs import MeasuredRun
+from apesim.studies.measured.sensors import FILE
+
+TURNS = np.radians(np.arange(-179.0, 181.0))
+"""Errors of the crank angle that are tried [rad]."""
+ANGLED = ("cylinder_pressure", "lift", "pressure_a", "pressure_b")
+"""Channels that tell the crank angle, the surest first: compression and expansion follow the crank itself."""
+MAX_APART = 10.0
+"""Difference of the errors of two channels up to which they have one reason, the crank angle [deg]."""
+
+
+def check_engine_run(machine: Machine, run: MeasuredRun, number: int) -> tuple[list[Finding], Expected | None]:
+    """Check a run of the engine's bench against the machine.
+
+    Parameters
+    ----------
+    machine : Machine
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+        Its number in the folder, from 0.
+
+    Returns
+    -------
+    findings : list of Finding
+    expected : Expected or None
+        What the machine shows of the run; None: it could not be simulated.
+
+    Examples
+    --------
+    >>> run = MeasuredRun(
+    ...     "n600", "", 1.1e6, 287.0, float("nan"), "fit", np.zeros(0), {}, bench="engine", speed=20.0 * pi,
+    ...     energise=-0.1, release=1.2, means={"air_flow": 2.7})
+    >>> [finding.reason for finding in check_engine_run(Machine(), run, 0)[0]]
+    ['per minute called per second?']
+    """
+    run = run._replace(channels=select_judged(run))
+    expected = expect(machine, run)
+    if expected is None:
+        return [not_simulated(run, number)], None
+    return list(_check_all(machine, run, number, expected)), expected
+
+
+def check_crank_angle(run: MeasuredRun, number: int, expected: Expected) -> tuple[Finding | None, float]:
+    """Check where top dead centre is.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+    expected : Expected
+
+    Returns
+    -------
+    finding : Finding or None
+    error : float
+        By how much the angles are too large [rad]; 0 without a finding.
+
+    Examples
+    --------
+    >>> angles = np.radians(np.arange(360.0))
+    >>> pressure = np.exp(3.0 * np.cos(angles) + np.sin(2.0 * angles))
+    >>> run = MeasuredRun("n600", "n600.csv", 1.1e6, 287.0, float("nan"), "fit", angles,
+    ...     {"cylinder_pressure": np.roll(pressure, 180)}, bench="engine", angles=angles)
+    >>> finding, error = check_crank_angle(run, 0, Expected(angles, {"cylinder_pressure": pressure}, {}, True))
+    >>> finding.reason, round(np.degrees(error))
+    ('0 deg at bottom dead centre?', 180)
+    """
+    errors = {name: _find_turn(run, name, expected) for name in ANGLED if name in run.channels}
+    told = {name: error for name, error in errors.items() if error is not None}
+    if not told:
+        return None, 0.0
+    channel = next(iter(told))
+    error = told[channel]
+    agree = all(abs(_wrap(other - error)) <= np.radians(MAX_APART) for other in told.values())
+    size = abs(np.degrees(error))
+    if size < MIN_ANGLE_WARNED or not agree:
+        return None, 0.0
+    kind = Kind.FAULT if size >= MIN_ANGLE_REFUSED else Kind.WARNING
+    when = "later" if error > 0.0 else "earlier"
+    seen = f"the {channel.replace('_', ' ')} comes {size:.0f} deg {when} than the machine's"
+    reason = "0 deg at bottom dead centre?" if size > 180.0 - MAX_APART else f"top dead centre {size:.0f} deg off?"
+    right = f"{'take' if error > 0.0 else 'add'} {size:.0f} deg {'off' if error > 0.0 else 'to'} the crank angles: "
+    right += "0 deg is top dead centre"
+    return Finding(kind, Check.CRANK_ANGLE, run.data, "crank_angle", seen, reason, right, number), error
+
+
+def check_torque(machine: Machine, run: MeasuredRun, number: int, expected: Expected) -> Finding | None:
+    """Check sign and unit of a mean torque.
+
+    Parameters
+    ----------
+    machine : Machine
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+    expected : Expected
+
+    Returns
+    -------
+    Finding or None
+
+    Examples
+    --------
+    >>> run = MeasuredRun("n600", "", 1.1e6, 287.0, float("nan"), "fit", np.zeros(0), {}, bench="engine",
+    ...     means={"torque": -31.0})
+    >>> check_torque(Machine(), run, 0, Expected(np.zeros(0), {}, {"torque": 32.0}, True)).reason
+    'sign turned round?'
+    """
+    torque, machine_torque = run.means["torque"], expected.means["torque"]
+    least = MIN_TORQUE_PRESSURE * swept_volume(machine.engine) / TURN
+    if abs(machine_torque) < least:
+        return None
+    seen = f"is {show(run.bench, 'torque', torque)}, where the machine gives "
+    seen += show(run.bench, "torque", machine_torque)
+    key = f"run {number + 1}.torque"
+    ratio = abs(torque / machine_torque)
+    unit = explain_factor(ratio, TORQUE_FACTORS, MAX_OFF_UNIT) if ratio > 0.0 else None
+    if not 1.0 / MIN_FLOW_FACTOR < ratio < MIN_FLOW_FACTOR and unit:
+        return Finding(Kind.FAULT, Check.TORQUE, FILE, key, seen, unit.reason, unit.right, number)
+    if torque * machine_torque < 0.0:
+        is_turned = 1.0 / MAX_DOUBTED < ratio < MAX_DOUBTED
+        right = "turn its sign: a torque that the engine gives is positive"
+        kind = Kind.FAULT if is_turned else Kind.WARNING
+        return Finding(kind, Check.TORQUE, FILE, key, seen, "sign turned round?", right, number)
+    if not 1.0 / MAX_DOUBTED < ratio < MAX_DOUBTED:
+        right = "look at its unit, its zero and what the brake itself takes"
+        return Finding(Kind.WARNING, Check.TORQUE, FILE, key, seen, "", right, number)
+    return None
+
+
+def check_air_flow(run: MeasuredRun, number: int, expected: Expected) -> Finding | None:
+    """Check sign and unit of a mean flow of air.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+    expected : Expected
+
+    Returns
+    -------
+    Finding or None
+
+    Examples
+    --------
+    >>> run = MeasuredRun("n600", "", 1.1e6, 287.0, float("nan"), "fit", np.zeros(0), {}, bench="engine",
+    ...     means={"air_flow": 0.72})
+    >>> check_air_flow(run, 0, Expected(np.zeros(0), {}, {"air_flow": 12e-3}, True)).reason
+    'per minute called per second?'
+    """
+    flow, machine_flow = run.means["air_flow"], expected.means["air_flow"]
+    if machine_flow <= 0.0:
+        return None
+    seen = f"is {show(run.bench, 'air_flow', flow)}, where the machine takes "
+    seen += show(run.bench, "air_flow", machine_flow)
+    key = f"run {number + 1}.air_flow"
+    if flow <= 0.0:
+        right = "turn its sign: air into the engine is positive"
+        return Finding(Kind.FAULT, Check.AIR_FLOW, FILE, key, seen, "sign turned round?", right, number)
+    ratio = flow / machine_flow
+    if 1.0 / MAX_DOUBTED < ratio < MAX_DOUBTED:
+        return None
+    unit = explain_factor(ratio, FLOW_FACTORS, MAX_OFF_UNIT)
+    if unit and not 1.0 / MIN_FLOW_FACTOR < ratio < MIN_FLOW_FACTOR:
+        return Finding(Kind.FAULT, Check.AIR_FLOW, FILE, key, seen, unit.reason, unit.right, number)
+    right = "look at its unit and at leaks: it is all air, the control air too"
+    return Finding(Kind.WARNING, Check.AIR_FLOW, FILE, key, seen, unit.reason if unit else "", right, number)
+
+
+def _check_all(machine: Machine, run: MeasuredRun, number: int, expected: Expected) -> Iterator[Finding]:
+    """Findings of the crank angle, then of the rest with the angle mended."""
+    finding, error = check_crank_angle(run, number, expected)
+    if finding:
+        yield finding
+        run = run._replace(angles=run.angles - error)
+    values = dict(run.channels)
+    temperature = find_supply_temperature(machine, run)
+    for channel in run.channels:
+        found = None
+        if "pressure" in channel:
+            judged = check_pressure(machine, run, number, channel, expected)
+            found, values[channel] = judged.finding, judged.misreading.mend(values[channel])
+        elif "temperature" in channel:
+            found = check_temperature(run, number, channel, temperature)
+        elif channel == "lift":
+            found = check_lift(machine, run, number, expected).finding
+        elif channel == "velocity":
+            found = check_velocity(run, number, expected).finding
+        if found:
+            yield found
+    both = {"pressure_a", "pressure_b"} <= values.keys()
+    for finding in (
+        check_swapped(run, number, values, expected) if both else None,
+        check_supply_temperature(run, number),
+        check_torque(machine, run, number, expected) if "torque" in run.means else None,
+        check_air_flow(run, number, expected) if "air_flow" in run.means else None,
+    ):
+        if finding:
+            yield finding
+
+
+def _find_turn(run: MeasuredRun, channel: str, expected: Expected) -> float | None:
+    """Error of the crank angle by one channel [rad], 0 where it is right; None: the channel does not tell it."""
+    values = smooth(run.channels[channel])
+    alike = np.array([find_correlation(values, expected.at(channel, run, turn)) for turn in TURNS])
+    best, unturned = int(np.argmax(alike)), float(alike[np.argmin(np.abs(TURNS))])
+    if alike[best] < MIN_ALIKE:
+        return None
+    if 1.0 - alike[best] > MAX_LEFT_AFTER_TURN * (1.0 - unturned):
+        return 0.0
+    return float(TURNS[best])
+
+
+def _wrap(angle: float) -> float:
+    """An angle between -180 and 180 deg [rad]."""
+    return (angle + pi) % TURN - pi

@@ -1,0 +1,155 @@
+"""All checks of a folder of measured data, against a machine."""
+
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
+
+from apesim.engine.machine import Machine
+from apesim.quantities import InputError
+from apesim.studies.measured.plausibility.cylinder_bench import check_cylinder_run, drop_repeated
+from apesim.studies.measured.plausibility.engine_bench import check_engine_run
+from apesim.studies.measured.plausibility.expected import Expected
+from apesim.studies.measured.plausibility.findings import Check, Finding, Kind
+from apesim.studies.measured.plausibility.folder import check_folder, escalate_still
+from apesim.studies.measured.plausibility.records import check_ends, check_masked, check_record
+from apesim.studies.measured.plausibility.valve_bench import check_valve_run
+from apesim.studies.measured.runs import CYLINDER, ENGINE, VALVE, Measured
+
+BENCHES = {VALVE: check_valve_run, ENGINE: check_engine_run, CYLINDER: check_cylinder_run}
+"""Checks of a run against the machine, by bench."""
+
+FOLLOWERS = {
+    Check.LEVEL: (Check.STILL, Check.CLIPPED),
+    Check.LIFT: (Check.CLIPPED,),
+    Check.SUPPLY: (Check.STILL, Check.CLIPPED),
+    Check.AT_ITS_END: (Check.QUANTISED, Check.CLIPPED),
+}
+"""Checks whose findings say nothing new where one of others stands at the same channel."""
+RUN_FOLLOWERS = {Check.LEVEL: Check.PULSE, Check.MOTION_MISSED: Check.TIME_UNIT}
+"""Checks whose warnings say nothing new where another one finds a fault of the run."""
+EXPLAINED_BY = {
+    "valve.stroke": Check.LIFT,
+    "supply.pressure": Check.SUPPLY,
+    "valve.solenoid.dead_time": Check.TIME_ZERO,
+}
+"""Check whose faults a key of the machine would explain."""
+
+
+class Examination(NamedTuple):
+    """What the checks say of a folder."""
+
+    findings: list[Finding]
+    """Faults first, then warnings, then hints; each in the order of the runs."""
+    expected: list[Expected | None]
+    """What the machine shows of each run as it is stated; None: it could not be simulated."""
+
+    def select(self, kind: Kind) -> list[Finding]:
+        """Findings of one kind.
+
+        Parameters
+        ----------
+        kind : Kind
+
+        Returns
+        -------
+        list of Finding
+
+        Examples
+        --------
+        >>> Examination([], []).select(Kind.FAULT)
+        []
+        """
+        return [finding for finding in self.findings if finding.kind == kind]
+
+
+def examine(
+    machine: Machine | None, measured: Measured, report: Callable[[str, int, int], object] | None = None
+) -> Examination:
+    """Check whether measured data can be what they are said to be.
+
+    Parameters
+    ----------
+    machine : Machine or None
+        None: the records are checked by themselves alone.
+    measured : apesim.studies.measured.Measured
+    report : callable, optional
+        Called with the name of the stage, the runs that are checked and all runs.
+
+    Returns
+    -------
+    Examination
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import read_example
+    >>> examine(Machine(), read_example()).findings
+    []
+    """
+    findings: list[Finding] = []
+    expected: list[Expected | None] = []
+    for number, run in enumerate(measured.runs):
+        findings += check_record(run, number, measured.noise, [each for each in measured.masked if each.run == number])
+        check = BENCHES.get(run.bench)
+        more, shown = check(machine, run, number) if machine is not None and check else ([], None)
+        findings += more
+        expected.append(shown)
+        for channel in run.channels:
+            known = shown is not None and channel in shown.channels
+            findings += check_ends(run, number, channel, shown.at(channel, run) if shown and known else None)
+        if report:
+            report("plausibility", number + 1, len(measured.runs))
+    if measured.bench == CYLINDER:
+        findings = drop_repeated(findings)
+    findings = escalate_still([*_drop_followers(findings), *check_masked(measured), *check_folder(measured)], measured)
+    order = list(Kind)
+    return Examination(sorted(findings, key=lambda one: (order.index(one.kind), one.run)), expected)
+
+
+def _drop_followers(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings less those that only follow from another one of the same channel, or of the same run."""
+    by_channel = {(finding.run, finding.channel, finding.check) for finding in findings}
+    by_run = {(finding.run, finding.check) for finding in findings if finding.kind == Kind.FAULT}
+
+    def follows(finding: Finding) -> bool:
+        channel = "pressure_a" if finding.check == Check.SUPPLY else finding.channel
+        leaders = FOLLOWERS.get(finding.check, ())
+        explained_by = RUN_FOLLOWERS.get(finding.check)
+        by_fault = finding.kind == Kind.WARNING and (finding.run, explained_by) in by_run
+        return by_fault or any((finding.run, channel, leader) in by_channel for leader in leaders)
+
+    return [finding for finding in findings if not follows(finding)]
+
+
+def refuse_faults(machine: Machine | None, measured: Measured, free: Collection[str] = ()) -> list[str]:
+    """Refuse data that cannot be what they are said to be, and pass on what may be wrong.
+
+    Parameters
+    ----------
+    machine : Machine or None
+        None: the records are checked by themselves alone.
+    measured : apesim.studies.measured.Measured
+    free : collection of str
+        Keys of the machine that are to be fitted: what they would explain refuses nothing, and is a warning.
+
+    Returns
+    -------
+    list of str
+        Warnings, one line each.
+
+    Raises
+    ------
+    InputError
+        With every fault.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import read_example
+    >>> refuse_faults(Machine(), read_example())
+    []
+    """
+    examination = examine(machine, measured)
+    fitted = {EXPLAINED_BY[key] for key in free if key in EXPLAINED_BY}
+    faults = examination.select(Kind.FAULT)
+    refusing = [finding for finding in faults if finding.check not in fitted]
+    if refusing:
+        raise InputError(finding.to_fault(measured.folder) for finding in refusing)
+    return [str(finding) for finding in [*faults, *examination.select(Kind.WARNING)]]

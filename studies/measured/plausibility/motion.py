@@ -1,0 +1,420 @@
+"""Checks of when a valve moves: chambers swapped, a lift turned round, a late trigger, a pulse that was another one."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.studies.measured.plausibility.expected import Expected
+from apesim.studies.measured.plausibility.findings import Check, Finding, Kind
+from apesim.studies.measured.plausibility.misreadings import TIME_FACTORS, explain_factor
+from apesim.studies.measured.plausibility.signals import (
+    Edges,
+    find_correlation,
+    find_edges,
+    find_levels,
+    find_noise,
+    find_span,
+    smooth,
+)
+from apesim.studies.measured.plausibility.thresholds import (
+    MAX_LEFT_AFTER_SHIFT,
+    MAX_OFF_FACTOR,
+    MAX_OFF_TIME_UNIT,
+    MAX_OPENS,
+    MAX_TRIED_SHIFT,
+    MAX_UNEQUAL,
+    MIN_ALIKE,
+    MIN_BETTER,
+    MIN_LATE_WARNED,
+    MIN_MOVED,
+    MIN_ONE_EDGE_LATE,
+    MIN_OPENS,
+    MIN_PULSE_OFF,
+    MIN_PULSE_OFF_SHARE,
+    MIN_SHIFT_REFUSED,
+    MIN_SHIFT_WARNED,
+    PULSE_FACTOR,
+)
+from apesim.studies.measured.runs import MeasuredRun
+from apesim.studies.measured.sensors import FILE
+
+SHIFTS = np.linspace(-MAX_TRIED_SHIFT, MAX_TRIED_SHIFT, 81)
+"""Shifts at which shapes are compared [s]: steps of 0.5 ms."""
+FINE_SHIFTS = np.linspace(-2e-3, 2e-3, 81)
+"""Shifts about a rough one among which the best is taken [s]."""
+CHAMBERS = ("pressure_a", "pressure_b")
+TIMED = ("lift", *CHAMBERS)
+"""Channels that tell when the valve moves."""
+
+
+class Motion(NamedTuple):
+    """When a channel leaves its rest and comes back, measured and by the machine."""
+
+    channel: str
+    measured: Edges
+    machine: Edges
+
+    @property
+    def opening(self) -> float:
+        """Time by which it leaves its rest later than the machine's [s]; NaN: unknown."""
+        return self.measured.leaves - self.machine.leaves
+
+    @property
+    def closing(self) -> float:
+        """Time by which it comes back later than the machine's [s]; NaN: unknown."""
+        return self.measured.returns - self.machine.returns
+
+
+def moves(values: np.ndarray, machine_values: np.ndarray) -> bool:
+    """Whether a channel moves, where the machine's does.
+
+    Parameters
+    ----------
+    values, machine_values : (n,) float array
+        [SI]
+
+    Returns
+    -------
+    bool
+        True where the machine's does not move either.
+
+    Examples
+    --------
+    >>> moves(np.zeros(20), np.linspace(0.0, 9e-3, 20)), moves(np.zeros(20), np.zeros(20))
+    (False, True)
+    """
+    span = find_span(machine_values)
+    low, high = find_levels(values)
+    return bool(span == 0.0 or high - low > MIN_MOVED * span)
+
+
+def compare_shapes(run: MeasuredRun, values: np.ndarray, expected: Expected, channel: str) -> tuple[float, float]:
+    """Largest correlation of values, and of them turned round, with a channel of the machine, over small shifts.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    values : (n,) float array
+    expected : Expected
+    channel : str
+        Channel of the machine.
+
+    Returns
+    -------
+    alike, turned : float
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 60e-3, 1e-3)
+    >>> pulse = np.where(abs(times - 30e-3) < 15e-3, 9e-3, 0.0)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {})
+    >>> alike, turned = compare_shapes(run, -pulse, Expected(times, {"lift": pulse}, {}, False), "lift")
+    >>> turned > 0.99 > alike
+    True
+    """
+    smoothed = smooth(values)
+    shifts = SHIFTS if not expected.is_engine else np.zeros(1)
+    found = [find_correlation(smoothed, expected.at(channel, run, shift)) for shift in shifts]
+    return max(found), -min(found)
+
+
+def check_swapped(
+    run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected
+) -> Finding | None:
+    """Check whether the columns of the chambers stand for each other.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+    values : mapping of (n,) float array
+        By channel, freed of what checks of levels have found [SI].
+    expected : Expected
+        With both chambers.
+
+    Returns
+    -------
+    Finding or None
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 100e-3, 1e-3)
+    >>> a = np.where(abs(times - 30e-3) < 15e-3, 0.1e6, 0.5e6)
+    >>> b = 0.6e6 - a
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"pressure_a": b, "pressure_b": a})
+    >>> expected = Expected(times, {"pressure_a": a, "pressure_b": b}, {}, False)
+    >>> check_swapped(run, 0, run.channels, expected).reason
+    'a and b swapped?'
+    """
+    here = [channel for channel in CHAMBERS if channel in values]
+    if not here:
+        return None
+    own = [compare_shapes(run, values[channel], expected, channel)[0] for channel in here]
+    other = [compare_shapes(run, values[channel], expected, CHAMBERS[channel == CHAMBERS[0]])[0] for channel in here]
+    if min(other) < MIN_ALIKE or np.mean(other) < np.mean(own) + MIN_BETTER:
+        return None
+    seen = "goes as the other chamber of the machine does: b is filled and a emptied to open the valve"
+    right = "exchange pressure_a and pressure_b in the header"
+    return Finding(Kind.FAULT, Check.SWAPPED, run.data, " and ".join(here), seen, "a and b swapped?", right, number)
+
+
+def check_inverted(run: MeasuredRun, number: int, values: np.ndarray, expected: Expected) -> Finding | None:
+    """Check whether a lift within the stroke is measured from the open stop.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+    values : (n,) float array
+        [m]
+    expected : Expected
+
+    Returns
+    -------
+    Finding or None
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 100e-3, 1e-3)
+    >>> lift = np.where(abs(times - 30e-3) < 15e-3, 9e-3, 0.0)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": 9e-3 - lift})
+    >>> check_inverted(run, 0, 9e-3 - lift, Expected(times, {"lift": lift}, {}, False)).reason
+    'inverted, measured from the open stop?'
+    """
+    alike, turned = compare_shapes(run, values, expected, "lift")
+    if turned < MIN_ALIKE or turned < alike + MIN_BETTER:
+        return None
+    seen = "is high where the valve is closed and low where it is open"
+    right = "give the stroke less these values: lift is 0 closed and positive towards open"
+    reason = "inverted, measured from the open stop?"
+    return Finding(Kind.FAULT, Check.INVERTED, run.data, "lift", seen, reason, right, number)
+
+
+def find_motions(run: MeasuredRun, values: Mapping[str, np.ndarray], expected: Expected) -> list[Motion]:
+    """Find when the channels of a run move, and when they do in the machine.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    values : mapping of (n,) float array
+        By channel [SI].
+    expected : Expected
+
+    Returns
+    -------
+    list of Motion
+        Those that move in both.
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 100e-3, 1e-3)
+    >>> lift = np.where(abs(times - 30e-3) < 15e-3, 9e-3, 0.0)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": lift})
+    >>> [motion] = find_motions(run, {"lift": np.roll(lift, -10)}, Expected(times, {"lift": lift}, {}, False))
+    >>> round(1e3 * motion.opening, 2), round(1e3 * motion.closing, 2)
+    (-10.0, -10.0)
+    """
+    found = []
+    for channel in TIMED:
+        if channel not in values or not moves(values[channel], expected.channels[channel]):
+            continue
+        machine_values = expected.channels[channel]
+        if np.ptp(machine_values) <= MIN_MOVED * find_span(smooth(values[channel])):
+            continue
+        rises = bool(machine_values[0] < 0.5 * (machine_values.min() + machine_values.max()))
+        machine = find_edges(expected.places, machine_values, rises=rises)
+        noise = find_noise(values[channel])
+        found.append(Motion(channel, find_edges(run.times, values[channel], rises=rises, noise=noise), machine))
+    return found
+
+
+def check_time_unit(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray]) -> Finding | None:
+    """Check the unit of the times: how long the valve is open, and when it opens, by the pulse.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+    values : mapping of (n,) float array
+        By channel [SI].
+
+    Returns
+    -------
+    Finding or None
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 100e-3, 1e-3)
+    >>> lift = np.where(abs(times - 40e-3) < 25e-3, 9e-3, 0.0)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", 1e3 * times, {"lift": lift})
+    >>> check_time_unit(run, 0, run.channels).reason
+    'ms called s, or µs called ms?'
+    """
+    for channel in (*CHAMBERS, "lift"):
+        if channel not in values:
+            continue
+        edges = find_edges(run.times, values[channel], rises=channel != "pressure_a")
+        width = edges.returns - edges.leaves
+        unit = explain_factor(width / run.pulse, TIME_FACTORS, MAX_OFF_TIME_UNIT) if width > 0.0 else None
+        if unit and MIN_OPENS < unit.factor * edges.leaves < MAX_OPENS:
+            seen = f"by the {channel.replace('_', ' ')} the valve is open for {width:.3g} s, "
+            seen += f"where the pulse is {1e3 * run.pulse:.4g} ms"
+            return Finding(Kind.FAULT, Check.TIME_UNIT, run.data, "time", seen, unit.reason, unit.right, number)
+    return None
+
+
+def check_times(run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected) -> Finding | None:
+    """Check whether the valve moves when it can: after the command, and about as late as the machine's.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+    values : mapping of (n,) float array
+        By channel [SI].
+    expected : Expected
+
+    Returns
+    -------
+    Finding or None
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 100e-3, 1e-3)
+    >>> lift = np.where(abs(times - 40e-3) < 15e-3, 9e-3, 0.0)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": np.roll(lift, 10)})
+    >>> check_times(run, 0, run.channels, Expected(times, {"lift": lift}, {}, False)).reason
+    'trigger 10.0 ms early?'
+    """
+    motions = find_motions(run, values, expected)
+    if not motions:
+        return None
+    shifts = np.array([[motion.opening, motion.closing] for motion in motions])
+    opening, closing = _median(shifts[:, 0]), _median(shifts[:, 1])
+    before = [motion for motion in motions if _is_before_command(motion, run)]
+    rough = _median(np.array([opening, closing]))
+    is_common = abs(opening - closing) <= max(MAX_UNEQUAL[0], MAX_UNEQUAL[1] * abs(rough))  # NaN: False
+    channel = (before or motions)[0].channel
+    if before:
+        begins = min(motion.measured.begins for motion in before)
+        at = "at its first sample" if begins == run.times[0] else f"at {1e3 * begins:.1f} ms"
+        seen, reason = f"is away from its rest {at}, before the command can have moved anything", "trigger late?"
+        if np.isfinite(rough) and rough < -MIN_SHIFT_WARNED:
+            late = -_refine(run, values, expected, motions, rough)[0]
+            seen += f", and {1e3 * late:.1f} ms earlier than the machine's"
+            reason = f"trigger {1e3 * late:.1f} ms late?"
+            right = f"add {1e3 * late:.1f} ms to the times: t = 0 is the command"
+        else:
+            right = "make t = 0 the command"
+        return Finding(Kind.FAULT, Check.TIME_ZERO, run.data, channel, seen, reason, right, number)
+    if not np.isfinite(opening) and not np.isfinite(closing):
+        return None
+    one_edge = np.isfinite(opening) and not np.isfinite(closing) and abs(opening) >= MIN_ONE_EDGE_LATE
+    if not ((is_common and abs(rough) >= MIN_SHIFT_WARNED) or one_edge):
+        return None
+    shift, left = _refine(run, values, expected, motions, rough)
+    if abs(shift) < MIN_SHIFT_WARNED:
+        return None
+    kind = Kind.FAULT if abs(shift) >= MIN_SHIFT_REFUSED and left < MAX_LEFT_AFTER_SHIFT else Kind.WARNING
+    size, when = f"{1e3 * abs(shift):.1f} ms", "later" if shift > 0.0 else "earlier"
+    what = "opens" if one_edge else "opens and closes"
+    seen = f"{what} {size} {when} than the machine's"
+    right = (
+        f"{'take' if shift > 0.0 else 'add'} {size} {'off' if shift > 0.0 else 'to'} the times, or mend the delays of "
+    )
+    right += "the machine: t = 0 is the command"
+    reason = f"trigger {size} {'early' if shift > 0.0 else 'late'}?"
+    return Finding(kind, Check.TIME_ZERO, run.data, channel, seen, reason, right, number)
+
+
+def check_pulse(
+    run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected, simulated: float
+) -> tuple[Finding | None, float]:
+    """Check whether the pulse was as long as the run states.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+    values : mapping of (n,) float array
+        By channel [SI].
+    expected : Expected
+    simulated : float
+        Pulse that it was simulated with: the stated one, or one about as long as the measured one where the stated one
+        moves nothing [s].
+
+    Returns
+    -------
+    finding : Finding or None
+    pulse : float
+        Pulse that it must have been, where there is a finding, else that of the run [s].
+
+    Examples
+    --------
+    >>> samples = np.arange(200)
+    >>> times = samples * 1e-3
+    >>> pressure = np.where((samples >= 36) & (samples < 45), 0.1e6, 0.5e6)
+    >>> longer = np.where((samples >= 36) & (samples < 135), 0.1e6, 0.5e6)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 10e-3, "fit", times, {"pressure_a": longer})
+    >>> expected = Expected(times, {"pressure_a": pressure}, {}, False)
+    >>> finding, pulse = check_pulse(run, 0, run.channels, expected, 10e-3)
+    >>> finding.reason, round(pulse, 3)
+    ('100 ms called 10 ms?', 0.1)
+    """
+    motions = [motion for motion in find_motions(run, values, expected) if np.isfinite(motion.opening)]
+    off_by = {motion.channel: motion.closing - motion.opening for motion in motions}
+    by_pressure = _median(np.array([off_by.get(channel, np.nan) for channel in CHAMBERS]))
+    by_lift = off_by.get("lift", np.nan)
+    off = by_pressure if np.isfinite(by_pressure) else by_lift
+    pulse = simulated + off
+    off = pulse - run.pulse
+    if not abs(off) >= MIN_LATE_WARNED:  # NaN, too
+        return None, run.pulse
+    ratio = max(pulse, 1e-4) / run.pulse
+    slips = [factor for factor in (PULSE_FACTOR, 1.0 / PULSE_FACTOR) if abs(np.log(ratio / factor)) < MAX_OFF_FACTOR]
+    is_sure = np.isfinite(by_pressure) and abs(off) >= max(MIN_PULSE_OFF, MIN_PULSE_OFF_SHARE * run.pulse)
+    channel = motions[0].channel if not np.isfinite(by_pressure) else "chamber pressures"
+    seen = f"is stated as {1e3 * run.pulse:.4g} ms; by the {channel.replace('_', ' ')} the release came after about "
+    seen += f"{1e3 * pulse:.1f} ms"
+    reason = f"{1e3 * run.pulse * slips[0]:.4g} ms called {1e3 * run.pulse:.4g} ms?" if slips else "another pulse?"
+    kind = Kind.FAULT if is_sure or slips else Kind.WARNING
+    right = "write the pulse that it was" + ("" if kind == Kind.FAULT else ", unless the valve is so slow to close")
+    key = f"run {number + 1}.pulse"
+    return Finding(kind, Check.PULSE, FILE, key, seen, reason, right, number), pulse
+
+
+def _median(values: np.ndarray) -> float:
+    """Median of the numbers among some; NaN: there are none."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else np.nan
+
+
+def _is_before_command(motion: Motion, run: MeasuredRun) -> bool:
+    """Whether a channel is away from its rest before the command, or at its first sample long before the machine's is.
+
+    Long is more than effects of the library let a channel begin earlier.
+    """
+    edges = motion.measured
+    if edges.starts_away:
+        return edges.begins < motion.machine.begins - MIN_SHIFT_WARNED
+    return edges.begins < -float(np.median(np.diff(run.times)))
+
+
+def _refine(
+    run: MeasuredRun, values: Mapping[str, np.ndarray], expected: Expected, motions: list[Motion], rough: float
+) -> tuple[float, float]:
+    """Shift by which the machine fits best [s], and the share of the square of the difference that it leaves."""
+
+    def misfit(shift: float) -> float:
+        total = 0.0
+        for motion in motions:
+            there = expected.at(motion.channel, run, shift)
+            span = np.ptp(expected.channels[motion.channel])
+            total += float(np.nanmean((smooth(values[motion.channel]) - there) ** 2)) / span**2
+        return total
+
+    tried = [misfit(rough + shift) for shift in FINE_SHIFTS]
+    best = int(np.argmin(tried))
+    unshifted = misfit(0.0)
+    return float(rough + FINE_SHIFTS[best]), tried[best] / unshifted if unshifted else 1.0

@@ -1,0 +1,268 @@
+"""Levels, noise and edges of a signal, so that neither noise nor single samples decide."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from apesim.studies.measured.plausibility.thresholds import (
+    LEVEL_SHARE,
+    MIN_BLIND,
+    MIN_GAP,
+    MIN_NOISES_MOVED,
+    MIN_SAMPLES,
+    MOVED,
+)
+from apesim.studies.measured.runs import MeasuredRun
+
+WIDTH = 5
+"""Samples of the running median: spikes of two samples do not pass it."""
+LASTING = 3
+"""Samples that a signal stays beyond a level, to have crossed it."""
+GAUSSIAN = 1.4826
+"""Standard deviation over the median of the absolute values, of Gaussian noise."""
+
+
+class Edges(NamedTuple):
+    """When a signal that leaves its rest and comes back crosses half of its span."""
+
+    leaves: float
+    """First crossing [s]; NaN: it does not cross, or in a gap, or stands beyond at its first known sample."""
+    returns: float
+    """Last crossing back [s], as a chamber's pressure dips while the piston flies; NaN: it does not stay back, or
+    comes back in a gap."""
+    begins: float
+    """When it begins to leave its rest [s]; NaN: never."""
+    starts_away: bool
+    """Whether it is away from its rest at its first known sample."""
+
+
+def select_judged(run: MeasuredRun) -> dict[str, np.ndarray]:
+    """Channels of a run that something can be judged by: enough samples are known, and they differ.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+
+    Returns
+    -------
+    dict of (n,) float array
+        Values [SI], NaN where a sample is missing, by sensor.
+
+    Examples
+    --------
+    >>> channels = {"lift": np.arange(9.0), "velocity": np.zeros(9), "pressure_a": np.full(9, np.nan)}
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(9) * 1e-3, channels)
+    >>> list(select_judged(run))
+    ['lift']
+    """
+    return {
+        name: values
+        for name, values in run.channels.items()
+        if np.isfinite(values).sum() >= MIN_SAMPLES and find_span(values) > 0.0
+    }
+
+
+def fill(values: np.ndarray) -> np.ndarray:
+    """Values with missing ones interpolated.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        NaN where a cell is missing; one at least is not.
+
+    Returns
+    -------
+    (n,) float array
+
+    Examples
+    --------
+    >>> fill(np.array([1.0, np.nan, 3.0])).tolist()
+    [1.0, 2.0, 3.0]
+    """
+    known = np.isfinite(values)
+    places = np.arange(len(values))
+    return values if known.all() else np.interp(places, places[known], values[known])
+
+
+def smooth(values: np.ndarray) -> np.ndarray:
+    """Running median of a signal, over missing samples as if they were interpolated.
+
+    Parameters
+    ----------
+    values : (n,) float array
+
+    Returns
+    -------
+    (n,) float array
+        NaN where a sample is missing.
+
+    Examples
+    --------
+    >>> smooth(np.array([0.0, 0.0, 9.0, 0.0, 0.0])).tolist()
+    [0.0, 0.0, 0.0, 0.0, 0.0]
+    """
+    half = WIDTH // 2
+    smoothed = np.median(sliding_window_view(np.pad(fill(values), half, mode="edge"), WIDTH), axis=1)
+    return np.where(np.isfinite(values), smoothed, np.nan)
+
+
+def find_span(values: np.ndarray) -> float:
+    """Difference between the largest and the smallest known value of a signal.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        NaN where a sample is missing.
+
+    Returns
+    -------
+    float
+        0 where none is known.
+
+    Examples
+    --------
+    >>> find_span(np.array([1.0, np.nan, 3.0]))
+    2.0
+    """
+    known = values[np.isfinite(values)]
+    return float(np.ptp(known)) if len(known) else 0.0
+
+
+def find_levels(values: np.ndarray) -> tuple[float, float]:
+    """Lowest and highest level of a signal.
+
+    Parameters
+    ----------
+    values : (n,) float array
+
+    Returns
+    -------
+    low, high : float
+
+    Examples
+    --------
+    >>> find_levels(np.repeat([0.0, 9.0, 0.0], 20))
+    (0.0, 9.0)
+    """
+    low, high = np.nanquantile(smooth(values), (LEVEL_SHARE, 1.0 - LEVEL_SHARE))
+    return float(low), float(high)
+
+
+def find_noise(values: np.ndarray) -> float:
+    """Standard deviation of the noise of a signal, taken for white, by its fourth differences.
+
+    Parameters
+    ----------
+    values : (n,) float array
+
+    Returns
+    -------
+    float
+        0 below five known samples.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).normal(0.0, 0.03, 4000)
+    >>> round(find_noise(noise + np.linspace(0.0, 9.0, 4000)), 2)
+    0.03
+    """
+    for differences in (np.diff(values, 4), np.diff(values[np.isfinite(values)], 4)):
+        known = differences[np.isfinite(differences)]
+        if len(known):
+            return float(GAUSSIAN * np.median(np.abs(known)) / np.sqrt(70.0))
+    return 0.0
+
+
+def find_edges(times: np.ndarray, values: np.ndarray, *, rises: bool, noise: float = 0.0) -> Edges:
+    """Find when a signal leaves its rest and comes back to it.
+
+    Parameters
+    ----------
+    times : (n,) float array
+        [s]
+    values : (n,) float array
+    rises : bool
+        Whether it is low at rest.
+    noise : float
+        Standard deviation of its noise.
+
+    Returns
+    -------
+    Edges
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 10.0)
+    >>> find_edges(times, np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]), rises=True)
+    Edges(leaves=2.5, returns=6.5, begins=3.0, starts_away=False)
+    """
+    known = np.isfinite(values)
+    times, smoothed = times[known], smooth(values)[known] * (1.0 if rises else -1.0)
+    low, high = np.quantile(smoothed, (LEVEL_SHARE, 1.0 - LEVEL_SHARE))
+    away = smoothed - low
+    leaves = _crossing(times, away - 0.5 * (high - low))
+    beyond = leaves is not None and leaves == times[0] and away[0] > 0.5 * (high - low)
+    returns = None if leaves is None else _last_return(times, away - 0.5 * (high - low))
+    begun = _lasting(away > max(MOVED * (high - low), MIN_NOISES_MOVED * noise))
+    return Edges(
+        np.nan if leaves is None or beyond else leaves,
+        np.nan if returns is None else returns,
+        np.nan if begun is None else float(times[begun]),
+        begun == 0,
+    )
+
+
+def find_correlation(values: np.ndarray, others: np.ndarray) -> float:
+    """Correlation of two signals where both are known; 0 where one of them is constant.
+
+    Parameters
+    ----------
+    values, others : (n,) float array
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> round(find_correlation(np.arange(4.0), -np.arange(4.0)), 6), find_correlation(np.arange(4.0), np.ones(4))
+    (-1.0, 0.0)
+    """
+    known = np.isfinite(values) & np.isfinite(others)
+    if not known.any():
+        return 0.0
+    one, other = values[known] - values[known].mean(), others[known] - others[known].mean()
+    size = float(np.linalg.norm(one) * np.linalg.norm(other))
+    return float(one @ other) / size if size > 0.0 else 0.0
+
+
+def _lasting(beyond: np.ndarray) -> int | None:
+    """Place from which something holds for `LASTING` samples; None: nowhere."""
+    if len(beyond) < LASTING:
+        return None
+    found = np.flatnonzero(sliding_window_view(beyond, LASTING).all(axis=1))
+    return int(found[0]) if len(found) else None
+
+
+def _crossing(times: np.ndarray, values: np.ndarray) -> float | None:
+    """When a signal rises above zero for `LASTING` samples; its first time where it is above from there.
+
+    None: it does not, or in a gap.
+    """
+    place = _lasting(values > 0.0)
+    if place is None:
+        return None
+    if place == 0:
+        return float(times[0])
+    step = times[place] - times[place - 1]
+    if step > max(MIN_GAP * np.median(np.diff(times)), MIN_BLIND):
+        return None
+    below, above = values[place - 1], values[place]
+    return float(times[place - 1] + step * (-below / (above - below) if above > below else 1))
+
+
+def _last_return(times: np.ndarray, values: np.ndarray) -> float | None:
+    """When a signal falls below zero for good; None: it does not."""
+    turned = _crossing(-times[::-1], values[::-1])
+    return None if turned is None or -turned == times[-1] else -turned

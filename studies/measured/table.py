@@ -1,0 +1,300 @@
+"""Tables: the numbers of a file of any length, column by column."""
+
+import io
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from apesim.quantities import InvalidValue, quoted
+from apesim.studies.measured.dialect import Marks
+from apesim.studies.measured.layout import Layout, fit_cells, is_missing, refuse_encoding, split_line
+from apesim.studies.measured.text_blocks import blocks_of_lines
+
+MAX_ROWS = 50_000_000
+"""Largest number of rows that are read: five times a long record of an oscilloscope."""
+PLAIN_BYTES = b"0123456789+-.eEnNaA \t\n"
+"""Bytes of numbers with a decimal point, and of nan, which NumPy reads at once."""
+EXPONENT = r"(?:[eE][+-]?[0-9]{1,3})?"
+"""The end of a number."""
+UNDECIDED = 1e-6
+"""Distance from a whole number of thousandths, below which a number has three decimals at most."""
+JUMP = 0.5
+"""Step between two rows over the largest number, from which a record jumps."""
+SMOOTHER = 0.1
+"""Largest step of a record over its largest number where points are thousands, over that where they are decimals, below
+which they are thousands: a mark of thousands taken for a decimal one divides single rows by a thousand."""
+
+
+def number_pattern(marks: Marks) -> re.Pattern[str]:
+    """Make the pattern of a number with given marks.
+
+    Parameters
+    ----------
+    marks : Marks
+        Without None.
+
+    Returns
+    -------
+    re.Pattern
+
+    Examples
+    --------
+    >>> pattern = number_pattern(Marks(",", "."))
+    >>> [bool(pattern.fullmatch(cell)) for cell in ("1.234,5", "1234,5", "1,5e-3", "12.34", "1.5")]
+    [True, True, True, False, False]
+    """
+    decimal, thousands = map(re.escape, (marks.decimal or "", marks.thousands or ""))
+    whole = rf"(?:[0-9]{{1,3}}(?:{thousands}[0-9]{{3}})+|[0-9]+)" if thousands else "[0-9]+"
+    body = rf"(?:{whole}(?:{decimal}[0-9]*)?|{decimal}[0-9]+)" if decimal else whole
+    return re.compile(rf"[+-]?{body}{EXPONENT}")
+
+
+def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks]) -> dict[int, np.ndarray]:
+    r"""Read columns of a file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    layout : Layout
+        Where its numbers stand.
+    wanted : mapping of int to Marks
+        Marks of each column by its place, from 0, without None.
+
+    Returns
+    -------
+    dict of int to (n,) float array
+        Numbers by the place of the column; NaN where a cell has none.
+
+    Raises
+    ------
+    InvalidValue
+        A line is no row of the table, or a cell no number; the right form names the key of ``[read]`` that would help.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.studies.measured.dialect import Dialect
+    >>> from apesim.studies.measured.layout import find_layout
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "p040.csv")
+    ...     _ = path.write_text("time [ms];lift [mm]\n0,0;0,01\n0,5;-\n")
+    ...     layout = find_layout(path, Dialect(), ("time", "lift"))
+    ...     read_numbers(path, layout, {0: Marks(",", ""), 1: Marks(",", "")})
+    {0: array([0. , 0.5]), 1: array([0.01,  nan])}
+    """
+    parts: dict[int, list[np.ndarray]] = {at: [np.empty(0)] for at in wanted}
+    rows = 0
+    for line, block in _data_blocks(path, layout):
+        numbers = _read_at_once(block, layout, wanted)
+        if numbers is None:
+            numbers = _read_cell_by_cell(block, line, rows, layout, wanted)
+        for at, values in numbers.items():
+            parts[at].append(values)
+        rows += len(next(iter(numbers.values()), ()))
+        if rows > MAX_ROWS:
+            raise InvalidValue(f"has more than {MAX_ROWS // 10**6} million rows", "cut it into several records")
+    return {at: np.concatenate(parts.pop(at)) for at in wanted}
+
+
+def _data_blocks(path: Path, layout: Layout) -> Iterator[tuple[int, bytes]]:
+    """Blocks of the file below its header, each with the number of lines above it."""
+    line, due = 0, layout.first_line
+    for block in blocks_of_lines(path, layout.encoding):
+        number = block.count(b"\n")
+        while due and number:
+            end = block.index(b"\n") + 1
+            block, due, number, line = block[end:], due - 1, number - 1, line + 1
+        if block:
+            yield line, block
+        line += number
+
+
+def _read_at_once(block: bytes, layout: Layout, wanted: Mapping[int, Marks]) -> dict[int, np.ndarray] | None:
+    """Columns of a block of plain numbers; None where not all of it is plain."""
+    decimals = {marks.decimal for marks in wanted.values()}
+    if len(decimals) != 1 or any(marks.thousands for marks in wanted.values()):
+        return None
+    [decimal] = decimals
+    separator = layout.separator.encode()
+    if decimal == ",":
+        if b"." in block:
+            return None
+        block = block.replace(b",", b".")
+    elif decimal == "" and b"." in block:
+        return None
+    if block.translate(None, PLAIN_BYTES + separator) or (separator != b"\t" and separator != b" " and b"\t" in block):
+        return None
+    number = len(layout.headers)
+    try:
+        if not block.strip():
+            return {at: np.empty(0) for at in wanted}
+        delimiter = None if layout.separator == " " else layout.separator
+        numbers = np.loadtxt(io.BytesIO(block), delimiter=delimiter, comments=None, ndmin=2)
+    except ValueError:
+        return None
+    return {at: numbers[:, at].copy() for at in wanted} if numbers.shape[1] == number else None
+
+
+def _read_cell_by_cell(
+    block: bytes, line: int, row: int, layout: Layout, wanted: Mapping[int, Marks]
+) -> dict[int, np.ndarray]:
+    """Columns of a block in any dialect; so many lines and rows stand above it."""
+    patterns = {at: number_pattern(marks) for at, marks in wanted.items()}
+    values: dict[int, list[float]] = {at: [] for at in wanted}
+    for cells in _rows_of(block, line, layout):
+        row += 1
+        for at, (decimal, thousands) in wanted.items():
+            cell = cells[at]
+            if patterns[at].fullmatch(cell):
+                if thousands:
+                    cell = cell.replace(thousands, "")
+                values[at].append(float(cell.replace(",", ".") if decimal == "," else cell))
+            elif is_missing(cell):
+                values[at].append(np.nan)
+            else:
+                raise CellError(at, cell, row)
+    return {at: np.array(column, dtype=float) for at, column in values.items()}
+
+
+def _rows_of(block: bytes, line: int, layout: Layout) -> Iterator[list[str]]:
+    """Cells of the rows of a block; so many lines stand above it."""
+    try:
+        lines = block.decode().split("\n")[:-1]
+    except UnicodeDecodeError as error:
+        raise refuse_encoding(line + block[: error.start].count(b"\n") + 1) from None
+    number = len(layout.headers)
+    for at, text in enumerate(lines, line + 1):
+        if not text.strip():
+            continue
+        try:
+            cells = fit_cells(split_line(text, layout.separator), number)
+        except InvalidValue as error:
+            raise InvalidValue(f"line {at} {error.wrong}", error.right) from None
+        if len(cells) != number:
+            above = "header" if any(layout.headers) else "first row"
+            wrong = f"line {at} has {len(cells)} cell{'s' * (len(cells) != 1)}, the {above} {number}"
+            right = "make all rows as long, or write the separator and skip_rows in [read]"
+            raise InvalidValue(wrong, right)
+        yield cells
+
+
+class CellError(InvalidValue):
+    """Error of a cell that holds no number.
+
+    Parameters
+    ----------
+    at : int
+        Place of the column, from 0.
+    cell : str
+        What stands there.
+    row : int
+        Number of the row below the header, from 1.
+    """
+
+    def __init__(self, at: int, cell: str, row: int) -> None:
+        super().__init__(f"{quoted(cell)} in row {row} is no finite number", "give a number in every cell")
+        self.at, self.cell = at, cell
+
+
+def is_ambiguous(path: Path, layout: Layout, at: int, values: np.ndarray, decimal: str) -> bool:
+    r"""Tell whether the decimal marks of a column may be marks of thousands, as nothing in it shows which.
+
+    1.234 may be both. A number below 1, one of four digits without a mark, or one with other than three decimals shows
+    that the mark is decimal.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    layout : Layout
+    at : int
+        Place of the column, from 0.
+    values : (n,) float array
+        Its numbers, read with the decimal mark.
+    decimal : str
+        Decimal mark.
+
+    Returns
+    -------
+    bool
+        In the layout of the files that apesim writes, where the mark is known to be a point, only whether the record
+        jumps as long as points are decimal.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.studies.measured.dialect import Dialect
+    >>> from apesim.studies.measured.layout import find_layout
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "p040.csv")
+    ...     _ = path.write_text("time [us];lift [mm]\n999.000;0.5\n1.000;0.6\n")
+    ...     layout = find_layout(path, Dialect(), ("time", "lift"))
+    ...     [is_ambiguous(path, layout, at, np.array(values), ".") for at, values in enumerate([[999, 1], [0.5, 0.6]])]
+    [True, False]
+    """
+    if not decimal or not _may_be_thousands(values) or (layout.is_plain and _largest_step(values) < JUMP):
+        return False
+    undecided = re.compile(rf"[+-]?[1-9][0-9]{{0,2}}{re.escape(decimal)}[0-9]{{3}}")
+    neutral = re.compile(rf"[+-]?(?:[0-9]{{1,3}}|0{re.escape(decimal)}000)")
+    is_marked: list[bool] = []
+    for line, block in _data_blocks(path, layout):
+        for cells in _rows_of(block, line, layout):
+            cell = cells[at]
+            if not (is_missing(cell) or undecided.fullmatch(cell) or neutral.fullmatch(cell)):
+                return False
+            is_marked.append(bool(undecided.fullmatch(cell)))
+    marked = np.array(is_marked)
+    if not layout.is_plain or not marked.any():
+        return bool(marked.any())
+    return _largest_step(np.where(marked, 1e3 * values, values)) < SMOOTHER * _largest_step(values)
+
+
+def _may_be_thousands(values: np.ndarray) -> bool:
+    """Whether all numbers are such as a mark of thousands, taken for a decimal one, makes."""
+    sizes = np.abs(values[np.isfinite(values)])
+    sizes = sizes[sizes > 0.0]
+    thousandths = 1e3 * sizes
+    is_one = (sizes >= 1.0) & (sizes < 1e3) & (np.abs(thousandths - np.rint(thousandths)) < UNDECIDED * thousandths)
+    return bool(len(sizes) and np.all(is_one))
+
+
+def _largest_step(values: np.ndarray) -> float:
+    """Largest step between neighbours over the largest number."""
+    values = values[np.isfinite(values)]
+    return (
+        float(np.max(np.abs(np.diff(values))) / np.max(np.abs(values))) if len(values) > 1 and np.any(values) else 0.0
+    )
+
+
+def name_remedy(cell: str, marks: Marks, name: str) -> str:
+    """Name the key of ``[read]`` that would make a number of a cell.
+
+    Parameters
+    ----------
+    cell : str
+        What stands there.
+    marks : Marks
+        Marks that it was read with.
+    name : str
+        Our name of its column.
+
+    Returns
+    -------
+    str
+        Right form; "" where no key would help.
+
+    Examples
+    --------
+    >>> name_remedy("1,5", Marks(".", ""), "lift")
+    'write decimal = "," in [read]'
+    >>> name_remedy("1.002.000", Marks(".", ""), "time")
+    'write thousands = "." and decimal = "" in [read.column.time]'
+    """
+    for decimal in (".", ","):
+        if decimal != marks.decimal and number_pattern(Marks(decimal, "")).fullmatch(cell):
+            return f'write decimal = "{decimal}" in [read]'
+    for thousands, decimal in ((".", ""), (",", ""), ("'", "."), (" ", "."), (" ", ","), (".", ","), (",", ".")):
+        if number_pattern(Marks(decimal, thousands)).fullmatch(cell):
+            return f'write thousands = "{thousands}" and decimal = "{decimal}" in [read.column.{name}]'
+    return ""

@@ -1,0 +1,181 @@
+"""Text of a file in blocks of whole lines, whatever its encoding and however long the file is."""
+
+import codecs
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from apesim.quantities import InvalidValue, quoted
+from apesim.quantities.files import open_regular
+
+BLOCK_BYTES = 1 << 22
+"""Bytes that are read at once: many rows, and little memory beside the numbers."""
+HEAD_BYTES = 1 << 18
+"""Bytes from which encoding, separator and marks are guessed: thousands of rows."""
+MAX_LINE_BYTES = 1 << 20
+"""Longest line: far above any row of an instrument; a longer one is no table."""
+MIN_ZEROS = 0.2
+"""Share of zero bytes above which a text without a mark of its byte order is UTF-16: half of them are zero there, and
+none in other texts."""
+
+
+def open_data(path: Path) -> BinaryIO:
+    """Open a regular file for reading.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Returns
+    -------
+    binary file
+
+    Raises
+    ------
+    InvalidValue
+        It cannot be read, or is no regular file.
+
+    Examples
+    --------
+    >>> open_data(Path("no such file"))
+    Traceback (most recent call last):
+        ...
+    apesim.quantities.input_errors.InvalidValue: ("there is no file 'no such file'", '')
+    """
+    name = quoted(str(path))
+    try:
+        if not path.is_file():  # a pipe or a device might never end
+            raise InvalidValue(f"there is no file {name}")
+        return open(path, "rb", opener=open_regular)
+    except OSError as error:
+        raise InvalidValue(f"{name} cannot be read: {error.strerror}") from None
+
+
+def guess_encoding(data: bytes, *, is_whole: bool) -> str:
+    """Guess the encoding of a text from its first bytes.
+
+    Parameters
+    ----------
+    data : bytes
+        First bytes of a file.
+    is_whole : bool
+        Whether they are all of it.
+
+    Returns
+    -------
+    str
+        Name of a codec: UTF-16 where a mark of the byte order or zero bytes show it, else UTF-8, and latin-1 where the
+        bytes are no UTF-8.
+
+    Examples
+    --------
+    >>> [guess_encoding("Weg [µm]".encode(name), is_whole=True) for name in ("utf-8", "utf-16", "latin-1")]
+    ['utf-8', 'utf-16', 'latin-1']
+    """
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    if data.startswith(codecs.BOM_UTF8):
+        return "utf-8-sig"
+    if data.count(0) > MIN_ZEROS * len(data):
+        return "utf-16-le" if data[1::2].count(0) >= data[::2].count(0) else "utf-16-be"
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(data, final=is_whole)
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "utf-8"
+
+
+def read_head(path: Path) -> tuple[bytes, bool]:
+    """Read the first bytes of a file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Returns
+    -------
+    data : bytes
+        First `HEAD_BYTES`, or all of it.
+    is_whole : bool
+        Whether they are all.
+
+    Raises
+    ------
+    InvalidValue
+        It cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "p040.csv").write_text("0,1")
+    ...     read_head(Path(folder, "p040.csv"))
+    (b'0,1', True)
+    """
+    with open_data(path) as file:
+        data = file.read(HEAD_BYTES)
+        return data, os.fstat(file.fileno()).st_size <= len(data)
+
+
+def blocks_of_lines(path: Path, encoding: str, size: int = BLOCK_BYTES) -> Iterator[bytes]:
+    r"""Give the text of a file, as UTF-8, in blocks of whole lines.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    encoding : str
+        Its encoding.
+    size : int
+        Bytes that are read at once.
+
+    Yields
+    ------
+    bytes
+        Lines, each with ``\n`` behind it, whatever stood there.
+
+    Raises
+    ------
+    InvalidValue
+        The file cannot be read, is no such text, or has a line that no table has.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "p040.csv").write_bytes("Weg\r\n0,5".encode("utf-16"))
+    ...     list(blocks_of_lines(Path(folder, "p040.csv"), "utf-16"))
+    [b'Weg\n', b'0,5\n']
+    """
+    is_utf8 = encoding in ("utf-8", "utf-8-sig")
+    decoder = None if is_utf8 else codecs.getincrementaldecoder(encoding)()
+    waiting, lines = b"", 0
+    with open_data(path) as file:
+        while True:
+            try:
+                data = file.read(size)
+                text = data if decoder is None else decoder.decode(data, final=not data).encode()
+            except (UnicodeError, OSError) as error:
+                if isinstance(error, OSError):
+                    raise InvalidValue(f"{quoted(str(path))} cannot be read: {error.strerror}") from None
+                wrong = f"is no text of the encoding {encoding} after line {lines}"
+                raise InvalidValue(wrong, 'write the right encoding = "utf-8" or "latin-1" in [read]') from None
+            if is_utf8 and not lines and not waiting:
+                text = text.removeprefix(codecs.BOM_UTF8)
+            text = waiting + text
+            if data and text.endswith(b"\r"):
+                cut = len(text) - 1
+            else:
+                cut = len(text)
+            text, waiting = text[:cut].replace(b"\r\n", b"\n").replace(b"\r", b"\n"), text[cut:]
+            end = text.rfind(b"\n") + 1
+            text, waiting = text[:end], text[end:] + waiting
+            lines += text.count(b"\n")
+            if len(waiting) > MAX_LINE_BYTES:
+                raise InvalidValue(f"line {lines + 1} is too long for a table", "give a table of text")
+            if text:
+                yield text
+            if not data:
+                if waiting:
+                    yield waiting.replace(b"\r", b"\n") + b"\n"
+                return

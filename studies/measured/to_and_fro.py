@@ -1,0 +1,215 @@
+"""Strokes of a cylinder that a drive moves to and fro: cut at the turning points, and averaged over cells.
+
+The strokes of a record are repeats of each other. Each is averaged over the same cells, so that they can be compared;
+what is near a turning point is left out, as the piston may stick there and the sign of its velocity is uncertain.
+"""
+
+from collections.abc import Iterator
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from apesim.quantities import Fault, InputError
+from apesim.studies.measured.runs import CYLINDER, MeasuredRun
+
+HALF_WINDOW = 0.1
+"""Time on either side of an instant over which the velocity is estimated [s]: a drive is steady over it, and at 100 Hz
+it has twenty samples."""
+MIN_SAMPLES = 4
+"""Samples in such a window: with fewer there is no estimate, as two points are always on a line."""
+MIN_SHARE_OF_SPEED = 0.2
+"""Share of the median speed below which the sign of a velocity does not count: the piston is turning."""
+WHOLE = 0.9
+"""Share of the longest stroke that a whole one covers: a drive turns at one place to some per cent; records begin and
+end on the way."""
+TURNING = 2.0e-3
+"""Least way that is left out at each turning point [m], for the yielding of seals, which is some tenths of a
+millimetre. A drive faster than 20 mm/s moves farther in `HALF_WINDOW`, and that way is left out."""
+CELL = 1.0e-3
+"""Length of a cell [m]: some seven samples at 15 mm/s and 100 Hz."""
+MIN_CELLS = 8
+"""Cells of a stroke: with fewer no noise can be estimated."""
+RIGHT = "give a record with a stroke in and a stroke out, longer than 10 mm and from turning point to turning point"
+
+
+def estimate_velocity(times: np.ndarray, stroke: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Estimate the velocity of a stroke by straight lines through neighbouring samples, on any clock.
+
+    It is the local linear fit of least squares over `HALF_WINDOW` on either side, a Savitzky-Golay filter [1]_ where
+    the clock is even. At the ends of the record the window is cut.
+
+    Parameters
+    ----------
+    times : (n,) float array
+        Ascending [s].
+    stroke : (n,) float array
+        [m]
+
+    Returns
+    -------
+    velocity : (n,) float array
+        NaN where the window has fewer than `MIN_SAMPLES` [m/s].
+    error : (n,) float array
+        Standard deviation of each value, from what its line leaves [m/s].
+
+    References
+    ----------
+    .. [1] A. Savitzky and M. J. E. Golay, "Smoothing and differentiation of data by simplified least squares
+       procedures", Anal. Chem. 36, 1964, pp. 1627-1639, doi 10.1021/ac60214a047.
+
+    Examples
+    --------
+    12 mm/s on an uneven clock, with a noise of 0.02 mm:
+
+    >>> times = np.cumsum(np.where(np.arange(500) % 3, 0.010, 0.011))
+    >>> stroke = 0.012 * times + np.random.default_rng(1).normal(0.0, 2e-5, 500)
+    >>> velocity, error = estimate_velocity(times, stroke)
+    >>> bool(np.std(velocity - 0.012) < 1e-4), round(float(np.median(error)) * 1e3, 2)  # [mm/s]
+    (True, 0.07)
+    """
+    places = stroke - stroke.mean()
+    first, last = np.searchsorted(times, times - HALF_WINDOW), np.searchsorted(times, times + HALF_WINDOW, "right")
+
+    def add_up(values: np.ndarray) -> np.ndarray:
+        sums = np.append(0.0, np.cumsum(values))
+        return sums[last] - sums[first]
+
+    counts = (last - first).astype(float)
+    mean_time, mean_place = add_up(times) / counts, add_up(places) / counts
+    spread = add_up(times**2) - counts * mean_time**2
+    products = add_up(times * places) - counts * mean_time * mean_place
+    counts[counts < MIN_SAMPLES] = np.nan
+    velocity = products / np.where(spread > 0.0, spread, np.nan) + 0.0 * counts
+    misses = np.maximum(0.0, add_up(places**2) - counts * mean_place**2 - velocity * products)
+    return velocity, np.sqrt(misses / (counts - 2.0) / spread)
+
+
+def find_strokes(stroke: np.ndarray, velocity: np.ndarray) -> list[tuple[slice, slice]]:
+    """Find the ways to and fro of a record: two whole strokes, one after the other, between turning points.
+
+    Parameters
+    ----------
+    stroke : (n,) float array
+        [m]
+    velocity : (n,) float array
+        See `estimate_velocity` [m/s].
+
+    Returns
+    -------
+    list of (slice, slice)
+        Samples of both strokes of each way, without those at which the piston turns.
+
+    Examples
+    --------
+    >>> phase = np.linspace(0.5, 3.5, 3001) * np.pi  # begins and ends on the way, turns three times
+    >>> ((first, second),) = find_strokes(np.sin(phase + 0.8), np.cos(phase + 0.8))
+    >>> first.start > 745, first.stop < 1745 < second.start, second.stop < 2745
+    (True, True, True)
+    """
+    moving = np.flatnonzero(np.abs(velocity) > MIN_SHARE_OF_SPEED * np.nanmedian(np.abs(velocity)))
+    turns = np.flatnonzero(np.diff(np.sign(velocity[moving])))
+    firsts, lasts = np.append(0, turns + 1), np.append(turns, len(moving) - 1)
+    strokes = [slice(int(moving[a]), int(moving[b]) + 1) for a, b in zip(firsts, lasts, strict=True) if b > a]
+    lengths = [float(np.ptp(stroke[part])) for part in strokes]
+    pairs, number = [], 1
+    while number < len(strokes):
+        is_whole = min(lengths[number - 1 : number + 1]) >= WHOLE * max(lengths)
+        if is_whole:
+            pairs.append((strokes[number - 1], strokes[number]))
+        number += 1 + is_whole
+    return pairs
+
+
+def split_record(run: MeasuredRun, folder: str | PathLike[str] = "") -> list[MeasuredRun]:
+    """Split the record of a cylinder into its ways to and fro, which are repeats of one another.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+        With all samples of the record, ``stroke`` and ``pressure`` as given; rows without a number are left out. One of
+        another bench stays as it is.
+    folder : path
+        Folder of its file, for messages.
+
+    Returns
+    -------
+    list of apesim.studies.measured.MeasuredRun
+        One for each way to and fro, with means over cells, ``velocity`` among what is given, and the same times: the
+        mean time since the way began [s].
+
+    Raises
+    ------
+    InputError
+        There is no way to and fro in the record.
+
+    Examples
+    --------
+    Two ways to and fro of 40 mm at 10 mm/s, begun and ended on the way, with a friction of 5 N:
+
+    >>> times = np.arange(0.0, 22.0, 0.01)
+    >>> stroke = 0.02 * np.abs((times + 1.0) % 8.0 / 2.0 - 2.0)
+    >>> force = 50.0 + 5.0 * np.sign(np.gradient(stroke))
+    >>> given = {"stroke": stroke, "pressure": np.full(len(times), 2e5)}
+    >>> record = MeasuredRun("a", "a.csv", 2e5, 293.0, np.nan, "fit", times, {"force": force}, CYLINDER, given=given)
+    >>> repeats = split_record(record)
+    >>> len(repeats), len(repeats[0].times), sorted(set(repeats[0].channels["force"].round(3).tolist()))
+    (2, 70, [45.0, 55.0])
+    """
+    if run.bench != CYLINDER:
+        return [run]
+    samples = {"time": run.times, **run.given, **run.channels}
+    is_whole = np.all([np.isfinite(values) for values in samples.values()], axis=0)
+    times, *_ = columns = [values[is_whole] for values in samples.values()]
+    samples = dict(zip(samples, columns, strict=True))
+    if len(times) < MIN_CELLS:
+        wrong = f"{len(times)} rows with time, stroke, pressure and force"
+        raise InputError([Fault(str(Path(folder, run.data)), "stroke", wrong, RIGHT)])
+    samples["velocity"], _ = estimate_velocity(times, samples["stroke"])
+    pairs = find_strokes(samples["stroke"], samples["velocity"])
+    edges = _divide_stroke(samples["stroke"], samples["velocity"], pairs)
+    if len(edges) <= MIN_CELLS:
+        wrong = f"{len(pairs)} ways to and fro, with {max(0, len(edges) - 1)} mm that all of them cover"
+        raise InputError([Fault(str(Path(folder, run.data)), "stroke", wrong, RIGHT)])
+    ways = [list(_average_over_cells(samples, pair, edges)) for pair in pairs]
+    whole = [np.all([np.isfinite(way[half]["velocity"]) for way in ways], axis=0) for half in (0, 1)]
+    parts = [
+        {name: np.concatenate([way[half][name][whole[half]] for half in (0, 1)]) for name in way[0]} for way in ways
+    ]
+    times = np.mean([part["time"] for part in parts], axis=0)
+    order = np.argsort(times)
+    return [
+        run._replace(
+            times=times[order],
+            channels={name: part[name][order] for name in run.channels},
+            given={name: part[name][order] for name in (*run.given, "velocity")},
+        )
+        for part in parts
+    ]
+
+
+def _divide_stroke(stroke: np.ndarray, velocity: np.ndarray, pairs: list[tuple[slice, slice]]) -> np.ndarray:
+    """Ends of the cells that all strokes go through, without what is near a turning point [m]."""
+    if not pairs:
+        return np.empty(0)
+    parts = [part for pair in pairs for part in pair]
+    turning = max(TURNING, HALF_WINDOW * max(float(np.median(np.abs(velocity[part]))) for part in parts))
+    low = max(float(stroke[part].min()) for part in parts) + turning
+    high = min(float(stroke[part].max()) for part in parts) - turning
+    return np.arange(low, high, CELL)
+
+
+def _average_over_cells(
+    samples: dict[str, np.ndarray], pair: tuple[slice, slice], edges: np.ndarray
+) -> Iterator[dict[str, np.ndarray]]:
+    """Means over the cells of both strokes of a way, with the time since it began; NaN in a cell without a sample."""
+    columns = samples | {"time": samples["time"] - samples["time"][pair[0].start]}
+    for part in pair:
+        cells = np.digitize(columns["stroke"][part], edges) - 1
+        inside = (cells >= 0) & (cells < len(edges) - 1)
+        counts = np.bincount(cells[inside], minlength=len(edges) - 1)
+        with np.errstate(invalid="ignore"):
+            yield {
+                name: np.bincount(cells[inside], values[part][inside], len(edges) - 1) / counts
+                for name, values in columns.items()
+            }
