@@ -31,7 +31,7 @@ def open_measured(
         Its name, for messages.
     machine : Machine
     measured : Measured or path
-    bench : {"valve", "engine"}, optional
+    bench : {"valve", "engine", "cylinder"}, optional
         The only one that is of use.
     faults : iterable of (name, what is wrong, what would be right)
         Faults of further arguments.

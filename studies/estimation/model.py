@@ -18,7 +18,7 @@ class Model(NamedTuple):
     """The calibrated machine with candidates added."""
 
     candidates: tuple[Any, ...]
-    """Effects that were added, `apesim.studies.gap.search.candidates.Candidate`: none, one or two."""
+    """Effects that were added, and faults of files, `apesim.studies.gap.search.candidates.Candidate`."""
     residuals: WhitenedResiduals
     """Residuals as a function of the nuisances and of the parameters of the candidates, in this order."""
     fitted: Fitted
@@ -104,7 +104,7 @@ class Model(NamedTuple):
         """
         machine, runs = self.residuals.machine, self.residuals.runs
         for p, x, told in zip(self.residuals.parameters, self.fitted.x, self.identifiable, strict=True):
-            if told and not p.prior:
+            if told and not p.prior and not p.file:
                 for key, value in corrections(self.residuals.machine, p, np.clip(x, *p.ends), runs).items():
                     machine = with_value(machine, key, value)
         return machine

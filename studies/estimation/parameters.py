@@ -50,6 +50,29 @@ class Parameter(NamedTuple):
     """How an effect from outside declares it; None: it is of one of ours."""
     is_sensed: bool = False
     """Whether it is of an effect from outside that the sensors alone know."""
+    file: str = ""
+    """File of the one run that it is of, see `apesim.studies.measured.MeasuredRun.file`; "": it is of all runs."""
+
+    def is_of(self, run: MeasuredRun) -> bool:
+        """Whether a run depends on it: it is of all runs, or of this one.
+
+        Parameters
+        ----------
+        run : apesim.studies.measured.MeasuredRun
+
+        Returns
+        -------
+        bool
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.empty(0), {})
+        >>> late = Parameter("effects.time_zero.time", 2e-3, -5.0, 5.0, shifts=True, file="p049.csv")
+        >>> late.is_of(run), late._replace(file="p040.csv").is_of(run)
+        (False, True)
+        """
+        return not self.file or self.file == run.file
 
     @property
     def declaration(self) -> Declaration:

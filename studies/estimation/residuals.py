@@ -32,7 +32,7 @@ REMEDY = "simulate its conditions with run_valve or run_engine, which say why, a
 
 
 class Block(NamedTuple):
-    """One channel of one measured run; a mean over the cycle is a block of one sample."""
+    """One channel of one measured run, without its empty cells; a mean over the cycle is a block of one sample."""
 
     number: int
     """Number of the run, from 0."""
@@ -45,6 +45,12 @@ class Block(NamedTuple):
     """Measured values, (n,) [SI]."""
     interval: float
     """Median interval between two samples [s]; 0 for a mean."""
+
+    @property
+    def angles(self) -> np.ndarray:
+        """Crank angles of the samples of an engine's trace, (n,) [rad]."""
+        values = self.run.channels.get(self.sensor)
+        return self.run.angles if values is None else self.run.angles[~np.isnan(values)]
 
 
 class EndedEarly(NotConverged):
@@ -118,7 +124,8 @@ def blocks_of(runs: Iterable[MeasuredRun]) -> list[Block]:
     for number, run in enumerate(runs):
         for sensor, values in run.channels.items():
             interval = float(np.round(np.median(np.diff(run.times)), 9))
-            found.append(Block(number, run, sensor, run.times, values, interval))
+            is_measured = ~np.isnan(values)
+            found.append(Block(number, run, sensor, run.times[is_measured], values[is_measured], interval))
         for sensor, value in run.means.items():
             found.append(Block(number, run, sensor, np.zeros(1), np.array([value]), 0.0))
     return found
@@ -218,7 +225,8 @@ class WhitenedResiduals:
         self.starts = starts or starts_at(machine, self.runs)
         self.counter = counter or Counter()
         self.change = change
-        self._marched = np.array([p.is_marched for p in self.parameters], dtype=bool)
+        self._own = [[number for number, p in enumerate(self.parameters) if p.is_of(run)] for run in self.runs]
+        self._marched = [[number for number in own if self.parameters[number].is_marched] for own in self._own]
         self._memory: dict[tuple[int, bytes, float], Memory] = {}
 
     def __getstate__(self) -> dict[str, Any]:
@@ -248,9 +256,12 @@ class WhitenedResiduals:
         >>> [parameter.key for parameter in residuals.with_parameters([mass]).parameters]
         ['valve.moving_mass']
         """
-        return WhitenedResiduals(
+        other = WhitenedResiduals(
             self.machine, self.runs, parameters, self.noise, starts=self.starts, change=self.change
         )
+        if [p for p in other.parameters if p.is_marched] == [p for p in self.parameters if p.is_marched]:
+            other._memory = dict(self._memory)
+        return other
 
     def with_noise(self, noise: dict[str, dict[float, Noise]]) -> Self:
         """Take another noise on the same runs, with the same starts and counter.
@@ -378,11 +389,11 @@ class WhitenedResiduals:
 
     def _predictions(self, x: np.ndarray, tolerance: float = TOLERANCE) -> Iterator[tuple[MeasuredRun, Prediction]]:
         """Runs and their predictions."""
-        marched = np.asarray(x, dtype=float)[self._marched].tobytes()
-        for number, run in enumerate(self.runs):
+        x = np.asarray(x, dtype=float)
+        for number, (run, own) in enumerate(zip(self.runs, self._own, strict=True)):
             self.counter.add(1)
-            memory = self._remembered(number, marched, tolerance)
-            machine = put(run_of(self.machine, run), self.parameters, x)
+            memory = self._remembered(number, x[self._marched[number]].tobytes(), tolerance)
+            machine = put(run_of(self.machine, run), [self.parameters[j] for j in own], x[own])
             prediction = predict(machine, run, None, self.starts.near(number, machine), tolerance, memory)
             if prediction.failed:
                 raise EndedEarly(run.name)
@@ -426,7 +437,7 @@ class WhitenedResiduals:
         """
         found = []
         for run, prediction in self._predictions(x, tolerance):
-            found += [prediction.channels[sensor] for sensor in run.channels]
+            found += [prediction.channels[sensor][~np.isnan(values)] for sensor, values in run.channels.items()]
             found += [np.array([prediction.means[sensor]]) for sensor in run.means]
         return found
 

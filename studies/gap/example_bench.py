@@ -131,4 +131,4 @@ def find_example_gap() -> CalibratedGap:
     explanation = explain_example()
     calibrated = explanation.calibrated
     marks = calibrated.residuals.marks(np.zeros(len(calibrated.fitted.x)))
-    return check_against_noise(calibrated, explanation.sensitivities, marks)
+    return check_against_noise(calibrated, explanation.sensitivities, [], marks)

@@ -16,10 +16,11 @@ from apesim.quantities.settings import dumps
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.consistency import Inconsistency
 from apesim.studies.gap.decide.held_out import HeldOut
+from apesim.studies.gap.decide.odd_files import OddChannel
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.reasons import Verdict
-from apesim.studies.gap.report.extended_machine import extend_machine, find_lineage
+from apesim.studies.gap.report.extended_machine import extend_machine, find_lineage, write_sensors
 from apesim.studies.gap.report.petab_select import export_model_space
 from apesim.studies.gap.report.verdict_json import describe
 from apesim.studies.gap.search.gap_test import GapTest
@@ -97,6 +98,10 @@ class Explanation:
         `best` on the check runs.
     consistency : sequence of Inconsistency
         Where each operating point alone leads the parameters of `best`.
+    odd : sequence of OddChannel
+        Channels of single files that are explained worse than noise allows, where nothing is said to be missing.
+    rest : Explanation or None
+        What the other files say, where the record of one is wrong.
     simulations : int
     parent_text : str or None
         The machine file that the search began with; the machine's own text if None.
@@ -122,6 +127,8 @@ class Explanation:
     tabulated: Tabulated | None = None
     checked: HeldOut | None = None
     consistency: Sequence[Inconsistency] = ()
+    odd: Sequence[OddChannel] = ()
+    rest: "Explanation | None" = None
     simulations: int = 0
     next_test: dict[str, Any] = field(default_factory=dict)
     parent_text: str | None = None
@@ -222,6 +229,8 @@ class Explanation:
     ) -> dict[str, Any]:
         """Write ``verdict.json``, ``machine.toml``, ``report.html``, figures and the searched models to a folder.
 
+        What was fitted of the sensors goes to ``sensors.toml``, where there is any.
+
         Parameters
         ----------
         folder : path
@@ -248,7 +257,7 @@ class Explanation:
         >>> with TemporaryDirectory() as folder:
         ...     written = explain_example().write(folder)
         ...     sorted(path.name for path in Path(folder).iterdir())
-        ['figures', 'machine.toml', 'petab_select', 'report.html', 'verdict.json']
+        ['figures', 'machine.toml', 'petab_select', 'report.html', 'sensors.toml', 'verdict.json']
         """
         from apesim.studies.figures.gap import draw_gap
         from apesim.studies.gap.report.comparison import compare_signals
@@ -259,6 +268,9 @@ class Explanation:
         if progress:
             progress("writing the report", 0, 1)
         _write(folder, "machine.toml", extend_machine(self, data, folder))
+        (folder / "sensors.toml").unlink(missing_ok=True)
+        if sensors := write_sensors(self, data):
+            _write(folder, "sensors.toml", sensors)
         compared = compare_signals(self)
         for name in ("figures", "petab_select"):
             (folder / name).mkdir(exist_ok=True)
@@ -301,7 +313,7 @@ class Explanation:
         >>> from apesim.studies.gap.example_bench import explain_example
         >>> axes = explain_example().plot()
         >>> axes.get_title(), axes.get_ylabel()
-        ('0.60 MPa gauge, 40 ms, never used', 'model less measured lift [noise]')
+        ('0.60 MPa gauge, 40 ms, never used', 'model less measured lift [sigmas of the noise]')
         """
         from apesim.studies.figures.axes import axes_for
         from apesim.studies.figures.gap.looks import WORDS
@@ -319,7 +331,7 @@ class Explanation:
         [signal] = chosen
         ax = draw_left(axes_for(ax), signal, describe_added(self))
         ambient = self.calibrated.residuals.machine.ambient.pressure
-        ax.set_ylabel(f"model less measured {find_display(signal.block).name} [noise]")
+        ax.set_ylabel(f"model less measured {find_display(signal.block).name} [sigmas of the noise]")
         ax.set_title(f"{label_point(signal.block.run, ambient)}, {WORDS[signal.role]}")
         ax.legend()
         return ax

@@ -10,64 +10,33 @@ from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.measured import CHECK, FIT, GATE, Measured
 from apesim.studies.measured.sensors import FILE
 
-MAX_SATURATED = 0.05
-"""Share of samples at the very largest or smallest value, above which a sensor may be at its end: noise alone puts one
-sample there."""
 MAX_SOLVER_ERROR = 0.05
 """Largest error of the simulator itself over the noise of a sample: more of it may be taken for a gap."""
 
 
-def check_input(measured: Measured) -> list[str]:
-    """Refuse data that nothing can be concluded from, and warn of what looks wrong.
+def check_roles(measured: Measured) -> None:
+    """Refuse a folder by whose roles nothing can be concluded.
 
     Parameters
     ----------
     measured : apesim.studies.measured.Measured
 
-    Returns
-    -------
-    list of str
-        Warnings.
-
     Raises
     ------
     InputError
-        No run is to be fitted, a sensor never changes, or is in runs to check alone.
+        No run is to be fitted, or a sensor is in runs to check alone.
 
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import read_example
-    >>> check_input(read_example())
-    []
+    >>> check_roles(read_example())
     """
     file = f"{measured.folder}/{FILE}"
     if not measured.of(FIT):
         raise InputError([Fault(file, "run.role", "no run is to be fitted", f'give at least one run role = "{FIT}"')])
-    faults = [*_find_constant_sensors(measured), *_find_unknown_noise(measured)]
+    faults = [*_find_unknown_noise(measured)]
     if faults:
         raise InputError(faults)
-    warnings = []
-    for run in measured.runs:
-        steps = np.diff(run.times)
-        if len(steps) and np.ptp(steps) > 0.02 * np.median(steps):
-            warnings.append(
-                f"{run.data}: the samples are not evenly spaced; the colour of noise is taken as if they were"
-            )
-        for sensor, values in run.channels.items():
-            if sensor != "lift" and len(values) > 40 and _is_saturated(values):
-                warnings.append(
-                    f"{run.data}: {sensor} stays at its largest or smallest value: is the sensor at its end?"
-                )
-    return warnings
-
-
-def _find_constant_sensors(measured: Measured) -> Iterator[Fault]:
-    """Faults of sensors that show nothing, not even noise."""
-    for run in measured.runs:
-        for sensor, values in run.channels.items():
-            if np.ptp(values) == 0.0:
-                file = f"{measured.folder}/{run.data}"
-                yield Fault(file, sensor, "never changes", "is the sensor connected? else leave the column out")
 
 
 def _find_unknown_noise(measured: Measured) -> Iterator[Fault]:
@@ -79,12 +48,6 @@ def _find_unknown_noise(measured: Measured) -> Iterator[Fault]:
                 wrong = "is in runs to check alone: its noise is unknown"
                 right = "measure it in another run, too, or leave it out"
                 yield Fault(f"{measured.folder}/{run.data or FILE}", sensor, wrong, right)
-
-
-def _is_saturated(values: np.ndarray) -> bool:
-    """Whether a sensor is often at its very largest or smallest value."""
-    ends = values.min(), values.max()
-    return bool(ends[0] < ends[1] and any(np.mean(values == end) > MAX_SATURATED for end in ends))
 
 
 def find_solver_error(residuals: WhitenedResiduals, x: np.ndarray) -> float:

@@ -19,11 +19,24 @@ class Verdict(StrEnum):
     """There is a gap, and several explanations are left."""
     CALIBRATION = "CALIBRATION"
     """A number of the machine or a reading is wrong, and nothing is missing."""
+    MEASUREMENT = "MEASUREMENT"
+    """The record of one file is wrong; what the other files say is explained without it."""
+    SEVERAL = "SEVERAL"
+    """Three effects or more are missing."""
     REFUSED = "REFUSED"
     """There is a gap, and no effect of the library closes it."""
 
 
-NAMING = frozenset({Verdict.NAMED, Verdict.NAMED_CLASS, Verdict.TWO_EFFECTS, Verdict.CALIBRATION})
+NAMING = frozenset(
+    {
+        Verdict.NAMED,
+        Verdict.NAMED_CLASS,
+        Verdict.TWO_EFFECTS,
+        Verdict.SEVERAL,
+        Verdict.CALIBRATION,
+        Verdict.MEASUREMENT,
+    }
+)
 """Verdicts that report what closes the gap."""
 BLAMING = NAMING | {Verdict.AMBIGUOUS}
 """Verdicts that come with one or several explanations."""
@@ -51,6 +64,11 @@ class ReasonKind(StrEnum):
     REMOVES_NOTHING = "on runs that it was not fitted to, the best explanation removes nothing"
     GAP_STILL_THERE = "on runs that it was not fitted to, {percent:.0f} % of the gap is still there"
     GAP_LEFT = "on runs that it was not fitted to, a gap of {size:.2g} of the noise is left"
+    ODD_FILE = "{file} alone is wrong, and no effect of the library explains that"
+    ODD_CHANNEL = "{sensor} of {file} leaves {rms:.2g} of the noise, where the other files are explained"
+    FILE_OR_EFFECT = "a fault of one file and an effect explain the gap equally well"
+    FILE_NOT_EXPLAINED = "{file} is worst explained, and no fault of measurement or effect explains it"
+    FILE_NOT_ALONE = "{file} is worst explained, and without it a gap is left that nothing explains"
     TABLE_TAKES_MORE = "an unknown {balance} without a name takes more of the gap"
 
     def with_facts(self, **facts: Any) -> "Reason":

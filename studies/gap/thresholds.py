@@ -46,3 +46,11 @@ SURE = 1.64
 twenty."""
 N_SIGMA_VISIBLE = 5.0
 """Sigmas at which an effect counts as visible: noise alone gives a single score as large with a chance of 6e-7."""
+WINDOWS = 50
+"""Windows of each channel of each run: of some ms each, they average noise out and still show each phase."""
+MIN_ODD_SIGMA = 5.0
+"""Standard deviations of noise alone from which a channel of one file is explained worse than noise allows: of the some
+hundred sums of squares of a folder, noise alone makes none so large."""
+MAX_ODD_SIZE = 0.3
+"""Size over the noise up to which a channel of one file may be explained worse than the others: twice the tolerance of
+a gap, as a file has a part of the data alone."""

@@ -20,12 +20,15 @@ from apesim.studies.gap.decide.held_out import (
     find_all_held_out_residuals,
     judge_by_runs,
     judge_held_out,
+    leave_one_out,
+    settle,
 )
+from apesim.studies.gap.decide.odd_files import find_odd_channels
 from apesim.studies.gap.decide.operating_points import find_points, label_point
 from apesim.studies.gap.decide.verdict import Decision, decide_with_alarm, decide_without_alarm, find_explained_gap
 from apesim.studies.gap.design.next_test import find_next_test
 from apesim.studies.gap.explanation import Explanation
-from apesim.studies.gap.input_checks import check_input
+from apesim.studies.gap.input_checks import check_roles
 from apesim.studies.gap.reasons import BLAMING, ReasonKind, Verdict
 from apesim.studies.gap.search.calibrated_gap import CalibratedGap, find_gap
 from apesim.studies.gap.search.candidate_fits import compare_model_with_noise, fit_candidates
@@ -34,11 +37,13 @@ from apesim.studies.gap.search.intervals import find_profiles, has_shape
 from apesim.studies.gap.search.library import find_faults, select_effects
 from apesim.studies.gap.search.localisation import localise
 from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.run_faults import find_files, find_run_faults, leave_out
 from apesim.studies.gap.tables.balance import weigh_balances
 from apesim.studies.gap.tables.tabulate import Tables, find_likelier_table, tabulate
-from apesim.studies.gap.thresholds import TOLERANCE
+from apesim.studies.gap.thresholds import MAX_LEFT, TOLERANCE
 from apesim.studies.gap.work import Work
-from apesim.studies.measured import CHECK, Measured
+from apesim.studies.measured import CHECK, GATE, Measured
+from apesim.studies.measured.plausibility import refuse_faults
 from apesim.studies.operating_conditions import JOBS
 
 SIZE = Quantity("", 0, 1000, "a call")
@@ -77,7 +82,8 @@ def explain(
     Raises
     ------
     InputError
-        An argument is out of range, or nothing can be concluded from the data.
+        An argument is out of range, the data cannot be what they are said to be, or nothing can be concluded from
+        them.
     NotConverged
         The machine itself cannot be simulated.
 
@@ -110,9 +116,11 @@ def _run_workflow(
     machine: Machine, measured: Measured, without: Sequence[str], tolerance: float, work: Work
 ) -> Explanation:
     """Run all stages of the workflow, see `explain`."""
-    warnings = check_input(measured)
+    check_roles(measured)
+    warnings = refuse_faults(machine, measured)
     candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
-    gap, solver_error, more = find_gap(machine, measured, candidates, work)
+    faults = find_run_faults(measured)
+    gap, solver_error, more = find_gap(machine, measured, candidates, work, faults)
     explanation = Explanation(
         measured=measured,
         calibrated=gap.calibrated,
@@ -125,12 +133,71 @@ def _run_workflow(
         decision=decide_without_alarm(gap.calibrated, gap.gap_test.p_value),
         warnings=[*warnings, *more],
     )
-    if gap.gap_test.alarm:
-        fits = fit_candidates(gap, len(candidates), work)
+    odd = find_odd_channels(gap.calibrated.residuals, gap.calibrated.fitted.data_residuals)
+    if gap.gap_test.alarm or odd:
+        fits = fit_candidates(gap, len(candidates) + len(faults), work)
         explanation = decide(explanation, gap, fits, len(candidates), work)
         explanation = _profile_intervals(explanation, work)
+    explanation = refuse_what_is_not_held(explanation, work)
+    if explanation.verdict == Verdict.MEASUREMENT:
+        rest = leave_out(measured, find_files(explanation.best.candidates))
+        explanation = _explain_rest(explanation, _run_workflow(machine, rest, without, tolerance, work))
     explanation = check_on_unused_runs(explanation, work)
     return replace(explanation, next_test=find_next_test(explanation))
+
+
+def _explain_rest(explanation: Explanation, rest: Explanation) -> Explanation:
+    """The explanation with what the other files say, or a refusal where those are not explained either."""
+    if rest.verdict != Verdict.REFUSED:
+        return replace(explanation, rest=rest)
+    file = " and ".join(find_files(explanation.best.candidates))
+    decision = explanation.decision._replace(
+        verdict=Verdict.REFUSED, reason=ReasonKind.FILE_NOT_ALONE.with_facts(file=file)
+    )
+    return replace(explanation, decision=decision)
+
+
+def refuse_what_is_not_held(explanation: Explanation, work: Work) -> Explanation:
+    """Refuse NO_GAP and CALIBRATION where a channel of one file is odd, or where runs held out contradict.
+
+    Every channel of every run that is fitted or a gate has to pass `find_odd_channels`. A number of the machine that is
+    said to be wrong has to hold on the gate runs, or on operating points left out one at a time, like a name.
+
+    Parameters
+    ----------
+    explanation : Explanation
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    Explanation
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> refuse_what_is_not_held(explain_example(), Work()) is explain_example()  # an effect is named
+    True
+    """
+    decision, calibrated, best = explanation.decision, explanation.calibrated, explanation.best
+    if decision.verdict not in (Verdict.NO_GAP, Verdict.CALIBRATION):
+        return explanation
+    odd = find_odd_channels(best.residuals, best.fitted.data_residuals)
+    gates, judged = explanation.measured.of(GATE), explanation.judged
+    if gates:
+        residuals, errors, settled = settle(best, gates, explanation.noise)
+        odd += find_odd_channels(residuals, settled.residuals[: len(errors) - len(settled.x)])
+    reason = None
+    if odd:
+        channel = max(odd, key=lambda each: each.size)
+        reason = ReasonKind.ODD_CHANNEL.with_facts(sensor=channel.sensor, file=channel.file, rms=channel.rms)
+    elif decision.verdict == Verdict.CALIBRATION and judged is None:
+        judged = judge_by_runs(calibrated, best, gates, explanation.noise, work) if gates else None
+        judged = judged or leave_one_out(calibrated, best, work)
+        if judged and judged.size_after > max(explanation.tolerance, MAX_LEFT * judged.size_before):
+            reason = ReasonKind.GAP_LEFT.with_facts(size=judged.size_after)
+    if reason:
+        decision = decision._replace(verdict=Verdict.REFUSED, reason=reason)
+    return replace(explanation, decision=decision, judged=judged, odd=odd)
 
 
 def decide(
@@ -167,9 +234,10 @@ def decide(
         )
         chance = compare_model_with_noise(ranked[0].model, gap).p_value
     size = max(cell.size for cell in cells)
-    decision = decide_with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance)
+    odd = find_odd_channels(ranked[0].model.residuals, ranked[0].model.fitted.data_residuals) if ranked else []
+    decision = decide_with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance, odd)
     tables = Tables(calibrated, weigh_balances(calibrated, select_effects(measured.bench), work), work)
-    if decision.verdict in BLAMING and judged:
+    if decision.verdict in BLAMING and (judged or decision.verdict == Verdict.MEASUREMENT):
         decision = _refuse_for_table(decision, tables, library_size)
     tabulated = tabulate(tables, measured, explanation.noise) if decision.verdict == Verdict.REFUSED else None
     if tabulated:
@@ -242,7 +310,9 @@ def check_on_unused_runs(explanation: Explanation, work: Work) -> Explanation:
         f"by {abs(each.n_sigma):.1f} sigmas"
         for each in select_significant(consistency, len(find_points(best.residuals.runs)))
     ]
-    if not runs:
+    if explanation.rest:
+        checked = explanation.rest.checked
+    elif not runs:
         checked = None
     elif explanation.tabulated:
         checked = explanation.tabulated.judged

@@ -17,6 +17,7 @@ from apesim.studies.identify.fit import identify
 from apesim.studies.identify.free import LEAST_SQUARES, METHODS, free_parameters, si_unit
 from apesim.studies.identify.gate import Judgement, judge
 from apesim.studies.measured import CHECK, GATE, VALVE, Measured
+from apesim.studies.measured.plausibility import refuse_faults
 
 METHOD = Choice(METHODS, "a call")
 
@@ -138,7 +139,7 @@ def fit(
     Raises
     ------
     InputError
-        An argument or the data are wrong, or a parameter changes nothing in the runs.
+        An argument is wrong, the data cannot be what they are said to be, or a parameter changes nothing in the runs.
 
     Examples
     --------
@@ -160,6 +161,7 @@ def fit(
     measured, _ = open_measured("fit", machine, measured, bench=VALVE, faults=faults)
     released = free_parameters(machine, free, method, ("fit()", "free"))
     start = time.perf_counter()
+    doubts = refuse_faults(machine, measured, [one.key for one in released])
     report = (lambda done, total: progress("simulations", done, total)) if progress else None
     found = identify(machine, measured, released, method, report)
     gates, checks = (judge(found, measured, released, measured.of(role)) for role in (GATE, CHECK))
@@ -171,7 +173,7 @@ def fit(
             one.key: Scalar(found.parameters[one.key], si_unit(one.declaration).replace("-", "1"), one.key)
             for one in released
         },
-        warnings=(*found.warnings, *warnings),
+        warnings=(*doubts, *found.warnings, *warnings),
         converged=found.converged,
         machine=found.machine.to_toml(),
         interval_95=found.interval_95,

@@ -53,9 +53,11 @@ def find_time_shift(identified: "Identified", run: MeasuredRun) -> dict[str, Any
         deviation = known[0.0].deviation if known else 0.0
         times = np.arange(0.0, float(run.times[-1]), 1e-5)
         lift = predict(machine, run._replace(times=times), ("lift",)).channels["lift"]
+        measured = run.channels["lift"]
+        is_measured = ~np.isnan(measured)
         for start, end, sign in ((0.0, run.pulse, 1.0), (run.pulse, inf, -1.0)):
             flights: list[tuple[np.ndarray, np.ndarray]] = []
-            for t, values in ((times, lift), (run.times, run.channels["lift"])):
+            for t, values in ((times, lift), (run.times[is_measured], measured[is_measured])):
                 within = (t >= start) & (t < end)
                 flights.append((t[within], (values if sign > 0.0 else stroke - values)[within] / stroke))
             shift, noise = _shifts(*flights[0], *flights[1], deviation / stroke)

@@ -35,7 +35,7 @@ def list_effects(common: Common) -> None:
             f"{entry.layer}, {' and '.join(entry.slots)}" + f"\nfrom {entry.file}" * bool(entry.file),
             "\n".join(f"{parameter.name}: {parameter.range}" for parameter in entry.parameters),
             f"{entry.equation}\n{entry.source}",
-            f"{entry.seen_in}\nisolated by {entry.isolated_by}",
+            f"{entry.seen_in}\nisolated by {entry.isolated_by}\nbench: {', '.join(entry.benches)}",
         ]
         for entry in effects.values()
     ]

@@ -18,6 +18,8 @@ MARCHES = 4000
 """Marches that a search takes, or more."""
 MAX_SHOWN = 8
 """Effects whose scores are shown: those behind them have explained nothing."""
+MIN_SHOWN_PULL = 1.0
+"""Prior standard deviations beyond which a calibrated number is shown: nearer, it is what the machine file said."""
 
 
 def explain_gap(
@@ -101,7 +103,9 @@ def explain_gap(
     except EndedEarly as error:
         console.message(f"{error}; nothing is concluded")
         return INCOMPLETE
-    console.result(data, *_shown(data), f"{out}/report.html, machine.toml, verdict.json: {data['wall_time_s']:.1f} s")
+    files = ["report.html", "machine.toml", "verdict.json"]
+    files += ["sensors.toml"] * (out / "sensors.toml").exists()
+    console.result(data, *_shown(data), f"{out}/{', '.join(files)}: {data['wall_time_s']:.1f} s")
     for warning in explanation.warnings:
         console.message(f"warning: {warning}")
     return DONE
@@ -109,7 +113,8 @@ def explain_gap(
 
 def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     """The verdict on a terminal: in a line, the next test, and the scores of the effects."""
-    from apesim.studies.gap.design.isolability import format_limit
+    from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
+    from apesim.studies.gap.search.detection_limits import format_limit
     from apesim.studies.tables import table_of
 
     yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
@@ -118,5 +123,12 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
         for row in data["scores"][:MAX_SHOWN]
     ]
     yield f"Next test: {data['next_test']['text']}"
+    moved = [row for row in data["nuisances"] if abs(row["deviations"]) > MIN_SHOWN_PULL]
+    if moved:
+        cells = [[r["key"], format_before(r), format_after(r), f"{r['deviations']:+.1f}"] for r in moved]
+        header = ("calibrated number", "before", "after", "pull [prior sigmas]")
+        yield table_of("", header, cells, left=(0,))
+    else:
+        yield f"No calibrated number was pulled by more than {MIN_SHOWN_PULL:g} sigma of its prior"
     if rows:
         yield table_of("", ("effect", "score [sigmas]", "visible from (5 sigmas)"), rows, left=(0,))

@@ -10,7 +10,7 @@ from apesim.engine.outside_machine import outside_effects_of, switched_on
 from apesim.quantities import Fault, InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.console import COMMAND_LINE, Console
-from apesim.studies.gap.input_checks import check_input
+from apesim.studies.gap.input_checks import check_roles
 from apesim.studies.gap.search.library import find_faults
 from apesim.studies.measured import Measured, read_measured
 from apesim.studies.measured.prediction import predict, run_of, with_value
@@ -80,7 +80,8 @@ def read_inputs(common: Common, folder: str | PathLike[str], without: Sequence[s
     if faults:
         raise InputError([Fault(COMMAND_LINE, f"--{name}", wrong, right) for name, wrong, right in faults])
     measured = read_measured(folder, machine.ambient.pressure)
-    check_input(measured)
+    common.console.notes(measured.hints)
+    check_roles(measured)
     return machine, measured
 
 

@@ -65,8 +65,9 @@ def show_isolability(common: Common, folder: MeasuredFolder, without: Without = 
 
 
 def _shown(isolability: "Isolability") -> "Iterator[Table | str]":
-    """A table, the effects that are seen first, and how many they are."""
-    from apesim.studies.gap.design.isolability import format_limit
+    """A table of effects, those that are seen first, a table of what is known of the rig, and a count."""
+    from apesim.studies.gap.design.isolability import PRIORS_HEADER, format_prior
+    from apesim.studies.gap.search.detection_limits import format_limit
     from apesim.studies.tables import table_of
 
     rows = isolability.effects
@@ -88,6 +89,9 @@ def _shown(isolability: "Isolability") -> "Iterator[Table | str]":
     )
     table.columns[0].no_wrap, table.columns[0].min_width = True, max(len(row["effect"]) for row in rows)
     yield table
+    priors = table_of("", PRIORS_HEADER, [format_prior(prior) for prior in isolability.priors], left=(0, 3))
+    priors.columns[0].no_wrap = priors.columns[1].no_wrap = True
+    yield priors
     yield repr(isolability).removeprefix("Isolability: ")
 
 

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from apesim.studies.identify.estimate import Fit
 
 HEADER = ("run", "largest time shift [ms]", "by noise alone, 95 % [ms]", "left over noise", "limit")
+SIGN = "a positive time shift: the measured piston is later than the model's"
+ABOVE = "!"
+"""Mark of a run that contradicts the model."""
 
 
 def fit_valve(
@@ -72,6 +75,7 @@ def fit_valve(
     method = METHODS[parse(method, Choice(METHODS, "command line"), where="--method", file=COMMAND_LINE)]
     free_parameters(machine, free, method)
     measured = read_measured(folder, machine.ambient.pressure, VALVE)
+    console.notes(measured.hints)
     console.warm_up(run_bench, machine, 10e-3)
     with console.progress("simulations") as report:
         result = call_in_thread(
@@ -107,12 +111,17 @@ def _shown(result: "Fit") -> "Iterator[Table | str]":
             rows = [
                 (
                     run.run,
-                    f"{run.time_shift_s * 1e3:.4g}",
+                    f"{run.time_shift_s * 1e3:+.4g}",
                     f"{run.noise_limit_s * 1e3:.4g}",
-                    f"{run.residual_over_noise:.3g}",
+                    f"{run.residual_over_noise:.3g}{f' {ABOVE}' if run.contradicted else ''}",
                     f"{run.limit:.3g}",
                 )
                 for run in runs
             ]
             yield table_of(f"{role.capitalize()} runs, not fitted", HEADER, rows)
+    judged = [*result.gates, *result.checks]
+    if judged:
+        yield SIGN
+    if any(run.contradicted for run in judged):
+        yield f"{ABOVE} beyond its limit, what noise and the parameters' uncertainty allow; only a gate refuses"
     yield f"objective {result.objective * 1e3:.5g} mm (Eq. 11); {result.evaluations} simulations"

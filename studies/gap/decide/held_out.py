@@ -10,18 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.studies.estimation.levenberg_marquardt import descend
+from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.estimation.starts import starts_at
 from apesim.studies.gap.decide.operating_points import find_points, is_at
 from apesim.studies.gap.search.model_selection import Choice
-from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
+from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE, WINDOWS
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import GATE, Measured, MeasuredRun
-
-MAX_WINDOWS = 50
-"""Windows of each channel of each run: of some ms each, they average noise out and still show each phase."""
 
 
 class HeldOut(NamedTuple):
@@ -127,18 +124,58 @@ def find_held_out_residuals(model: Model, runs: Sequence[MeasuredRun], noise: di
     >>> len(checked.residuals), len(checked.window_means), round(float(checked.residuals.std()), 1)
     (160, 50, 1.0)
     """
-    residuals = AnchoredResiduals(model, runs, noise)
-    errors = residuals.at(model.fitted.x)
-    settled = descend(residuals, model.fitted.x, *residuals.jacobian(model.fitted.x, errors, model.fitted.steps))
+    residuals, errors, settled = settle(model, runs, noise)
     n = len(errors) - len(model.fitted.x)
     window_means, _ = _average_over_windows(residuals.by_block(settled.residuals))
     _, scatter = _average_over_windows(residuals.by_block(errors))
     return HeldOutResiduals(errors[:n], settled.cost, window_means, scatter, residuals.simulations)
 
 
+def settle(
+    model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]
+) -> "tuple[AnchoredResiduals, np.ndarray, Fitted]":
+    """Move the parameters of a model within their uncertainty, to runs that it was not fitted to.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+    runs : sequence of apesim.studies.measured.MeasuredRun
+    noise : dict
+        Noise by sensor, see `apesim.studies.estimation.noise.estimation.noise_of`.
+
+    Returns
+    -------
+    residuals : AnchoredResiduals
+    errors : (n + p,) float array
+        Residuals with the parameters as fitted [standard deviations].
+    settled : apesim.studies.estimation.levenberg_marquardt.Fitted
+        Fit with the parameters moved.
+
+    Raises
+    ------
+    apesim.studies.estimation.residuals.EndedEarly
+        The simulation of a run does not come to its end with the parameters as fitted.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example, read_example
+    >>> explanation = explain_example()
+    >>> _, errors, settled = settle(explanation.best, read_example().of("check"), explanation.noise)
+    >>> bool(settled.cost <= errors @ errors)
+    True
+    """
+    residuals = AnchoredResiduals(model, runs, noise)
+    errors = residuals.at(model.fitted.x)
+    return (
+        residuals,
+        errors,
+        descend(residuals, model.fitted.x, *residuals.jacobian(model.fitted.x, errors, model.fitted.steps)),
+    )
+
+
 def _average_over_windows(channels: Iterable[np.ndarray]) -> tuple[np.ndarray, float]:
     """Sums over windows of channels, over the root of their length, (m,) array; and the squares about their means."""
-    parts = [part for values in channels for part in np.array_split(values, min(MAX_WINDOWS, len(values)))]
+    parts = [part for values in channels for part in np.array_split(values, min(WINDOWS, len(values)))]
     sums = np.array([part.sum() / np.sqrt(len(part)) for part in parts])
     return sums, float(sum(np.sum(part**2) for part in parts) - sums @ sums)
 
@@ -375,7 +412,9 @@ def judge_held_out(
     if not choices or choices[0].cost >= calibrated.cost:
         return choices, None
     if not runs:
-        return choices, leave_one_out(calibrated, choices[0].model, work)
+        # No other run tells anything of a fault of one file.
+        is_of_file = any(candidate.file for candidate in choices[0].model.candidates)
+        return choices, None if is_of_file else leave_one_out(calibrated, choices[0].model, work)
     single = next((choice for choice in choices if len(choice.names) == 1), None)
     near = [c for c in choices if c is single or c.cost - choices[0].cost < 4.0 * AMBIGUOUS_COST]
     before, *after = find_all_held_out_residuals(calibrated, [calibrated, *(c.model for c in near)], runs, noise, work)

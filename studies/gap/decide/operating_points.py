@@ -5,7 +5,7 @@ from math import isclose, isnan
 
 import numpy as np
 
-from apesim.studies.measured import ENGINE, MeasuredRun
+from apesim.studies.measured import CYLINDER, ENGINE, MeasuredRun
 
 MAX_SHARE_APART, MAX_WARMER = 0.01, 2.0
 """Share of supply pressure, pulse and speed, and difference of temperature [K], within which two runs are at one
@@ -72,7 +72,7 @@ def is_at(run: MeasuredRun, point: MeasuredRun) -> bool:
 
 
 def label_point(run: MeasuredRun, ambient_pressure: float) -> str:
-    """The operating point of a run in a few words: supply pressure and pulse, or speed and supply pressure.
+    """The operating point of a run in a few words: supply pressure, and pulse or speed.
 
     Parameters
     ----------
@@ -94,4 +94,6 @@ def label_point(run: MeasuredRun, ambient_pressure: float) -> str:
     supply = f"{(run.supply - ambient_pressure) * 1e-6:.2f} MPa gauge"
     if run.bench == ENGINE:
         return f"{run.speed * 30.0 / np.pi:.0f} r/min, {supply}"
+    if run.bench == CYLINDER:
+        return f"{supply}, {1e3 * np.median(np.abs(run.given['velocity'])):.0f} mm/s"
     return f"{supply}, {run.pulse * 1e3:.3g} ms"

@@ -17,11 +17,13 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.held_out import HeldOut
+from apesim.studies.gap.decide.odd_files import OddChannel, list_odd_files
 from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import TWINS
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.search.plausibility import find_implausible, find_pulled
 from apesim.studies.gap.search.refit import release
+from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.search.score_test import find_cosine
 from apesim.studies.gap.thresholds import (
     ALARM,
@@ -155,6 +157,7 @@ def decide_with_alarm(
     judged: HeldOut | None,
     p_value: float = 1.0,
     tolerance: float = TOLERANCE,
+    odd: Sequence[OddChannel] = (),
 ) -> Decision:
     """The verdict where noise alone does not explain what the calibrated machine leaves.
 
@@ -163,15 +166,18 @@ def decide_with_alarm(
     1. The gap is smaller than the tolerance: CALIBRATION where a nuisance is pulled beyond `MAX_PULL` prior standard
        deviations, else NO_GAP.
     2. No choice has a penalised cost below the cost of the calibrated machine: REFUSED.
-    3. No runs can be held out: AMBIGUOUS.
-    4. The best choice fails on the runs held out (see `find_refusal`), needs implausible numbers, leaves more than
+    3. The best choice has a fault of a file: MEASUREMENT where each rival has a fault of the same file, the best choice
+       leaves no more than noise, and nothing of the file is odd any more; else AMBIGUOUS or REFUSED.
+    4. No runs can be held out: AMBIGUOUS.
+    5. The best choice fails on the runs held out (see `find_refusal`), needs implausible numbers, leaves more than
        noise (a chance below `ALARM`), or is less than `AMBIGUOUS_COST` better than the calibrated machine: REFUSED.
-    5. The best choice is a nuisance without its prior: CALIBRATION, or AMBIGUOUS where it has rivals.
-    6. The best choice is one effect: NAMED without rivals, NAMED_CLASS where all rivals explain the same part of the
-       gap (a cosine above `ALIKE`), else AMBIGUOUS.
-    7. The best choice is a pair: TWO_EFFECTS where it contains the best single effect or leaves it behind by `BEHIND`,
+    6. The best choice is a nuisance without its prior: CALIBRATION, or AMBIGUOUS where it has rivals.
+    7. The best choice is one effect: NAMED without rivals, NAMED_CLASS where all rivals are effects and explain the
+       same part of the gap (a cosine above `ALIKE`), else AMBIGUOUS.
+    8. The best choice is a pair: TWO_EFFECTS where it contains the best single effect or leaves it behind by `BEHIND`,
        where its rivals share an effect with it and explain the same part of the gap, and where its `find_standing` is
-       at least `MIN_STANDING`; else AMBIGUOUS.
+       at least `MIN_STANDING`; else AMBIGUOUS. A set of three is SEVERAL by the same rules; its rivals share two
+       effects with it, and its standing is that against the best pair.
 
     Parameters
     ----------
@@ -187,6 +193,8 @@ def decide_with_alarm(
         Chance of noise alone to leave as much as the best choice does.
     tolerance : float
         Size of a gap, over the noise, that does not matter.
+    odd : sequence of apesim.studies.gap.decide.odd_files.OddChannel
+        Channels of single files that the best choice still leaves odd.
 
     Returns
     -------
@@ -209,6 +217,9 @@ def decide_with_alarm(
     if not choices or choices[0].cost >= base.cost:
         return Decision(Verdict.REFUSED, None, (), ReasonKind.NOTHING_EARNS_ITS_PLACE.with_facts())
     best, rivals = _find_best_and_rivals(choices)
+    files = find_files(best.model.candidates)
+    if files:
+        return _blame_files(base, best, rivals, odd, p_value)
     if judged is None:
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.NOTHING_HELD_OUT.with_facts())
     refused = find_refusal(judged, tolerance) or find_implausible(best.model)
@@ -223,6 +234,8 @@ def decide_with_alarm(
         return Decision(verdict, best, rivals, ReasonKind.WRONG_NUMBER.with_facts())
     explained = find_explained_gap(base, best.model)
     alike = all(find_cosine(explained, find_explained_gap(base, choice.model)) > ALIKE for choice in rivals)
+    if any(find_files(choice.model.candidates) for choice in rivals):
+        return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.FILE_OR_EFFECT.with_facts())
     if len(best.names) == 1:
         if not rivals:
             return Decision(Verdict.NAMED, best, (), ReasonKind.DISTINGUISHABLE.with_facts())
@@ -230,35 +243,57 @@ def decide_with_alarm(
             return Decision(Verdict.NAMED_CLASS, best, rivals, ReasonKind.ONE_OF_A_CLASS.with_facts())
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_SINGLES.with_facts())
     singles = [choice for choice in choices if len(choice.names) == 1]
+    shared = len(best.names) - 1
+    smaller = [choice for choice in choices if len(choice.names) == shared] or singles
     if singles[0].cost < best.cost + BEHIND and not contains_best_single(base, best, singles):
         rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.PAIR_WITHOUT_BEST_SINGLE.with_facts())
-    if rivals and not (alike and all(set(best.names) & set(choice.names) for choice in rivals)):
+    if rivals and not (alike and all(len(set(best.names) & set(choice.names)) >= shared for choice in rivals)):
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_PAIRS.with_facts())
-    if find_standing(best, rivals, singles) < MIN_STANDING:
+    if find_standing(best, rivals, smaller) < MIN_STANDING:
         kind = ReasonKind.SEVERAL_PAIRS if rivals else ReasonKind.SECOND_IS_FAINT
-        rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
+        rivals = (smaller[0], *(choice for choice in rivals if choice is not smaller[0]))
         return Decision(Verdict.AMBIGUOUS, best, rivals, kind.with_facts())
-    return Decision(Verdict.TWO_EFFECTS, best, rivals, ReasonKind.DISTINGUISHABLE.with_facts())
+    verdict = Verdict.TWO_EFFECTS if shared == 1 else Verdict.SEVERAL
+    return Decision(verdict, best, rivals, ReasonKind.DISTINGUISHABLE.with_facts())
 
 
-def find_standing(pair: Choice, rivals: Sequence[Choice], singles: Sequence[Choice]) -> float:
-    """The standing of a pair of effects, by which it is named or not.
+def _blame_files(
+    base: Model, best: Choice, rivals: tuple[Choice, ...], odd: Sequence[OddChannel], p_value: float
+) -> Decision:
+    """The verdict where a fault of a file is in what explains best.
 
-    It is the weight of the pair among its rivals by penalised likelihood, reduced where its second effect is faint::
+    No other run tells anything of such a fault, so all that is known has to speak for it: were it physics outside the
+    library that shows most in one run, something would be left.
+    """
+    files = find_files(best.model.candidates)
+    if best.cost > base.cost - AMBIGUOUS_COST:
+        return Decision(Verdict.REFUSED, best, rivals, ReasonKind.FAINT.with_facts())
+    if not all(set(files) & set(find_files(choice.model.candidates)) for choice in rivals):
+        return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.FILE_OR_EFFECT.with_facts())
+    named = " and ".join(files)
+    if p_value < ALARM or set(files) & set(list_odd_files(odd)):
+        return Decision(Verdict.REFUSED, best, rivals, ReasonKind.FILE_NOT_EXPLAINED.with_facts(file=named))
+    return Decision(Verdict.MEASUREMENT, best, rivals, ReasonKind.ODD_FILE.with_facts(file=named))
+
+
+def find_standing(pair: Choice, rivals: Sequence[Choice], smaller: Sequence[Choice]) -> float:
+    """The standing of a pair of effects, or of more, by which it is named or not.
+
+    It is the weight of the pair among its rivals by penalised likelihood, reduced where its last effect is faint::
 
         (1 - min(MAX_OUTSIDE, MIN_OUTSIDE + OUTSIDE_FAINT / fall)) / sum(exp(-(cost_i - cost) / 2))
 
     The sum is over the pair and its rivals, and ``fall`` is by how much the penalised cost of the pair is below that of
-    the best single effect, 1 at least. It is a rule, not calibrated, and no probability.
+    the best choice with one effect less, 1 at least. It is a rule, not calibrated, and no probability.
 
     Parameters
     ----------
     pair : apesim.studies.gap.search.model_selection.Choice
     rivals : sequence of apesim.studies.gap.search.model_selection.Choice
         Choices that the data do not distinguish from the pair, without it.
-    singles : sequence of apesim.studies.gap.search.model_selection.Choice
-        Choices of one effect, the least penalised cost first; at least one.
+    smaller : sequence of apesim.studies.gap.search.model_selection.Choice
+        Choices with one effect less, the least penalised cost first; at least one.
 
     Returns
     -------
@@ -275,7 +310,7 @@ def find_standing(pair: Choice, rivals: Sequence[Choice], singles: Sequence[Choi
     0.53
     """
     weights = [exp(-0.5 * (choice.cost - pair.cost)) for choice in (pair, *rivals)]
-    fall = max(singles[0].cost - pair.cost, 1.0)
+    fall = max(smaller[0].cost - pair.cost, 1.0)
     return (1.0 - min(MAX_OUTSIDE, MIN_OUTSIDE + OUTSIDE_FAINT / fall)) / sum(weights)
 
 
@@ -336,7 +371,7 @@ def find_refusal(judged: HeldOut, tolerance: float = TOLERANCE) -> Reason | None
     Examples
     --------
     >>> from apesim.studies.gap.decide.held_out import HeldOut
-    >>> judged = HeldOut(100, 3.0, 1.2, removed_energy=800.0, remaining_energy=50.0, remaining_sigma=10.0)
+        >>> judged = HeldOut(100, 3.0, 1.2, removed_energy=800.0, remaining_energy=50.0, remaining_sigma=10.0)
     >>> str(find_refusal(judged))
     'on runs that it was not fitted to, a gap of 0.58 of the noise is left'
     >>> find_refusal(judged._replace(remaining_energy=10.0)) is None

@@ -10,11 +10,11 @@ from apesim.engine.angles import TURN
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.noise.process import white
 from apesim.studies.estimation.parameters import Parameter
-from apesim.studies.estimation.priors import nuisances_of
+from apesim.studies.estimation.priors import nuisance, priors_of
 from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.estimation.starts import Starts
 from apesim.studies.gap.decide.operating_points import label_point
-from apesim.studies.measured import ENGINE, VALVE, Measured, MeasuredRun
+from apesim.studies.measured import CYLINDER, ENGINE, VALVE, Measured, MeasuredRun
 from apesim.studies.measured.prediction import MEANS
 
 GAUGE_PRESSURES = np.array([0.1, 0.2, 0.4, 0.6, 0.8, 1.0]) * 1e6
@@ -25,11 +25,14 @@ RECORD_AFTER = 0.05
 """Time that is recorded after the release: a stroke and its rebounds are over by then [s]."""
 SPEEDS = np.array([500.0, 1000.0, 1500.0]) * TURN / 60.0
 """Speeds of an engine [rad/s]."""
+TIMES_FASTER = 0.2, 1.0, 5.0
+"""Factors on the speed with which a drive moves a cylinder: fivefold either way shows what depends on it."""
 ANGLES = np.arange(0.0, TURN, TURN / 180.0)
 """Crank angles of the samples of an engine that has recorded none [rad]."""
 NEW_SENSORS = {
     VALVE: (("lift",), ("pressure_a",), ("pressure_b",), ("pressure_a", "pressure_b")),
     ENGINE: (("cylinder_pressure",), ("lift",), ("pressure_a", "pressure_b"), ("torque",), ("air_flow",)),
+    CYLINDER: (),
 }
 """Sensors that may be added together, by bench."""
 USUAL_NOISE = {
@@ -100,10 +103,23 @@ def _list_runs(measured: Measured, ambient_pressure: float) -> Iterator[Measured
         for speed, supply in product(SPEEDS, {supplies[0], supplies[-1]}):
             yield pattern._replace(speed=float(speed), supply=supply)
         return
+    if measured.bench == CYLINDER:
+        for gauge, faster in product(GAUGE_PRESSURES, TIMES_FASTER):
+            yield _move_cylinder(pattern, ambient_pressure + gauge, faster)
+        return
     interval = min((float(np.median(np.diff(run.times))) for run in measured.runs), default=INTERVAL)
     for gauge, pulse in product(GAUGE_PRESSURES, PULSES):
         times = np.arange(0.0, pulse + RECORD_AFTER, interval)
         yield pattern._replace(supply=ambient_pressure + gauge, pulse=pulse, times=times)
+
+
+def _move_cylinder(pattern: MeasuredRun, supply: float, faster: float) -> MeasuredRun:
+    """The way of a cylinder at another constant pressure [Pa abs], so many times as fast."""
+    given = pattern.given | {
+        "pressure": np.full(len(pattern.times), supply),
+        "velocity": faster * pattern.given["velocity"],
+    }
+    return pattern._replace(supply=supply, times=pattern.times / faster, given=given)
 
 
 def _is_alike(run: MeasuredRun, other: MeasuredRun) -> bool:
@@ -111,6 +127,9 @@ def _is_alike(run: MeasuredRun, other: MeasuredRun) -> bool:
     near = abs(run.supply - other.supply) < 0.05e6
     if run.bench == ENGINE:
         return near and abs(run.speed / other.speed - 1.0) < 0.1
+    if run.bench == CYLINDER:
+        speeds = [float(np.median(np.abs(each.given["velocity"]))) for each in (run, other)]
+        return near and 0.5 < speeds[0] / speeds[1] < 2.0
     return near and 0.5 < run.pulse / other.pulse < 2.0
 
 
@@ -163,6 +182,10 @@ def make_residuals(
     """
     alone = Measured("", {}, (experiment.run,), experiment.run.bench)
     known = {parameter.key for parameter in parameters}
-    new = [parameter for parameter in nuisances_of(machine, alone) if parameter.key not in known]
+    new = [
+        nuisance(machine, prior)
+        for prior in priors_of(machine, alone)
+        if prior.deviation and prior.sensor in experiment.added and prior.key not in known
+    ]
     usual = {sensor: {0.0: white(USUAL_NOISE[sensor], "usual")} for sensor in experiment.added}
     return WhitenedResiduals(machine, [experiment.run], [*parameters, *new], noise | usual, starts=starts)

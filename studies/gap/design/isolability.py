@@ -2,8 +2,8 @@
 
 import html
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
 
@@ -14,17 +14,27 @@ from apesim.studies.estimation.arguments import Tell, open_measured
 from apesim.studies.estimation.calibration import uncalibrated
 from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
+from apesim.studies.estimation.priors import describe_priors
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
 from apesim.studies.gap.design.experiments import Experiment, list_experiments, make_residuals
-from apesim.studies.gap.input_checks import check_input
+from apesim.studies.gap.input_checks import check_roles
 from apesim.studies.gap.report.verdict_json import describe_noise
 from apesim.studies.gap.search.candidates import Probe, find_candidates
-from apesim.studies.gap.search.detection_limits import find_detection_limits, select_clearest, sharpen_probe
+from apesim.studies.gap.search.detection_limits import (
+    find_detection_limits,
+    format_limit,
+    select_clearest,
+    sharpen_probe,
+)
 from apesim.studies.gap.search.library import find_faults, select_effects
 from apesim.studies.gap.search.score_test import Sensitivity, find_cosine, find_sensitivities
 from apesim.studies.gap.thresholds import ALIKE, N_SIGMA_VISIBLE
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import Measured
+from apesim.studies.measured.plausibility import refuse_faults
+
+PRIORS_HEADER = ("number of the rig", "value", "known to (1 sigma)", "stated in, or reason")
+"""Header of the table of what is known of the rig."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,20 +45,24 @@ class Isolability:
     ----------
     effects : list of dict
         For each effect ``effect``, ``parameter``, ``unit``, ``limit`` (the size visible with 5 sigmas; None:
-        beyond its range), ``kept`` (the share that is left once the uncertain numbers of the machine are fitted),
-        ``class`` (others that the data would hardly distinguish from it) and ``helped_by`` (the experiment that would
-        show it or split its class; None: none is needed, or none of the list would do).
+        beyond its range), ``off`` (the value without effect, from which the limit counts), ``grows`` ("down" where the
+        effect is the larger the smaller the parameter), ``kept`` (the share that is left once the uncertain numbers of
+        the machine are fitted), ``class`` (others that the data would hardly distinguish from it) and ``helped_by``
+        (the experiment that would show it or split its class; None: none is needed, or none of the list would do).
     noise : dict
         See `apesim.studies.estimation.noise.estimation.noise_of`.
     warnings : list of str
     wall_time_s : float
         Computing time of the call [s].
+    priors : list of dict
+        What is known of the rig, see `apesim.studies.estimation.priors.describe_priors`.
     """
 
     effects: list[dict[str, Any]]
     noise: dict[str, Any]
     warnings: list[str]
     wall_time_s: float = 0.0
+    priors: list[dict[str, Any]] = field(default_factory=list)
 
     @property
     def visible(self) -> list[str]:
@@ -76,6 +90,7 @@ class Isolability:
         """
         return {
             "effects": self.effects,
+            "priors": self.priors,
             "noise": describe_noise(self.noise),
             "warnings": self.warnings,
             "wall_time_s": self.wall_time_s,
@@ -87,36 +102,43 @@ class Isolability:
         return f"Isolability: {counts}, {alone} of them distinguishable from all others"
 
     def _repr_html_(self) -> str:
-        cells = [
+        effects = [
             (row["effect"], format_limit(row), f"{100.0 * row['kept']:.0f} %", ", ".join(row["class"]) or "-")
             for row in sorted(self.effects, key=lambda row: row["limit"] is None)
         ]
         header = ("effect", "visible from (5 sigmas)", "retained", "hardly distinguishable from")
-        rows = "".join(f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in cells)
-        head = "".join(f"<th>{cell}</th>" for cell in header)
-        return f"{html.escape(repr(self))}<table><tr>{head}</tr>{rows}</table>"
+        tables = _html_table(header, effects) + _html_table(PRIORS_HEADER, map(format_prior, self.priors))
+        return f"{html.escape(repr(self))}{tables}"
 
 
-def format_limit(limit: dict[str, Any] | None) -> str:
-    """The size from which an effect is visible, as text.
+def _html_table(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table for notebooks."""
+    body = "".join(f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><tr>{''.join(f'<th>{cell}</th>' for cell in header)}</tr>{body}</table>"
+
+
+def format_prior(prior: dict[str, Any]) -> tuple[str, str, str, str]:
+    """A row of the table of what is known of the rig.
 
     Parameters
     ----------
-    limit : dict or None
-        With ``limit`` and ``unit``, see `apesim.studies.gap.search.detection_limits.find_detection_limits`.
+    prior : dict
+        See `apesim.studies.estimation.priors.describe_priors`.
 
     Returns
     -------
-    str
+    tuple of str
+        Cells under `PRIORS_HEADER`.
 
     Examples
     --------
-    >>> format_limit({"limit": 1.2345, "unit": "N"}), format_limit(None)
-    ('1.23 N', 'beyond its range')
+    >>> prior = {"key": "valve.stroke", "value": 9.0, "unit": "mm", "known_to": "1 %", "stated_in": "measured.toml"}
+    >>> format_prior(prior | {"reason": ""})
+    ('valve.stroke', '9 mm', '1 %', 'measured.toml')
     """
-    if limit is None or limit["limit"] is None:
-        return "beyond its range"
-    return f"{limit['limit']:.3g} {limit['unit']}".strip()
+    value = "of each run" if prior["value"] is None else f"{prior['value']:.5g} {prior['unit']}".strip()
+    why = ": ".join(part for part in (prior["stated_in"], prior["reason"]) if part)
+    return prior["key"], value, prior["known_to"], why
 
 
 def find_isolability(
@@ -161,9 +183,11 @@ def find_isolability(
     """
     start = time.perf_counter()
     measured, _ = open_measured("find_isolability", machine, measured, faults=find_faults(without, machine))
-    warnings = check_input(measured)
+    check_roles(measured)
+    warnings = refuse_faults(None, measured)
     rows, noise, more = _isolability(machine, measured, without, Work(tell=progress))
-    return Isolability(rows, noise, [*warnings, *more], time.perf_counter() - start)
+    priors = describe_priors(machine, measured)
+    return Isolability(rows, noise, [*warnings, *more], time.perf_counter() - start, priors)
 
 
 def _isolability(

@@ -13,7 +13,9 @@ from apesim.studies.gap.design.experiments import Experiment, list_experiments, 
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.library import list_effects
+from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.thresholds import N_SIGMA_VISIBLE
+from apesim.studies.measured import CYLINDER
 
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
@@ -27,6 +29,14 @@ MAX_EFFECTS = 3
 """Effects whose own experiment is named: more would not be read."""
 MAX_REPEATS = 100
 """Repeats of an experiment above which it is no advice."""
+ISOLATED_ON_RIG = {
+    "coulomb_friction": "strokes at two pressures, and at two speeds with a factor of five between them",
+    "stribeck_friction": "strokes at one pressure, at speeds from 1 mm/s to some 100 mm/s",
+    "seal_friction": "strokes at three pressures and one speed",
+    "quadratic_drag": "strokes at one pressure, as fast as the drive can",
+    "side_force": "the load cell tared with the piston free, and the rig turned over",
+}
+"""Experiments on a cylinder that a drive moves; those of the library are on a valve."""
 AS_IT_IS = "the machine as it is"
 """Name of the calibrated machine, where it is one of the explanations."""
 
@@ -56,6 +66,10 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
         return {"text": "The same again, with the library: nothing of it was tried.", "isolate": []}
     if decision.verdict in (Verdict.AMBIGUOUS, Verdict.NAMED_CLASS) or decision.reason.kind is ReasonKind.FAINT:
         return rank_experiments(explanation)
+    if explanation.rest:
+        files = " and ".join(find_files(explanation.best.candidates))
+        rest = find_next_test(explanation.rest)
+        return rest | {"text": f"Record {files} again, or leave it out. Then: {rest['text']}"}
     names = list(decision.best.names) if decision.best else []
     if decision.verdict == Verdict.CALIBRATION:
         key = names[0]
@@ -75,6 +89,8 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     isolated = {
         name: entry.isolated_by for name, entry in list_effects(explanation.calibrated.residuals.machine).items()
     }
+    if explanation.measured.bench == CYLINDER:
+        isolated |= ISOLATED_ON_RIG
     rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:MAX_EFFECTS] if name in isolated]
     ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in rows)
     return {"text": f"{opening}: {ways}.", "isolate": rows}

@@ -38,7 +38,8 @@ def describe_effects(model: Model) -> list[dict[str, Any]]:
     -------
     list of dict
         ``interval_95`` is None where it was not sought; ``open_ends`` says on which sides the data do not hold the
-        parameter: there the interval ends at the end of its range.
+        parameter: there the interval ends at the end of its range. ``file`` is the file of a fault of measurement, and
+        None of an effect.
 
     Examples
     --------
@@ -57,10 +58,13 @@ def describe_effects(model: Model) -> list[dict[str, Any]]:
             continue
         key, value = next(iter(corrections(machine, parameter, x, runs).items()))
         declared = parameter.declaration if key == parameter.key else DECLARED[key]
+        fault = next((c for c in model.candidates if c.file and parameter in c.parameters), None)
+        name = parameter.key.split(".")[1] if parameter.key.startswith("effects.") else parameter.key
         interval = sorted((corrections(machine, parameter, end.at, runs)[key], end.is_open) for end in ends)
         rows.append(
             {
-                "name": parameter.key.split(".")[1] if parameter.key.startswith("effects.") else parameter.key,
+                "name": str(fault.kind) if fault else name,
+                "file": parameter.file or None,
                 "parameter": key.split(".")[-1],
                 "key": key,
                 "value": shown(declared, value),

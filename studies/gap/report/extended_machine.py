@@ -1,5 +1,7 @@
 """The machine file that a verdict leads to, with where it comes from."""
 
+import hashlib
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,12 +10,27 @@ from apesim.archive import sha256
 from apesim.engine.machine import Machine
 from apesim.engine.outside_machine import outside_effects_of
 from apesim.quantities.settings import dumps
+from apesim.studies.gap.reasons import Verdict
+from apesim.studies.gap.report.calibrated_numbers import (
+    apply_numbers,
+    find_calibrated_numbers,
+    write_readings,
+)
 from apesim.studies.gap.report.effect_rows import format_interval
 from apesim.studies.measured import Measured
 from apesim.studies.measured.sensors import FILE
 
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
+
+SENSORS_HEAD = (
+    "What the sensors of this laboratory read too much, and how far its angles are off, fitted with machine.toml.",
+    "It belongs to the laboratory, not to the machine: no other command needs it, and it is fitted anew to other data.",
+    "To explain further data of the same sensors with it, copy its keys into the machine file.",
+)
+"""First lines of the file of readings."""
+HASHED_BYTES = 1 << 22
+"""Bytes that are hashed at once, as a data file may be longer than the free memory."""
 
 
 def find_lineage(measured: Measured, parent_text: str, machine: Machine) -> dict[str, str]:
@@ -48,7 +65,10 @@ def find_lineage(measured: Measured, parent_text: str, machine: Machine) -> dict
 
 
 def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Path) -> str:
-    """A machine file with the effects or the table added, or the wrong number corrected; else the parent's machine.
+    """The machine that was judged, as a file: with the effects or the table added, and with its calibrated numbers.
+
+    The numbers stay as they were where the verdict leaves the gap unexplained: a machine that lacks something puts it
+    into them.
 
     Parameters
     ----------
@@ -61,7 +81,7 @@ def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Pat
     Returns
     -------
     str
-        TOML; what it comes from stands in comments.
+        TOML; what it comes from stands in comments, above each calibrated number, too.
 
     Examples
     --------
@@ -69,10 +89,12 @@ def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Pat
     >>> text = extend_machine(explain_example(), explain_example().to_dict(), Path("."))
     >>> [line for line in text.splitlines() if line.startswith("[effects.")]
     ['[effects.side_force]']
+    >>> any(line.startswith("# calibrated; before: 111.08 N s/m; pull ") for line in text.splitlines())
+    True
     """
     effects = data["effects"]
     lines = [
-        f"apesim {version('apesim')}, gap explain: {data['verdict']}",
+        _write_title(data),
         data["sentence"],
         *(f"{row['key']} = {row['text']}, {format_interval(row, 4)}" for row in effects),
     ]
@@ -87,8 +109,73 @@ def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Pat
         f"chance of noise alone {data['p_value']:.2g}",
         *(f"{name.replace('_', ' ')} {digest}" for name, digest in data["lineage"].items()),
     ]
-    machine = explanation.best.machine() if is_added else explanation.calibrated.residuals.machine
-    return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine, folder)
+    parent = explanation.calibrated.residuals.machine
+    told, told_data = explanation.rest or explanation, data.get("rest") or data
+    numbers = find_calibrated_numbers(told.best) if is_explained(told_data) else []
+    if not is_explained(told_data):
+        lines.append(
+            "numbers as they were: calibrating does not explain the data, so calibrated numbers are not to be believed"
+        )
+    else:
+        lines.append(
+            "calibrated numbers of the machine are marked below; readings of sensors, where any was moved: sensors.toml"
+        )
+    machine = apply_numbers(told.best.machine() if is_added else parent, numbers)
+    notes = {number.key: number.describe(parent) for number in numbers if not number.is_reading}
+    return "".join(f"# {line}\n" for line in lines) + "\n" + dumps(machine, folder, notes)
+
+
+def is_explained(data: Mapping[str, Any]) -> bool:
+    """Whether a verdict leaves no gap unexplained: its machine is the calibrated one.
+
+    Parameters
+    ----------
+    data : mapping
+        Content of ``verdict.json``.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> [is_explained({"verdict": verdict, "effects": []}) for verdict in (Verdict.NO_GAP, Verdict.AMBIGUOUS)]
+    [True, False]
+    """
+    return bool(data["verdict"] == Verdict.NO_GAP or data["effects"] or data.get("tabulated"))
+
+
+def write_sensors(explanation: "Explanation", data: dict[str, Any]) -> str:
+    """The readings of sensors that were calibrated along with the machine, as tables of a machine file.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
+    data : dict
+        Content of ``verdict.json``.
+
+    Returns
+    -------
+    str
+        TOML; "" where no reading was moved.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> text = write_sensors(explain_example(), explain_example().to_dict())
+    >>> [line for line in text.splitlines() if line.startswith("[")]
+    ['[effects.sensor_gain]', '[effects.sensor_offset]']
+    """
+    told, told_data = explanation.rest or explanation, data.get("rest") or data
+    numbers = find_calibrated_numbers(told.best) if is_explained(told_data) else []
+    tables = write_readings(explanation.calibrated.residuals.machine, numbers)
+    lines = (_write_title(data), *SENSORS_HEAD)
+    return "".join(f"# {line}\n" for line in lines) + f"\n{tables}\n" if tables else ""
+
+
+def _write_title(data: dict[str, Any]) -> str:
+    """First line of a file that a verdict leads to."""
+    return f"apesim {version('apesim')}, gap explain: {data['verdict']}"
 
 
 def _format_change(gap: dict[str, float], *, is_added: bool) -> str:
@@ -100,4 +187,17 @@ def _hash_data(measured: Measured) -> str:
     """Digest of a folder's measured.toml and of the data files that it names, in their order."""
     folder = Path(measured.folder)
     names = [FILE, *(run.data for run in measured.runs if run.data)]
-    return sha256("".join(sha256((folder / name).read_text(encoding="utf-8")) for name in names))
+    return sha256("".join(_hash_file(folder / name) for name in names))
+
+
+def _hash_file(path: Path) -> str:
+    """Digest of a text in any encoding, whatever ends its lines."""
+    with path.open("rb") as file:
+        digest = hashlib.sha256()
+        held = b""
+        while data := file.read(HASHED_BYTES):
+            data = held + data
+            held = b"\r" if data.endswith(b"\r") else b""
+            digest.update(data.removesuffix(b"\r").replace(b"\r\n", b"\n").replace(b"\r", b"\n"))
+        digest.update(held.replace(b"\r", b"\n"))
+    return digest.hexdigest()

@@ -11,8 +11,11 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms
 from apesim.studies.gap.report.effect_rows import format_interval, format_value
+from apesim.studies.gap.report.extended_machine import is_explained
+from apesim.studies.gap.search.detection_limits import format_limit
 from apesim.studies.gap.search.library import list_effects
 from apesim.studies.measured import CHECK, GATE
 
@@ -171,7 +174,8 @@ def render_page(
         "unit": format_unit,
         "key": format_key,
     }
-    environment.filters |= {"value": format_value, "interval": format_interval}
+    environment.filters |= {"value": format_value, "interval": format_interval, "limit": format_limit}
+    environment.filters |= {"before": format_before, "after": format_after}
     effects = list_effects(explanation.calibrated.residuals.machine)
     ranges = {name: entry.parameters[0].range for name, entry in effects.items()}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
@@ -194,6 +198,7 @@ def render_page(
         judged=bool(explanation.measured.of(GATE)),
         units={signal.block.sensor: find_display(signal.block) for signal in compared},
         pull=MARKED_PULL,
+        calibrated=is_explained(data),
         version=version("apesim"),
     )
 

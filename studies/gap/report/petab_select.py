@@ -19,6 +19,7 @@ from apesim.quantities.units import unit
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import Parameter, value_at, value_of
 from apesim.studies.gap.search.candidates import Candidate
+from apesim.studies.gap.search.run_faults import find_files
 
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
@@ -58,13 +59,16 @@ def export_model_space(explanation: "Explanation") -> dict[str, str]:
     base, candidates = explanation.calibrated, list_candidates(explanation)
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     nominal = {format_id(p): value_of(base.residuals.machine, p.key) for p in freed}
+    # A fault of one file is no model of the rig.
+    tried = [c.model for c in explanation.fits if not c.model.released and not find_files(c.model.candidates)]
+    fitted = [base, *tried]
     models: list[tuple[Candidate, ...]] = [
         (),
         *((candidate,) for candidate in candidates),
         *combinations(candidates, 2),
+        *(model.candidates for model in tried if len(model.candidates) > 2),
     ]
     spaces = {frozenset(_list_names(added)): (_name_model(added), _list_settings(nominal, added)) for added in models}
-    fitted = [base, *(choice.model for choice in explanation.fits if not choice.model.released)]
     rows = [(name, PROBLEM, *settings.values()) for name, settings in spaces.values()]
     problem = {
         "format_version": "1.0.0",

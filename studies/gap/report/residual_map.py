@@ -8,7 +8,7 @@ import numpy as np
 
 from apesim.engine.angles import TURN
 from apesim.studies.gap.report.comparison import ComparedSignal
-from apesim.studies.measured import ENGINE
+from apesim.studies.measured import CYLINDER, ENGINE
 
 SECTIONS = (
     ("before", 4),
@@ -62,7 +62,7 @@ def map_residuals(compared: Sequence[ComparedSignal]) -> ResidualMap:
     """
     sensors = list(dict.fromkeys(signal.block.sensor for signal in compared))
     rows = sorted(compared, key=lambda signal: sensors.index(signal.block.sensor))
-    sections, edges = _divide_cycle(rows) if rows[0].block.run.bench == ENGINE else _divide_stroke(rows)
+    sections, edges = DIVISIONS.get(rows[0].block.run.bench, _divide_stroke)(rows)
     before = np.array([_average_cells(row, row.residuals_before, ends) for row, ends in zip(rows, edges, strict=True)])
     after_rows = [
         _average_cells(row, row.residuals_after, ends)
@@ -84,14 +84,27 @@ def _average_cells(signal: ComparedSignal, residuals: np.ndarray, edges: np.ndar
 
 def _find_abscissa(signal: ComparedSignal) -> np.ndarray:
     """Time of each sample [s], or its angle within the turn [deg]."""
-    run = signal.block.run
-    return np.degrees(run.angles % TURN) if run.bench == ENGINE else signal.block.times
+    block = signal.block
+    return np.degrees(block.angles % TURN) if block.run.bench == ENGINE else block.times
 
 
 def _divide_cycle(rows: list[ComparedSignal]) -> tuple[list[tuple[str, int]], list[np.ndarray]]:
     """One section, with no more columns than any trace fills."""
     columns = min([MAX_CYCLE_COLUMNS, *(len(row.block.values) for row in rows if not row.is_mean)])
     return [("crank angle", columns)], [np.linspace(0.0, 360.0, columns + 1)] * len(rows)
+
+
+def _divide_way(rows: list[ComparedSignal]) -> tuple[list[tuple[str, int]], list[np.ndarray]]:
+    """Two sections, the strokes of a cylinder, from the first sample of each to its last."""
+    columns = max(1, min(MAX_CYCLE_COLUMNS, min(len(row.block.values) for row in rows)) // 4)
+    edges = []
+    for row in rows:
+        times, first = row.block.times, row.block.run.given["velocity"] > 0.0
+        turn = int(np.flatnonzero(first != first[0])[0])
+        middle = 0.5 * (times[turn - 1] + times[turn])
+        halves = np.linspace(times[0], middle, columns + 1), np.linspace(middle, times[-1] + 1e-9, columns + 1)
+        edges.append(np.concatenate([halves[0][:-1], halves[1]]))
+    return [("first stroke", columns), ("stroke back", columns)], edges
 
 
 def _divide_stroke(rows: list[ComparedSignal]) -> tuple[list[tuple[str, int]], list[np.ndarray]]:
@@ -123,3 +136,7 @@ def _find_knots(signal: ComparedSignal) -> np.ndarray:
     for k in range(len(knots) - 2, 1, -1):
         knots[k] = knots[k + 1] if np.isnan(knots[k]) else min(knots[k], knots[k + 1])
     return np.array(knots)
+
+
+DIVISIONS = {ENGINE: _divide_cycle, CYLINDER: _divide_way}
+"""How the runs of a bench are divided; those of the valve by the marks of the model."""

@@ -5,17 +5,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from apesim.engine.machine import Machine
+from apesim.engine.known_to import format_known_to
+from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.estimation.model import Model
-from apesim.studies.estimation.parameters import SENSED, value_at
+from apesim.studies.estimation.parameters import SENSED
+from apesim.studies.estimation.priors import priors_of
 from apesim.studies.gap.decide.consistency import Inconsistency
 from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.decide.verdict import Decision, find_refusal
 from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
+from apesim.studies.gap.report.calibrated_numbers import describe_value
 from apesim.studies.gap.report.effect_rows import describe_effects, format_value
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.run_faults import FaultKind, find_files
 from apesim.studies.gap.tables.balance import Balance, BalanceKind
 from apesim.studies.gap.tables.tabulate import Tabulated
 
@@ -63,6 +67,8 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     cells = explanation.cells if explanation.gap_test.alarm else []
     named = decision.verdict in NAMING
     effects = describe_effects(decision.best.model) if decision.best else []
+    if decision.verdict == Verdict.MEASUREMENT:
+        effects = [row for row in effects if row["file"]]  # effects beside the fault: see what the other files say
     rivals = [
         {
             "effects": list(choice.names),
@@ -76,6 +82,9 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "sentence": write_sentence(explanation),
         "reason": str(decision.reason),
         "effects": effects if named else [],
+        "files": find_files(decision.best.model.candidates) if decision.best and named else [],
+        "rest": describe_rest(explanation.rest) if explanation.rest else None,
+        "odd_channels": [channel._asdict() for channel in explanation.odd],
         "nearest": [] if named else effects,
         "class": [name for choice in (_best(decision), *decision.rivals) for name in choice.names] if named else [],
         "alternatives": rivals,
@@ -83,6 +92,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "alarm": explanation.gap_test.alarm,
         "p_value": explanation.gap_test.p_value,
         "largest_score": explanation.gap_test.largest,
+        "largest_pair": {"effects": list(explanation.gap_test.pair), "deviations": explanation.gap_test.largest_pair},
         "gap": describe_gap(explanation.calibrated, explanation.best),
         "held_out": describe_held_out(explanation.checked),
         "gates": describe_held_out(explanation.judged),
@@ -106,6 +116,29 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     }
 
 
+def describe_rest(rest: "Explanation") -> dict[str, Any]:
+    """The verdict on the files that are left, where the record of one is wrong.
+
+    Parameters
+    ----------
+    rest : apesim.studies.gap.explanation.Explanation
+
+    Returns
+    -------
+    dict
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> described = describe_rest(explain_example())
+    >>> described["verdict"], described["effects"][0]["name"]
+    ('NAMED', 'side_force')
+    """
+    described = describe(rest)
+    shared = "verdict", "sentence", "reason", "effects", "nearest", "class", "alternatives", "gap", "files", "rest"
+    return {name: described[name] for name in shared}
+
+
 def describe_nuisances(explanation: "Explanation") -> list[dict[str, Any]]:
     """The uncertain numbers of the machine where the calibration left them, the farthest from their prior first.
 
@@ -116,7 +149,10 @@ def describe_nuisances(explanation: "Explanation") -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        ``apart`` says which operating point alone leads farthest from the value; None where that is not known.
+        ``before`` and ``value``, None where every run states the number itself; then ``shift`` says how much more it is
+        than that, in ``shift_unit``. ``known_to`` is the standard deviation beforehand, as text, and ``stated_in`` says
+        who states it. ``deviations`` is the pull. ``apart`` says which operating point alone leads
+        farthest from the value; None where that is not known.
 
     Examples
     --------
@@ -126,14 +162,17 @@ def describe_nuisances(explanation: "Explanation") -> list[dict[str, Any]]:
     (True, True)
     """
     model = explanation.best
-    machine, inconsistencies = model.residuals.machine, {each.parameter.key: each for each in explanation.consistency}
+    machine, runs = model.residuals.machine, model.residuals.runs
+    apart = {each.parameter.key: _describe_inconsistency(each, model) for each in explanation.consistency}
+    stated_in = {prior.key: prior.stated_in for prior in priors_of(machine, explanation.measured)}
     rows = [
         {
             "key": p.key,
-            "value": p.shown(value_at(machine, p, x)),
-            "unit": p.declaration.unit,  # type: ignore[attr-defined]
+            **describe_value(machine, p, x, runs),
+            "known_to": format_known_to(p.key, Uncertainty(p.scale, p.relative)),
+            "stated_in": stated_in[p.key],
             "deviations": float(x),
-            "apart": _describe_inconsistency(inconsistencies[p.key], machine) if p.key in inconsistencies else None,
+            "apart": apart.get(p.key),
         }
         for p, x in zip(model.residuals.parameters, model.fitted.x, strict=True)
         if p.prior
@@ -141,12 +180,14 @@ def describe_nuisances(explanation: "Explanation") -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: -abs(row["deviations"]))
 
 
-def _describe_inconsistency(inconsistency: Inconsistency, machine: Machine) -> dict[str, Any]:
+def _describe_inconsistency(inconsistency: Inconsistency, model: Model) -> dict[str, Any]:
     """The value of a parameter that an operating point alone gives."""
-    parameter = inconsistency.parameter
+    machine, runs = model.residuals.machine, model.residuals.runs
+    described = describe_value(machine, inconsistency.parameter, inconsistency.x, runs)
     return {
         "run": label_point(inconsistency.run, machine.ambient.pressure),
-        "value": parameter.shown(value_at(machine, parameter, inconsistency.x)),
+        "value": described["value"],
+        "shift": described["shift"],
         "deviations": float(inconsistency.n_sigma),
     }
 
@@ -323,6 +364,11 @@ def write_sentence(explanation: "Explanation") -> str:
     if decision.verdict == Verdict.CALIBRATION:
         wrong = "reading" if rows[0]["key"].startswith(READINGS) else "number"
         return f"Nothing is missing, but a {wrong} is wrong: {said}."
+    if decision.verdict == Verdict.MEASUREMENT:
+        faults = [row for row in rows if row["file"]]
+        wrong = "; ".join(f"{row['file']}: {format_fault(row)}" for row in faults)
+        rest = f" Without it: {write_sentence(explanation.rest)}" if explanation.rest else ""
+        return f"The record of one file is wrong ({wrong}).{rest}"
     sensed = SENSED | {p.key.split(".")[1] for p in best.residuals.parameters if p.is_sensed}
     lacks = " and ".join(text for name, text in texts.items() if name not in sensed)
     recorded = " and ".join(text for name, text in texts.items() if name in sensed)
@@ -334,7 +380,37 @@ def write_sentence(explanation: "Explanation") -> str:
         return f"The model lacks nothing that these data show, but the record has {recorded}."
     if recorded:
         return f"The model lacks {lacks}, and the record has {recorded}."
-    return f"The model lacks {'two effects: ' if decision.verdict == Verdict.TWO_EFFECTS else ''}{lacks}."
+    number = {Verdict.TWO_EFFECTS: "two effects: ", Verdict.SEVERAL: "several effects: "}.get(decision.verdict, "")
+    return f"The model lacks {number}{lacks}."
+
+
+def format_fault(row: dict[str, Any]) -> str:
+    """A fault of measurement of one file in words.
+
+    Parameters
+    ----------
+    row : dict
+        See `apesim.studies.gap.report.effect_rows.describe_effects`.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> late = {"name": "run_time_zero", "key": "effects.time_zero.time", "value": 10.0, "unit": "ms"}
+    >>> format_fault(late), format_fault(late | {"value": -0.5})
+    ('recorded 10 ms late', 'recorded 0.5 ms early')
+    """
+    value = row["value"]
+    if row["key"].startswith(READINGS):
+        return _format_effect(row["name"], [row | {"open_ends": []}])
+    if row["name"] == FaultKind.SWAP:
+        swapped = value > 0.5
+        return "pressures of both chambers are swapped" if swapped else f"pressures are mixed by {100.0 * value:.2g} %"
+    if row["name"] == FaultKind.CLOCK:
+        return f"its clock is {100.0 * abs(value):.2g} % {'fast' if value > 0.0 else 'slow'}"
+    return f"recorded {abs(value):.3g} {row['unit']} {'late' if value > 0.0 else 'early'}"
 
 
 def _list_alternatives(decision: Decision) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.studies.estimation.calibration import calibrate, elsewhere
-from apesim.studies.estimation.levenberg_marquardt import descend
+from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import (
     from_what_nothing_explains,
@@ -18,6 +18,7 @@ from apesim.studies.estimation.noise.estimation import (
 from apesim.studies.estimation.noise.process import noise_for
 from apesim.studies.estimation.noise.sampling import parts_of
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
+from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.input_checks import MAX_SOLVER_ERROR, find_solver_error
 from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
@@ -32,7 +33,9 @@ class CalibratedGap(NamedTuple):
 
     calibrated: Model
     sensitivities: list[Sensitivity]
-    """What each candidate would do to the data."""
+    """What each effect of the library would do to the data."""
+    faults: list[Sensitivity]
+    """What each fault of one file would do to the data, see `apesim.studies.gap.search.run_faults`."""
     marks: list[dict[str, Any]]
     """Instants that divide each run, as the machine file says.
 
@@ -46,7 +49,11 @@ class CalibratedGap(NamedTuple):
 
 
 def find_gap(
-    machine: Machine, measured: Measured, candidates: Sequence[Candidate], work: Work
+    machine: Machine,
+    measured: Measured,
+    candidates: Sequence[Candidate],
+    work: Work,
+    faults: Sequence[Candidate] = (),
 ) -> tuple[CalibratedGap, float, list[str]]:
     """Calibrate a machine to measured data, and test whether it leaves more than noise.
 
@@ -59,6 +66,8 @@ def find_gap(
     candidates : sequence of apesim.studies.gap.search.candidates.Candidate
         Effects that may be missing.
     work : apesim.studies.gap.work.Work
+    faults : sequence of apesim.studies.gap.search.candidates.Candidate
+        Faults that single files may have, see `apesim.studies.gap.search.run_faults`.
 
     Returns
     -------
@@ -81,13 +90,12 @@ def find_gap(
     """
     work.tell("calibrating", 0, 1)
     calibrated, warnings = calibrate(machine, measured, work.simulations)
-    calibrated, sensitivities = score_candidates(calibrated, candidates, work)
-    residuals = calibrated.residuals
-    marks = residuals.marks(np.zeros(len(calibrated.fitted.x)))
-    gap = check_against_noise(calibrated, sensitivities, marks)
-    deeper = elsewhere(calibrated, work) if gap.gap_test.alarm else calibrated
-    if deeper is not calibrated:
-        gap = check_against_noise(*score_candidates(deeper, candidates, work), marks)
+    scored = score_candidates(calibrated, candidates, work, faults)
+    marks = scored[0].residuals.marks(np.zeros(len(calibrated.fitted.x)))
+    gap = check_against_noise(*scored, marks)
+    deeper = elsewhere(gap.calibrated, work) if gap.gap_test.alarm else gap.calibrated
+    if deeper is not gap.calibrated:
+        gap = check_against_noise(*score_candidates(deeper, candidates, work, faults), marks)
     calibrated = gap.calibrated
     if not calibrated.fitted.converged:
         warnings.append("the calibration did not converge")
@@ -97,8 +105,10 @@ def find_gap(
     return gap, solver_error, warnings
 
 
-def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: Work) -> tuple[Model, list[Sensitivity]]:
-    """Find what each candidate would do to the data.
+def score_candidates(
+    calibrated: Model, candidates: Sequence[Candidate], work: Work, faults: Sequence[Candidate] = ()
+) -> tuple[Model, list[Sensitivity], list[Sensitivity]]:
+    """Find what each candidate, and each fault of a file, would do to the data.
 
     Where what no candidate explains says more of the noise than was known, the machine is calibrated again with that.
 
@@ -107,30 +117,35 @@ def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: W
     calibrated : apesim.studies.estimation.model.Model
     candidates : sequence of apesim.studies.gap.search.candidates.Candidate
     work : apesim.studies.gap.work.Work
+    faults : sequence of apesim.studies.gap.search.candidates.Candidate
+        Faults that single files may have.
 
     Returns
     -------
     calibrated : Model
         The machine given, or the one calibrated again.
     sensitivities : list of Sensitivity
+        Of the candidates.
+    fault_sensitivities : list of Sensitivity
+        Of the faults.
 
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import find_example_gap
     >>> calibrated = find_example_gap().calibrated
     >>> candidates = [sensitivity.probe.candidate for sensitivity in find_example_gap().sensitivities[:1]]
-    >>> again, sensitivities = score_candidates(calibrated, candidates, Work())
+    >>> again, sensitivities, _ = score_candidates(calibrated, candidates, Work())
     >>> again is calibrated, sensitivities[0].probe.candidate.name
     (True, 'spring_rate_error')
     """
     residuals, x = calibrated.residuals, calibrated.fitted.x
     sensitivities = find_sensitivities(residuals, calibrated.fitted, candidates, work)
+    of_faults = find_fault_sensitivities(residuals, calibrated.fitted, faults, work)
     known = is_known(residuals.noise)
     if known and not may_hum(residuals.noise):
-        return calibrated, sensitivities
-    space = find_nuisance_space(
-        np.column_stack([calibrated.fitted.jacobian, *(sensitivity.effect for sensitivity in sensitivities)])
-    )
+        return calibrated, sensitivities, of_faults
+    effects = [sensitivity.effect for sensitivity in (*sensitivities, *of_faults)]
+    space = find_nuisance_space(np.column_stack([calibrated.fitted.jacobian, *effects]))
     pairs = zip(residuals.by_block(space.project_out(calibrated.fitted.residuals)), residuals.blocks, strict=True)
     unexplained = [-part * noise_for(residuals.noise, block).deviation for part, block in pairs]
     if known:
@@ -140,21 +155,61 @@ def score_candidates(calibrated: Model, candidates: Sequence[Candidate], work: W
             residuals.blocks, residuals.noise, unexplained, residuals.by_block(space.base)
         )
     if noise is None:
-        return calibrated, sensitivities
+        return calibrated, sensitivities, of_faults
     residuals = residuals.with_noise(noise)
     calibrated = Model((), residuals, descend(residuals, x, steps=calibrated.fitted.steps))
-    return calibrated, find_sensitivities(residuals, calibrated.fitted, candidates, work)
+    return (
+        calibrated,
+        find_sensitivities(residuals, calibrated.fitted, candidates, work),
+        find_fault_sensitivities(residuals, calibrated.fitted, faults, work),
+    )
+
+
+def find_fault_sensitivities(
+    residuals: WhitenedResiduals, fitted: Fitted, faults: Sequence[Candidate], work: Work
+) -> list[Sensitivity]:
+    """Find what each fault of a file would do to the data.
+
+    Faults that the sensors alone know need no new march, so they stay in this process, which remembers the last one.
+
+    Parameters
+    ----------
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+    fitted : apesim.studies.estimation.levenberg_marquardt.Fitted
+    faults : sequence of apesim.studies.gap.search.candidates.Candidate
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    list of apesim.studies.gap.search.score_test.Sensitivity
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import find_example_gap, read_example
+    >>> from apesim.studies.gap.search.run_faults import list_faults
+    >>> calibrated = find_example_gap().calibrated
+    >>> faults = list(list_faults(read_example().runs[0]))
+    >>> found = find_fault_sensitivities(calibrated.residuals, calibrated.fitted, faults, Work())
+    >>> found[0].probe.candidate.name, found[0].is_visible
+    ('run_offset of lift in p30.csv', True)
+    """
+    sensed = [fault for fault in faults if not fault.strengths[0].is_marched]
+    marched = [fault for fault in faults if fault.strengths[0].is_marched]
+    residuals.at(fitted.x)
+    found = find_sensitivities(residuals, fitted, sensed, Work(tell=work.tell), "scoring files")
+    return found + find_sensitivities(residuals, fitted, marched, work, "scoring files")
 
 
 def check_against_noise(
-    calibrated: Model, sensitivities: list[Sensitivity], marks: list[dict[str, Any]]
+    calibrated: Model, sensitivities: list[Sensitivity], faults: list[Sensitivity], marks: list[dict[str, Any]]
 ) -> CalibratedGap:
     """Compare what the calibrated machine leaves with what noise alone would leave.
 
     Parameters
     ----------
     calibrated : apesim.studies.estimation.model.Model
-    sensitivities : list of apesim.studies.gap.search.score_test.Sensitivity
+    sensitivities, faults : list of apesim.studies.gap.search.score_test.Sensitivity
+        Of the effects of the library, and of faults of single files.
     marks : list of dict
         Instants that divide each run.
 
@@ -166,11 +221,12 @@ def check_against_noise(
     --------
     >>> from apesim.studies.gap.example_bench import find_example_gap
     >>> gap = find_example_gap()
-    >>> again = check_against_noise(gap.calibrated, gap.sensitivities, gap.marks)
+    >>> again = check_against_noise(gap.calibrated, gap.sensitivities, gap.faults, gap.marks)
     >>> again.scores[0].name, again.gap_test.alarm
     ('side_force', True)
     """
     errors = calibrated.fitted.residuals
     local = find_local_shapes(calibrated.residuals, marks, find_nuisance_space(calibrated.fitted.jacobian))
-    test = compare_with_noise(sensitivities, local, errors, parts_of(calibrated.residuals))
-    return CalibratedGap(calibrated, sensitivities, marks, find_scores(sensitivities, errors), local, test)
+    test = compare_with_noise([*sensitivities, *faults], local, errors, parts_of(calibrated.residuals))
+    scores = find_scores(sensitivities, errors)
+    return CalibratedGap(calibrated, sensitivities, faults, marks, scores, local, test)

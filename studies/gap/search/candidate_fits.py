@@ -1,4 +1,4 @@
-"""All models that may explain a gap: single effects and pairs, fitted through the simulator."""
+"""All models that may explain a gap: effects, faults of files and sets of them, fitted through the simulator."""
 
 from collections.abc import Iterable
 
@@ -11,23 +11,30 @@ from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
 from apesim.studies.gap.search.model_selection import (
     Choice,
+    fit_faults,
     fit_pairs,
     fit_released,
     fit_remaining,
     fit_singles,
+    fit_triples,
     project_beside,
     refit_each_alone,
 )
 from apesim.studies.gap.search.plausibility import find_implausible
+from apesim.studies.gap.search.score_test import find_scores
 from apesim.studies.gap.thresholds import DOUBTFUL
 from apesim.studies.gap.work import Work
+
+MAX_PAIRED_FAULTS = 10
+"""Faults of single files that are tried beside effects."""
 
 
 def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Choice]:
     """Fit all models that may explain a gap.
 
-    The best single effects by their score and the numbers of the machine that were pulled far come first; the other
-    effects and pairs follow where the best of these is doubtful.
+    The best single effects and faults of single files by their score, and the numbers of the machine that were pulled
+    far, come first; the other effects and pairs follow where the best of these is doubtful, and sets of three where the
+    best pair leaves more than noise.
 
     Parameters
     ----------
@@ -48,15 +55,21 @@ def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Ch
     ('side_force',)
     """
     base, ranked = gap.calibrated, gap.scores
+    fault_scores = find_scores(gap.faults, base.fitted.residuals)[:MAX_PAIRED_FAULTS]
+    sensitivities = [*gap.sensitivities, *(score.sensitivity for score in fault_scores)]
     fits = fit_singles(base, ranked, library_size, work) + fit_released(base, library_size, work)
+    fits += fit_faults(base, fault_scores, library_size, work)
     if is_doubtful(fits, gap):
         fits += fit_remaining(base, ranked, fits, library_size, work)
         if is_doubtful(fits, gap):
             singles = select_with_effects(fits)
-            couples = fit_pairs(base, gap.sensitivities, ranked, singles, library_size, work)
+            every_score = sorted([*ranked, *fault_scores], key=lambda score: -score.n_sigma)
+            couples = fit_pairs(base, sensitivities, every_score, singles, library_size, work)
             fits += couples
             if couples and couples[0].cost < singles[0].cost:
                 fits += refit_each_alone(base, couples[0], library_size, work)
+                if compare_model_with_noise(couples[0].model, gap).alarm:
+                    fits += fit_triples(base, sensitivities, couples, library_size, work)
     best: dict[frozenset[str], Choice] = {}
     for choice in sorted(fits, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)
@@ -136,7 +149,7 @@ def compare_model_with_noise(model: Model, gap: CalibratedGap) -> GapTest:
     >>> compare_model_with_noise(explain_example().best, find_example_gap()).alarm
     False
     """
-    again, local = project_beside(gap.sensitivities, model), gap.local_shapes
+    again, local = project_beside([*gap.sensitivities, *gap.faults], model), gap.local_shapes
     wider = find_nuisance_space(model.fitted.jacobian).project_out(
         np.vstack([local, np.zeros((model.added, local.shape[1]))])
     )

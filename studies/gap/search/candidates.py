@@ -9,6 +9,7 @@ from apesim.engine.effects import intake_pipe_loss
 from apesim.engine.machine import Machine
 from apesim.quantities.trees import fields
 from apesim.studies.estimation.parameters import Parameter
+from apesim.studies.measured import CYLINDER
 from apesim.valve.effects import supply_droop
 
 SHAPES = {
@@ -20,15 +21,20 @@ SHAPES = {
 """Parameters beside the strength that a fit may free."""
 MIN_AREAS = {"supply_droop": supply_droop.MIN_AREA, "intake_pipe_loss": intake_pipe_loss.MIN_AREA}
 """Effects whose strength is an area that does the less the larger it is; the least of it [m2]."""
+UNSEEN_SHAPES: dict[str, tuple[str, ...]] = {CYLINDER: ("breakaway",)}
+"""Parameters that a bench cannot show: a piston that a drive moves never rests where it is looked at."""
 SEARCHED_STRENGTHS = {"cylinder_wall_heat": ("h",), "coulomb_friction": ("force",)}
 """Strengths that are searched for, where they are not all."""
-NUISANCES = ("sensor_gain", "sensor_offset", "time_zero")
+NUISANCES = ("sensor_gain", "sensor_offset", "time_zero", "channel_swap")
 """Effects of the library that are no physics to be named, but known within a prior."""
 TWINS = {
+    "valve.solenoid.release_dead_time": "release_delay",
     "groove.effective_area": "groove_area_error",
     "engine.exhaust.effective_area": "exhaust_restriction",
     "engine.friction.constant": "friction_torque",
     "effects.tdc_error.angle": "tdc_error",
+    "valve.spring_rate": "spring_rate_error",
+    "valve.moving_mass": "moving_mass_error",
 }
 """Nuisances that, far from their prior, are an effect of the library by another name."""
 SIZES, INVERSE_SIZES = (0.01, 0.25, -0.25), (0.1, 0.5)
@@ -48,6 +54,10 @@ class Candidate(NamedTuple):
     """Parameters that are off at x = 0; one or several."""
     shapes: tuple[Parameter, ...]
     """Further parameters that a fit may free, without effect while the strengths are off."""
+    file: str = ""
+    """File that it is a fault of, see `apesim.studies.gap.search.run_faults`; "": it is an effect of the library."""
+    kind: str = ""
+    """Kind of the fault; "": it is an effect of the library."""
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -138,7 +148,7 @@ def find_candidates(machine: Machine, bench: str, effects: Iterable[Effect]) -> 
     Parameters
     ----------
     machine : apesim.engine.machine.Machine
-    bench : {"valve", "engine"}
+    bench : {"valve", "engine", "cylinder"}
         Bench of the data, by which `effects` has been chosen already.
     effects : iterable of apesim.effect.Effect
         The library, see `apesim.studies.gap.search.library.select_effects`.
@@ -160,12 +170,13 @@ def find_candidates(machine: Machine, bench: str, effects: Iterable[Effect]) -> 
         if effect.name in NUISANCES or effect.tabulated or effect.is_on(getattr(machine.effects, effect.name)):
             continue
         names = effect.strengths or effect.parameters._fields[:1]  # type: ignore[attr-defined]
+        shapes = [n for n in SHAPES.get(effect.name, ()) if n not in UNSEEN_SHAPES.get(bench, ())]
         strengths = [n for n in names if n in SEARCHED_STRENGTHS.get(effect.name, names)]
         candidates.append(
             Candidate(
                 effect.name,
                 tuple(make_strength(effect, name) for name in strengths),
-                tuple(_make_shape(effect, name) for name in SHAPES.get(effect.name, ())),
+                tuple(_make_shape(effect, name) for name in shapes),
             )
         )
     return candidates

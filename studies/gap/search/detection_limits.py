@@ -161,8 +161,10 @@ def find_detection_limits(sensitivities: Iterable[Sensitivity]) -> dict[str, dic
     -------
     dict of dict
         By name of the candidate: ``parameter``, ``unit``; ``limit`` in that unit, None where it is beyond the range;
-        ``kept``, the share of the effect that is left once nuisances are projected out; ``class``, the other effects
-        within their limits that sensors and runs hardly distinguish from it.
+        ``off``, the value without effect, from which the limit counts; ``grows``, "down" where the effect is the larger
+        the smaller the parameter, as of an area that feeds, else "up"; ``kept``, the share of the effect that is left
+        once nuisances are projected out; ``class``, the other effects within their limits that sensors and runs hardly
+        distinguish from it.
 
     Examples
     --------
@@ -180,6 +182,8 @@ def find_detection_limits(sensitivities: Iterable[Sensitivity]) -> dict[str, dic
             "parameter": parameter.key.split(".")[-1],
             "unit": parameter.declaration.unit,  # type: ignore[attr-defined]
             "limit": abs(parameter.shown(parameter.value(x) - parameter.origin)) if x <= 1.0 else None,
+            "off": parameter.shown(parameter.origin),
+            "grows": "down" if parameter.inverse else "up",
             "kept": sensitivity.retained,
             "class": [],
         }
@@ -189,3 +193,33 @@ def find_detection_limits(sensitivities: Iterable[Sensitivity]) -> dict[str, dic
             limits[name]["class"].append(other)
             limits[other]["class"].append(name)
     return limits
+
+
+def format_limit(limit: dict[str, Any] | None) -> str:
+    """The size from which an effect is visible, as text.
+
+    Parameters
+    ----------
+    limit : dict or None
+        See `find_detection_limits`.
+
+    Returns
+    -------
+    str
+        With "and below" where the effect is the larger the smaller its parameter.
+
+    Examples
+    --------
+    >>> format_limit({"limit": 1.2345, "unit": "N", "off": 0.0, "grows": "up"}), format_limit(None)
+    ('1.23 N', 'beyond its range')
+    >>> format_limit({"limit": 12.0, "unit": "mm^2", "off": 0.0, "grows": "down"})
+    '12 mm^2 and below'
+    >>> format_limit({"limit": 0.05, "unit": "", "off": 0.528, "grows": "up"})
+    '0.05 away from 0.528'
+    """
+    if limit is None or limit["limit"] is None:
+        return "beyond its range"
+    size = f"{limit['limit']:.3g} {limit['unit']}".strip()
+    if limit["grows"] == "down":
+        return f"{size} and below"
+    return f"{size} away from {limit['off']:.3g}" if limit["off"] else size

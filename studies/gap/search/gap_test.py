@@ -1,7 +1,8 @@
 """The test for a gap: the largest score of all, against the largest that noise alone gives."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from itertools import combinations
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,17 +17,23 @@ SCORE_DRAWS = 40
 """Draws of scores from each."""
 DRAWS = NOISE_DRAWS * SCORE_DRAWS
 SEED = 20090715
+MAX_PAIR_COSINE = 0.99
+"""Cosine between two effects from which they are no pair: their difference is within the march's own error."""
 
 
 class GapTest(NamedTuple):
     """Whether noise alone explains what the calibrated machine leaves: the first of two conditions for a gap."""
 
     p_value: float
-    """Chance of noise alone to give as large a score."""
+    """Chance of noise alone to give as large a score, or as large a score of two effects together."""
     largest: float
     """Largest score of all candidates and local shapes [standard deviations]."""
     limit: float
     """Score that noise alone exceeds with the chance `ALARM`."""
+    pair: tuple[str, ...] = ()
+    """Names of the two effects whose score together is the largest; (): there are no pairs."""
+    largest_pair: float = 0.0
+    """Their score: root of the sum of squares that both together take [standard deviations]."""
 
     @property
     def alarm(self) -> bool:
@@ -42,6 +49,10 @@ def compare_with_noise(
     The scores are ``-S'e`` over shapes S of length 1, those of the candidates and local ones. Noise alone gives them
     the covariance ``S'S``; each draw is scaled by what the noise may be, as it is known from so many samples only. With
     k of D draws at or above the largest score, the chance is ``(1 + k) / (1 + D)`` (Monte Carlo test [1]_).
+
+    Two effects that mask each other have small scores alone and a large one together. So the largest score of two
+    effects of the library together is compared as well, see `score_pairs`, and of both chances the smaller one counts:
+    against the smaller one that noise alone gives.
 
     Parameters
     ----------
@@ -78,11 +89,107 @@ def compare_with_noise(
     seen = -(shapes.T @ errors)
     largest = float(np.max(np.where(one_sided, seen, np.abs(seen))))
     # Scores of white noise have the correlations of the shapes.
-    values, vectors = np.linalg.eigh(shapes.T @ shapes)
+    correlations = shapes.T @ shapes
+    values, vectors = np.linalg.eigh(correlations)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     rng = np.random.default_rng(SEED)
     draws = rng.standard_normal((DRAWS, len(values))) @ root.T
     draws *= np.repeat(scatter(parts, shapes, NOISE_DRAWS, rng), SCORE_DRAWS, axis=0)
     highest = np.max(np.where(one_sided, draws, np.abs(draws)), axis=1)
-    p_value = (1.0 + np.sum(highest >= largest)) / (1.0 + DRAWS)
-    return GapTest(float(p_value), largest, float(np.quantile(highest, 1.0 - ALARM)))
+    limit = float(np.quantile(highest, 1.0 - ALARM))
+    pairs = list_pairs(sensitivities, correlations)
+    if not len(pairs):
+        return GapTest(_find_chances(highest, largest), largest, limit)
+    together = score_pairs(seen[None, :], pairs, correlations, one_sided)[0]
+    best = int(np.argmax(together))
+    some = np.array_split(draws, NOISE_DRAWS)
+    highest_pairs = np.concatenate([score_pairs(each, pairs, correlations, one_sided).max(axis=1) for each in some])
+    smaller = min(_find_chances(highest, largest), _find_chances(highest_pairs, together[best]))
+    smaller_by_noise = np.minimum(_find_chances(highest, highest), _find_chances(highest_pairs, highest_pairs))
+    p_value = float((1.0 + np.sum(smaller_by_noise <= smaller)) / (1.0 + DRAWS))
+    names = tuple(sensitivities[number].probe.candidate.name for number in pairs[best])
+    return GapTest(p_value, largest, limit, names, float(together[best]))
+
+
+def _find_chances(highest: np.ndarray, seen: "np.ndarray | float") -> Any:
+    """The chance of each of some scores, or of a higher one, by the highest scores of draws."""
+    ascending = np.sort(highest)
+    above = len(ascending) - np.searchsorted(ascending, seen, side="left")
+    chances = (1.0 + above) / (1.0 + len(ascending))
+    return chances if np.ndim(seen) else float(chances)
+
+
+def list_pairs(sensitivities: Sequence[Sensitivity], correlations: np.ndarray) -> np.ndarray:
+    """The pairs of probes of two different effects of the library that are not nearly the same shape.
+
+    Parameters
+    ----------
+    sensitivities : sequence of apesim.studies.gap.search.score_test.Sensitivity
+        They stand first among the shapes.
+    correlations : (m, m) float array
+        Cosines between all shapes.
+
+    Returns
+    -------
+    (k, 2) int array
+        Places of both.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import find_example_gap
+    >>> sensitivities = find_example_gap().sensitivities[:2]
+    >>> list_pairs(sensitivities, np.eye(2)).tolist(), list_pairs(sensitivities, np.ones((2, 2))).tolist()
+    ([[0, 1]], [])
+    """
+    effects = [
+        (number, each.probe.candidate) for number, each in enumerate(sensitivities) if not each.probe.candidate.file
+    ]
+    pairs = [
+        (first, second)
+        for (first, one), (second, other) in combinations(effects, 2)
+        if one.name != other.name and abs(correlations[first, second]) < MAX_PAIR_COSINE
+    ]
+    return np.array(pairs, dtype=int).reshape(-1, 2)
+
+
+def score_pairs(scores: np.ndarray, pairs: np.ndarray, correlations: np.ndarray, one_sided: np.ndarray) -> np.ndarray:
+    """Score pairs of shapes together: the root of the sum of squares that both take.
+
+    With the scores a and b of two shapes of cosine r it is ``sqrt((a^2 + b^2 - 2 r a b) / (1 - r^2))``: a score test of
+    two parameters [1]_. Where a strength that cannot be negative would have to be, it is 0.
+
+    Parameters
+    ----------
+    scores : (d, m) float array
+        Scores of all shapes, d times.
+    pairs : (k, 2) int array
+    correlations : (m, m) float array
+    one_sided : (m,) bool array
+        Whether a strength cannot be negative.
+
+    Returns
+    -------
+    (d, k) float array
+        [standard deviations]
+
+    References
+    ----------
+    .. [1] C. R. Rao, "Large sample tests of statistical hypotheses concerning several parameters with applications to
+       problems of estimation", Math. Proc. Camb. Phil. Soc. 44, 1948, pp. 50-57, doi 10.1017/S0305004100023987.
+
+    Examples
+    --------
+    Two shapes that nearly cancel, each with a score of 1 alone:
+
+    >>> correlations = np.array([[1.0, -0.9], [-0.9, 1.0]])
+    >>> score_pairs(np.ones((1, 2)), np.array([[0, 1]]), correlations, np.array([False, False])).round(2).tolist()
+    [[4.47]]
+    """
+    found = np.empty((len(scores), len(pairs)))
+    for first in np.unique(pairs[:, 0]):
+        columns = np.flatnonzero(pairs[:, 0] == first)
+        second = pairs[columns, 1]
+        r, a, b = correlations[first, second], scores[:, first : first + 1], scores[:, second]
+        impossible = (one_sided[first] & (a < r * b)) | (one_sided[second] & (b < r * a))
+        found[:, columns] = np.where(impossible, 0.0, (a * a + b * b - 2.0 * r * a * b) / (1.0 - r * r))
+    return np.sqrt(np.maximum(found, 0.0))

@@ -12,8 +12,9 @@ from apesim.engine.outside_machine import outside_effects_of
 from apesim.quantities.settings import schema
 from apesim.results import needed
 from apesim.studies.calls import arguments_of
-from apesim.studies.measured import VALVE
+from apesim.studies.measured import CYLINDER, VALVE, Bench
 from apesim.valve.effects import VALVE_EFFECTS, VALVE_LIBRARY
+from apesim.valve.rig import shows_on_rig
 
 if TYPE_CHECKING:
     import pandas
@@ -58,6 +59,8 @@ class EffectEntry(NamedTuple):
     """The experiment that shows it by itself."""
     file: str = ""
     """Name of the file of an effect from outside."""
+    benches: tuple[str, ...] = ()
+    """Benches of measured data on which it can show."""
 
 
 class EffectLibrary(Mapping[str, EffectEntry]):
@@ -171,6 +174,7 @@ def list_effects(machine: Machine | None = None) -> EffectLibrary:
     if machine is not None:
         arguments_of("list_effects", machine)
     files = {outside.name: outside.path.name for outside in outside_effects_of(machine)} if machine else {}
+    shown = {bench: select_effects(bench, machine=machine) for bench in Bench}
     return EffectLibrary(
         EffectEntry(
             effect.name,
@@ -183,6 +187,7 @@ def list_effects(machine: Machine | None = None) -> EffectLibrary:
             effect.seen_in,
             effect.isolated_by,
             files.get(effect.name, ""),
+            tuple(str(bench) for bench in Bench if effect in shown[bench]),
         )
         for effect in (library_of(machine.effects) if machine else ALL_EFFECTS)
     )
@@ -222,7 +227,7 @@ def select_effects(bench: str, without: Sequence[str] = (), machine: Machine | N
 
     Parameters
     ----------
-    bench : {"valve", "engine"}
+    bench : {"valve", "engine", "cylinder"}
     without : sequence of str
         Names of effects that are left out.
     machine : Machine, optional
@@ -238,7 +243,9 @@ def select_effects(bench: str, without: Sequence[str] = (), machine: Machine | N
     False
     """
     known = (machine or Machine()).effects
-    effects = library_for(known, VALVE_LIBRARY, "valve").effects if bench == VALVE else library_of(known)
+    effects = library_for(known, VALVE_LIBRARY, "valve").effects if bench in (VALVE, CYLINDER) else library_of(known)
+    if bench == CYLINDER:
+        effects = tuple(effect for effect in effects if shows_on_rig(effect))
     return [effect for effect in effects if effect.name not in without]
 
 

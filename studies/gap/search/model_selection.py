@@ -16,10 +16,14 @@ from apesim.studies.gap.work import Work
 
 MAX_SINGLES = 12
 """Candidates that are fitted alone for their score."""
+MAX_FAULTS = 6
+"""Faults of single files that are fitted alone for their score."""
 MAX_LARGE = 4
 """Candidates that are fitted alone for what they leave when switched on by much."""
 MAX_SCREENED_PAIRS = 3
 """Pairs of a screen of all that are fitted."""
+MAX_EXTENDED_PAIRS = 3
+"""Pairs to which a third effect is added."""
 MAX_SWAPS = 3
 """Effects that are tried in place of either of the best pair."""
 MIN_RELEASED_PULL = 2.5
@@ -163,6 +167,82 @@ def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) 
     near = sorted(zip(large, others, strict=True), key=lambda pair: pair[0][0])
     tasks += [((candidate,), (x,)) for (cost, x, _), candidate in near[:MAX_LARGE] if cost < base.cost]
     return _fit_all(base, refit, tasks, library, work, "fitting effects")
+
+
+def fit_faults(base: Model, ranked: Sequence[Score], library: int, work: Work) -> list[Choice]:
+    """Fit the most promising faults of single files, each alone.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    ranked : sequence of apesim.studies.gap.search.score_test.Score
+        Scores of the faults, the largest first.
+    library : int
+        Number of candidates.
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    list of Choice
+        The best first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> fit_faults(explain_example().calibrated, [], 3, Work())
+    []
+    """
+    wanted = [score for score in ranked[:MAX_FAULTS] if score.n_sigma > 0.0]
+    return _fit_all(base, refit, _guess_singles(wanted), library, work, "fitting files")
+
+
+def fit_triples(
+    base: Model,
+    sensitivities: Sequence[Sensitivity],
+    pairs: Sequence[Choice],
+    library: int,
+    work: Work,
+) -> list[Choice]:
+    """Fit the most promising sets of three: each of the best pairs with the two that score best on what it leaves.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    sensitivities : sequence of apesim.studies.gap.search.score_test.Sensitivity
+        What each candidate would do to the data at the calibrated machine.
+    pairs : sequence of Choice
+        Pairs, the best first.
+    library : int
+        Number of candidates.
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    list of Choice
+        The best first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> pairs = [choice for choice in explanation.fits if len(choice.names) == 2]
+    >>> triples = fit_triples(explanation.calibrated, explanation.sensitivities, pairs[:1], 3, Work())
+    >>> all(len(triple.names) == 3 and triple.model.cost <= pairs[0].model.cost for triple in triples)
+    True
+    """
+    wanted: dict[frozenset[str], Any] = {}
+    for pair in pairs[:MAX_EXTENDED_PAIRS]:
+        model = pair.model
+        beside = find_scores(project_beside(sensitivities, model), model.fitted.residuals)
+        for score in [score for score in beside if score.n_sigma > 0.0][:2]:
+            third = score.sensitivity.probe.candidate
+            guesses = (*(tuple(model.own(number)) for number in range(len(model.candidates))), score.guess)
+            names = frozenset((*model.names, third.name))
+            within = [other.model for other in pairs if set(other.names) < names]
+            wanted.setdefault(names, ((*model.candidates, third), guesses, within))
+    return _fit_all(base, refit, wanted.values(), library, work, "fitting sets of three")
 
 
 def fit_remaining(
@@ -389,8 +469,11 @@ def _find_partners(alone: Sequence[Choice], sensitivities: Sequence[Sensitivity]
         model = choice.model
         first = model.candidates[0]
         if rank == 0:
-            others = [candidate for candidate in by_candidate if candidate.name != first.name]
+            # A fault of a file changes the same records in the same way, whatever the machine does.
+            others = [each for each in by_candidate if each.name != first.name and not each.file]
+            of_faults = [each for each in sensitivities if each.probe.candidate.file]
             others_beside = find_sensitivities(model.residuals, model.fitted, others, work, "fitting pairs")
+            others_beside += project_beside(of_faults, model)
         else:
             others_beside = project_beside(sensitivities, model)
         for score in find_scores(others_beside, model.fitted.residuals)[:2]:

@@ -9,12 +9,12 @@ import numpy as np
 from apesim.engine.angles import TURN
 from apesim.studies.estimation.nuisance_space import NuisanceSpace
 from apesim.studies.estimation.residuals import Block, WhitenedResiduals
-from apesim.studies.measured import ENGINE
+from apesim.studies.measured import CYLINDER, ENGINE
 from apesim.studies.measured.prediction import MEANS
 
 
 class Phase(StrEnum):
-    """A phase of the valve's stroke, or of an engine's cycle."""
+    """A phase of the valve's stroke, of an engine's cycle, or of the way of a cylinder."""
 
     DEAD_TIME = "dead time"
     OPENING_FLIGHT = "opening flight"
@@ -24,6 +24,8 @@ class Phase(StrEnum):
     CHARGING = "charging"
     EXPANSION = "expansion"
     EXHAUST = "exhaust"
+    INWARD = "stroke against the pressure"
+    OUTWARD = "stroke with the pressure"
 
 
 PHASES = tuple(Phase)
@@ -61,6 +63,9 @@ def find_phases(block: Block, marks: dict[str, Any]) -> np.ndarray:
     times = block.times
     if block.sensor in MEANS:
         return np.full(len(times), -1)
+    if block.run.bench == CYLINDER:
+        against = block.run.given["velocity"] > 0.0
+        return np.where(against, PHASES.index(Phase.INWARD), PHASES.index(Phase.OUTWARD))
     if block.run.bench == ENGINE:
         period = TURN / block.run.speed
         times = times % period

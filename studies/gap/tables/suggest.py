@@ -15,12 +15,13 @@ from apesim.engine.machine import Machine
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import put
 from apesim.studies.gap.tables.latent import PERIODIC, find_branches
-from apesim.studies.measured import MeasuredRun
+from apesim.studies.measured import CYLINDER, MeasuredRun
 from apesim.studies.measured.prediction import run_of
 from apesim.valve.actuator import actuator_of
 from apesim.valve.bench import run_bench
 from apesim.valve.effects import tabulated_heat
 from apesim.valve.piston import volume_a, volume_b
+from apesim.valve.rig import drive_force
 from apesim.valve.supply import ValveSupply
 from apesim.valve.terms import DRY, ENERGY_A, ENERGY_B, FORCE, TERMS, ValveState
 
@@ -31,7 +32,7 @@ MIN_EXPLAINED = 0.5
 RUN_POINTS = 200
 """Number of points of each run."""
 MIN_SPEED = 0.02
-"""Speed from which the piston counts as moving [m/s]."""
+"""Speed from which the valve's piston counts as moving [m/s]; a cylinder is looked at in motion alone."""
 ALONG_RUNS = "tabulated_force", "tabulated_damping", "tabulated_heat"
 """Tables whose form is looked for along the runs of a valve's bench; of the others over their own places."""
 AXES = {
@@ -166,8 +167,8 @@ def _list_terms_along_runs(model: Model, name: str) -> dict[str, Form]:
     for run in model.residuals.runs:
         machine = put(run_of(model.residuals.machine, run), model.residuals.parameters, model.fitted.x)
         rows += _simulate_states(machine, run, name)
-    speed, lift, p_a, p_b, t_a, t_b, force, heat_a, heat_b = np.array(rows).T
-    sign, middle = np.sign(speed), lift - 0.5e3 * model.residuals.machine.valve.stroke
+    speed, middle, p_a, p_b, t_a, t_b, force, heat_a, heat_b = np.array(rows).T
+    sign = np.sign(speed)
     if name == tabulated_heat.EFFECT.name:
         heats = (("A", heat_a, t_a, p_a), ("B", heat_b, t_b, p_b))
         return {
@@ -197,7 +198,7 @@ def _list_terms_along_runs(model: Model, name: str) -> dict[str, Form]:
         "(p_A - p_B)": ("MPa", p_a - p_b),
         "(p_A + p_B - 2 p_0) sign(v)": ("MPa", (p_a + p_b) * sign),
     }
-    moving = abs(speed) > MIN_SPEED
+    moving = abs(speed) > (0.0 if model.residuals.runs[0].bench == CYLINDER else MIN_SPEED)
     return {
         "force to closed, x the lift from mid stroke": (
             "N",
@@ -208,7 +209,10 @@ def _list_terms_along_runs(model: Model, name: str) -> dict[str, Form]:
 
 
 def _simulate_states(machine: Machine, run: MeasuredRun, name: str) -> Iterator[tuple[float, ...]]:
-    """Speed to closed, lift [mm], pressures [MPa] and temperatures above ambient, force and heats of a table."""
+    """Speed to closed, lift from mid stroke [mm], pressures [MPa] and temperatures above ambient, force and heats."""
+    if run.bench == CYLINDER:
+        yield from _simulate_rig_states(machine, run, name)
+        return
     bench = run_bench(machine, run.pulse, float(run.times[-1]), sample=np.linspace(0.0, run.times[-1], RUN_POINTS))
     actuator, _ = actuator_of(machine, [0.0, run.pulse], np.inf)
     ambient, effect = actuator.ambient, getattr(machine.effects, name)
@@ -234,4 +238,16 @@ def _simulate_states(machine: Machine, run: MeasuredRun, name: str) -> Iterator[
         above = (p_a - ambient.pressure) / 1e6, (p_b - ambient.pressure) / 1e6
         warmer = t_a - ambient.temperature, t_b - ambient.temperature
         force = balance[FORCE] - np.sign(speed) * balance[DRY]
-        yield speed, 1e3 * lift, *above, *warmer, force, balance[ENERGY_A], balance[ENERGY_B]
+        middle = 1e3 * lift - 0.5e3 * machine.valve.stroke
+        yield speed, middle, *above, *warmer, force, balance[ENERGY_A], balance[ENERGY_B]
+
+
+def _simulate_rig_states(machine: Machine, run: MeasuredRun, name: str) -> Iterator[tuple[float, ...]]:
+    """What `_simulate_states` gives, of a cylinder that a drive moves: its stroke is the lift."""
+    stroke, pressure, velocity = (run.given[each] for each in ("stroke", "pressure", "velocity"))
+    off = machine._replace(effects=machine.effects._replace(**{name: type(getattr(machine.effects, name))()}))
+    forces = drive_force(machine, stroke, pressure, velocity) - drive_force(off, stroke, pressure, velocity)
+    middles = 1e3 * (stroke - 0.5 * (stroke.min() + stroke.max()))
+    gauge = (pressure - machine.ambient.pressure) / 1e6
+    for speed, middle, above, force in np.column_stack([-velocity, middles, gauge, forces]).tolist():
+        yield speed, middle, above, 0.0, 0.0, 0.0, force, 0.0, 0.0

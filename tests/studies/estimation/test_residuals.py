@@ -135,3 +135,25 @@ def test_a_run_that_cannot_be_simulated_raises_what_the_face_exports_in_any_proc
     assert str(ended).startswith(
         "p040: the simulation does not come to its end; simulate its conditions with run_valve"
     )
+
+
+def test_a_missing_cell_costs_its_sample_alone():
+    run = RUNS["valve"]
+    whole = fresh("valve")
+    x = np.zeros(len(whole.parameters))
+    lift = np.where(np.isin(np.arange(len(run.times)), [5, 90, 91]), np.nan, run.channels["lift"])
+    residuals = whole.with_runs([run._replace(channels={"lift": lift})])
+    kept = np.flatnonzero(~np.isnan(lift))
+    [block] = residuals.blocks
+    assert np.array_equal(block.times, run.times[kept]) and np.array_equal(block.values, lift[kept])
+    pulls = np.arange(len(run.times), len(run.times) + len(x))
+    assert bits(residuals.at(x)) == bits(whole.at(x)[np.append(kept, pulls)])
+
+
+def test_a_missing_cell_of_an_engine_keeps_the_angles_of_the_others():
+    angles = np.linspace(0.0, 6.0, 9)
+    pressure = np.where(np.arange(9) == 4, np.nan, 1e5)
+    run = RUNS["engine"]._replace(times=angles / 100.0, angles=angles, channels={"cylinder_pressure": pressure})
+    block, *means = WhitenedResiduals(MACHINE, [run], []).blocks
+    assert np.array_equal(block.angles, np.delete(angles, 4))
+    assert [mean.sensor for mean in means] == ["torque", "air_flow"]

@@ -9,6 +9,7 @@ from apesim.archive import ArchiveError
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.gap.reasons import Verdict
+from apesim.studies.gap.report.calibrated_numbers import apply_numbers, find_calibrated_numbers
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.search.refit import refit
@@ -52,14 +53,21 @@ def test_what_is_written_is_what_is_said(explanation, tmp_path):
     assert written["wall_time_s"] > explanation.wall_time_s > 0.0
     assert {key: written[key] for key in told} == told
     assert (written["verdict"], written["effects"]) == (explanation.verdict, explanation.effects)
-    assert Machine.load(tmp_path / "out/machine.toml").to_toml() == explanation.best.machine().to_toml()
+    numbers = find_calibrated_numbers(explanation.best) if explanation.effects else []
+    added = explanation.best.machine() if explanation.effects else Machine()
+    assert Machine.load(tmp_path / "out/machine.toml").to_toml() == apply_numbers(added, numbers).to_toml()
+    assert (tmp_path / "out/sensors.toml").exists() == bool(explanation.effects)
     with pytest.raises(ArchiveError, match="not empty"):
         explanation.write(tmp_path / "out")
 
 
 def test_what_is_left_is_drawn_before_and_after_on_a_run_that_was_never_fitted(explanation):
     axes = explanation.plot()
-    assert axes.get_title().endswith("never used") and axes.get_xlabel() and axes.get_ylabel().endswith("[noise]")
+    assert (
+        axes.get_title().endswith("never used")
+        and axes.get_xlabel()
+        and axes.get_ylabel().endswith("[sigmas of the noise]")
+    )
     before, after = (line.get_ydata() for line in axes.lines if not line.get_label().startswith("_"))
     assert np.mean(before**2) > 2.0 * np.mean(after**2)
     assert explanation.plot(sensor="lift", ax=axes) is axes

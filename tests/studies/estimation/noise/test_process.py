@@ -74,6 +74,27 @@ def test_whitened_noise_is_white_from_the_first_sample_on():
     assert covariance == pytest.approx(np.eye(40), abs=0.1)
 
 
+@pytest.mark.parametrize("missing", [(40,), (3, 17, 18, 19, 50, 90), tuple(range(1, 100, 5)), tuple(range(30, 60))])
+def test_noise_with_missing_samples_is_white_once_whitened(missing):
+    noise = autoregressive([process(np.random.default_rng(1), 4000, 0.9, -0.5)], "repeats")
+    places = np.setdiff1d(np.arange(100), missing)
+    # The covariance of the process is that which whitening all of its samples takes off.
+    filters = whitened(noise, np.eye(100), np.arange(100.0))
+    covariance = np.linalg.inv(filters.T @ filters)[np.ix_(places, places)]
+    rows = whitened(noise, np.eye(len(places)), 5e-5 * places)
+    assert rows @ covariance @ rows.T == pytest.approx(np.eye(len(places)), abs=1e-3)
+
+
+def test_hum_of_a_record_with_missing_samples_is_taken_off():
+    noise = process(np.random.default_rng(2), 2000, 0.6)
+    known = autoregressive([noise], "repeats")._replace(hums=((50.0, 1e-4),))
+    times = 5e-5 * np.delete(np.arange(2000), [100, 700, 701])
+    wave = 1e-4 * np.sin(TURN * 50.0 * times)
+    left = whitened(known, (np.delete(noise, [100, 700, 701]) + wave)[:, None], times)
+    assert np.std(left) == pytest.approx(1.0, abs=0.05)
+    assert np.std(whitened(known._replace(hums=()), wave[:, None], times)) > 0.5
+
+
 def test_hum_is_found_and_joins_the_covariance():
     rng = np.random.default_rng(4)
     times = np.arange(0.0, 0.1, 1e-4)

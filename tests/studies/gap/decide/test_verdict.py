@@ -8,18 +8,21 @@ import pytest
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.gap.decide import verdict as rules
 from apesim.studies.gap.decide.held_out import HeldOut
+from apesim.studies.gap.decide.odd_files import OddChannel
 from apesim.studies.gap.decide.operating_points import find_points
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search import model_selection
+from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.gap.search.model_selection import Choice, find_term_penalty, price_model
 from apesim.studies.measured import MeasuredRun
 
 N = 50
 GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)
+NO_FILES = {}
 
 
-def model(names, gap=None, cost=0.0, released="", x=(0.0, 0.5)):
-    """A model that takes a gap of some shape away."""
+def model(names, gap=None, cost=0.0, released="", x=(0.0, 0.5), files=NO_FILES):
+    """A model that takes a gap of some shape away; files: of faults, and their kinds, by name."""
     errors = np.append(np.zeros(N) if gap is None else -np.asarray(gap, dtype=float), np.zeros(2))
     fitted = SimpleNamespace(residuals=errors, data_residuals=errors[:N], x=np.array(x), covariance=0.01 * np.eye(2))
     effect = Parameter("effects.quadratic_drag.coefficient", 40.0, 0.0, 1.3, reach=1.3)
@@ -32,6 +35,7 @@ def model(names, gap=None, cost=0.0, released="", x=(0.0, 0.5)):
         cost=cost,
         released=released,
         added=0,
+        candidates=tuple(Candidate(name, (), (), *files.get(name, ())) for name in names),
     )
 
 
@@ -237,3 +241,41 @@ def test_a_number_and_the_effect_that_says_the_same_are_one_choice():
     found = rules.decide_with_alarm(BASE, [number, effect], 1.0, GOOD)
     assert (found.verdict, found.best.names) == ("NAMED", ("exhaust_restriction",))
     assert rules.decide_with_alarm(BASE, [number, choice(101.0, "a", gap=SHAPE)], 1.0, GOOD).verdict == "AMBIGUOUS"
+
+
+FAULTS = {"slip": ("a.csv", "run_offset"), "gain": ("a.csv", "run_gain"), "late": ("b.csv", "run_time_zero")}
+
+
+def fault(cost, *names):
+    return choice(cost, *names, gap=SHAPE, files=FAULTS)
+
+
+def test_a_fault_of_a_file_far_ahead_is_blamed_on_it():
+    assert verdict_of(fault(100.0, "slip"), choice(150.0, "b", gap=OTHER), judged=None) == "MEASUREMENT"
+
+
+def test_two_faults_of_one_file_leave_the_file_blamed():
+    assert verdict_of(fault(100.0, "slip"), fault(103.0, "gain")) == "MEASUREMENT"
+
+
+@pytest.mark.parametrize("rival", [choice(103.0, "b", gap=SHAPE), fault(103.0, "late")], ids=["effect", "other file"])
+def test_a_file_is_not_blamed_for_what_else_may_be_the_cause(rival):
+    assert verdict_of(fault(100.0, "slip"), rival) == "AMBIGUOUS"
+
+
+def test_an_effect_is_not_named_for_what_may_be_a_fault_of_a_file():
+    found = rules.decide_with_alarm(BASE, [choice(100.0, "a", gap=SHAPE), fault(103.0, "slip")], 1.0, GOOD)
+    assert (found.verdict, found.reason.kind) == (Verdict.AMBIGUOUS, ReasonKind.FILE_OR_EFFECT)
+
+
+def test_a_file_that_stays_odd_is_named_in_a_refusal():
+    odd = [OddChannel("a.csv", "lift", 1.5, 1.1, 12.0)]
+    found = rules.decide_with_alarm(BASE, [fault(100.0, "slip")], 1.0, None, odd=odd)
+    assert found.verdict == "REFUSED"
+    assert "a.csv" in found.reason.text
+
+
+def test_three_that_hold_are_several():
+    three, two, one = choice(60.0, "a", "b", "c", gap=SHAPE), choice(120.0, "a", "b"), choice(200.0, "a", gap=SHAPE)
+    assert verdict_of(three, two, one) == "SEVERAL"
+    assert verdict_of(three, choice(62.0, "a", "d", "e", gap=SHAPE), two, one) == "AMBIGUOUS"

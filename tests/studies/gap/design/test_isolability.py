@@ -11,6 +11,7 @@ from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.design.isolability import find_isolability
 from apesim.studies.measured import read_measured
 from tests.gap_bench import AMBIENT, write_bench
+from tests.truth.cylinder import Cylinder, Record, write_folder
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +99,7 @@ def test_the_command_prints_a_table_and_json(apesim, folder):
     assert "leakage_a" in names
     assert "side_force" not in names
     assert {"parameter", "unit", "limit", "kept", "class", "helped_by"} < told["effects"][0].keys()
+    assert set(told["priors"][0]) == {"key", "value", "unit", "known_to", "stated_in", "reason"}
 
 
 def test_bad_input_is_told_in_a_line(apesim, folder):
@@ -113,4 +115,51 @@ def test_the_result_says_how_many_effects_could_be_isolated(isolability):
     text = f"{len(isolability.visible)} of {len(isolability.effects)} effects could be seen"
     assert text in repr(isolability)
     assert text in isolability._repr_html_()
-    assert set(isolability.to_dict()) == {"effects", "noise", "warnings", "wall_time_s"}
+    assert set(isolability.to_dict()) == {"effects", "priors", "noise", "warnings", "wall_time_s"}
+
+
+def test_what_is_known_of_the_rig_is_told(apesim, isolability, folder):
+    assert [row["key"] for row in isolability.priors] == [
+        "valve.viscous_friction",
+        "valve.solenoid.effective_area",
+        "valve.solenoid.dead_time",
+        "supply.pressure",
+        "supply.temperature",
+        "air.heat_capacity_ratio",
+        "sensor.lift.offset",
+        "sensor.lift.gain",
+    ]
+    assert all(row["reason"] in isolability._repr_html_() for row in isolability.priors)
+    code, out, err = apesim("gap", "isolability", str(folder), "--quiet")
+    assert (code, err) == (0, "")
+    assert "known to (1 sigma)" in out
+    assert "sensor.lift.gain" in out
+
+
+def test_less_is_retained_of_an_effect_that_looks_like_what_is_uncertain(found, tmp_path):
+    rows, _ = found
+    toml = write_bench(tmp_path) / "measured.toml"
+    stated = '[known_to]\n"valve.spring_rate" = "10 %"\n"sensor.lift.gain" = "exact"\n'
+    toml.write_text(toml.read_text().replace("[[run]]", f"{stated}[[run]]", 1))
+    less = find_isolability(Machine(), read_measured(tmp_path, AMBIENT))
+    kept = {row["effect"]: row["kept"] for row in less.effects}
+    assert kept["spring_rate_error"] < 0.7 * rows["spring_rate_error"]["kept"]
+    assert kept["side_force"] > 0.9 * rows["side_force"]["kept"]
+    assert {row["key"]: row["known_to"] for row in less.priors if row["stated_in"] == "measured.toml"} == {
+        "valve.spring_rate": "10 %",
+        "sensor.lift.gain": "exact",
+    }
+
+
+def test_records_of_a_cylinder_at_more_pressures_show_less_friction(tmp_path):
+    sizes = []
+    for bars in ((3,), (1, 3, 5)):
+        folder = tmp_path / f"{len(bars)}"
+        folder.mkdir()
+        write_folder(folder, Cylinder(), [Record(bar, "fit") for bar in bars], seed=15)
+        rows = {row["effect"]: row for row in find_isolability(Machine().with_(rig_bore="25.7 mm"), folder).effects}
+        assert set(rows) == {"coulomb_friction", "stribeck_friction", "seal_friction", "quadratic_drag", "side_force"}
+        assert "stribeck_friction" in rows["coulomb_friction"]["class"]
+        sizes.append([rows[name]["limit"] for name in ("coulomb_friction", "seal_friction")])
+    assert sizes[1][0] < 0.5 * sizes[0][0]
+    assert sizes[1][1] < 0.5 * sizes[0][1]

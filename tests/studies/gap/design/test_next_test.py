@@ -39,7 +39,13 @@ def findings_of(verdict, measured, base, best=None, others=(), scores=("bounce",
     told = SimpleNamespace(verdict=verdict, best=best and Choice(best, 0.0), rivals=rivals, reason=reason.with_facts())
     names = [SimpleNamespace(name=name) for name in scores]
     return SimpleNamespace(
-        measured=measured, calibrated=base, noise=base.residuals.noise, decision=told, scores=names, sensitivities=[]
+        measured=measured,
+        calibrated=base,
+        noise=base.residuals.noise,
+        decision=told,
+        scores=names,
+        sensitivities=[],
+        rest=None,
     )
 
 

@@ -198,6 +198,35 @@ def test_what_comes_nearest_is_told_as_far_as_the_data_hold_it(open_ends, told):
     assert f"coulomb friction, breakaway {told}" in page_of(nearest=[row])
 
 
+def test_a_calibrated_number_that_runs_state_is_shown_as_a_shift_and_others_before_and_after():
+    rows = [
+        {"key": "supply.pressure", "before": None, "value": None, "unit": "MPa", "shift": 0.81, "shift_unit": "%"},
+        {"key": "valve.viscous_friction", "before": 114.0, "value": 117.4, "unit": "N s/m", "shift": None},
+    ]
+    known = [{"known_to": "1 %", "stated_in": "default"}, {"known_to": "5 N s/m", "stated_in": "measured.toml"}]
+    pulled = {"deviations": 0.8, "apart": None}
+    page = page_of(nuisances=[row | own | pulled for row, own in zip(rows, known, strict=True)])
+    assert "<td>as each run states</td><td>that +0.81 %</td>" in page
+    assert "<td>114 N s/m</td><td>117.4 N s/m</td>" in page
+    assert "<td>1 %</td>" in page
+    assert "<td>5 N s/m, stated</td>" in page
+    assert "They are not in\n<code>machine.toml</code>" in page  # of a refusal
+    assert "Those of the machine are in <code>machine.toml</code>" in page_of(verdict="NO_GAP")
+
+
+def test_a_size_from_which_an_area_is_visible_says_that_smaller_ones_are_the_larger_effect():
+    limit = {
+        "parameter": "feed_area",
+        "unit": "mm^2",
+        "limit": 12.0,
+        "off": 0.0,
+        "grows": "down",
+        "kept": 0.5,
+        "class": [],
+    }
+    assert "<td>12 mm² and below</td>" in page_of(detection_limits={"supply_droop": limit})
+
+
 def test_each_column_of_the_next_test_is_headed_by_what_it_would_split_off():
     row = {"text": "a run at 1.0 MPa gauge", "deviations": {"spring_rate_error": 7.25, "moving_mass_error": 6.5}}
     page = page_of(next_test={"text": "again", "truth": "coulomb_friction", "experiments": [row]})

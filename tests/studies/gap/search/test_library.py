@@ -9,16 +9,16 @@ from apesim.studies.console import main_of
 from apesim.studies.gap.search.library import list_effects
 
 NAMES = """
-supply_droop solenoid_a_delay solenoid_b_delay slow_ramp pressure_dependent_delay critical_ratio
+supply_droop solenoid_a_delay solenoid_b_delay release_delay slow_ramp pressure_dependent_delay critical_ratio
 discharge_coefficient_slope vent_back_pressure dead_volume ring_leakage leakage_a leakage_b chamber_wall_heat
 moving_mass_error spring_rate_error coulomb_friction stribeck_friction seal_friction quadratic_drag side_force
 intake_flow_force end_cushion bounce tabulated_force tabulated_damping tabulated_heat tabulated_leak tabulated_area
-tabulated_delay lift_sensor_lag pressure_sensor_lag sensor_gain sensor_offset time_zero
+tabulated_delay lift_sensor_lag pressure_sensor_lag sensor_gain sensor_offset time_zero clock_error channel_swap
 intake_pipe_loss groove_area_error seat_leak clearance_error cylinder_wall_heat blow_by exhaust_timing
-exhaust_restriction friction_torque tabulated_cylinder_heat tabulated_cylinder_leak tabulated_groove
-speed_ripple tdc_error
+exhaust_restriction exhaust_back_pressure friction_torque tabulated_cylinder_heat tabulated_cylinder_leak
+tabulated_groove speed_ripple tdc_error
 """.split()
-CHANNELS = {"lift", "pressure_a", "pressure_b", "cylinder_pressure", "torque", "air_flow"}
+CHANNELS = {"lift", "pressure_a", "pressure_b", "cylinder_pressure", "torque", "air_flow", "force"}
 STRENGTHS = {
     "coulomb_friction": {"force", "breakaway"},
     "cylinder_wall_heat": {"h", "factor"},
@@ -30,7 +30,20 @@ STRENGTHS = {
 
 def test_the_library_lists_every_effect_in_the_order_of_the_air():
     assert [entry.name for entry in list_effects().values()] == NAMES == [effect.name for effect in ALL_EFFECTS]
-    assert [entry.layer for entry in list_effects().values()] == ["valve"] * 34 + ["engine"] * 14
+    assert [entry.layer for entry in list_effects().values()] == ["valve"] * 37 + ["engine"] * 15
+
+
+@pytest.mark.parametrize(
+    ("name", "benches"),
+    [
+        ("seal_friction", ("valve", "engine", "cylinder")),
+        ("sensor_offset", ("valve", "engine", "cylinder")),
+        ("leakage_a", ("valve", "engine")),
+        ("blow_by", ("engine",)),
+    ],
+)
+def test_each_effect_says_on_which_benches_it_can_show(name, benches):
+    assert list_effects()[name].benches == benches
 
 
 def test_strengths_come_first_and_are_marked():

@@ -1,0 +1,238 @@
+"""The numbers that were calibrated along with an explanation: those of the machine, and those of the laboratory."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from apesim.engine.machine import Machine
+from apesim.quantities.declarations import Quantity
+from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.parameters import DECLARED, SENSED, Parameter, corrections, value_at, value_of
+from apesim.studies.measured import MeasuredRun
+from apesim.studies.measured.prediction import with_value
+
+MIN_PULL = 1e-6
+"""Prior standard deviations below which a number stays as it was: the data do not depend on it."""
+STATED_SHARE = 100.0
+"""Per cent in a share."""
+
+
+class CalibratedNumber(NamedTuple):
+    """A number of the machine or of the laboratory that was fitted within its prior."""
+
+    key: str
+    """Key of the machine file."""
+    before: float
+    """Value that the search began with [SI]."""
+    after: float
+    """Calibrated value [SI]."""
+    pull: float
+    """Shift in standard deviations of what is known of the number; positive where it grew."""
+
+    @property
+    def is_reading(self) -> bool:
+        """Whether it belongs to a sensor of the laboratory, not to the machine."""
+        section, _, rest = self.key.partition(".")
+        return section == "effects" and rest.partition(".")[0] in SENSED
+
+    def describe(self, machine: Machine) -> str:
+        """What was done to the number, in words.
+
+        Parameters
+        ----------
+        machine : apesim.engine.machine.Machine
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> CalibratedNumber("valve.viscous_friction", 114.0, 117.0, 0.26).describe(Machine())
+        'calibrated; before: 114 N s/m; pull +0.26 prior sigmas'
+        """
+        before = DECLARED[self.key].render(self.before, machine.ambient.pressure)  # type: ignore[attr-defined]
+        return f"calibrated; before: {before}; pull {self.pull:+.2f} prior sigmas"
+
+
+def find_calibrated_numbers(model: Model) -> list[CalibratedNumber]:
+    """The numbers that a fit moved within their priors, as entries of a machine file.
+
+    Supply pressure and temperature stand where the runs state them: what moves them is an error of the instrument, see
+    `apesim.studies.estimation.parameters.corrections`.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+
+    Returns
+    -------
+    list of CalibratedNumber
+        Without a number whose prior was taken away, which the verdict names.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> numbers = find_calibrated_numbers(explain_example().best)
+    >>> [number.key for number in numbers if number.key.startswith("supply.")]
+    []
+    >>> next(number.key for number in numbers if number.is_reading)
+    'effects.sensor_gain.supply_pressure'
+    """
+    machine, runs = model.residuals.machine, model.residuals.runs
+    return [
+        CalibratedNumber(key, value_of(machine, key), float(np.clip(value, *DECLARED[key].ends)), _find_pull(p, key, x))
+        for p, x in zip(model.residuals.parameters, model.fitted.x, strict=True)
+        if p.prior and abs(x) > MIN_PULL
+        for key, value in corrections(machine, p, np.clip(x, *p.ends), runs).items()
+    ]
+
+
+def _find_pull(parameter: Parameter, key: str, x: float) -> float:
+    """Shift of an entry; an instrument reads the less, the more there is of what the runs state by it."""
+    return float(x if key == parameter.key else -x)
+
+
+def apply_numbers(machine: Machine, numbers: Sequence[CalibratedNumber]) -> Machine:
+    """The machine with calibrated numbers; readings of sensors stay as they are.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    numbers : sequence of CalibratedNumber
+
+    Returns
+    -------
+    apesim.engine.machine.Machine
+
+    Examples
+    --------
+    >>> numbers = [CalibratedNumber("valve.stroke", 9e-3, 8.9e-3, 1.0)]
+    >>> numbers.append(CalibratedNumber("effects.sensor_gain.lift", 0.0, 0.01, 2.0))
+    >>> machine = apply_numbers(Machine(), numbers)
+    >>> machine.valve.stroke, machine.effects.sensor_gain.lift
+    (0.0089, 0.0)
+    """
+    for number in numbers:
+        if not number.is_reading:
+            machine = with_value(machine, number.key, number.after)
+    return machine
+
+
+def write_readings(machine: Machine, numbers: Sequence[CalibratedNumber]) -> str:
+    """The tables of a machine file that the readings of the laboratory's sensors stand for.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    numbers : sequence of CalibratedNumber
+
+    Returns
+    -------
+    str
+        TOML; "" where no reading was moved.
+
+    Examples
+    --------
+    >>> print(write_readings(Machine(), [CalibratedNumber("effects.sensor_offset.lift", 0.0, 2e-5, 1.0)]))
+    [effects.sensor_offset]
+    # calibrated; before: 0 mm; pull +1.00 prior sigmas
+    lift = "0.02 mm"
+    """
+    sections: dict[str, list[str]] = {}
+    for number in numbers:
+        if number.is_reading:
+            section, _, name = number.key.rpartition(".")
+            declared: Any = DECLARED[number.key]
+            text = declared.render(number.after, machine.ambient.pressure)
+            value = repr(float(text)) if isinstance(declared, Quantity) and not declared.unit else f'"{text}"'
+            sections.setdefault(section, []).extend([f"# {number.describe(machine)}", f"{name} = {value}"])
+    return "\n\n".join("\n".join([f"[{section}]", *lines]) for section, lines in sections.items())
+
+
+def describe_value(machine: Machine, parameter: Parameter, x: float, runs: Sequence[MeasuredRun]) -> dict[str, Any]:
+    """A nuisance at x as data: its value before and after, or the shift of what the runs state themselves.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    parameter : apesim.studies.estimation.parameters.Parameter
+    x : float
+    runs : sequence of apesim.studies.measured.MeasuredRun
+
+    Returns
+    -------
+    dict
+        ``before``, ``value`` and ``unit``; the first two are None where every run states the number. ``shift`` and
+        ``shift_unit`` say what the number is more than the runs state; None where none states it.
+
+    Examples
+    --------
+    >>> supply = Parameter("supply.pressure", 0.01, -5.0, 5.0, shifts=True, relative=True, prior=True)
+    >>> described = describe_value(Machine(), supply, 2.0, [])
+    >>> described["value"], described["shift"], described["shift_unit"]
+    (None, 2.0, '%')
+    """
+    keys = corrections(machine, parameter, x, runs)
+    unit = parameter.declaration.unit  # type: ignore[attr-defined]
+    row: dict[str, Any] = {"before": None, "value": None, "unit": unit, "shift": None, "shift_unit": None}
+    if parameter.key in keys:
+        row["before"] = parameter.shown(value_of(machine, parameter.key))
+        row["value"] = parameter.shown(value_at(machine, parameter, x))
+    if set(keys) != {parameter.key}:
+        shift = parameter.scale * float(x)
+        row["shift"] = STATED_SHARE * shift if parameter.relative else parameter.shown(shift)
+        row["shift_unit"] = "%" if parameter.relative else unit
+    return row
+
+
+def format_before(row: dict[str, Any]) -> str:
+    """The value before calibration as text.
+
+    Parameters
+    ----------
+    row : dict
+        See `describe_value`.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> format_before({"before": 114.0, "value": 117.2, "unit": "N s/m", "shift": None})
+    '114 N s/m'
+    >>> format_before({"before": None, "value": None, "unit": "MPa", "shift": 0.8, "shift_unit": "%"})
+    'as each run states'
+    """
+    return "as each run states" if row["before"] is None else _format(row["before"], row["unit"])
+
+
+def format_after(row: dict[str, Any]) -> str:
+    """The calibrated value as text; where the runs state the number, how much more it is than that.
+
+    Parameters
+    ----------
+    row : dict
+        See `describe_value`.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> format_after({"before": 114.0, "value": 117.2, "unit": "N s/m", "shift": None})
+    '117.2 N s/m'
+    >>> format_after({"before": None, "value": None, "unit": "MPa", "shift": 0.8, "shift_unit": "%"})
+    'that +0.8 %'
+    """
+    if row["value"] is None:
+        return f"that {row['shift']:+.3g} {row['shift_unit']}"
+    return _format(row["value"], row["unit"])
+
+
+def _format(value: float, unit: str) -> str:
+    """A value with its unit."""
+    return f"{value:.5g} {unit}".strip()
