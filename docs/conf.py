@@ -25,6 +25,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
+    "docs.extensions.gallery",
     "docs.extensions.results",
     "docs.extensions.generated",
     "docs.extensions.offline_math",

@@ -70,7 +70,7 @@ for name, fitted in fits.items():
     for axis, (sensor, values) in zip(axes, run.channels.items(), strict=True):
         expected = np.interp(run.times, simulated.traces["time"], simulated.traces[sensor])
         axis.plot(1e3 * run.times, (expected - values) / measured.noise[sensor], linewidth=0.9, label=name)
-        axis.set_ylabel(f"{sensor}\n[noise]")
+        axis.set_ylabel(f"{sensor}\n[sigmas of noise]")
 for axis in axes:
     axis.axhspan(-2.0, 2.0, color="0.9", zorder=0, label="±2 standard deviations")
 axes[0].set_title("model less measurement at 0.49 MPa gauge, never fitted")

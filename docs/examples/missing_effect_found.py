@@ -48,8 +48,8 @@ axes[1].set_title("")
 axes[1].get_legend().remove()
 
 # %%
-# The report, the figures and a machine file with the effect are written into a folder. The machine is used like any
-# other: here for the torque that the late solenoid costs.
+# The report, the figures and a machine file with the effect and with the calibrated numbers are written into a folder.
+# The machine is used like any other: here for the torque that the late solenoid costs.
 
 found = Path("out/solenoid")
 explanation.write(found, overwrite=True)

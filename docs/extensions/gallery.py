@@ -1,6 +1,10 @@
-"""Order of the examples in the gallery."""
+"""Order of the examples in the gallery, and words for their pictures."""
 
+import re
 from pathlib import Path
+
+from docutils import nodes
+from sphinx.application import Sphinx
 
 ORDER = [
     "first_run",
@@ -25,3 +29,22 @@ ORDER = [
 def order(file: str) -> int:
     """The place of an example in the gallery; one that is not named in ORDER is an error."""
     return ORDER.index(Path(file).stem)
+
+
+THUMBNAIL = re.compile(r"sphx_glr_(\w+)_thumb\.\w+$")
+"""Name of the small picture of an example."""
+
+
+def describe_thumbnails(app: Sphinx, doctree: nodes.document, _page: str) -> None:
+    """Give the small picture of each example its title as the text for those who do not see it."""
+    for image in doctree.findall(nodes.image):
+        named = THUMBNAIL.search(image["uri"])
+        title = app.env.titles.get(f"gallery/{named[1]}") if named else None
+        if title is not None and not image.get("alt"):
+            image["alt"] = f"Figure of the example: {title.astext()}"
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register."""
+    app.connect("doctree-resolved", describe_thumbnails)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -6,7 +6,7 @@ it in by an include. A name with a suffix is that of a file to download.
 
 import itertools
 import textwrap
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ import apesim
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.studies.gap.search.candidates import NUISANCES, find_candidates
 from apesim.studies.measured.sensors import SENSORS
+from docs.extensions.citation import write_citation
 from docs.extensions.commands import write_commands, write_common_options, write_python_names
 from docs.extensions.folders import write_folders
 from docs.extensions.machine_keys import write_machine, write_machine_keys
@@ -59,7 +60,7 @@ def write_effects() -> str:
 
 def _describe_effect(entry: Any) -> Iterator[str]:
     """Section of one effect."""
-    yield f"### {entry.name}\n\nActs on the {entry.layer}."
+    yield f"### {entry.name}\n\nActs on the {entry.layer}. Can show on the bench {_join(entry.benches)}."
     yield from ("", "```text", *textwrap.wrap(entry.equation, 78, subsequent_indent="    "), "```", "")
     for head, text in (("Source", entry.source), ("Seen in", entry.seen_in), ("Isolated by", entry.isolated_by)):
         yield f"- **{head}:** {escape(text)}"
@@ -71,6 +72,12 @@ def _describe_effect(entry: Any) -> Iterator[str]:
     for names, first in _group_nodes(entry.parameters):
         cells = (names, first.unit or "–", first.range, first.default, first.source, _say_search(entry, first))
         yield f"| {' | '.join([cells[0], *map(escape, cells[1:])])} |"
+
+
+def _join(names: Sequence[str]) -> str:
+    """Names in a sentence: "valve, engine or cylinder"."""
+    *others, last = names
+    return f"{', '.join(others)} or {last}" if others else last
 
 
 def _group_nodes(parameters: Iterable[Any]) -> Iterator[tuple[str, Any]]:
@@ -125,6 +132,8 @@ def write_measured() -> str:
         lines += ["", f"### Columns of a file of the {bench}'s bench", ""]
         lines += ["| column | a head | `noise` of the sensor, as an example |", "|---|---|---|"]
         lines.append(f"| `{sensors.axis}`, **required** | `{sensors.axis} [{sensors.axis_unit}]` | – |")
+        for name, unit in sensors.given.items():
+            lines.append(f"| `{name}`, **required** | `{name} [{unit}]` | – |")
         for name, sensor in sensors.traces.items():
             head = f"{name} [{sensors.columns[name]}]"
             lines.append(f'| `{name}` | `{head}` | `[sensor.{name}]` `noise = "{sensor.typical}"` |')
@@ -136,6 +145,7 @@ def write_measured() -> str:
 PAGES: dict[str, Callable[[], str]] = {"effects": write_effects, "measured": write_measured}
 PAGES |= {"commands": write_commands, "common_options": write_common_options, "python_names": write_python_names}
 PAGES |= {"machine_keys": write_machine_keys, "machine.toml": write_machine, "folders": write_folders}
+PAGES |= {"citation": write_citation}
 
 
 def write(_app: Sphinx) -> None:

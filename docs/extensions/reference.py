@@ -15,6 +15,7 @@ from typing import Any
 
 from docutils import nodes
 from sphinx.application import Sphinx
+from sphinx.pycode import ModuleAnalyzer
 
 HERE = Path(__file__).parent.parent / "reference"
 FIELD = "Alias for field number"
@@ -89,6 +90,20 @@ def describe_field(_app: Sphinx, what: str, name: str, _item: object, _options: 
     module, _, cls = path.rpartition(".")
     texts = getattr(getattr(sys.modules.get(module), cls, None), "declared_texts", {})
     lines[:] = [re.sub(r"([\\*`_|])", r"\\\1", texts.get(field, "")), ""]
+
+
+def describe_once(_app: Sphinx, what: str, name: str, _item: object, _options: object, lines: list[str]) -> None:
+    """Say what describes several constants together at the first of them; the others refer to it."""
+    if what != "data" or not any(lines):
+        return
+    module, _, own = name.rpartition(".")
+    analyzer = ModuleAnalyzer.for_module(module)
+    analyzer.analyze()
+    texts = {constant: text for (scope, constant), text in analyzer.attr_docs.items() if not scope}
+    alike = [constant for constant, text in texts.items() if text == texts.get(own)]
+    first = min(alike, key=analyzer.tagorder.__getitem__, default=own)
+    if first != own:
+        lines[:] = [f"See :py:data:`~{module}.{first}`.", ""]
 
 
 def describe_base(_app: Sphinx, what: str, _name: str, item: object, _options: object, lines: list[str]) -> None:
@@ -168,6 +183,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("env-before-read-docs", uncover)
     app.connect("autodoc-process-docstring", describe_field, priority=400)
     app.connect("autodoc-process-docstring", describe_base, priority=400)
+    app.connect("autodoc-process-docstring", describe_once, priority=900)
     app.connect("autodoc-process-signature", hide_signature)
     app.connect("missing-reference", leave_unlinked, priority=900)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,8 +1,9 @@
 """Constants of the flow function, priors and thresholds, as the code has them."""
 
+from apesim.engine.known_to import name_key
 from apesim.flow_function import choked_flow_function, critical_ratio
 from apesim.studies.estimation.parameters import DECLARED, shown
-from apesim.studies.estimation.priors import ENGINE, VALVE
+from apesim.studies.estimation.priors import CYLINDER, ENGINE, VALVE
 from apesim.studies.gap import thresholds as t
 from docs.results import Number, Table
 
@@ -12,11 +13,12 @@ K = 1.4
 def compute():
     """Values that the theory pages quote from the code."""
     priors = []
-    for bench, of_bench in (("valve and engine", VALVE), ("engine", ENGINE)):
+    for bench, of_bench in (("valve and engine", VALVE), ("engine", ENGINE), ("cylinder", CYLINDER)):
         for prior in of_bench:
             unit = DECLARED[prior.key].unit
             own = f"{shown(DECLARED[prior.key], prior.deviation):.3g} {unit}".strip()
-            priors.append([f"`{prior.key}`", f"{100.0 * prior.deviation:g} %" if prior.relative else own, bench])
+            size = f"{100.0 * prior.deviation:g} %" if prior.relative else own
+            priors.append([f"`{name_key(prior.key)}`", size, bench, prior.reason])
     decided = [
         ["first condition: chance of noise alone", f"below {t.ALARM:g}"],
         ["second condition: size of the gap, over the noise", f"{t.TOLERANCE:g} or more"],
@@ -37,6 +39,6 @@ def compute():
     return {
         "critical_ratio": Number(float(critical_ratio(K)), error=0.0005),
         "choked_flow_function": Number(float(choked_flow_function(K)), error=0.0005),
-        "priors": Table(["number of the rig", "standard deviation of its prior", "data of"], priors),
+        "priors": Table(["number of the rig", "standard deviation of its prior", "data of", "reason"], priors),
         "thresholds": Table(["what is judged", "threshold"], decided),
     }

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from apesim.studies.estimation import calibration
 from apesim.studies.gap import thresholds
-from apesim.studies.gap.decide import held_out
-from apesim.studies.gap.search import candidates, gap_test, model_selection
+from apesim.studies.gap.search import candidates, gap_test, model_selection, run_faults
 from apesim.studies.gap.tables import suggest, tabulate
 from docs.results import Number, Table
 
@@ -27,9 +26,11 @@ def compute():
         "draws": gap_test.DRAWS,
         "singles": model_selection.MAX_SINGLES,
         "large": model_selection.MAX_LARGE,
+        "faults": model_selection.MAX_FAULTS,
+        "files": run_faults.MIN_FILES,
         "released_pull": model_selection.MIN_RELEASED_PULL,
         "starts": calibration.STARTS,
-        "windows": held_out.MAX_WINDOWS,
+        "windows": thresholds.WINDOWS,
         "tables_fitted": tabulate.MAX_FITTED,
     }.items():
         values[name] = Number(value)

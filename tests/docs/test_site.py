@@ -84,7 +84,7 @@ def test_every_module_of_the_laws_is_there_and_every_law_has_its_module_there():
         "apesim.march": ROOT / "apesim" / "march",
     }
     there = {f"{package}.{path.stem}" for package, folder in folders.items() for path in folder.glob("*.py")}
-    elsewhere = {"engine.machine", "engine.outside_machine", "engine.effect_trial"}
+    elsewhere = {"engine.machine", "engine.known_to", "engine.outside_machine", "engine.effect_trial"}
     missing = {name for name in there - named if not name.endswith("__init__")}
     assert missing == {f"apesim.{name}" for name in elsewhere}
 
@@ -114,7 +114,10 @@ def test_every_command_has_its_function_in_the_table_and_every_function_its_comm
     assert "```{include} ../generated/python_names.md" in (DOCS / "guide" / "python.md").read_text()
     rows = [line for line in write_python_names().splitlines() if line.startswith("| [")]
     assert [re.search(r"`apesim ([^`]+)`", row)[1] for row in rows] == [
-        name for group in ("", "valve", "engine", "archive", "gap") for name in commands() if in_group(name, group)
+        name
+        for group in ("", "valve", "engine", "archive", "gap", "measured")
+        for name in commands()
+        if in_group(name, group)
     ]
     functions = {name for name in apesim.__all__ if inspect.isfunction(getattr(apesim, name))}
     without = {"read_archive", "read_measured"}  # they read what a command is given
@@ -139,7 +142,7 @@ def test_every_key_of_the_machine_file_stands_in_its_tables():
             section = heading[1]
         elif row := re.match(r"\| `([\w.]+)` \|", line):
             found.add(f"{section}.{row[1]}")
-    assert found == {leaf.key for leaf in schema(apesim.Machine)}
+    assert found == {leaf.key for leaf in schema(apesim.Machine) if not leaf.declaration.is_table}
 
 
 # --- pages ---
@@ -178,3 +181,49 @@ def test_every_number_that_a_page_quotes_was_computed():
 @pytest.mark.parametrize("name", sorted(texts()))
 def test_no_text_speaks_of_the_place_where_it_was_written(name):
     assert [found[0] for found in WORKPLACE.finditer(texts()[name])] == []
+
+
+# --- what the extensions write ---
+
+
+def test_the_citation_on_the_first_page_is_that_of_the_file():
+    from docs.extensions.citation import FILE, write_citation
+
+    text, file = write_citation(), FILE.read_text(encoding="utf-8")
+    assert "```{include} generated/citation.md" in (DOCS / "index.md").read_text()
+    version, doi = (re.search(rf"^ *{key}: *(\S+)", file, re.MULTILINE)[1] for key in ("version", "doi"))
+    assert f"version = {{{version}}}" in text and f"version {version}" in text
+    assert text.count(doi) == 3
+    assert text.count("{") == text.count("}")
+
+
+def test_a_text_that_describes_several_constants_is_said_once():
+    from docs.extensions.reference import describe_once
+
+    def described(name):
+        lines = ["Its text.", ""]
+        describe_once(None, "data", f"apesim.{name}", None, None, lines)
+        return lines[0]
+
+    assert described("restriction.SHUT") == "Its text."
+    assert {described(f"restriction.{name}") for name in ("NEAR", "CHOKED")} == {
+        "See :py:data:`~apesim.restriction.SHUT`."
+    }
+    assert described("valve.terms.BRANCH") == described("valve.terms.DRY") == "Its text."
+
+
+def test_the_small_picture_of_an_example_has_words_for_those_who_do_not_see_it():
+    from types import SimpleNamespace
+
+    from docutils import nodes
+    from docutils.utils import new_document
+
+    from docs.extensions.gallery import describe_thumbnails
+
+    page, title = new_document(""), nodes.title(text="A first run")
+    page += nodes.image(uri="/gallery/images/thumb/sphx_glr_first_run_thumb.png", alt="")
+    page += nodes.image(uri="/gallery/images/sphx_glr_first_run_001.png", alt="")
+    describe_thumbnails(
+        SimpleNamespace(env=SimpleNamespace(titles={"gallery/first_run": title})), page, "gallery/index"
+    )
+    assert [image["alt"] for image in page.findall(nodes.image)] == ["Figure of the example: A first run", ""]

@@ -17,8 +17,8 @@ from apesim.restriction import AREA_OF_CONDUCTANCE, ROOM
 from apesim.studies.estimation import levenberg_marquardt, priors
 from apesim.studies.estimation.noise import process
 from apesim.studies.gap import thresholds
-from apesim.studies.gap.decide.held_out import MAX_WINDOWS
 from apesim.studies.gap.search import gap_test
+from apesim.studies.gap.thresholds import WINDOWS
 from apesim.studies.limit.design_rule import MAX_WINDOW, WITHIN
 from apesim.valve.actuator import MAX_STEP
 from apesim.valve.motion import DETECTED
@@ -154,7 +154,7 @@ def test_every_indicator_is_defined_on_a_page():
         ("estimation", rf"2 \ln\frac{{N_e}}{{{thresholds.TERM_CHANCE:g}}}"),
         ("estimation", f"is {thresholds.N_SIGMA_VISIBLE:g} sigmas"),
         ("estimation", f"is above {thresholds.ALIKE:g} (`find_detection_limits`"),
-        ("estimation", f"up to {MAX_WINDOWS} windows"),
+        ("estimation", f"up to {WINDOWS} windows"),
         ("estimation", rf"E_\text{{left}} - {thresholds.SURE:g} \sqrt"),
         (
             "estimation",
