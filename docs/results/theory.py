@@ -32,8 +32,8 @@ def compute():
         ],
         ["a name against the machine without it", f"{t.AMBIGUOUS_COST:.3g} of penalised cost ahead, or more"],
         ["what is left of the fitted runs: chance of noise alone", f"{t.ALARM:g} or more"],
-        ["a pair without the best single effect", f"at least {t.BEHIND:g} of penalised cost ahead of it"],
-        ["standing of a pair", f"{t.MIN_STANDING:g} or more"],
+        ["log odds of each of several effects, with its twins", f"{t.MIN_LOG_ODDS:g} or more"],
+        ["odds of each of several effects against its twins", f"{t.MIN_TWIN_ODDS:g} or more"],
         ["a table without a name refuses a name", f"at {t.TABLE_MARGIN:.2g} of penalised cost ahead of it"],
     ]
     return {

@@ -53,7 +53,10 @@ class Explanation:
     effects : list of dict
         What is missing: ``name``, ``parameter``, ``value``, ``unit``, ``interval_95`` and more.
     probability : float or None
-        None where it is not stated.
+        How often such a verdict was right on sealed cases; None where these do not tell.
+    inclusion : dict
+        How probable each effect is to be part of what is missing, by its name; those that the data do not distinguish
+        are one, with "or" between their names.
     alternatives : list of dict
         Explanations that the data do not distinguish from the best one.
     gap, held_out : dict
@@ -88,6 +91,9 @@ class Explanation:
         The same with what the gate runs say, the best first.
     judged : HeldOut or None
         The best of them on the gate runs, or with operating points left out one at a time.
+    left_p_value : float
+        Chance of noise alone to leave as much as the best of them does, or as the calibrated machine where none was
+        fitted.
     gap_size : float
         Size of the gap where it is largest, over the noise.
     balances : sequence of Balance
@@ -122,6 +128,7 @@ class Explanation:
     fits: Sequence[Choice] = ()
     ranked: Sequence[Choice] = ()
     judged: HeldOut | None = None
+    left_p_value: float = 1.0
     gap_size: float = 0.0
     balances: Sequence[Balance] = ()
     tabulated: Tabulated | None = None
@@ -177,8 +184,13 @@ class Explanation:
 
     @property
     def probability(self) -> float | None:
-        """How probable the verdict is; None where that is not stated."""
+        """How often such a verdict was right on sealed cases; None where these do not tell."""
         return self._described["probability"]
+
+    @property
+    def inclusion(self) -> dict[str, float | None]:
+        """How probable each effect is to be part of what is missing; None where sealed cases do not tell."""
+        return self._described["inclusion"]
 
     @property
     def alternatives(self) -> list[dict[str, Any]]:

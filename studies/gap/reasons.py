@@ -53,7 +53,6 @@ class ReasonKind(StrEnum):
     ONE_OF_A_CLASS = "one of a class that these data do not distinguish"
     SEVERAL_SINGLES = "several explanations are as good"
     SEVERAL_PAIRS = "several pairs are as good"
-    PAIR_WITHOUT_BEST_SINGLE = "the best pair does not contain the best single effect"
     SECOND_IS_FAINT = "the second effect hardly earns its place"
     NOTHING_HELD_OUT = "there is one operating point alone: nothing can be held out"
     NOTHING_EARNS_ITS_PLACE = "no effect of the library earns its place"

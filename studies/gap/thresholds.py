@@ -31,14 +31,10 @@ ALIKE = 0.9
 """Cosine between what two effects do to the data, from which they are of one class."""
 DOUBTFUL = 0.25
 """Chance of noise alone to leave what a single effect leaves, below which all others and pairs are tried, too."""
-MIN_STANDING = 0.8
-"""Standing from which both effects of a pair are named, see `apesim.studies.gap.decide.verdict.find_standing`."""
-BEHIND = 100.0
-"""Penalised cost by which the best single effect has to be behind a pair that does not contain it, for the pair to be
-named: less far behind, a third effect may be what looks like both."""
-MIN_OUTSIDE, OUTSIDE_FAINT, MAX_OUTSIDE = 0.02, 10.0, 0.5
-"""Taken off a pair's standing for what the library does not have: at least, by how much more where the second effect is
-faint, over the square of its sigmas, and at most. A rule, not measured."""
+MIN_LOG_ODDS = 10.0
+"""Log odds of each effect of a set, over all models, from which the set is named."""
+MIN_TWIN_ODDS = 4.0
+"""Odds of an effect of a set against what these data do not distinguish from it, from which the set is named."""
 TABLE_MARGIN = 2.0 * log(10.0)
 """Penalised cost by which a table has to beat a name to refuse it: the data are ten times as probable."""
 SURE = 1.64

@@ -131,6 +131,7 @@ def _run_workflow(
         tolerance=tolerance,
         cells=localise(gap.calibrated.residuals, gap.marks, gap.calibrated.fitted.data_residuals, holds_noise=True),
         decision=decide_without_alarm(gap.calibrated, gap.gap_test.p_value),
+        left_p_value=gap.gap_test.p_value,
         warnings=[*warnings, *more],
     )
     odd = find_odd_channels(gap.calibrated.residuals, gap.calibrated.fitted.data_residuals)
@@ -249,6 +250,7 @@ def decide(
         fits=fits,
         ranked=ranked,
         judged=judged,
+        left_p_value=chance,
         cells=cells,
         gap_size=size,
         decision=decision,

@@ -156,10 +156,6 @@ def test_every_indicator_is_defined_on_a_page():
         ("estimation", f"is above {thresholds.ALIKE:g} (`find_detection_limits`"),
         ("estimation", f"up to {WINDOWS} windows"),
         ("estimation", rf"E_\text{{left}} - {thresholds.SURE:g} \sqrt"),
-        (
-            "estimation",
-            rf"\min\bigl({thresholds.MAX_OUTSIDE:g},\ {thresholds.MIN_OUTSIDE:g} + {thresholds.OUTSIDE_FAINT:g}/\max",
-        ),
     ],
 )
 def test_a_page_quotes_a_constant_as_the_code_has_it(page, phrase):

@@ -10,13 +10,14 @@ close the gap on runs that it was not fitted to. What fails in this is refused o
 """
 
 from collections.abc import Sequence
-from math import exp
+from math import log
 from typing import NamedTuple
 
 import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.held_out import HeldOut
+from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds
 from apesim.studies.gap.decide.odd_files import OddChannel, list_odd_files
 from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import TWINS
@@ -29,13 +30,10 @@ from apesim.studies.gap.thresholds import (
     ALARM,
     ALIKE,
     AMBIGUOUS_COST,
-    BEHIND,
     MAX_LEFT,
-    MAX_OUTSIDE,
-    MIN_OUTSIDE,
+    MIN_LOG_ODDS,
     MIN_REMOVED,
-    MIN_STANDING,
-    OUTSIDE_FAINT,
+    MIN_TWIN_ODDS,
     TOLERANCE,
 )
 
@@ -174,10 +172,9 @@ def decide_with_alarm(
     6. The best choice is a nuisance without its prior: CALIBRATION, or AMBIGUOUS where it has rivals.
     7. The best choice is one effect: NAMED without rivals, NAMED_CLASS where all rivals are effects and explain the
        same part of the gap (a cosine above `ALIKE`), else AMBIGUOUS.
-    8. The best choice is a pair: TWO_EFFECTS where it contains the best single effect or leaves it behind by `BEHIND`,
-       where its rivals share an effect with it and explain the same part of the gap, and where its `find_standing` is
-       at least `MIN_STANDING`; else AMBIGUOUS. A set of three is SEVERAL by the same rules; its rivals share two
-       effects with it, and its standing is that against the best pair.
+    8. The best choice is a pair: TWO_EFFECTS where its rivals share an effect with it and explain the same part of the
+       gap, and where each of its effects is sure over all models, see `find_doubt`; else AMBIGUOUS. A set of three is
+       SEVERAL by the same rules; its rivals share two effects with it.
 
     Parameters
     ----------
@@ -242,17 +239,13 @@ def decide_with_alarm(
         if alike:
             return Decision(Verdict.NAMED_CLASS, best, rivals, ReasonKind.ONE_OF_A_CLASS.with_facts())
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_SINGLES.with_facts())
-    singles = [choice for choice in choices if len(choice.names) == 1]
     shared = len(best.names) - 1
-    smaller = [choice for choice in choices if len(choice.names) == shared] or singles
-    if singles[0].cost < best.cost + BEHIND and not contains_best_single(base, best, singles):
-        rivals = (singles[0], *(choice for choice in rivals if choice is not singles[0]))
-        return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.PAIR_WITHOUT_BEST_SINGLE.with_facts())
     if rivals and not (alike and all(len(set(best.names) & set(choice.names)) >= shared for choice in rivals)):
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_PAIRS.with_facts())
-    if find_standing(best, rivals, smaller) < MIN_STANDING:
-        kind = ReasonKind.SEVERAL_PAIRS if rivals else ReasonKind.SECOND_IS_FAINT
-        rivals = (smaller[0], *(choice for choice in rivals if choice is not smaller[0]))
+    kind = find_doubt(base, best, choices)
+    if kind:
+        smaller = [choice for choice in choices if len(choice.names) == shared]
+        rivals = (*smaller[:1], *(choice for choice in rivals if choice not in smaller[:1]))
         return Decision(Verdict.AMBIGUOUS, best, rivals, kind.with_facts())
     verdict = Verdict.TWO_EFFECTS if shared == 1 else Verdict.SEVERAL
     return Decision(verdict, best, rivals, ReasonKind.DISTINGUISHABLE.with_facts())
@@ -277,78 +270,43 @@ def _blame_files(
     return Decision(Verdict.MEASUREMENT, best, rivals, ReasonKind.ODD_FILE.with_facts(file=named))
 
 
-def find_standing(pair: Choice, rivals: Sequence[Choice], smaller: Sequence[Choice]) -> float:
-    """The standing of a pair of effects, or of more, by which it is named or not.
+def find_doubt(base: Model, best: Choice, choices: Sequence[Choice]) -> ReasonKind | None:
+    """The reason for which a set of effects is not named: one of them is not sure enough over all models.
 
-    It is the weight of the pair among its rivals by penalised likelihood, reduced where its last effect is faint::
-
-        (1 - min(MAX_OUTSIDE, MIN_OUTSIDE + OUTSIDE_FAINT / fall)) / sum(exp(-(cost_i - cost) / 2))
-
-    The sum is over the pair and its rivals, and ``fall`` is by how much the penalised cost of the pair is below that of
-    the best choice with one effect less, 1 at least. It is a rule, not calibrated, and no probability.
-
-    Parameters
-    ----------
-    pair : apesim.studies.gap.search.model_selection.Choice
-    rivals : sequence of apesim.studies.gap.search.model_selection.Choice
-        Choices that the data do not distinguish from the pair, without it.
-    smaller : sequence of apesim.studies.gap.search.model_selection.Choice
-        Choices with one effect less, the least penalised cost first; at least one.
-
-    Returns
-    -------
-    float
-        Below 1.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> pair, single = (Choice(explain_example().best, cost) for cost in (100.0, 140.0))
-    >>> round(find_standing(pair, [], [single]), 2)
-    0.73
-    >>> round(find_standing(pair, [pair._replace(cost=102.0)], [single]), 2)
-    0.53
-    """
-    weights = [exp(-0.5 * (choice.cost - pair.cost)) for choice in (pair, *rivals)]
-    fall = max(smaller[0].cost - pair.cost, 1.0)
-    return (1.0 - min(MAX_OUTSIDE, MIN_OUTSIDE + OUTSIDE_FAINT / fall)) / sum(weights)
-
-
-def contains_best_single(base: Model, pair: Choice, singles: Sequence[Choice]) -> bool:
-    """Whether a pair contains the best single effect, or one that these data do not distinguish from it.
-
-    Two single effects are indistinguishable where their penalised costs differ by less than `AMBIGUOUS_COST`, and the
-    cosine between the parts of the gap that they explain is above `ALIKE`.
+    With its twins each effect has to have log odds of `MIN_LOG_ODDS` (see
+    `apesim.studies.gap.decide.inclusion.find_inclusions`), and without them odds of `MIN_TWIN_ODDS`.
 
     Parameters
     ----------
     base : apesim.studies.estimation.model.Model
         The calibrated machine.
-    pair : apesim.studies.gap.search.model_selection.Choice
-    singles : sequence of apesim.studies.gap.search.model_selection.Choice
-        Choices of one effect, the least penalised cost first; at least one.
+    best : apesim.studies.gap.search.model_selection.Choice
+        A set of effects.
+    choices : sequence of apesim.studies.gap.search.model_selection.Choice
+        All that were fitted, the least penalised cost first.
 
     Returns
     -------
-    bool
+    apesim.studies.gap.reasons.ReasonKind or None
+        None: there is no doubt.
 
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
-    >>> singles = [choice for choice in explanation.fits if len(choice.names) == 1]
-    >>> contains_best_single(explanation.calibrated, singles[0], singles)
-    True
-    >>> contains_best_single(explanation.calibrated, singles[1], singles)
-    False
+    >>> pair = next(choice for choice in explanation.fits if len(choice.names) == 2)
+    >>> choices = [pair._replace(cost=0.0), Choice(explanation.best, 10.0)]
+    >>> find_doubt(explanation.calibrated, choices[0], choices).name
+    'SECOND_IS_FAINT'
     """
-    explained = find_explained_gap(base, singles[0].model)
-    return any(
-        choice.names[0] in pair.names
-        and choice.cost - singles[0].cost < AMBIGUOUS_COST
-        and find_cosine(explained, find_explained_gap(base, choice.model)) > ALIKE
-        for choice in singles
-    )
+    for each in find_inclusions(base, choices):
+        if not set(each.names) & set(best.names):
+            continue
+        if each.log_odds < MIN_LOG_ODDS:
+            return ReasonKind.SECOND_IS_FAINT
+        if len(each.names) > 1 and find_log_odds(base, choices, each.names[:1]) < log(MIN_TWIN_ODDS):
+            return ReasonKind.SEVERAL_PAIRS
+    return None
 
 
 def find_refusal(judged: HeldOut, tolerance: float = TOLERANCE) -> Reason | None:

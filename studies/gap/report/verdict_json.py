@@ -1,5 +1,6 @@
 """An explanation as plain data: what ``verdict.json`` holds."""
 
+from collections.abc import Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from apesim.studies.estimation.priors import priors_of
 from apesim.studies.gap.decide.consistency import Inconsistency
 from apesim.studies.gap.decide.held_out import HeldOut
 from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.gap.decide.reliability import describe_inclusion, find_probability, list_statements
 from apesim.studies.gap.decide.verdict import Decision, find_refusal
 from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
 from apesim.studies.gap.report.calibrated_numbers import describe_value
@@ -64,6 +66,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     ('NAMED', 'lift', 'opening flight')
     """
     decision, tabulated = explanation.decision, explanation.tabulated
+    statements, is_tie = list_statements(explanation), decision.verdict == Verdict.AMBIGUOUS
     cells = explanation.cells if explanation.gap_test.alarm else []
     named = decision.verdict in NAMING
     effects = describe_effects(decision.best.model) if decision.best else []
@@ -88,7 +91,10 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "nearest": [] if named else effects,
         "class": [name for choice in (_best(decision), *decision.rivals) for name in choice.names] if named else [],
         "alternatives": rivals,
-        "probability": None,  # stated once it is calibrated
+        "probability": find_probability(statements[0]) if statements and not is_tie else None,
+        "inclusion": describe_inclusion(statements),
+        "statements": [each._asdict() | {"probability": find_probability(each)} for each in statements],
+        "models": describe_models(explanation.calibrated, explanation.ranked),
         "alarm": explanation.gap_test.alarm,
         "p_value": explanation.gap_test.p_value,
         "largest_score": explanation.gap_test.largest,
@@ -116,6 +122,36 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     }
 
 
+def describe_models(base: Model, choices: Sequence[Choice]) -> list[dict[str, Any]]:
+    """The models that were fitted, with their penalised costs; the calibrated machine, without effects, among them.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    choices : sequence of apesim.studies.gap.search.model_selection.Choice
+        The least penalised cost first.
+
+    Returns
+    -------
+    list of dict
+        ``effects`` and ``cost``, the penalised cost above the least, the best first; [] where nothing was fitted.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> models = describe_models(explain_example().calibrated, explain_example().ranked)
+    >>> models[0], models[-1]["effects"]
+    ({'effects': ['side_force'], 'cost': 0.0}, [])
+    """
+    if not choices:
+        return []
+    least = min(base.cost, choices[0].cost)
+    priced = [(base.cost, ()), *((choice.cost, choice.names) for choice in choices)]
+    rows = [{"effects": list(names), "cost": cost - least} for cost, names in priced]
+    return sorted(rows, key=lambda row: row["cost"])
+
+
 def describe_rest(rest: "Explanation") -> dict[str, Any]:
     """The verdict on the files that are left, where the record of one is wrong.
 
@@ -136,6 +172,7 @@ def describe_rest(rest: "Explanation") -> dict[str, Any]:
     """
     described = describe(rest)
     shared = "verdict", "sentence", "reason", "effects", "nearest", "class", "alternatives", "gap", "files", "rest"
+    shared += "probability", "inclusion", "statements", "models"
     return {name: described[name] for name in shared}
 
 

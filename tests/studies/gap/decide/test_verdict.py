@@ -14,6 +14,7 @@ from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search import model_selection
 from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.gap.search.model_selection import Choice, find_term_penalty, price_model
+from apesim.studies.gap.thresholds import MIN_LOG_ODDS
 from apesim.studies.measured import MeasuredRun
 
 N = 50
@@ -82,22 +83,18 @@ def test_a_pair_that_contains_the_best_single_effect_is_no_rival_to_it():
     assert verdict_of(choice(100.0, "a", gap=SHAPE), choice(101.0, "a", "b", gap=SHAPE)) == "NAMED"
 
 
-def test_a_pair_far_ahead_is_named_if_it_contains_the_best_single():
-    pair = choice(100.0, "a", "b", gap=SHAPE)
-    assert verdict_of(pair, choice(160.0, "a", gap=SHAPE)) == "TWO_EFFECTS"
-    assert verdict_of(pair, choice(160.0, "c", gap=SHAPE)) == "AMBIGUOUS"
-    assert verdict_of(pair, choice(150.0, "a", gap=SHAPE)) == "AMBIGUOUS"
+def test_a_pair_is_named_where_each_of_its_effects_is_sure_over_all_models():
+    pair, far = choice(100.0, "a", "b", gap=SHAPE), 100.0 + 2.0 * MIN_LOG_ODDS
+    for other in ("a",), ("c",), ("a", "c"), ("c", "d"):
+        assert verdict_of(pair, choice(far + 1.0, *other, gap=SHAPE)) == "TWO_EFFECTS"
+        assert verdict_of(pair, choice(far - 1.0, *other, gap=SHAPE)) == "AMBIGUOUS"
 
 
-def test_a_pair_need_not_contain_a_single_effect_that_the_data_rule_out():
-    pair = choice(100.0, "a", "b", gap=SHAPE)
-    assert verdict_of(pair, choice(199.0, "c", gap=SHAPE)) == "AMBIGUOUS"
-    assert verdict_of(pair, choice(201.0, "c", gap=SHAPE)) == "TWO_EFFECTS"
-
-
-def test_a_pair_may_contain_what_is_not_told_from_the_best_single():
-    single, twin = choice(160.0, "c", gap=SHAPE), choice(162.0, "a", gap=SHAPE + 0.1 * OTHER)
-    assert verdict_of(choice(100.0, "a", "b", gap=SHAPE), single, twin) == "TWO_EFFECTS"
+def test_many_models_without_an_effect_make_it_less_sure_than_the_best_of_them_alone():
+    pair, far = choice(100.0, "a", "b", gap=SHAPE), 101.0 + 2.0 * MIN_LOG_ODDS
+    others = [choice(far, "a", name, gap=SHAPE) for name in "cdefgh"]
+    assert verdict_of(pair, others[0]) == "TWO_EFFECTS"
+    assert verdict_of(pair, *others) == "AMBIGUOUS"
 
 
 def test_pairs_that_differ_by_what_looks_alike_are_one_finding_unless_they_are_as_good():

@@ -1,0 +1,170 @@
+"""How far the data speak for each effect, over all models that were fitted.
+
+A laboratory asks whether an effect is there, and not which model is the best of many. The weight of a model is
+``exp(-cost / 2)`` with its penalised cost; the odds of an effect are the weights of all models that contain it, over
+those of all others, the calibrated machine among these. Effects that do the same to these data are one.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from apesim.studies.estimation.model import Model
+from apesim.studies.gap.search.candidates import TWINS
+from apesim.studies.gap.search.model_selection import Choice
+from apesim.studies.gap.search.score_test import find_cosine
+from apesim.studies.gap.thresholds import ALIKE, AMBIGUOUS_COST
+
+MAX_LOG_ODDS = 700.0
+"""Odds beyond which a number of 64 bits says zero or infinity."""
+MIN_LISTED = -4.6
+"""Log odds from which an effect is worth a mention: one in a hundred."""
+
+
+class Inclusion(NamedTuple):
+    """How far the data speak for an effect, or for one of several that do the same to them."""
+
+    names: tuple[str, ...]
+    """The effect, and behind it those that these data do not distinguish from it."""
+    log_odds: float
+    """Natural logarithm of the weight of all models that contain one of them over that of all others."""
+
+    @property
+    def label(self) -> str:
+        """The names, as ``verdict.json`` has them."""
+        return " or ".join(self.names)
+
+
+def find_inclusions(base: Model, choices: Sequence[Choice]) -> list[Inclusion]:
+    """Find how far the data speak for each effect, averaged over models [1]_.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    choices : sequence of apesim.studies.gap.search.model_selection.Choice
+        Models that were fitted, the least penalised cost first.
+
+    Returns
+    -------
+    list of Inclusion
+        Effects of the best choice first, then those of the next ones; [] where nothing was fitted. A number of the
+        machine whose prior was taken away stands under its key, or under the effect that says the same.
+
+    References
+    ----------
+    .. [1] J. A. Hoeting, D. Madigan, A. E. Raftery and C. T. Volinsky, "Bayesian model averaging: a tutorial",
+       Statist. Sci. 14, 1999, pp. 382-417, doi 10.1214/ss/1009212519, Eq. 1.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> found = find_inclusions(explanation.calibrated, explanation.ranked)
+    >>> found[0].label, found[0].log_odds > 20.0, found[1].log_odds < 0.0
+    ('side_force', True, True)
+    """
+    if not choices:
+        return []
+    twins = find_twins(base, choices)
+    groups: list[tuple[str, ...]] = []
+    for name in (name for choice in choices for name in list_effects_of(choice)):
+        if not any(name in group for group in groups):
+            groups.append((name, *twins.get(name, ())))
+    return [Inclusion(group, find_log_odds(base, choices, group)) for group in groups]
+
+
+def find_log_odds(base: Model, choices: Sequence[Choice], names: Sequence[str]) -> float:
+    """Find the log odds that one of some effects is there: weights of the models that have one over all others'.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine, which has none.
+    choices : sequence of apesim.studies.gap.search.model_selection.Choice
+    names : sequence of str
+
+    Returns
+    -------
+    float
+        Natural logarithm, `MAX_LOG_ODDS` at most.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> base, best = explain_example().calibrated, explain_example().best
+    >>> round(find_log_odds(base, [Choice(best, base.cost - 10.0)], ["side_force"]), 3)
+    5.0
+    """
+    log_weights = -0.5 * np.array([base.cost, *(choice.cost for choice in choices)])
+    has_it = np.array([False, *(bool(set(list_effects_of(choice)) & set(names)) for choice in choices)])
+    with_it, without_it = (np.logaddexp.reduce(log_weights[each], initial=-np.inf) for each in (has_it, ~has_it))
+    return float(np.clip(with_it - without_it, -MAX_LOG_ODDS, MAX_LOG_ODDS))
+
+
+def list_effects_of(choice: Choice) -> tuple[str, ...]:
+    """The effects of a model; a number of the machine that says the same as an effect counts as that effect.
+
+    Parameters
+    ----------
+    choice : apesim.studies.gap.search.model_selection.Choice
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> best = explain_example().best
+    >>> list_effects_of(Choice(best, 0.0)), list_effects_of(Choice(best._replace(released="valve.spring_rate"), 0.0))
+    (('side_force',), ('spring_rate_error',))
+    """
+    return tuple(TWINS.get(name, name) for name in choice.names)
+
+
+def find_twins(base: Model, choices: Sequence[Choice]) -> dict[str, tuple[str, ...]]:
+    """Find what these data do not distinguish from each effect of the best choice.
+
+    An effect is a twin of another where putting it in the other's place costs less than `AMBIGUOUS_COST`, and where
+    both take the same part of the gap: a cosine above `ALIKE` between what either of them takes of what the rest of the
+    model leaves.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    choices : sequence of apesim.studies.gap.search.model_selection.Choice
+        The least penalised cost first; at least one.
+
+    Returns
+    -------
+    dict of tuple of str
+        By effect of the best choice.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> find_twins(explain_example().calibrated, explain_example().ranked)
+    {'side_force': ()}
+    """
+    best = choices[0]
+    near = [choice for choice in choices[1:] if choice.cost - best.cost < AMBIGUOUS_COST]
+    effects = list_effects_of(best)
+    return {effect: tuple(_find_twins_of(effect, base, best, near, choices)) for effect in effects}
+
+
+def _find_twins_of(
+    effect: str, base: Model, best: Choice, near: Iterable[Choice], choices: Sequence[Choice]
+) -> Iterable[str]:
+    """Names of what may stand in the place of one effect of the best choice."""
+    others = set(list_effects_of(best)) - {effect}
+    without = next((choice.model for choice in choices if set(list_effects_of(choice)) == others), base)
+    taken = without.fitted.data_residuals - best.model.fitted.data_residuals
+    for choice in near:
+        rest = set(list_effects_of(choice)) - others
+        if len(rest) != 1 or effect in rest or len(choice.names) != len(best.names):
+            continue
+        if find_cosine(taken, without.fitted.data_residuals - choice.model.fitted.data_residuals) > ALIKE:
+            yield rest.pop()

@@ -1,0 +1,202 @@
+"""How often a statement like this one was right on sealed cases: the probabilities that an explanation states.
+
+A weight of models says how far the data speak for an effect, if the truth is among the models and the noise is what it
+was taken for. Neither is ever quite so. What is stated is therefore the share of such statements that were right on
+sealed cases of an independent simulator: a logistic regression on what is known when the statement is made. Its
+coefficients are read from ``reliability.json``, which `python -m tests.truth calibrate` writes; a kind of statement
+that has too few cases there has no probability.
+"""
+
+import json
+from collections.abc import Iterator
+from enum import StrEnum
+from functools import cache
+from importlib.resources import files
+from math import asinh, exp, log10
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from apesim.studies.gap.decide.inclusion import MIN_LISTED, Inclusion, find_inclusions, list_effects_of
+from apesim.studies.gap.reasons import Verdict
+
+if TYPE_CHECKING:
+    from apesim.studies.gap.explanation import Explanation
+
+FILE = "reliability.json"
+MIN_CHANCE = 1e-6
+"""Chance of noise alone below which it makes no difference how small it is: it is counted from some hundred draws."""
+
+
+class StatementKind(StrEnum):
+    """What a statement claims."""
+
+    EFFECT = "effect"
+    """An effect, or one of several that do the same, is part of what is missing."""
+    NAME = "name"
+    """What is named is all that is missing."""
+    CALIBRATION = "calibration"
+    """A number of the machine or a reading is wrong, and nothing is missing."""
+    MEASUREMENT = "measurement"
+    """The record of one file is wrong, in the way that is said."""
+    NO_GAP = "no gap"
+    """Nothing is missing that could be seen."""
+    REFUSAL = "refusal"
+    """What is missing is not in the library."""
+
+
+KINDS = {
+    Verdict.NAMED: StatementKind.NAME,
+    Verdict.NAMED_CLASS: StatementKind.NAME,
+    Verdict.TWO_EFFECTS: StatementKind.NAME,
+    Verdict.SEVERAL: StatementKind.NAME,
+    Verdict.CALIBRATION: StatementKind.CALIBRATION,
+    Verdict.MEASUREMENT: StatementKind.MEASUREMENT,
+    Verdict.NO_GAP: StatementKind.NO_GAP,
+    Verdict.REFUSED: StatementKind.REFUSAL,
+}
+"""Kind of what each verdict claims; AMBIGUOUS claims nothing."""
+
+
+class Statement(NamedTuple):
+    """A claim, and what is known when it is made."""
+
+    kind: StatementKind
+    about: tuple[str, ...]
+    """Effects that it is about."""
+    evidence: float
+    """Inverse hyperbolic sine of the log odds that the data give it: nearly linear up to 1, logarithmic beyond."""
+    shortfall: float
+    """Decimal logarithm of one over the chance of noise alone to leave as much as the best model does."""
+    pull: float
+    """Largest pull of a calibrated number of the machine [standard deviations of its prior]."""
+
+    @property
+    def features(self) -> tuple[float, float, float]:
+        """Numbers that the probability depends on."""
+        return self.evidence, self.shortfall, self.pull
+
+
+def list_statements(explanation: "Explanation") -> list[Statement]:
+    """List what an explanation claims: its verdict, and that each effect is, or is not, part of what is missing.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
+
+    Returns
+    -------
+    list of Statement
+        That of the verdict first, but for `AMBIGUOUS`, which claims nothing.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> [(str(each.kind), each.about) for each in list_statements(explain_example())]
+    [('name', ('side_force',)), ('effect', ('side_force',))]
+    """
+    inclusions = find_inclusions(explanation.calibrated, explanation.ranked)
+    pulls = np.abs(explanation.best.fitted.x[explanation.best.residuals.known])
+    shortfall = -log10(max(explanation.left_p_value, MIN_CHANCE))
+    known = {"shortfall": shortfall, "pull": float(pulls.max(initial=0.0))}
+    statements = [
+        Statement(StatementKind.EFFECT, each.names, asinh(each.log_odds), **known)
+        for each in inclusions
+        if each.log_odds > MIN_LISTED
+    ]
+    kind = KINDS.get(explanation.verdict)
+    if kind is None:
+        return statements
+    about = _list_named(explanation) if kind in (StatementKind.NAME, StatementKind.MEASUREMENT) else ()
+    return [Statement(kind, about, _find_evidence(kind, about, inclusions), **known), *statements]
+
+
+def _list_named(explanation: "Explanation") -> tuple[str, ...]:
+    best = explanation.decision.best
+    return list_effects_of(best) if best else ()
+
+
+def _find_evidence(kind: StatementKind, about: tuple[str, ...], inclusions: list[Inclusion]) -> float:
+    """The log odds of the least sure effect that is named; of a refusal those of the surest, which it denies."""
+    if kind is StatementKind.REFUSAL:
+        return asinh(max((each.log_odds for each in inclusions), default=0.0))
+    return asinh(min((each.log_odds for each in inclusions if set(each.names) & set(about)), default=0.0))
+
+
+def find_probability(statement: Statement) -> float | None:
+    """Find how probable a statement is, by the share of such statements that were right on sealed cases.
+
+    It is ``1 / (1 + exp(-(c_0 + c_1 f_1 + ...)))`` with the features f of the statement (Platt scaling [1]_).
+
+    Parameters
+    ----------
+    statement : Statement
+
+    Returns
+    -------
+    float or None
+        None: no sealed cases tell of such statements.
+
+    References
+    ----------
+    .. [1] J. Platt, "Probabilistic outputs for support vector machines and comparisons to regularized likelihood
+       methods", in Advances in Large Margin Classifiers, MIT Press 1999, pp. 61-74.
+
+    Examples
+    --------
+    >>> sure = Statement(StatementKind.EFFECT, ("side_force",), asinh(100.0), 0.0, 1.0)
+    >>> probability = find_probability(sure)
+    >>> probability is None or 0.0 < probability < 1.0
+    True
+    """
+    coefficients = load_reliability()["kinds"].get(statement.kind, {}).get("coefficients")
+    if coefficients is None:
+        return None
+    first, *others = coefficients
+    score = first + sum(each * value for each, value in zip(others, statement.features, strict=True))
+    return 1.0 / (1.0 + exp(-score))
+
+
+@cache
+def load_reliability() -> dict[str, Any]:
+    """Load what sealed cases tell of the probabilities of statements.
+
+    Returns
+    -------
+    dict
+        ``kinds``: by kind of statement its ``coefficients`` and the number of ``statements`` that they rest on; and
+        ``cases``, the sealed cases that were counted.
+
+    Examples
+    --------
+    >>> sorted(load_reliability())
+    ['cases', 'kinds']
+    """
+    return json.loads(files(__package__).joinpath(FILE).read_text(encoding="utf-8"))
+
+
+def describe_inclusion(statements: list[Statement]) -> dict[str, float | None]:
+    """The probability of each effect to be part of what is missing, by its name, those like it behind an "or".
+
+    Parameters
+    ----------
+    statements : list of Statement
+
+    Returns
+    -------
+    dict of float or None
+        None: no sealed cases tell of such effects.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> list(describe_inclusion(list_statements(explain_example())))
+    ['side_force']
+    """
+    return dict(_label_effects(statements))
+
+
+def _label_effects(statements: list[Statement]) -> Iterator[tuple[str, float | None]]:
+    for each in statements:
+        if each.kind is StatementKind.EFFECT:
+            yield " or ".join(each.about), find_probability(each)

@@ -1,0 +1,74 @@
+"""What an explanation claims, and how probable it says that to be."""
+
+from dataclasses import replace
+from math import asinh, exp
+
+import pytest
+
+from apesim.studies.gap.decide import reliability
+from apesim.studies.gap.decide.reliability import StatementKind, find_probability, list_statements
+from apesim.studies.gap.example_bench import explain_example
+from apesim.studies.gap.reasons import Verdict
+from apesim.studies.gap.report.verdict_json import describe
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Probabilities of effects and of names alone, as sealed cases might tell them."""
+    kinds = {
+        "effect": {"coefficients": [-1.0, 0.8, -0.3, 0.0], "statements": 50},
+        "name": {"coefficients": [0.5, 0.2, -0.1, -0.4], "statements": 20},
+    }
+    monkeypatch.setattr(reliability, "load_reliability", lambda: {"cases": {}, "kinds": kinds})
+
+
+def said(verdict, **changes):
+    explanation = explain_example()
+    return replace(explanation, decision=explanation.decision._replace(verdict=verdict), **changes)
+
+
+def test_a_verdict_claims_its_name_and_each_effect(counted):
+    name, effect = list_statements(explain_example())
+    assert (name.kind, effect.kind) == (StatementKind.NAME, StatementKind.EFFECT)
+    assert name.about == effect.about == ("side_force",)
+    assert name.evidence == effect.evidence > asinh(20.0)
+    score = 0.5 + 0.2 * name.evidence - 0.1 * name.shortfall - 0.4 * name.pull
+    assert find_probability(name) == pytest.approx(1.0 / (1.0 + exp(-score)))
+
+
+def test_what_is_written_is_what_was_counted(counted):
+    data = describe(explain_example())
+    name, effect = list_statements(explain_example())
+    assert data["probability"] == find_probability(name)
+    assert data["inclusion"] == {"side_force": find_probability(effect)}
+    assert [each["kind"] for each in data["statements"]] == ["name", "effect"]
+    assert [each["probability"] for each in data["statements"]] == [data["probability"], *data["inclusion"].values()]
+
+
+def test_a_tie_claims_nothing_but_of_its_effects(counted):
+    tie = said(Verdict.AMBIGUOUS)
+    assert {each.kind for each in list_statements(tie)} == {StatementKind.EFFECT}
+    assert describe(tie)["probability"] is None
+    assert describe(tie)["inclusion"]["side_force"] > 0.5
+
+
+@pytest.mark.parametrize("verdict", [Verdict.REFUSED, Verdict.NO_GAP, Verdict.CALIBRATION, Verdict.MEASUREMENT])
+def test_what_no_sealed_case_tells_of_has_no_probability(counted, verdict):
+    assert find_probability(list_statements(said(verdict))[0]) is None
+
+
+def test_a_refusal_denies_the_surest_effect():
+    refusal = list_statements(said(Verdict.REFUSED))[0]
+    assert (refusal.kind, refusal.about) == (StatementKind.REFUSAL, ())
+    assert refusal.evidence == list_statements(explain_example())[1].evidence
+
+
+def test_what_noise_would_hardly_leave_makes_every_statement_fall_short():
+    sound, short = (list_statements(said(Verdict.NAMED, left_p_value=chance))[0] for chance in (1.0, 1e-9))
+    assert (sound.shortfall, short.shortfall) == (0.0, 6.0)
+
+
+def test_the_coefficients_of_this_release_are_whole():
+    for kind, counted in reliability.load_reliability()["kinds"].items():
+        assert kind in list(StatementKind)
+        assert len(counted["coefficients"]) == 4 and counted["statements"] > 0
