@@ -1,0 +1,144 @@
+"""Probabilities of statements: a logistic regression on sealed cases that are apart from those that are scored."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+
+from .library import CALIBRATED
+
+FEATURES = "evidence", "shortfall", "pull"
+"""What a verdict says that each of its statements rests on."""
+SPREADS = (3.0, 1.0, 1.0, 1.0)
+"""Standard deviations of the coefficients' priors, zero the middle: of the constant, and of each feature."""
+MIN_STATEMENTS = 10
+"""Statements of a kind from which there are coefficients."""
+BINS = 10
+"""Bins of a reliability diagram, equally wide."""
+
+
+def statements_of(scored):
+    """Statements of a case with whether each is right.
+
+    Parameters
+    ----------
+    scored : truth.score.Scored
+
+    Yields
+    ------
+    dict, bool
+        Of the case as a whole, and of what is said without a file that is blamed.
+    """
+    verdict, hidden = scored.verdict, scored.answer["hidden"]
+    for statement in verdict.get("statements", ()):
+        if statement["kind"] != "effect":
+            if scored.right is not None:
+                yield statement, bool(scored.right)
+            continue
+        yield statement, any(is_there(name, scored.answer) for name in statement["about"])
+    rest = verdict.get("rest") or {}
+    names = {one["name"] for one in hidden}
+    for statement in rest.get("statements", ()):
+        if statement["kind"] == "effect":
+            yield statement, bool(names & set(statement["about"]))
+
+
+def is_there(name, answer):
+    """Whether an effect, a number of the machine or a fault of a file is what a case hides."""
+    hidden, fault = [one["name"] for one in answer["hidden"]], answer.get("fault")
+    if name in hidden or any(key in name for one in hidden for key in CALIBRATED.get(one, ())):
+        return True
+    return bool(fault and fault["name"] and name.startswith(fault["name"]) and name.endswith(f" in {fault['file']}"))
+
+
+def fit(features, right):
+    """Coefficients of the probability that a statement is right, the constant first.
+
+    Parameters
+    ----------
+    features : (n, 3) float array
+    right : (n,) bool array
+
+    Returns
+    -------
+    (4,) float array
+    """
+    columns, signs = np.column_stack([np.ones(len(features)), features]), np.where(right, 1.0, -1.0)
+
+    def price(coefficients):
+        scores = signs * (columns @ coefficients)
+        slopes = -signs / (1.0 + np.exp(np.clip(scores, -500.0, 500.0)))
+        pulls = coefficients / np.array(SPREADS)
+        value = np.sum(np.logaddexp(0.0, -scores)) + 0.5 * pulls @ pulls
+        return value, columns.T @ slopes + pulls / np.array(SPREADS)
+
+    return minimize(price, np.zeros(columns.shape[1]), jac=True, method="BFGS").x
+
+
+def probabilities(coefficients, features):
+    """Probabilities of statements, (n,) float array."""
+    return 1.0 / (1.0 + np.exp(-(coefficients[0] + np.asarray(features) @ coefficients[1:])))
+
+
+def calibrate(cases):
+    """Coefficients by kind of statement.
+
+    Parameters
+    ----------
+    cases : sequence of truth.score.Scored
+
+    Returns
+    -------
+    dict
+        What ``reliability.json`` holds; by kind also the Brier score of each statement by coefficients that were fitted
+        without its case.
+    """
+    kinds = {}
+    for number, case in enumerate(cases):
+        for statement, right in statements_of(case):
+            row = (number, [statement[name] for name in FEATURES], right)
+            kinds.setdefault(statement["kind"], []).append(row)
+    found = {}
+    for kind, rows in sorted(kinds.items()):
+        owners, features, right = (np.array(column) for column in zip(*rows, strict=True))
+        found[kind] = {"statements": len(rows), "right": int(right.sum())}
+        if len(rows) >= MIN_STATEMENTS:
+            found[kind]["coefficients"] = [float(f"{value:.6g}") for value in fit(features, right)]
+            apart = probabilities_apart(owners, features, right)
+            found[kind]["brier_apart"] = float(f"{np.mean((apart - right) ** 2):.3g}")
+    seeds = [case.answer["seed"] for case in cases]
+    return {"cases": {"number": len(cases), "first_seed": min(seeds), "last_seed": max(seeds)}, "kinds": found}
+
+
+def probabilities_apart(owners, features, right):
+    """Probability of each statement by coefficients that were fitted without the statements of its case."""
+    apart = np.empty(len(right))
+    for owner in np.unique(owners):
+        own = owners == owner
+        apart[own] = probabilities(fit(features[~own], right[~own]), features[own])
+    return apart
+
+
+def calibration_error(stated, right, bins=BINS):
+    """Expected calibration error: the mean over statements of what the share of right ones in their bin is off.
+
+    Parameters
+    ----------
+    stated : (n,) float array
+    right : (n,) bool array
+    bins : int
+
+    Returns
+    -------
+    float
+    """
+    stated, right = np.asarray(stated, dtype=float), np.asarray(right, dtype=float)
+    places = np.minimum((stated * bins).astype(int), bins - 1)
+    parts = [places == place for place in np.unique(places)]
+    return float(sum(abs(np.sum(stated[part] - right[part])) for part in parts) / max(1, len(stated)))
+
+
+def write(found, path):
+    """Write coefficients for `apesim gap explain` to read."""
+    Path(path).write_text(json.dumps(found, indent=1) + "\n")

@@ -1,0 +1,97 @@
+"""The regression that turns what is known of a statement into a probability."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tests.truth.reliability import (
+    MIN_STATEMENTS,
+    calibrate,
+    calibration_error,
+    fit,
+    is_there,
+    probabilities,
+    probabilities_apart,
+    statements_of,
+)
+
+TRUE = np.array([-1.0, 0.8, -0.5, 0.0])
+
+
+def drawn(number, seed=3):
+    """Features of statements, and whether each is right, by true coefficients."""
+    rng = np.random.default_rng(seed)
+    features = rng.normal(size=(number, 3)) * [3.0, 1.0, 1.0]
+    return features, rng.uniform(size=number) < probabilities(TRUE, features)
+
+
+def statement(kind, about, evidence=2.0):
+    return {"kind": kind, "about": about, "evidence": evidence, "shortfall": 0.0, "pull": 1.0}
+
+
+def case(seed, right, hidden, statements, fault=None, rest=None):
+    answer = {"seed": seed, "hidden": [{"name": name} for name in hidden], "fault": fault}
+    return SimpleNamespace(answer=answer, right=right, verdict={"statements": statements, "rest": rest})
+
+
+def test_true_coefficients_are_found():
+    assert fit(*drawn(20000)) == pytest.approx(TRUE, abs=0.1)
+
+
+def test_what_is_always_right_has_a_high_probability_and_no_certainty():
+    features = np.zeros((20, 3))
+    (chance,) = probabilities(fit(features, np.ones(20, dtype=bool)), features[:1])
+    assert 0.9 < chance < 0.999
+
+
+def test_probabilities_of_drawn_statements_are_reliable():
+    features, right = drawn(4000, seed=4)
+    stated = probabilities(fit(*drawn(4000, seed=5)), features)
+    assert calibration_error(stated, right) < 0.03
+    assert calibration_error(np.clip(1.5 * stated, 0.0, 1.0), right) > 0.05
+
+
+def test_a_case_does_not_judge_its_own_statements():
+    features, right = drawn(60)
+    owners = np.repeat(np.arange(20), 3)
+    apart = probabilities_apart(owners, features, right)
+    flipped = right.copy()
+    flipped[:3] = ~flipped[:3]
+    again = probabilities_apart(owners, features, flipped)
+    assert again[:3] == pytest.approx(apart[:3])
+    assert not np.allclose(again[3:], apart[3:])
+
+
+def test_statements_are_held_against_what_is_hidden():
+    said = [
+        statement("name", ["blow_by"]),
+        statement("effect", ["blow_by", "seat_leak"]),
+        statement("effect", ["bounce"]),
+    ]
+    assert [right for _, right in statements_of(case(1, True, ["seat_leak"], said))] == [True, True, False]
+    assert [right for _, right in statements_of(case(1, None, ["bounce"], said))] == [False, True]
+
+
+def test_a_number_of_the_machine_and_a_fault_are_known_by_their_own_names():
+    answer = {"hidden": [{"name": "sensor_offset"}], "fault": {"name": "run_gain", "file": "run02.csv"}}
+    assert is_there("effects.sensor_offset.lift", answer)
+    assert is_there("run_gain of lift in run02.csv", answer)
+    assert not is_there("run_gain of lift in run01.csv", answer)
+    assert not is_there("run_offset of lift in run02.csv", answer)
+    assert not is_there("run_gain of lift in run02.csv", answer | {"fault": None})
+
+
+def test_what_is_said_without_a_file_counts_its_effects():
+    rest = {"statements": [statement("name", ["bounce"]), statement("effect", ["bounce"])]}
+    found = list(statements_of(case(1, True, ["bounce"], [], rest=rest)))
+    assert [(one["kind"], right) for one, right in found] == [("effect", True)]
+
+
+def test_a_kind_of_few_statements_has_no_coefficients():
+    many = [case(seed, seed % 3 > 0, [], [statement("no gap", [])]) for seed in range(MIN_STATEMENTS)]
+    few = [case(100, True, ["bounce"], [statement("name", ["bounce"])])]
+    found = calibrate(many + few)
+    assert found["cases"] == {"number": MIN_STATEMENTS + 1, "first_seed": 0, "last_seed": 100}
+    assert found["kinds"]["name"] == {"statements": 1, "right": 1}
+    assert len(found["kinds"]["no gap"]["coefficients"]) == 4
