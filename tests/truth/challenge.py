@@ -5,37 +5,26 @@ A seed's place in its schedule says what kind of case it is; all else is drawn f
 
 import json
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from .effects import EFFECTS, Rig
-from .files import write_case
+from .cases import Case, described, nominal_rig, setting_of, suites_for, write
+from .effects import EFFECTS
 from .hiding import LIMIT, SMALLEST, hidden_clutter, hidden_effect, hidden_foreign
 from .library import ENGINE, library_at
 from .look_alikes import class_of, look_alikes
-from .nuisances import drawn, nuisances_for, with_nuisances
-from .observation import Laboratory, at_point, noisy
+from .nuisances import drawn, nuisances_for
+from .observation import Laboratory
 from .phases import gap_shares
 from .schedule import DOUBLE, FOREIGNER, NONE, REMOVED, plan_of
-from .setting import SUITES, Noise, Point, Setting, draw_setting
+from .second_case import draw_second
+from .second_schedule import SECOND
+from .setting import draw_setting
 
 TRIES = 6
 ALIKE = 0.9
 """Cosine above which two effects are too alike to be hidden together."""
-
-
-class Case(NamedTuple):
-    """What a case's data are made of."""
-
-    answer: dict
-    hidden: tuple
-    """Changes from rig to rig, one for each that is hidden."""
-    lab: Laboratory
-    rng: np.random.Generator
-    """Generator of the readings' noise."""
 
 
 def make(seed, folder, bank=None):
@@ -54,7 +43,7 @@ def make(seed, folder, bank=None):
     dict
         The answer.
     """
-    case = draw(seed, bank)
+    case = draw(seed, bank) if seed < SECOND else draw_second(seed, bank)
     write(case, folder)
     return case.answer
 
@@ -89,37 +78,6 @@ def restore(path):
     rng.bit_generator.state = found["random"]
     hidden = tuple(partial(EFFECTS[one["name"]], **one["parameters"]) for one in answer["hidden"])
     return Case(answer, hidden, Laboratory(setting_of(answer["setting"])), rng)
-
-
-def write(case, folder):
-    """Simulate a case's runs and write its folder, see `make`."""
-    answer, lab, setting = case.answer, case.lab, case.lab.setting
-    nominal = nominal_rig(np.random.default_rng(answer["seed"]), setting.bench)
-    nuisances, runs = nuisances_for(setting.bench, setting.channels), []
-    for point in setting.points:
-        rig = with_nuisances(at_point(nominal, point), nuisances, answer["nuisances"])
-        for add in case.hidden:
-            rig = add(rig)
-        true = lab.read(rig, point, lab.run(rig, point))
-        runs += [(point, noisy(setting, point, true, case.rng)) for _ in range(point.repeats)]
-    text = json.dumps(answer, indent=1)
-    folder = Path(folder)
-    write_case(folder / "case", setting, nominal, runs)
-    (folder / "case" / "answer.sha256").write_text(sha256(text.encode()).hexdigest() + "\n")
-    (folder / "answer.json").write_text(text)
-
-
-def nominal_rig(rng, bench):
-    """The rig that the machine file describes: a bench of its own each time, the default engine."""
-    rig = Rig()
-    if bench == ENGINE:
-        return rig
-    return rig.valve(
-        viscous_friction=round(rng.uniform(90.0, 140.0), 1),
-        effective_area=round(rng.uniform(8.0, 12.0), 2) * 1e-6,
-        dead_time=round(rng.uniform(1.2, 2.0), 2) * 1e-3,
-        ramp_time=round(rng.uniform(1.0, 2.0), 2) * 1e-3,
-    )
 
 
 def hide(rng, plan, nominal, library, bank):
@@ -160,7 +118,7 @@ def facts_of(plan, lab, nominal, points, hidden, library):
     if not hidden:
         return {"deviations": 0.0, "without": [], "class": [], "gap": []}
     left = sum(one.left for one in hidden)
-    samples = len(left) - len(nuisances_for(lab.setting.bench, lab.setting.channels))
+    samples = len(left) - len(lab.nuisances)
     facts = {
         "deviations": float(np.linalg.norm(left)),
         "rms": float(np.sqrt(np.mean(left[:samples] ** 2))),
@@ -183,24 +141,3 @@ def facts_of(plan, lab, nominal, points, hidden, library):
     facts["alike"] = {one.name: one.left for one in alike[:5]}
     facts["distance"] = min((one.left for one in alike if one.name not in left_out), default=0.0)
     return facts
-
-
-def suites_for(plan, library):
-    """Sensor suites that could show what is hidden."""
-    known = [name for name in SUITES if plan.bench == ENGINE or not set(SUITES[name]) - set(SUITES["chambers"])]
-    needs = [library[name].needs for name in plan.effects if name in library and library[name].needs]
-    return [name for name in known if all(set(SUITES[name]) & set(need) for need in needs)]
-
-
-def described(setting):
-    """A setting as the answer tells it."""
-    return setting._asdict() | {
-        "points": [point._asdict() for point in setting.points],
-        "noise": setting.noise._asdict(),
-    }
-
-
-def setting_of(described):
-    """The setting that an answer tells of, see `described`."""
-    points = tuple(Point(**point) for point in described["points"])
-    return Setting(**described | {"points": points, "noise": Noise(**described["noise"])})

@@ -19,7 +19,7 @@ def reading(name):
     return READINGS.get(name, PRESSURE)
 
 
-def write_case(folder, setting, nominal, runs):
+def write_case(folder, setting, nominal, runs, stated=()):
     """Write a case's folder.
 
     Parameters
@@ -29,14 +29,17 @@ def write_case(folder, setting, nominal, runs):
     nominal : truth.effects.Rig
     runs : sequence of (Point, dict)
         Readings of each run, SI.
+    stated : sequence of str
+        Lines that say how far the rig is known.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lines = [f'bench = "{setting.bench}"']
     for name in setting.channels if setting.noise.stated else ():
         unit, factor = reading(name)
         lines += [f"[sensor.{name}]", f'noise = "{setting.deviation(name) * factor:.6g} {unit}"']
+    lines += stated
     for number, (point, found) in enumerate(runs, 1):
-        file = f"run{number:02d}.csv"
+        file = file_of(number)
         write_run(folder / file, setting, point, found)
         lines += ["[[run]]", f'data = "{file}"', *conditions(setting, point)]
         for name in MEANS:
@@ -45,6 +48,11 @@ def write_case(folder, setting, nominal, runs):
                 lines.append(f'{name} = "{found[name] * factor:.8g} {unit}"')
     (folder / "measured.toml").write_text("\n".join(lines) + "\n")
     (folder / "machine.toml").write_text(machine_file(setting.bench, nominal))
+
+
+def file_of(number):
+    """Name of a run's file, by its number from 1."""
+    return f"run{number:02d}.csv"
 
 
 def conditions(setting, point):

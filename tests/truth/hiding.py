@@ -43,19 +43,40 @@ def with_hidden(rig, hidden):
     return rig
 
 
-def hidden_effect(rng, lab, nominal, points, name, min_size):
-    """An effect of the library, at min_size of a size [limits]."""
+def hidden_effect(rng, lab, nominal, points, name, min_size, *, straight=False, with_shape=None):
+    """An effect of the library, at min_size of a size [limits].
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    lab : truth.observation.Laboratory
+    nominal : truth.effects.Rig
+    points : sequence of truth.setting.Point
+    name : str
+    min_size : float
+        [limits]
+    straight : bool
+        Look for the size by sensitivities, see `sized`.
+    with_shape : callable, optional
+        Draws what a shape parameter is beside a strength [SI], of the generator and the effect's name.
+
+    Returns
+    -------
+    Hidden
+    """
     entry = LIBRARY[name]
     end = float(rng.choice(entry.ends))
     besides = {key: float(rng.uniform(*ends)) for key, ends in entry.besides.items()}
+    shape = with_shape(rng, name) if with_shape else None
 
     def parameters(share):
-        return besides | {entry.parameter: entry.size(share, end) * entry.scale}
+        strength = entry.size(share, end) * entry.scale
+        return besides | (shape(strength) if shape else {}) | {entry.parameter: strength}
 
     def add(share):
         return lambda rig: EFFECTS[name](rig, **parameters(share))
 
-    share, deviations, left = sized(lab, nominal, points, add, drawn_size(rng, min_size, LARGEST))
+    share, deviations, left = sized(lab, nominal, points, add, drawn_size(rng, min_size, LARGEST), straight)
     told = {
         "name": name,
         "parameter": entry.parameter,
@@ -67,23 +88,23 @@ def hidden_effect(rng, lab, nominal, points, name, min_size):
     return Hidden(add(share), told, deviations, left)
 
 
-def hidden_foreign(rng, lab, nominal, points, name):
+def hidden_foreign(rng, lab, nominal, points, name, straight=False):
     """Physics that is in no library, well above the limit."""
-    return of_share(lab, nominal, points, name, FOREIGN[name].draw(rng), drawn_size(rng, 2.0, LARGEST))
+    return of_share(lab, nominal, points, name, FOREIGN[name].draw(rng), drawn_size(rng, 2.0, LARGEST), straight)
 
 
-def hidden_clutter(rng, lab, nominal, points, name):
+def hidden_clutter(rng, lab, nominal, points, name, straight=False):
     """Physics that a good model leaves out."""
-    return of_share(lab, nominal, points, name, CLUTTER[name](rng), drawn_size(rng, *LITTLE))
+    return of_share(lab, nominal, points, name, CLUTTER[name](rng), drawn_size(rng, *LITTLE), straight)
 
 
-def of_share(lab, nominal, points, name, with_share, wanted):
+def of_share(lab, nominal, points, name, with_share, wanted, straight=False):
     """What is hidden by its share of the largest size."""
 
     def add(share):
         return lambda rig: with_share(rig, share)
 
-    share, deviations, left = sized(lab, nominal, points, add, wanted)
+    share, deviations, left = sized(lab, nominal, points, add, wanted, straight)
     return Hidden(add(share), {"name": name, "share": share, "deviations": deviations}, deviations, left)
 
 
@@ -92,8 +113,11 @@ def drawn_size(rng, min_size, max_size):
     return LIMIT * float(np.exp(rng.uniform(np.log(min_size), np.log(max_size))))
 
 
-def sized(lab, nominal, points, add, wanted):
+def sized(lab, nominal, points, add, wanted, straight=False):
     """The share of its range at which something makes the wanted deviations, or all of the range.
+
+    straight: the sizes on the way are found with nuisances that act in proportion, which is soon done; the deviations
+    at the end never are.
 
     Returns
     -------
@@ -102,7 +126,7 @@ def sized(lab, nominal, points, add, wanted):
     """
     share, tried = FIRST, []
     for _ in range(TRIES):
-        left = lab.left(nominal, add(share), points)
+        left = lab.left(nominal, add(share), points, linear=straight)
         deviations = float(np.linalg.norm(left))
         tried.append((share, max(deviations, 1e-6)))
         if 1.0 / NEAR < deviations / wanted < NEAR or (share == 1.0 and deviations < wanted):

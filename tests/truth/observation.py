@@ -6,7 +6,7 @@ import numpy as np
 
 from .crank import TURN
 from .library import ENGINE
-from .nuisances import nuisances_for, with_nuisances
+from .nuisances import NUISANCES, nuisances_for, with_nuisances
 from .periodic import periodic
 from .sensors import MEANS, bench_channels, engine_channels
 from .setting import AFTER_PULSE, HUM, HUM_FREQUENCY
@@ -41,11 +41,15 @@ def at_point(rig, point):
 class Laboratory:
     """Runs rigs at a setting's points; what only changes the sensors runs nothing anew."""
 
-    def __init__(self, setting, bank=None):
-        self.setting, self.bank = setting, bank
+    def __init__(self, setting, bank=None, nuisances=None, scatter=()):
+        self.setting, self.bank, self.scatter = setting, bank, scatter
+        self.nuisances = nuisances_for(setting.bench, setting.channels) if nuisances is None else nuisances
+        """What is uncertain, and alike in all runs; the scatter is what is another one in each."""
         self.runs = {}
         """Runs of the nominal rig, by point."""
         self.columns = None
+        self.spreads = {}
+        """Directions in which runs scatter, and by how much, by point."""
 
     def run(self, rig, point):
         """A run of a rig that stands at its point."""
@@ -59,9 +63,9 @@ class Laboratory:
             self.runs[point] = self.run(rig, point)
         return self.runs[point]
 
-    def read(self, rig, point, run):
-        """Channels of a run, SI, by name."""
-        grid, channels = self.setting.grid(point), self.setting.channels
+    def read(self, rig, point, run, grid=None):
+        """Channels of a run, SI, by name, over the setting's times or angles, or others."""
+        grid, channels = self.setting.grid(point) if grid is None else grid, self.setting.channels
         if self.setting.bench == ENGINE:
             return engine_channels(run, grid, rig.sensors, channels)
         return bench_channels(rig.engine.valve, run, grid, rig.sensors, channels)
@@ -172,19 +176,44 @@ class Laboratory:
         columns = [(self.changed(nominal, shifted(taken + step, free), points) - there) / STEP for step in steps]
         return np.vstack((np.column_stack(columns), prior))
 
-    @property
-    def nuisances(self):
-        """Those that act where these channels are measured."""
-        return nuisances_for(self.setting.bench, self.setting.channels)
-
     def changed(self, nominal, changes, points, label=""):
         """What a change does to all samples, whitened."""
         parts = []
         for point in points:
             after = self.seen(nominal, changes, point, label)
             before = self.seen(nominal, lambda rig: rig, point)
-            parts.append(self.whitened(point, {name: after[name] - before[name] for name in after}))
+            part = self.whitened(point, {name: after[name] - before[name] for name in after})
+            parts.append(self.freed_of_scatter(nominal, point, part))
         return np.concatenate(parts)
+
+    def freed_of_scatter(self, nominal, point, part):
+        """What a change of a point's samples over their noise is over noise and scatter together.
+
+        Parameters
+        ----------
+        nominal : truth.effects.Rig
+        point : Point
+        part : (n,) float array
+            See `whitened`. The mean of repeats scatters, over its noise, as much as a single run does.
+
+        Returns
+        -------
+        (n,) float array
+        """
+        if not self.scatter:
+            return part
+        if point not in self.spreads:
+            one = point._replace(repeats=1)
+            self.runs.setdefault(one, self.nominal(at_point(nominal, point), point))
+            before = self.seen(nominal, lambda rig: rig, one)
+            columns = []
+            for nuisance, step in zip(self.scatter, np.eye(len(self.scatter)), strict=True):
+                after = self.seen(nominal, shifted(step, self.scatter), one, label_of(nuisance))
+                columns.append(self.whitened(one, {name: after[name] - before[name] for name in after}))
+            directions, sizes, _ = np.linalg.svd(np.column_stack(columns), full_matrices=False)
+            self.spreads[point] = directions, 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
+        directions, shares = self.spreads[point]
+        return part - directions @ (shares * (directions.T @ part))
 
     def sensitivities(self, nominal, points):
         """Columns of the whitened change per prior deviation of each nuisance; kept."""
@@ -192,7 +221,7 @@ class Laboratory:
             steps = zip(self.nuisances, FIRST_STEP * np.eye(len(self.nuisances)), strict=True)
             self.columns = np.column_stack(
                 [
-                    self.changed(nominal, shifted(step, self.nuisances), points, one.name) / FIRST_STEP
+                    self.changed(nominal, shifted(step, self.nuisances), points, label_of(one)) / FIRST_STEP
                     for one, step in steps
                 ]
             )
@@ -209,6 +238,11 @@ class Laboratory:
                 part = np.append(part[:1], (part[1:] - rho * part[:-1]) / sqrt(1.0 - rho**2))
             parts.append(part)
         return sqrt(point.repeats) * np.concatenate(parts)
+
+
+def label_of(nuisance):
+    """Label under which the bank keeps a nuisance; only of another width than usual it has one of its own."""
+    return nuisance.name if nuisance in NUISANCES else f"{nuisance.name} {nuisance.deviation:g}"
 
 
 def reach(nuisance):

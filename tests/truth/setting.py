@@ -91,7 +91,7 @@ class Setting(NamedTuple):
         return self.noise.scale * BASE_NOISE[channel]
 
 
-def draw_setting(rng, bench, suites):
+def draw_setting(rng, bench, suites, min_fits=2):
     """A setting.
 
     Parameters
@@ -100,6 +100,8 @@ def draw_setting(rng, bench, suites):
     bench : str
     suites : sequence of str
         Of which one is drawn.
+    min_fits : int
+        Operating points to fit, at least.
 
     Returns
     -------
@@ -114,16 +116,16 @@ def draw_setting(rng, bench, suites):
         float(rng.choice([0.3, 0.6])) if colour == HUM else 0.0,
         bool(rng.integers(2)),
     )
-    points = draw_points(rng, bench)
+    points = draw_points(rng, bench, min_fits)
     if bench == ENGINE:
         return Setting(bench, suite, points, noise, int(rng.choice([360, 720])), 0.0)
     samples = int(rng.choice([201, 501, 1001, 2001]))
     return Setting(bench, suite, points, noise, samples, float(rng.choice([0.0, 0.0, BEFORE])))
 
 
-def draw_points(rng, bench):
+def draw_points(rng, bench, min_fits=2):
     """Two to four points to fit, three on an engine; perhaps a gate; one or two to check, inside and 30 % beyond."""
-    fits = int(rng.integers(2, 5 if bench == VALVE else 4))
+    fits = int(rng.integers(min_fits, 5 if bench == VALVE else 4))
     if bench == VALVE:
         low, high = rng.uniform(0.14, 0.28), rng.uniform(0.4, 0.9)
     else:
