@@ -147,6 +147,42 @@ def _add_sensors(run: MeasuredRun, sensors: Iterable[str]) -> MeasuredRun:
     )
 
 
+def describe_run(experiment: Experiment) -> dict[str, Any]:
+    """Describe how an experiment is to be run, in SI units.
+
+    Parameters
+    ----------
+    experiment : Experiment
+
+    Returns
+    -------
+    dict
+        ``text``; ``supply_Pa_abs``, ``temperature_K``, ``pulse_s``, ``speed_rad_s``, NaN where it does not apply;
+        ``interval_s``, between two samples of a trace, and ``recorded_s``, the last sample after the command, both NaN
+        where no trace is recorded; ``sensors``, all that are to be read; ``added_sensors``, those of them that are not
+        there yet.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import read_example
+    >>> run = describe_run(list_experiments(read_example(), 101325.0)[-1])
+    >>> run["pulse_s"], run["interval_s"], run["sensors"], run["added_sensors"]
+    (0.04, 0.0005, ['lift', 'pressure_a', 'pressure_b'], ['pressure_a', 'pressure_b'])
+    """
+    run, times = experiment.run, experiment.run.times
+    return {
+        "text": experiment.text,
+        "supply_Pa_abs": run.supply,
+        "temperature_K": run.temperature,
+        "pulse_s": run.pulse,
+        "speed_rad_s": run.speed,
+        "interval_s": float(np.round(np.median(np.diff(times)), 9)) if len(times) > 1 else np.nan,
+        "recorded_s": float(times[-1]) if len(times) else np.nan,
+        "sensors": [*run.channels, *run.means],
+        "added_sensors": list(experiment.added),
+    }
+
+
 def make_residuals(
     experiment: Experiment,
     machine: Machine,

@@ -1,16 +1,15 @@
-"""Next test: the experiment that would split the explanations between which these data do not decide."""
+"""Next test: the experiment that would tell most between the explanations that these data leave open."""
 
+from collections.abc import Sequence
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from scipy.linalg import block_diag
-
-from apesim.studies.estimation.model import Model
-from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
-from apesim.studies.estimation.starts import Starts, starts_at
-from apesim.studies.gap.design.experiments import Experiment, list_experiments, make_residuals
-from apesim.studies.gap.reasons import ReasonKind, Verdict
+from apesim.studies.estimation.residuals import unless_ended
+from apesim.studies.gap.design.expected_information import find_entropy, find_information, find_separation
+from apesim.studies.gap.design.experiments import describe_run, list_experiments
+from apesim.studies.gap.design.forecasts import Alternative, Preview, list_alternatives, preview_experiment
+from apesim.studies.gap.design.outcomes import describe_outcomes, write_outcomes
+from apesim.studies.gap.reasons import Verdict
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.library import list_effects
 from apesim.studies.gap.search.run_faults import find_files
@@ -20,15 +19,18 @@ from apesim.studies.measured import CYLINDER
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
 
-MAX_RIVALS = 3
-"""Rivals that an experiment has to split from the best: with more, none of the list does."""
 MAX_EXPERIMENTS = 5
-"""Experiments for which everything that is uncertain is fitted anew, those in which the models differ most: each costs
-seconds."""
+"""Experiments that are foreseen with sensitivities of each explanation's own, those that tell most by a cheaper
+estimate: each costs seconds."""
 MAX_EFFECTS = 3
 """Effects whose own experiment is named: more would not be read."""
 MAX_REPEATS = 100
 """Repeats of an experiment above which it is no advice."""
+MIN_SETTLED = 0.1
+"""Share of what is open that an experiment has to settle to be advised without a word of doubt."""
+STEP_SETTLED = 0.05
+"""Share of what is open by which one experiment has to settle more than another to count as better: draws err by half
+of it. Of two alike, the one that keeps its explanations farther apart is taken."""
 ISOLATED_ON_RIG = {
     "coulomb_friction": "strokes at two pressures, and at two speeds with a factor of five between them",
     "stribeck_friction": "strokes at one pressure, at speeds from 1 mm/s to some 100 mm/s",
@@ -37,8 +39,6 @@ ISOLATED_ON_RIG = {
     "side_force": "the load cell tared with the piston free, and the rig turned over",
 }
 """Experiments on a cylinder that a drive moves; those of the library are on a valve."""
-AS_IT_IS = "the machine as it is"
-"""Name of the calibrated machine, where it is one of the explanations."""
 
 
 def find_next_test(explanation: "Explanation") -> dict[str, Any]:
@@ -51,8 +51,7 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     Returns
     -------
     dict
-        ``text``; ``truth`` and ``experiments`` where explanations are to be split, the best experiment first, each with
-        the ``deviations`` by which each rival would miss what the truth gives; ``isolate``, the library's own
+        ``text``; where explanations are to be split, what `rank_experiments` gives; ``isolate``, the library's own
         experiment for effects.
 
     Examples
@@ -64,8 +63,10 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     decision = explanation.decision
     if not explanation.scores:
         return {"text": "The same again, with the library: nothing of it was tried.", "isolate": []}
-    if decision.verdict in (Verdict.AMBIGUOUS, Verdict.NAMED_CLASS) or decision.reason.kind is ReasonKind.FAINT:
+    if decision.verdict in (Verdict.AMBIGUOUS, Verdict.NAMED_CLASS):
         return rank_experiments(explanation)
+    if decision.verdict == Verdict.REFUSED:
+        return rank_experiments(explanation) | _isolate(explanation, [score.name for score in explanation.scores])
     if explanation.rest:
         files = " and ".join(find_files(explanation.best.candidates))
         rest = find_next_test(explanation.rest)
@@ -74,10 +75,7 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     if decision.verdict == Verdict.CALIBRATION:
         key = names[0]
         return {"text": f"Measure {key} with another instrument, or by another way.", "isolate": []}
-    if decision.verdict == Verdict.REFUSED:
-        names = [score.name for score in explanation.scores[:MAX_EFFECTS]]
-        opening = "Nothing in the library will do. What comes nearest shows best by itself"
-    elif decision.verdict == Verdict.NO_GAP:
+    if decision.verdict == Verdict.NO_GAP:
         names = [
             name for name, limit in find_detection_limits(explanation.sensitivities).items() if limit["limit"] is None
         ]
@@ -86,28 +84,41 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
         opening = "None is due for what these data show. What they cannot show needs its own test"
     else:
         opening = "To see it by itself"
+    isolated = _isolate(explanation, names)
+    ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in isolated["isolate"])
+    return {"text": f"{opening}: {ways}."} | isolated
+
+
+def _isolate(explanation: "Explanation", names: Sequence[str]) -> dict[str, Any]:
+    """The library's own experiment for the first of some effects, as ``isolate``."""
     isolated = {
         name: entry.isolated_by for name, entry in list_effects(explanation.calibrated.residuals.machine).items()
     }
     if explanation.measured.bench == CYLINDER:
         isolated |= ISOLATED_ON_RIG
     rows = [{"effect": name, "isolated_by": isolated[name]} for name in names[:MAX_EFFECTS] if name in isolated]
-    ways = "; ".join(f"{row['effect'].replace('_', ' ')}: {row['isolated_by']}" for row in rows)
-    return {"text": f"{opening}: {ways}.", "isolate": rows}
+    return {"isolate": rows}
 
 
 def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
-    """Rank the experiments that would distinguish the best explanation from its rivals.
+    """Rank the experiments by what they are expected to tell between the explanations that are in play.
+
+    All of the list are foreseen cheaply, with one set of sensitivities; the best `MAX_EXPERIMENTS` then with those of
+    each explanation.
 
     Parameters
     ----------
     explanation : apesim.studies.gap.explanation.Explanation
-        With a best explanation.
+        A tie or a refusal.
 
     Returns
     -------
     dict
-        ``text``, ``truth`` and ``experiments``, the best first, see `find_next_test`.
+        ``text``; ``truth``, the name of the leading explanation; ``explanations``, each with its ``weight``;
+        ``entropy_bits``, what is open between them; ``experiments``, the best first, each as `describe_run` gives it,
+        with ``information_bits``, ``settled``, its share of what is open, ``deviations`` by which each rival would miss
+        what the truth gives, ``least`` of them, and ``outcomes``; and ``others``, the experiments that were foreseen
+        cheaply alone.
 
     Examples
     --------
@@ -115,133 +126,75 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> rivals = tuple(choice for choice in explanation.fits if choice.names == ("coulomb_friction",))
-    >>> ranked = rank_experiments(replace(explanation, decision=explanation.decision._replace(rivals=rivals)))
-    >>> ranked["truth"], ranked["experiments"][0]["least"] > N_SIGMA_VISIBLE
-    ('side_force', True)
+    >>> decision = explanation.decision._replace(verdict=Verdict.AMBIGUOUS, rivals=rivals)
+    >>> ranked = rank_experiments(replace(explanation, decision=decision))
+    >>> best = ranked["experiments"][0]
+    >>> ranked["truth"], best["settled"] > 0.9, best["least"] > N_SIGMA_VISIBLE
+    ('side_force', True, True)
     """
-    assert explanation.decision.best is not None
-    truth = explanation.decision.best.model
-    rivals = [choice.model for choice in explanation.decision.rivals[:MAX_RIVALS]]
-    if not rivals or explanation.decision.reason.kind is ReasonKind.FAINT:
-        rivals.append(explanation.calibrated)
-    rows: list[dict[str, Any]] = []
-    for plain, experiment, starts in _screen_experiments(explanation, truth, rivals):
-        try:
-            n_sigma = {
-                _name_model(rival): find_separation(experiment, truth, rival, explanation.noise, starts)
-                for rival in rivals
-            }
-        except EndedEarly:
-            continue
-        rows.append(
-            {
-                "text": experiment.text,
-                "supply_Pa_abs": experiment.run.supply,
-                "pulse_s": experiment.run.pulse,
-                "speed_rad_s": experiment.run.speed,
-                "sensors": [*experiment.run.channels, *experiment.run.means],
-                "deviations": n_sigma,
-                "least": min(n_sigma.values()),
-                "least_unfitted": plain,
-            }
-        )
-    rows.sort(key=lambda row: -row["least"])
-    return {"text": _write_advice(rows, _name_model(truth)), "truth": _name_model(truth), "experiments": rows}
-
-
-def _screen_experiments(
-    explanation: "Explanation", truth: Model, rivals: list[Model]
-) -> list[tuple[float, Experiment, Starts]]:
-    """The experiments in which the models differ most as they are, with the periodic states found."""
+    alternatives = list_alternatives(explanation)
+    weights = [alternative.weight for alternative in alternatives]
+    entropy = find_entropy(weights)
+    ambient = explanation.calibrated.residuals.machine.ambient.pressure
+    listed = list_experiments(explanation.measured, ambient)
     screened = []
-    for experiment in list_experiments(explanation.measured, truth.residuals.machine.ambient.pressure):
-        starts = starts_at(truth.residuals.machine, [experiment.run], truth.residuals.parameters, truth.fitted.x)
-        try:
-            expected = _predict_whitened(experiment, truth, explanation.noise, starts)
-            plain = min(
-                np.linalg.norm(expected - _predict_whitened(experiment, rival, explanation.noise, starts))
-                for rival in rivals
-            )
-        except EndedEarly:
-            continue
-        screened.append((float(plain), experiment, starts))
-    return sorted(screened, key=lambda row: -row[0])[:MAX_EXPERIMENTS]
+    for experiment in listed:
+        preview = unless_ended(_preview, experiment, explanation, alternatives, False)
+        if preview:
+            screened.append((find_information(preview.forecasts, weights), experiment))
+    screened.sort(key=lambda row: -row[0])
+    rows = []
+    for _, experiment in screened[:MAX_EXPERIMENTS]:
+        preview = unless_ended(_preview, experiment, explanation, alternatives, True)
+        if preview:
+            rows.append(_describe_experiment(preview, alternatives, entropy))
+    rows.sort(key=lambda row: (-round(row["settled"] / STEP_SETTLED), -row["least"]))
+    return {
+        "text": _write_advice(rows),
+        "truth": alternatives[0].name,
+        "explanations": [{"name": each.name, "weight": each.weight} for each in alternatives],
+        "entropy_bits": entropy,
+        "experiments": rows,
+        "others": [
+            describe_run(experiment) | {"information_bits": information}
+            for information, experiment in screened[MAX_EXPERIMENTS:]
+        ],
+    }
 
 
-def _make_residuals(
-    experiment: Experiment, model: Model, noise: dict[str, Any], starts: Starts
-) -> tuple[WhitenedResiduals, np.ndarray, int]:
-    """Residuals of an experiment, the parameters as fitted with those of new sensors at 0, and the number of these."""
-    residuals = make_residuals(experiment, model.residuals.machine, model.residuals.parameters, noise, starts)
-    new = len(residuals.parameters) - len(model.fitted.x)
-    return residuals, np.append(model.fitted.x, np.zeros(new)), new
+def _preview(
+    experiment: Any, explanation: "Explanation", alternatives: Sequence[Alternative], refine: bool
+) -> Preview:
+    """Foresee an experiment, see `preview_experiment`."""
+    return preview_experiment(experiment, explanation, alternatives, refine=refine)
 
 
-def _predict_whitened(experiment: Experiment, model: Model, noise: dict[str, Any], starts: Starts) -> np.ndarray:
-    """Whitened prediction of an experiment by a model, (n,) [standard deviations]."""
-    residuals, x, _ = _make_residuals(experiment, model, noise, starts)
-    return residuals.whiten(residuals.predicted(x))[:, 0]
+def _describe_experiment(preview: Preview, alternatives: Sequence[Alternative], entropy: float) -> dict[str, Any]:
+    """What an experiment would tell, as data."""
+    information = find_information(preview.forecasts, [alternative.weight for alternative in alternatives])
+    rivals = zip(alternatives[1:], preview.forecasts[1:], strict=True)
+    n_sigma = {
+        rival.name: find_separation(preview.forecasts[0], forecast) for rival, forecast in rivals if rival.model
+    }
+    return describe_run(preview.experiment) | {
+        "information_bits": information,
+        "settled": information / entropy if entropy else 0.0,
+        "deviations": n_sigma,
+        "least": min(n_sigma.values(), default=0.0),
+        "outcomes": describe_outcomes(preview, alternatives),
+    }
 
 
-def find_separation(experiment: Experiment, truth: Model, rival: Model, noise: dict[str, Any], starts: Starts) -> float:
-    """Find by how many sigmas a rival misses the truth in an experiment, all its parameters fitted anew.
-
-    It is, to first order, the root of the least ``|d + J s|^2 + s' I s`` over shifts s of the rival's parameters. d is
-    the difference of both models in the experiment, J its sensitivities, and I the information of the data so far on
-    the parameters.
-
-    Parameters
-    ----------
-    experiment : apesim.studies.gap.design.experiments.Experiment
-    truth, rival : apesim.studies.estimation.model.Model
-    noise : dict
-        See `apesim.studies.estimation.noise.estimation.noise_of`.
-    starts : apesim.studies.estimation.starts.Starts
-        Starts of the experiment.
-
-    Returns
-    -------
-    float
-        [standard deviations]
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> experiment = list_experiments(explanation.measured, 101325.0)[0]
-    >>> residuals = explanation.best.residuals
-    >>> starts = starts_at(residuals.machine, [experiment.run], residuals.parameters, explanation.best.fitted.x)
-    >>> find_separation(experiment, explanation.best, explanation.best, explanation.noise, starts)
-    0.0
-    >>> find_separation(experiment, explanation.best, explanation.calibrated, explanation.noise, starts) > 1.0
-    True
-    """
-    residuals, x, new = _make_residuals(experiment, rival, noise, starts)
-    errors = residuals.at(x)
-    n = len(errors) - len(x)
-    slopes = residuals.jacobian(x, errors)[0][:n]
-    difference = errors[:n] - _predict_whitened(experiment, truth, noise, starts)
-    information = block_diag(rival.fitted.jacobian.T @ rival.fitted.jacobian, np.eye(new))
-    shift = -np.linalg.lstsq(slopes.T @ slopes + information, slopes.T @ difference, rcond=None)[0]
-    missed = difference + slopes @ shift
-    return float(np.sqrt(missed @ missed + shift @ information @ shift))
-
-
-def _name_model(model: Model) -> str:
-    """Name of an explanation, by what it adds."""
-    return " with ".join(model.names) or AS_IT_IS
-
-
-def _write_advice(rows: list[dict[str, Any]], truth: str) -> str:
+def _write_advice(rows: list[dict[str, Any]]) -> str:
     """Advice on the best of the experiments, in words."""
     if not rows:
         return "No experiment of the list could be simulated."
     best = rows[0]
-    differences = " and ".join(f"{name} by {value:.2g}" for name, value in best["deviations"].items())
-    text = f"Make {best['text']}: it would distinguish {truth} from {differences} sigmas.".replace("_", " ")
-    if best["least"] >= N_SIGMA_VISIBLE:
-        return text
+    settled = f"{100.0 * best['settled']:.0f} % of what is open"
+    text = f"Make {best['text']}: it is expected to settle {settled}. {write_outcomes(best['outcomes'])}"
     repeats = ceil((N_SIGMA_VISIBLE / max(best["least"], 1e-3)) ** 2)
-    if repeats > MAX_REPEATS:
-        return "No run of the list, and no sensor, would split them; what comes nearest: " + text[0].lower() + text[1:]
-    return f"{text} That is less than {N_SIGMA_VISIBLE:g}: repeat it about {repeats} times."
+    if best["settled"] < MIN_SETTLED and repeats > MAX_REPEATS:
+        return "No run of the list, and no sensor, would decide. What comes nearest: " + text[0].lower() + text[1:]
+    if 1 < repeats <= MAX_REPEATS:
+        return f"{text} One run leaves less than {N_SIGMA_VISIBLE:g} sigmas between some of them: repeat it {repeats} times."
+    return text
