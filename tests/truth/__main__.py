@@ -1,11 +1,13 @@
 """Sealed cases and the blind benchmark.
 
 ``python -m tests.truth challenge --seed N --out DIR`` makes a sealed case, ``python -m tests.truth benchmark --cases N
---out DIR`` makes many, has ``apesim gap explain`` and the baselines solve them, and scores all.
+--out DIR`` makes many, has ``apesim gap explain`` and the baselines solve them, and scores all. ``python -m tests.truth
+active --first N --cases N --out DIR`` counts the added runs that lead from a refusal or a tie to a name.
 """
 
 import argparse
 
+from .active import run_loops, seeds_from, table
 from .bank import Bank
 from .benchmark import TOOLS, benchmark
 from .challenge import make
@@ -29,9 +31,15 @@ def main():
     many.add_argument("--out", required=True, help="folder; what is there already is kept")
     many.add_argument("--jobs", type=int, default=1, help="cases at a time")
     many.add_argument("--tools", nargs="+", choices=TOOLS, default=list(TOOLS), help="who solves them; all if left out")
+    loop = commands.add_parser("active", help="add runs to open cases, as the program asks and at random, until named")
+    loop.add_argument("--first", type=int, default=70000, help="first seed; development's are 70000 to 79999")
+    loop.add_argument("--cases", type=int, required=True, help="cases that are likely to be open")
+    loop.add_argument("--out", required=True, help="folder; what is there already is kept")
     given = parser.parse_args()
     if given.command == "challenge":
         make(given.seed, given.out, given.bank and Bank(given.bank))
+    elif given.command == "active":
+        print(table([courses for _, courses in run_loops(seeds_from(given.first, given.cases), given.out) if courses]))
     else:
         tools = {name: TOOLS[name] for name in given.tools}
         end = given.first + given.cases
