@@ -1,8 +1,8 @@
 """The next test in a loop: how many added runs lead from a refusal or a tie to a name, chosen or drawn at random.
 
-A sealed case of the valve's bench is explained. While it is refused or tied, the independent simulator records one more
-run of the same rig, with the same hidden effect, the same errors of the rig and fresh noise, and all is explained again.
-One arm records the run that the program asks for, the other one that is drawn at random from the same list.
+A sealed case of the valve's bench is explained. While it is refused or tied, the independent simulator records one
+more run of the same rig, with the same hidden effect, the same errors of the rig and fresh noise, and all is explained
+again. One arm records the run that the program asks for, the other one that is drawn at random from the same list.
 """
 
 import json
@@ -31,7 +31,8 @@ ARMS = CHOSEN, RANDOM = "chosen", "random"
 MOST = 3
 """Runs that are added at most."""
 FEWEST_SIGMAS, MOST_SIGMAS = 5.0, 20.0
-"""Sizes of what is hidden, as a seed draws them first [deviations]: smaller ones are not seen, larger ones are named."""
+"""Sizes of what is hidden, as a seed draws them first [deviations]: smaller ones are hardly seen, larger ones mostly
+named."""
 MOST_SAMPLES = 501
 """Samples of a run: more take longer, and are no other case."""
 KEPT, FIRST_CASE = "kept.json", "0"
@@ -209,7 +210,10 @@ def add_run(case, before, folder, wanted, rng):
 
 def told(course):
     """A course in a line."""
-    steps = [f"{what} -> {one.said} {' with '.join(one.first)}" for what, one in zip(course.added, course.scored[1:], strict=True)]
+    steps = [
+        f"{what} -> {one.said} {' with '.join(one.first)}"
+        for what, one in zip(course.added, course.scored[1:], strict=True)
+    ]
     return f"{course.arm}: {', '.join(steps)}"
 
 

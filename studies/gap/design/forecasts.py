@@ -75,7 +75,7 @@ def list_alternatives(explanation: "Explanation") -> list[Alternative]:
         choices += [(choice.names, choice.model, choice.cost) for choice in explanation.ranked or explanation.fits]
     models: dict[str, tuple[Model, float]] = {}
     for names, model, cost in choices:
-        models.setdefault(" with ".join(names), (model, cost))
+        models.setdefault(" with ".join(names) or AS_IT_IS, (model, cost))
     models = dict(list(models.items())[:MAX_ALTERNATIVES])
     if is_refused or len(models) < 2 or decision.reason.kind is ReasonKind.FAINT:
         models.setdefault(AS_IT_IS, (base, base.cost))

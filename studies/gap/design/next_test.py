@@ -162,9 +162,7 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
     }
 
 
-def _preview(
-    experiment: Any, explanation: "Explanation", alternatives: Sequence[Alternative], refine: bool
-) -> Preview:
+def _preview(experiment: Any, explanation: "Explanation", alternatives: Sequence[Alternative], refine: bool) -> Preview:
     """Foresee an experiment, see `preview_experiment`."""
     return preview_experiment(experiment, explanation, alternatives, refine=refine)
 
@@ -173,9 +171,7 @@ def _describe_experiment(preview: Preview, alternatives: Sequence[Alternative], 
     """What an experiment would tell, as data."""
     information = find_information(preview.forecasts, [alternative.weight for alternative in alternatives])
     rivals = zip(alternatives[1:], preview.forecasts[1:], strict=True)
-    n_sigma = {
-        rival.name: find_separation(preview.forecasts[0], forecast) for rival, forecast in rivals if rival.model
-    }
+    n_sigma = {rival.name: find_separation(preview.forecasts[0], forecast) for rival, forecast in rivals if rival.model}
     return describe_run(preview.experiment) | {
         "information_bits": information,
         "settled": information / entropy if entropy else 0.0,
@@ -196,5 +192,5 @@ def _write_advice(rows: list[dict[str, Any]]) -> str:
     if best["settled"] < MIN_SETTLED and repeats > MAX_REPEATS:
         return "No run of the list, and no sensor, would decide. What comes nearest: " + text[0].lower() + text[1:]
     if 1 < repeats <= MAX_REPEATS:
-        return f"{text} One run leaves less than {N_SIGMA_VISIBLE:g} sigmas between some of them: repeat it {repeats} times."
+        return f"{text} One run leaves some of them less than {N_SIGMA_VISIBLE:g} sigmas apart: make {repeats}."
     return text

@@ -1,23 +1,28 @@
 """Outcomes: what each result of an experiment would mean, by a number that a user can look at."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import floor, isnan, log10, nan
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.studies.gap.design.expected_information import find_information, find_separation
+from apesim.studies.gap.design.expected_information import find_entropy, find_information, find_separation
 from apesim.studies.gap.design.forecasts import AS_IT_IS, NONE_OF_THEM, Alternative, Preview
 from apesim.studies.gap.report.comparison import find_display
 from apesim.studies.gap.search.phases import PHASES, Phase, find_phases
 from apesim.studies.measured import VALVE
 
-FLIGHTS = {Phase.OPENING_FLIGHT: ("opening", "energising"), Phase.CLOSING_FLIGHT: ("closing", "release")}
+FLIGHTS = {"opening flight": ("opening", "energising"), "closing flight": ("closing", "release")}
 """Flights of a valve: the stroke, and the command that begins it."""
+STEP_TOLD = 0.05
+"""Share of what is open by which one part of a record has to tell more than another to be looked at instead: a time
+of a flight is seen more easily than a mean."""
 MIN_CLEAR = 1.0
 """Sigmas from which a change of a number is worth a word: below, noise makes as much."""
 MIN_SAMPLES = 3
 """Samples of a signal in a phase, below which it is not looked at."""
+MAX_WRITTEN = 3
+"""Explanations whose outcomes are written in words: more would not be read."""
 
 
 def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> list[dict[str, Any]]:
@@ -34,10 +39,10 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
     Returns
     -------
     list of dict
-        For each explanation ``explanation``, ``signal``, ``phase``, ``quantity`` in words, ``value`` and ``change`` from
-        the machine as it is in ``unit``, and ``deviations``, by how many sigmas the machine as it is would miss this
-        part of the record, everything fitted anew. ``value``, ``change`` and ``deviations`` of an effect that is not in
-        the library are None.
+        For each explanation ``explanation``, ``signal``, ``phase``, ``quantity`` in words, ``value`` and ``change``
+        from the machine as it is in ``unit``, and ``deviations``, by how many sigmas the machine as it is would miss
+        this part of the record, everything fitted anew. ``value``, ``change`` and ``deviations`` of an effect that is
+        not in the library are None.
 
     Examples
     --------
@@ -51,27 +56,24 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
     >>> outcome["explanation"], outcome["signal"], outcome["deviations"] > MIN_CLEAR
     ('side_force', 'lift', True)
     """
-    number, phase, rows = _choose_cell(preview, alternatives)
-    block = preview.residuals.blocks[number]
+    part = _choose_part(preview, alternatives)
+    block, inside = preview.residuals.blocks[part.number], part.inside
     display = find_display(block)
-    inside = _find_cells(preview)[number] == phase
-    quantity, unit = f"mean {display.name}", display.unit
-    if phase >= 0:
-        quantity += f" in {PHASES[phase]}"
+    quantity, unit = f"mean {display.name}{f' in {part.name}' if part.name else ''}", display.unit
 
     def measure(values: list[np.ndarray]) -> float:
-        return float(display.convert(np.mean(values[number][inside])))
+        return float(display.convert(np.mean(values[part.number][inside])))
 
-    if phase >= 0 and PHASES[phase] in FLIGHTS and (preview.experiment.run.bench, block.sensor) == (VALVE, "lift"):
-        stroke, command = FLIGHTS[PHASES[phase]]
-        half = 0.5 * preview.residuals.machine.valve.stroke
-        release = preview.experiment.run.pulse
+    if _is_flight(part, preview):
+        stroke, command = FLIGHTS[part.name]
+        half, release = 0.5 * preview.residuals.machine.valve.stroke, preview.experiment.run.pulse
 
         def pass_half(values: list[np.ndarray]) -> float:
-            return 1e3 * _find_crossing(block.times, values[number] - half, release, is_opening=stroke == "opening")
+            height = values[part.number] - half
+            return 1e3 * _find_crossing(block.times, height, release, is_opening=stroke == "opening")
 
         if not any(isnan(pass_half(values)) for values in (preview.base_values, *preview.values)):
-            quantity, unit, measure = f"{stroke}: half of the stroke is passed after {command}", "ms", pass_half
+            quantity, unit, measure = f"time from {command} to half of the stroke", "ms", pass_half
     outcomes = []
     for alternative, forecast, values in zip(alternatives, preview.forecasts, preview.values, strict=True):
         is_known = alternative.model is not None
@@ -80,37 +82,79 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
             {
                 "explanation": alternative.name,
                 "signal": block.sensor,
-                "phase": str(PHASES[phase]) if phase >= 0 else None,
+                "phase": part.name or None,
                 "quantity": quantity,
                 "value": value if is_known else None,
                 "change": value - measure(preview.base_values) if is_known else None,
                 "unit": unit,
-                "deviations": find_separation(forecast.take(rows), preview.base.take(rows)) if is_known else None,
+                "deviations": find_separation(forecast.take(part.rows), preview.base.take(part.rows))
+                if is_known
+                else None,
             }
         )
     return outcomes
 
 
-def _find_cells(preview: Preview) -> list[np.ndarray]:
-    """The phase of each sample, by block."""
-    return [find_phases(block, preview.marks) for block in preview.residuals.blocks]
+class _Part(NamedTuple):
+    """A part of an experiment's record: a signal in a phase."""
+
+    number: int
+    """Number of the block."""
+    name: str
+    """Name of the phase; "": a mean over the cycle."""
+    inside: np.ndarray
+    """Whether each sample of the block is in it."""
+    rows: np.ndarray
+    """The same for all samples of the experiment, block after block."""
 
 
-def _choose_cell(preview: Preview, alternatives: Sequence[Alternative]) -> tuple[int, int, np.ndarray]:
-    """Number of the block, place of the phase, and rows of the samples, of the part that would tell most."""
-    weights = [alternative.weight for alternative in alternatives]
-    cells = _find_cells(preview)
-    best: tuple[float, int, int, np.ndarray] | None = None
-    for number, cell in enumerate(cells):
+def _list_parts(preview: Preview) -> Iterator[_Part]:
+    """The parts of a record that can be looked at; on a valve, those after both commands apart, and none at rest."""
+    blocks = preview.residuals.blocks
+    for number, block in enumerate(blocks):
+        cell = find_phases(block, preview.marks)
         for phase in np.unique(cell):
-            rows = np.concatenate([(other == phase) & (k == number) for k, other in enumerate(cells)])
-            if phase >= 0 and rows.sum() < MIN_SAMPLES:
-                continue
-            information = find_information([forecast.take(rows) for forecast in preview.forecasts], weights)
-            if best is None or information > best[0]:
-                best = information, number, int(phase), rows
-    assert best is not None  # a run has a phase that is longer than some samples
-    return best[1:]
+            parts = {PHASES[phase].value if phase >= 0 else "": cell == phase}
+            if block.run.bench == VALVE:
+                parts = _split_strokes(PHASES[phase], block.times, cell == phase, block.run.pulse)
+            for name, inside in parts.items():
+                if phase < 0 or inside.sum() >= MIN_SAMPLES:
+                    others = [
+                        inside if k == number else np.zeros(len(each.values), bool) for k, each in enumerate(blocks)
+                    ]
+                    yield _Part(number, name, inside, np.concatenate(others))
+
+
+def _split_strokes(phase: Phase, times: np.ndarray, inside: np.ndarray, release: float) -> dict[str, np.ndarray]:
+    """A phase of a valve, after energising and after release."""
+    opening, closing = inside & (times >= 0.0) & (times < release), inside & (times >= release)
+    match phase:
+        case Phase.DEAD_TIME:
+            return {"dead time after energising": opening, "dead time after release": closing}
+        case Phase.IMPACT:
+            return {"impact on opening": opening, "impact on closing": closing}
+        case Phase.DWELL:
+            return {"dwell": opening}
+        case _:
+            return {str(phase): inside}
+
+
+def _is_flight(part: _Part, preview: Preview) -> bool:
+    """Whether a part is a flight of a valve whose lift is measured."""
+    block = preview.residuals.blocks[part.number]
+    return part.name in FLIGHTS and (block.run.bench, block.sensor) == (VALVE, "lift")
+
+
+def _choose_part(preview: Preview, alternatives: Sequence[Alternative]) -> _Part:
+    """The part of a record that would tell most; of those that tell as much, a flight, else the largest."""
+    weights = [alternative.weight for alternative in alternatives]
+    step = STEP_TOLD * max(find_entropy(weights), 1e-6)
+
+    def rank(part: _Part) -> tuple[int, bool, float]:
+        information = find_information([forecast.take(part.rows) for forecast in preview.forecasts], weights)
+        return round(information / step), _is_flight(part, preview), information
+
+    return max(_list_parts(preview), key=rank)
 
 
 def _find_crossing(times: np.ndarray, height: np.ndarray, release: float, *, is_opening: bool) -> float:
@@ -126,45 +170,90 @@ def _find_crossing(times: np.ndarray, height: np.ndarray, release: float, *, is_
 
 
 def write_outcomes(outcomes: Sequence[dict[str, Any]]) -> str:
-    """Write what each outcome of an experiment would mean.
+    """Write what the outcomes of an experiment would mean.
 
     Parameters
     ----------
     outcomes : sequence of dict
-        See `describe_outcomes`.
+        See `describe_outcomes`, the best explanation first.
 
     Returns
     -------
     str
-        One sentence for each explanation.
+        A sentence for each of the best `MAX_WRITTEN` explanations, for the machine as it is and for what is not in the
+        library, where these are in play.
 
     Examples
     --------
     >>> outcome = {"explanation": "side_force", "quantity": "mean lift in dwell", "value": 8.7134, "change": -0.2866}
-    >>> print(write_outcomes([outcome | {"unit": "mm", "deviations": 12.3}]))
-    Look at the mean lift in dwell. If it is side force: 8.71 mm, 0.29 mm less than the machine as it is says (12 sigmas).
+    >>> print(write_outcomes([outcome | {"unit": "mm", "deviations": 0.6}]))
+    Look at the mean lift in dwell. If it is side force: 8.7 mm, as the machine as it is says, within 1 sigma.
     """
     sentences = [f"Look at the {outcomes[0]['quantity']}."]
     known = [outcome for outcome in outcomes if outcome["value"] is not None]
-    decimals = min((_find_decimals(outcome) for outcome in known), default=0)
+    named = [outcome for outcome in known if outcome["explanation"] != AS_IT_IS][:MAX_WRITTEN]
+    decimals = find_decimals(known)
+    for outcome in named:
+        value = f"{outcome['value']:.{decimals}f} {outcome['unit']}"
+        sentences.append(
+            f"If it is {outcome['explanation'].replace('_', ' ')}: {value}, {format_change(outcome, decimals)}."
+        )
     for outcome in known:
-        name, value, unit = outcome["explanation"].replace("_", " "), outcome["value"], outcome["unit"]
-        start = "If nothing is missing" if name == AS_IT_IS else f"If it is {name}"
-        text = f"{start}: {value:.{max(decimals, 0)}f} {unit}"
-        if name != AS_IT_IS and outcome["deviations"] >= MIN_CLEAR:
-            way = "more" if outcome["change"] > 0.0 else "less"
-            way = way if unit != "ms" else {"more": "later", "less": "earlier"}[way]
-            change = f"{abs(outcome['change']):.{max(decimals, 0)}f} {unit}"
-            text += f", {change} {way} than {AS_IT_IS} says ({outcome['deviations']:.2g} sigmas)"
-        elif name != AS_IT_IS:
-            text += f", hardly other than {AS_IT_IS} says ({outcome['deviations']:.1f} sigmas)"
-        sentences.append(f"{text}.")
+        if outcome["explanation"] == AS_IT_IS:
+            sentences.append(f"If nothing is missing: {outcome['value']:.{decimals}f} {outcome['unit']}.")
     if len(known) < len(outcomes):
         sentences.append(f"If the record fits none of these, it is {NONE_OF_THEM}.")
     return " ".join(sentences)
 
 
-def _find_decimals(outcome: dict[str, Any]) -> int:
-    """Decimals by which the change of a number is shown with no more digits than its error, one sigma."""
-    error = abs(outcome["change"]) / max(outcome["deviations"], 1.0)
-    return -floor(log10(error)) if error > 0.0 else 12
+def format_change(outcome: dict[str, Any], decimals: int) -> str:
+    """How far an outcome is from the machine as it is, in words.
+
+    Parameters
+    ----------
+    outcome : dict
+        With a value, see `describe_outcomes`.
+    decimals : int
+        Decimals of the number.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> format_change({"change": 0.8213, "unit": "ms", "deviations": 11.6}, 2)
+    '0.82 ms later than the machine as it is says (12 sigmas)'
+    >>> format_change({"change": 0.01, "unit": "ms", "deviations": 0.3}, 2)
+    'as the machine as it is says, within 1 sigma'
+    """
+    if outcome["deviations"] < MIN_CLEAR:
+        return f"as {AS_IT_IS} says, within {MIN_CLEAR:g} sigma"
+    words = ("earlier", "later") if outcome["unit"] == "ms" else ("less", "more")
+    change = f"{abs(outcome['change']):.{decimals}f} {outcome['unit']}"
+    return f"{change} {words[outcome['change'] > 0.0]} than {AS_IT_IS} says ({outcome['deviations']:.2g} sigmas)"
+
+
+def find_decimals(outcomes: Sequence[dict[str, Any]]) -> int:
+    """Decimals with which the numbers of outcomes are shown: none beyond the error of one sigma.
+
+    Parameters
+    ----------
+    outcomes : sequence of dict
+        With values, see `describe_outcomes`.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> find_decimals([{"change": 0.8213, "deviations": 11.6}, {"change": 0.1, "deviations": 0.2}])
+    2
+    """
+    errors = [
+        abs(outcome["change"]) / outcome["deviations"] for outcome in outcomes if outcome["deviations"] >= MIN_CLEAR
+    ]
+    if not errors or max(errors) <= 0.0:
+        return 1
+    return max(0, -floor(log10(max(errors))))

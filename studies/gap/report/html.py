@@ -11,6 +11,7 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.gap.design.outcomes import find_decimals
 from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms
 from apesim.studies.gap.report.effect_rows import format_interval, format_value
@@ -175,7 +176,7 @@ def render_page(
         "key": format_key,
     }
     environment.filters |= {"value": format_value, "interval": format_interval, "limit": format_limit}
-    environment.filters |= {"before": format_before, "after": format_after}
+    environment.filters |= {"before": format_before, "after": format_after, "rounded": _format_rounded}
     effects = list_effects(explanation.calibrated.residuals.machine)
     ranges = {name: entry.parameters[0].range for name, entry in effects.items()}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
@@ -201,6 +202,12 @@ def render_page(
         calibrated=is_explained(data),
         version=version("apesim"),
     )
+
+
+def _format_rounded(value: float | None, outcomes: Sequence[dict[str, Any]]) -> str:
+    """A number of an outcome with the decimals that its like have; "-" where there is none."""
+    known = [outcome for outcome in outcomes if outcome["value"] is not None]
+    return "-" if value is None else f"{value:.{find_decimals(known)}f}"
 
 
 def format_name(name: str) -> str:

@@ -227,11 +227,44 @@ def test_a_size_from_which_an_area_is_visible_says_that_smaller_ones_are_the_lar
     assert "<td>12 mm² and below</td>" in page_of(detection_limits={"supply_droop": limit})
 
 
+NEXT_TEST = {
+    "text": "again",
+    "truth": "coulomb_friction",
+    "isolate": [{"effect": "bounce", "isolated_by": "a high-speed sensor"}],
+    "experiments": [
+        {
+            "text": "a run at 1.0 MPa gauge",
+            "deviations": {"spring_rate_error": 7.25, "moving_mass_error": 6.5},
+            "settled": 0.874,
+            "outcomes": [
+                {
+                    "explanation": name,
+                    "quantity": "mean lift in dwell",
+                    "unit": "mm",
+                    "value": value,
+                    "change": value and value - 9.0,
+                    "deviations": n_sigma,
+                }
+                for name, value, n_sigma in (("coulomb_friction", 8.7134, 12.3), ("none of the library", None, None))
+            ],
+        }
+    ],
+}
+
+
 def test_each_column_of_the_next_test_is_headed_by_what_it_would_split_off():
-    row = {"text": "a run at 1.0 MPa gauge", "deviations": {"spring_rate_error": 7.25, "moving_mass_error": 6.5}}
-    page = page_of(next_test={"text": "again", "truth": "coulomb_friction", "experiments": [row]})
+    page = page_of(next_test=NEXT_TEST)
     assert "<th>spring rate error</th><th>moving mass error</th>" in page
+    assert "<td>87&nbsp;%</td>" in page
     assert "<td>7.25</td><td>6.5</td>" in page
+
+
+def test_the_next_test_says_what_each_outcome_would_mean():
+    page = page_of(next_test=NEXT_TEST)
+    assert "a run at 1.0 MPa gauge: if it is</th><th>mean lift in dwell [mm]</th>" in page
+    assert "<tr><td>coulomb friction</td>\n<td>8.71</td><td>-0.29</td>\n<td>12.3</td></tr>" in page
+    assert "<tr><td>none of the library</td>\n<td>-</td><td>-</td>\n<td>-</td></tr>" in page
+    assert "bounce: a high-speed sensor." in page
 
 
 def test_names_in_a_page_are_escaped():
