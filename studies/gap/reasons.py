@@ -66,8 +66,8 @@ class ReasonKind(StrEnum):
     ODD_FILE = "{file} alone is wrong, and no effect of the library explains that"
     ODD_CHANNEL = "{sensor} of {file} leaves {rms:.2g} of the noise, where the other files are explained"
     FILE_OR_EFFECT = "a fault of one file and an effect explain the gap equally well"
-    FILE_NOT_EXPLAINED = "{file} is worst explained, and no fault of measurement or effect explains it"
-    FILE_NOT_ALONE = "{file} is worst explained, and without it a gap is left that nothing explains"
+    FILE_NOT_EXPLAINED = "no fault of measurement and no effect explains {file}, where the fit is worst"
+    FILE_NOT_ALONE = "without {file}, where the fit is worst, a gap is left that nothing explains"
     TABLE_TAKES_MORE = "an unknown {balance} without a name takes more of the gap"
 
     def with_facts(self, **facts: Any) -> "Reason":

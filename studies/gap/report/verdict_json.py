@@ -89,7 +89,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "rest": describe_rest(explanation.rest) if explanation.rest else None,
         "odd_channels": [channel._asdict() for channel in explanation.odd],
         "nearest": [] if named else effects,
-        "class": [name for choice in (_best(decision), *decision.rivals) for name in choice.names] if named else [],
+        "class": list_class(decision) if named else [],
         "alternatives": rivals,
         "probability": find_probability(statements[0]) if statements and not is_tie else None,
         "inclusion": describe_inclusion(statements),
@@ -120,6 +120,27 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "simulations": explanation.simulations,
         "warnings": explanation.warnings,
     }
+
+
+def list_class(decision: Decision) -> list[str]:
+    """The effects of what is named and of what these data do not distinguish from it, each once.
+
+    Parameters
+    ----------
+    decision : apesim.studies.gap.decide.verdict.Decision
+        With a best explanation.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> list_class(explain_example().decision)
+    ['side_force']
+    """
+    return list(dict.fromkeys(name for choice in (_best(decision), *decision.rivals) for name in choice.names))
 
 
 def describe_models(base: Model, choices: Sequence[Choice]) -> list[dict[str, Any]]:
@@ -410,7 +431,7 @@ def write_sentence(explanation: "Explanation") -> str:
     lacks = " and ".join(text for name, text in texts.items() if name not in sensed)
     recorded = " and ".join(text for name, text in texts.items() if name in sensed)
     if decision.verdict == Verdict.NAMED_CLASS:
-        others = " or ".join(name.replace("_", " ") for choice in decision.rivals for name in choice.names)
+        others = _list_choices(decision.rivals)
         opening = "The gap is" if recorded else "The model lacks"
         return f"{opening} {said}, or what these data do not distinguish from it: {others}."
     if not lacks:
@@ -452,7 +473,12 @@ def format_fault(row: dict[str, Any]) -> str:
 
 def _list_alternatives(decision: Decision) -> str:
     """The best explanation and its rivals in words."""
-    return ", or ".join(" with ".join(c.names) for c in (_best(decision), *decision.rivals)).replace("_", " ")
+    return _list_choices((_best(decision), *decision.rivals))
+
+
+def _list_choices(choices: Sequence[Choice]) -> str:
+    """Explanations in words."""
+    return ", or ".join(" with ".join(choice.names) for choice in choices).replace("_", " ")
 
 
 def _format_effects(rows: list[dict[str, Any]]) -> dict[str, str]:
