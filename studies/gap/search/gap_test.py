@@ -1,6 +1,6 @@
 """The test for a gap: the largest score of all, against the largest that noise alone gives."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -102,8 +102,7 @@ def compare_with_noise(
         return GapTest(_find_chances(highest, largest), largest, limit)
     together = score_pairs(seen[None, :], pairs, correlations, one_sided)[0]
     best = int(np.argmax(together))
-    some = np.array_split(draws, NOISE_DRAWS)
-    highest_pairs = np.concatenate([score_pairs(each, pairs, correlations, one_sided).max(axis=1) for each in some])
+    highest_pairs = score_best_pairs(draws, pairs, correlations, one_sided)
     smaller = min(_find_chances(highest, largest), _find_chances(highest_pairs, together[best]))
     smaller_by_noise = np.minimum(_find_chances(highest, highest), _find_chances(highest_pairs, highest_pairs))
     p_value = float((1.0 + np.sum(smaller_by_noise <= smaller)) / (1.0 + DRAWS))
@@ -185,11 +184,53 @@ def score_pairs(scores: np.ndarray, pairs: np.ndarray, correlations: np.ndarray,
     >>> score_pairs(np.ones((1, 2)), np.array([[0, 1]]), correlations, np.array([False, False])).round(2).tolist()
     [[4.47]]
     """
-    found = np.empty((len(scores), len(pairs)))
-    for first in np.unique(pairs[:, 0]):
-        columns = np.flatnonzero(pairs[:, 0] == first)
-        second = pairs[columns, 1]
-        r, a, b = correlations[first, second], scores[:, first : first + 1], scores[:, second]
-        impossible = (one_sided[first] & (a < r * b)) | (one_sided[second] & (b < r * a))
-        found[:, columns] = np.where(impossible, 0.0, (a * a + b * b - 2.0 * r * a * b) / (1.0 - r * r))
-    return np.sqrt(np.maximum(found, 0.0))
+    found = np.array(list(_square_pairs(scores, pairs, correlations, one_sided)))
+    return np.sqrt(np.maximum(found, 0.0)).reshape(len(pairs), len(scores)).T
+
+
+def score_best_pairs(
+    scores: np.ndarray, pairs: np.ndarray, correlations: np.ndarray, one_sided: np.ndarray
+) -> np.ndarray:
+    """Score the best pair of shapes of each draw, see `score_pairs`.
+
+    Parameters
+    ----------
+    scores : (d, m) float array
+        Scores of all shapes, d times.
+    pairs : (k, 2) int array
+        One pair at least.
+    correlations : (m, m) float array
+    one_sided : (m,) bool array
+        Whether a strength cannot be negative.
+
+    Returns
+    -------
+    (d,) float array
+        [standard deviations]
+
+    Examples
+    --------
+    >>> pairs = np.array([[0, 1], [0, 2]])
+    >>> score_best_pairs(np.array([[1.0, 2.0, 3.0]]), pairs, np.eye(3), np.zeros(3, dtype=bool)).round(2).tolist()
+    [3.16]
+    """
+    best = np.zeros(len(scores))
+    for squared in _square_pairs(scores, pairs, correlations, one_sided):
+        np.maximum(best, squared, out=best)
+    return np.sqrt(best)
+
+
+def _square_pairs(
+    scores: np.ndarray, pairs: np.ndarray, correlations: np.ndarray, one_sided: np.ndarray
+) -> Iterator[np.ndarray]:
+    """Squares of what `score_pairs` gives of each pair, (d,); below 0 by rounding alone."""
+    rows = np.ascontiguousarray(scores.T)  # the scores of a shape stand together, so that no pair copies them
+    squares = rows * rows
+    for first, second in pairs.tolist():
+        r, a, b = correlations[first, second], rows[first], rows[second]
+        squared = (squares[first] + squares[second] - 2.0 * r * a * b) / (1.0 - r * r)
+        if one_sided[first]:
+            squared[a < r * b] = 0.0
+        if one_sided[second]:
+            squared[b < r * a] = 0.0
+        yield squared
