@@ -19,6 +19,7 @@ from apesim.studies.gap.decide.verdict import Decision, find_refusal
 from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
 from apesim.studies.gap.report.calibrated_numbers import describe_value
 from apesim.studies.gap.report.effect_rows import describe_effects, format_value
+from apesim.studies.gap.search.candidates import SAME_IN_RECORD
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.search.run_faults import FaultKind, find_files
@@ -123,7 +124,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
 
 
 def list_class(decision: Decision) -> list[str]:
-    """The effects of what is named and of what these data do not distinguish from it, each once.
+    """What is named, and all that these data do not distinguish from it, each once; errors of the record last.
 
     Parameters
     ----------
@@ -133,6 +134,7 @@ def list_class(decision: Decision) -> list[str]:
     Returns
     -------
     list of str
+        Names of effects, and keys of numbers of the machine.
 
     Examples
     --------
@@ -140,7 +142,14 @@ def list_class(decision: Decision) -> list[str]:
     >>> list_class(explain_example().decision)
     ['side_force']
     """
-    return list(dict.fromkeys(name for choice in (_best(decision), *decision.rivals) for name in choice.names))
+    names = dict.fromkeys(name for choice in (_best(decision), *decision.rivals) for name in choice.names)
+    return [*names, *_list_same_in_record(decision)]
+
+
+def _list_same_in_record(decision: Decision) -> list[str]:
+    """Errors of the record that do the same as a number of the machine that is named, or is a rival."""
+    names = [name for choice in (_best(decision), *decision.rivals) for name in choice.names]
+    return [SAME_IN_RECORD[name] for name in names if name in SAME_IN_RECORD]
 
 
 def describe_models(base: Model, choices: Sequence[Choice]) -> list[dict[str, Any]]:
@@ -421,7 +430,8 @@ def write_sentence(explanation: "Explanation") -> str:
     said = " and ".join(texts.values())
     if decision.verdict == Verdict.CALIBRATION:
         wrong = "reading" if rows[0]["key"].startswith(READINGS) else "number"
-        return f"Nothing is missing, but a {wrong} is wrong: {said}."
+        record = "".join(f", or the {name.replace('_', ' ')} of the record" for name in _list_same_in_record(decision))
+        return f"Nothing is missing, but a {wrong} is wrong: {said}{record}."
     if decision.verdict == Verdict.MEASUREMENT:
         faults = [row for row in rows if row["file"]]
         wrong = "; ".join(f"{row['file']}: {format_fault(row)}" for row in faults)
@@ -431,7 +441,7 @@ def write_sentence(explanation: "Explanation") -> str:
     lacks = " and ".join(text for name, text in texts.items() if name not in sensed)
     recorded = " and ".join(text for name, text in texts.items() if name in sensed)
     if decision.verdict == Verdict.NAMED_CLASS:
-        others = _list_choices(decision.rivals)
+        others = " or ".join([_list_choices(decision.rivals), *_list_same_in_record(decision)]).replace("_", " ")
         opening = "The gap is" if recorded else "The model lacks"
         return f"{opening} {said}, or what these data do not distinguish from it: {others}."
     if not lacks:

@@ -37,6 +37,9 @@ TWINS = {
     "valve.moving_mass": "moving_mass_error",
 }
 """Nuisances that, far from their prior, are an effect of the library by another name."""
+SAME_IN_RECORD = {"valve.solenoid.dead_time": "time_zero"}
+"""Numbers of the machine that do the same to every signal of a valve's bench as an error of the record: both edges come
+later, whether the solenoids or the recorder are late."""
 SIZES, INVERSE_SIZES = (0.01, 0.25, -0.25), (0.1, 0.5)
 """Sizes of probes, in units of a strength's x."""
 LARGE_SIZES = {"bounce": (0.25, 0.5, 0.75, 1.0)}

@@ -15,7 +15,7 @@ from apesim.studies.gap.decide.verdict import Decision
 from apesim.studies.gap.explanation import Explanation
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.report.effect_rows import SIDES, describe_effects
-from apesim.studies.gap.report.verdict_json import write_sentence
+from apesim.studies.gap.report.verdict_json import list_class, write_sentence
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.work import Work
@@ -162,3 +162,14 @@ def explanation(model):
     rest = dict.fromkeys(("sensitivities", "scores", "gap_test", "solver_error", "tolerance", "cells"))
     measured = Measured("", {}, ())
     return Explanation(**rest, measured=measured, calibrated=base, decision=decision, warnings=[])
+
+
+def test_a_wrong_dead_time_may_be_a_wrong_zero_of_the_recorders_time():
+    """No signal of the valve's bench knows whether the solenoids or the recorder are late."""
+    dead_time = released(machine(), Prior("valve.solenoid.dead_time", 0.1e-3), 6.0)
+    assert said("CALIBRATION", dead_time).endswith(", or the time zero of the record.")
+    ramp = with_effects(("slow_ramp", 0.5))
+    assert said("NAMED_CLASS", ramp, dead_time).endswith("valve.solenoid.dead time or time zero.")
+    assert "time zero" not in said("NAMED", ramp)
+    decision = SimpleNamespace(best=Choice(ramp, 0.0), rivals=(Choice(dead_time, 1.0),))
+    assert list_class(decision) == ["slow_ramp", "valve.solenoid.dead_time", "time_zero"]
