@@ -9,6 +9,8 @@ from docs import results
 from docs.extensions.generated import write_effects, write_measured
 from docs.results import benchmark
 from tests.folders import ROOT
+from tests.truth.score import NO_VERDICT, Scored
+from tests.truth.second_schedule import second_plan
 
 PAGES = ROOT / "docs" / "missing_effect"
 CELL = re.compile(r"(?<!\\)\|")
@@ -62,10 +64,11 @@ def test_keys_of_measured_runs_are_explained():
 
 def test_a_case_without_a_verdict_counts():
     seeds = range(benchmark.FIRST, benchmark.FIRST + benchmark.CASES)
-    table = benchmark.count_verdicts([], dict.fromkeys(seeds, "longer than 900 s"))
+    answers = [{"kind": second_plan(seed).kind, "hidden": [], "clutter": second_plan(seed).clutter} for seed in seeds]
+    table = benchmark.count_verdicts([Scored(answer, {"verdict": NO_VERDICT}) for answer in answers])
     counts = {row[0]: [cell.value for cell in row[1:]] for row in table.rows}
     assert counts["no verdict"] == counts["all"]
-    assert sum(counts["all"]) == len(seeds) == 64
+    assert sum(counts["all"]) == len(seeds) == 725
     assert all(row == [0] * len(benchmark.KINDS) for name, row in counts.items() if name not in ("no verdict", "all"))
 
 

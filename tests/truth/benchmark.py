@@ -9,15 +9,18 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from .diagrams import confusion_matrix, reliability
-from .score import Scored, figures
+from .figures import figures
+from .score import BAD_INPUT, NO_VERDICT, Scored
 from .tables import comparison, report
 
 CASE, ANSWER, VERDICT, WHY = "case", "answer.json", "verdict.json", "why.txt"
-BASELINES = "rms", "aic", "sindy"
+BASELINES = "rms", "aic", "bic", "sindy"
 TOOLS = {"apesim": ["apesim"]} | {name: [sys.executable, "-m", "tests.baselines", name] for name in BASELINES}
 """Commands by name; ``gap explain CASE --machine FILE --out OUT`` follows."""
 LONGEST = 900.0
 """That a program may take for a case [s]."""
+IMPOSSIBLE = "exit code 2"
+"""Begins the reason where a program takes the data for impossible."""
 
 
 def benchmark(seeds, out, tools=TOOLS, jobs=1):
@@ -92,13 +95,13 @@ def explained(folder, name, tool):
         command = [*tool, "gap", "explain", case, "--machine", case / "machine.toml", "--out", out, *without]
         try:
             run = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST)
-            why = "" if verdict.exists() else f"exit code {run.returncode}: {last_line(run.stderr)}"
+            why = "" if verdict.exists() else f"exit code {run.returncode}: {run.stderr.strip() or last_line('')}"
         except subprocess.TimeoutExpired:
             why = f"longer than {LONGEST:g} s"
         if why:
             out.mkdir(exist_ok=True)
             (out / WHY).write_text(why)
-            return why
+            return last_line(why)
     return json.loads(verdict.read_text())["verdict"]
 
 
@@ -108,16 +111,20 @@ def last_line(text):
 
 
 def read(seeds, out, name):
-    """The cases to which a program has a verdict, and why others have none, by seed."""
+    """The cases that a program was given, and why some have no verdict, by seed; a case without one counts, too."""
     scored, missing = [], {}
     for seed in seeds:
         folder = Path(out) / "cases" / str(seed)
         verdict, why = folder / name / VERDICT, folder / name / WHY
         if verdict.exists():
             scored.append(Scored(*(json.loads(path.read_text()) for path in (folder / ANSWER, verdict))))
-        else:
-            missing[seed] = why.read_text() if why.exists() else "no case"
-    return scored, missing
+            continue
+        missing[seed] = why.read_text() if why.exists() else "no case"
+        if why.exists():
+            word = BAD_INPUT if missing[seed].startswith(IMPOSSIBLE) else NO_VERDICT
+            said = {"verdict": word, "reason": missing[seed]}
+            scored.append(Scored(json.loads((folder / ANSWER).read_text()), said))
+    return scored, {seed: last_line(why) for seed, why in missing.items()}
 
 
 def publish(scored, missing, out):

@@ -14,9 +14,11 @@ from .nuisances import NUISANCES, SHARES, Nuisance, nuisances_for, of_engine, of
 WIDER = 2.0
 """Times the priors of `truth.nuisances`."""
 FREEDOM = 4
-"""Degrees of freedom of Student's t: of a thousand values 16 lie beyond three standard deviations, of normal ones 3."""
-FARTHEST = 4.0
-"""Standard deviations beyond which none is drawn: one in two hundred."""
+"""Degrees of freedom of Student's t: of a thousand values 13 lie beyond three standard deviations, of normal ones 3."""
+FARTHEST = 5.5
+"""Of that t; one in two hundred lies beyond, and is not taken."""
+SPREAD = 1.2919
+"""Standard deviation of that t between these ends."""
 SMALLEST_SHARE = -0.5
 """Below which no share is drawn."""
 MEASURED_WELL = 0.25
@@ -76,8 +78,8 @@ def draw_heavy(rng, nuisance):
     """A value of a distribution with heavy tails, SI or a share."""
     lowest = SMALLEST_SHARE if nuisance.name in SHARES else -np.inf
     while True:
-        x = np.sqrt((FREEDOM - 2.0) / FREEDOM) * rng.standard_t(FREEDOM)
-        value = nuisance.deviation * float(x)
+        x = float(rng.standard_t(FREEDOM))
+        value = nuisance.deviation * x / SPREAD
         if abs(x) <= FARTHEST and value >= lowest:
             return value
 

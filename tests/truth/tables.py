@@ -1,8 +1,11 @@
 """Tables of the benchmark, as Markdown."""
 
+from .figures import figures, rightly_named
 from .library import LIBRARY
-from .schedule import DOUBLE, SINGLE
-from .score import BLAMING, NAMES, clopper_pearson, figures
+from .schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
+from .score import BLAMING, NAMES, clopper_pearson
+from .second_case import ALIKE
+from .second_schedule import FAULTY, TRIPLE
 
 EDGES = (0.0, 2.5, 5.0, 10.0, 20.0, 50.0, float("inf"))
 
@@ -63,8 +66,10 @@ def short(figure):
 
 
 def spoken(one):
-    """What a verdict says, for the confusion matrix."""
-    return one.first[0] if one.said in NAMES and len(set(one.first)) == 1 else one.said
+    """What a verdict says, for the confusion matrix; a name beside a faulty file has the file with it."""
+    physics = one.physics
+    said = physics.first[0] if physics.said in NAMES and len(set(physics.first)) == 1 else physics.said
+    return f"file + {said}" if one.rest else said
 
 
 def confusion(scored):
@@ -95,27 +100,81 @@ def confusion_table(scored):
 
 
 def strata(scored):
-    """How often what is hidden was named right, by stratum, among single effects and pairs."""
-    hidden = [one for one in scored if one.kind in (SINGLE, DOUBLE)]
+    """How often what is hidden was named right, by stratum, among all cases that hide something of the library."""
+    hidden = [one for one in scored if one.hidden and one.kind in (SINGLE, DOUBLE, TRIPLE, FAULTY)]
 
-    def by(what, key):
-        values = sorted({key(one) for one in hidden}, key=str)
+    def by(what, key, among=hidden):
+        values = sorted({key(one) for one in among}, key=str)
         for value in values:
-            among = [one for one in hidden if key(one) == value]
-            blamed = [one for one in among if one.said in BLAMING]
-            named, wrong = sum(bool(one.right) for one in blamed), sum(one.wrong for one in blamed)
-            yield [what, value, *rate(named, len(among)), wrong]
+            inside = [one for one in among if key(one) == value]
+            named = sum(map(rightly_named, inside))
+            wrong = sum(one.wrong for one in inside if one.said in BLAMING)
+            yield [what, value, *rate(named, len(inside)), wrong]
 
+    pairs = [one for one in hidden if one.kind in (DOUBLE, TRIPLE)]
+    yes = {True: "yes", False: "no"}
     rows = [
         *by("kind", lambda one: one.kind),
         *by("bench", lambda one: one.answer["bench"]),
+        *by("cosine above 0.9", lambda one: yes[one.answer["cosine"] > ALIKE], pairs),
+        *by("clutter", lambda one: yes[bool(one.clutter)]),
+        *by("scatter of runs", lambda one: yes[bool(one.answer.get("scatter"))]),
+        *by("known to: stated", lambda one: yes[bool(one.answer.get("stated"))]),
         *by("sensors", lambda one: one.answer["setting"]["suite"]),
         *by("noise", lambda one: f"× {one.answer['setting']['noise']['scale']:g}"),
         *by("colour", lambda one: one.answer["setting"]["noise"]["colour"]),
         *by("points", lambda one: len(one.answer["setting"]["points"])),
         *by("deviations", lambda one: f"{max(e for e in EDGES if e <= one.deviations):5.3g} and more"),
     ]
-    return markdown(["stratum", "", "named right", "counts", "95 % interval", "named wrong"], rows)
+    return markdown(["stratum", "", "named right", "counts", "95 % interval", "wrong"], rows)
+
+
+def faults(scored):
+    """How often a faulty file was pointed at, and the rest right, by the kind of fault."""
+    faulty = [one for one in scored if one.faulty]
+    rows = []
+    for kind in sorted({one.fault["kind"] for one in faulty}):
+        among = [one for one in faulty if one.fault["kind"] == kind]
+        right = sum(one.besides for one in among)
+        rows.append(
+            [kind, *rate(sum(one.pointed for one in among), len(among)), right, sum(one.wrong for one in among)]
+        )
+    return markdown(
+        ["fault, ≥ 10 sigmas", "pointed at", "counts", "95 % interval", "and the rest right", "wrong"], rows
+    )
+
+
+def outside(scored):
+    """What was said where the library does not have what is hidden, near ones apart."""
+    rows = []
+    for kind in (REMOVED, FOREIGNER):
+        for near in (False, True):
+            among = [one for one in scored if one.kind == kind and bool(one.answer.get("near")) == near]
+            unnamed = sum(not one.named for one in among)
+            rows.append([kind, "near" if near else "far", *rate(unnamed, len(among)), sum(one.wrong for one in among)])
+    return markdown(["outside", "of the library", "not named", "counts", "95 % interval", "wrong"], rows)
+
+
+def empty(scored):
+    """Alarms, names and wrong statements where nothing is hidden, by what else is in the data."""
+    rows = []
+    for clutter in (False, True):
+        for scatter in (False, True):
+            for stated in (False, True):
+                among = [
+                    one
+                    for one in scored
+                    if one.kind == NONE
+                    and bool(one.clutter) == clutter
+                    and bool(one.answer.get("scatter")) == scatter
+                    and bool(one.answer.get("stated")) == stated
+                ]
+                flags = ["yes" if flag else "no" for flag in (clutter, scatter, stated)]
+                alarms = sum(bool(one.verdict.get("alarm")) for one in among)
+                named, wrong = sum(one.named for one in among), sum(one.wrong for one in among)
+                rows.append([*flags, *rate(alarms, len(among)), named, wrong])
+    head = ["clutter", "scatter", "known to: stated", "alarms", "counts", "95 % interval", "named", "wrong"]
+    return markdown(head, rows)
 
 
 def report(scored, missing):
@@ -139,6 +198,12 @@ def report(scored, missing):
         figures_table(scored),
         "## Named right, by stratum",
         strata(scored),
+        "## Faulty files",
+        faults(scored),
+        "## Outside the library",
+        outside(scored),
+        "## Nothing hidden",
+        empty(scored),
         "## What was hidden, what was said",
         confusion_table(scored),
     ]

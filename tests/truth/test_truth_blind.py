@@ -10,8 +10,9 @@ from apesim.engine.effects import ALL_EFFECTS
 from tests.folders import SAMPLES
 from tests.truth.benchmark import benchmark
 from tests.truth.challenge import draw, make, restore, write
+from tests.truth.figures import figures
 from tests.truth.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
-from tests.truth.score import CLEAR, figures
+from tests.truth.score import CLEAR
 
 TOOLS = {"apesim": [sys.executable, "-c", "from apesim.studies.cli import main; main()"]}
 FIVE = {20226: SINGLE, 20320: SINGLE, 20414: DOUBLE, 20329: REMOVED, 20255: FOREIGNER}
