@@ -1,4 +1,4 @@
-"""``python -m tests.baselines rms|aic|sindy gap explain CASE --machine FILE --out OUT [--without NAME]...``
+"""``python -m tests.baselines rms|aic|bic|sindy gap explain CASE --machine FILE --out OUT [--without NAME]...``
 
 Writes a ``verdict.json`` as `apesim gap explain` does, so that the blind benchmark scores it alike.
 """
@@ -14,6 +14,7 @@ from apesim.studies.gap.search.library import select_effects
 from apesim.studies.measured import read_measured
 
 from .fits import one_parameter_fits
+from .selection import select_by_bic
 from .sparse import missing_force
 
 NORMAL_95 = 1.959963984540054
@@ -43,6 +44,24 @@ def by_fit(machine, measured, effects, akaike):
     return {"verdict": "NAMED", "alarm": True, "effects": [named], "probability": probability}
 
 
+def by_selection(machine, measured, effects):
+    """Verdict of a forward selection by BIC, all nuisances free."""
+    best, tried, nuisances = select_by_bic(machine, measured, effects)
+    rows = []
+    for number, one in enumerate(best.effects, len(nuisances)):
+        parameter, half = one.strengths[0], NORMAL_95 * best.deviation[number]
+        ends = (parameter.shown(parameter.value(best.x[number] + way * half)) for way in (-1.0, 0.0, 1.0))
+        low, value, high = ends
+        row = {"name": one.name, "parameter": parameter.key.split(".")[-1], "value": value}
+        rows.append(row | {"unit": parameter.declaration.unit, "interval_95": sorted([low, high])})
+    return {
+        "verdict": ("NO_GAP", "NAMED", "TWO_EFFECTS", "SEVERAL")[len(rows)],
+        "alarm": bool(rows),
+        "effects": rows,
+        "probability": weight(best.bic, [model.bic for model in tried]),
+    }
+
+
 def weight(own, all_of_them):
     """Akaike's weight, which the method takes for the probability of a model."""
     return 1.0 / sum(exp(min(0.5 * (own - other), 700.0)) for other in all_of_them)
@@ -59,7 +78,7 @@ def by_sparse_regression(machine, measured):
 
 def main():
     parser = argparse.ArgumentParser(prog="python -m tests.baselines")
-    parser.add_argument("method", choices=["rms", "aic", "sindy"])
+    parser.add_argument("method", choices=["rms", "aic", "bic", "sindy"])
     parser.add_argument("words", nargs=2, help="gap explain")
     parser.add_argument("case")
     parser.add_argument("--machine", required=True)
@@ -72,6 +91,8 @@ def main():
     effects = select_effects(measured.bench, given.without)
     if given.method == "sindy":
         verdict = by_sparse_regression(machine, measured)
+    elif given.method == "bic":
+        verdict = by_selection(machine, measured, effects)
     else:
         verdict = by_fit(machine, measured, effects, given.method == "aic")
     verdict |= {"wall_time_s": perf_counter() - started}

@@ -8,6 +8,7 @@ from apesim.studies.gap.search.library import select_effects
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 from tests.baselines.fits import one_parameter_fits
+from tests.baselines.selection import select_by_bic
 from tests.baselines.sparse import missing_force
 
 AMBIENT = 101325.0
@@ -42,3 +43,14 @@ def test_sparse_regression_finds_a_plain_force_where_there_is_no_noise():
     name, size = missing_force(Machine(), measured(0.0))[0]
     assert name == "side_force"
     assert size == pytest.approx(6.0, rel=0.2)
+
+
+def test_a_selection_by_bic_finds_a_plain_force_with_all_nuisances_free_and_nothing_in_noise():
+    best, tried, nuisances = select_by_bic(Machine(), measured(1.0), RIVALS)
+    (added,) = best.effects
+    assert added.name == "side_force"
+    assert added.strengths[0].value(best.x[-1]) == pytest.approx(6.0, abs=2.0)
+    assert len(best.x) == len(nuisances) + 1
+    assert best.bic == min(model.bic for model in tried)
+    fair, noise = Machine.load(None, ["effects.side_force.force=6 N"]), measured(1.0)
+    assert select_by_bic(fair, noise, [one for one in RIVALS if one.name != "side_force"])[0].effects == ()

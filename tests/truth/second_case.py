@@ -29,8 +29,7 @@ MIN_FILES = 3
 BREAKAWAY = 1.0, 2.0
 """Breakaway over the dry friction under way."""
 TAPER = -0.2, 0.2
-PIPE = 0.05e-3, 0.2e-3
-"""Volume of an intake pipe [m3]."""
+"""Taper of a groove whose area is another one."""
 
 
 def draw_second(seed, bank=None):
@@ -113,8 +112,6 @@ def shape_of(rng, name):
         return lambda force: {"breakaway": between(BREAKAWAY) * force}
     if name == "groove_area_error":
         return lambda _: {"taper": between(TAPER)}
-    if name == "intake_pipe_loss":
-        return lambda _: {"volume": between(PIPE)}
     return lambda _: {}
 
 

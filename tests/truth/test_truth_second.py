@@ -314,8 +314,8 @@ def test_no_gap_of_a_pair_is_wrong_where_the_pair_is_plain_though_its_smaller_ef
 
 def test_intervals_of_strengths_and_of_second_parameters_are_counted_apart():
     effects = [
-        {"name": "supply_droop", "parameter": "feed_area", "unit": "mm^2", "interval_95": [3.0, 5.0]},
-        {"name": "supply_droop", "parameter": "volume", "unit": "L", "interval_95": [0.2, 0.4]},
+        {"name": "supply_droop", "parameter": "feed_area", "unit": "mm^2", "interval_95": [4.5, 5.0]},
+        {"name": "supply_droop", "parameter": "volume", "unit": "L", "interval_95": [0.05, 0.4]},
     ]
     one = scored(SINGLE, "NAMED", [("supply_droop", 20.0)], effects=effects)
     (told,) = one.answer["hidden"]
@@ -325,7 +325,7 @@ def test_intervals_of_strengths_and_of_second_parameters_are_counted_apart():
         "unit": "mm^2",
         "parameters": {"feed_area": 4e-6, "volume": 0.1e-3},
     }
-    assert (one.intervals, one.second_intervals) == ([True], [False])
+    assert (one.intervals, one.second_intervals) == ([False], [True])
 
 
 def test_stated_probabilities_are_held_against_what_is_so():
