@@ -97,8 +97,8 @@ def what_hides(rng, plan, lab, nominal, points):
         least = MIN_SIZES[plan.kind]
         return hidden_effect(rng, lab, nominal, points, name, least, straight=True, with_shape=shape_of)
 
-    hidden = [hide(name) for name in plan.effects]
-    return [*hidden, hide(partner_of(rng, lab, nominal, points, hidden[0]))] if plan.confusable else hidden
+    names = confusable_pair(rng, lab, nominal, points, plan.effects[0]) if plan.confusable else plan.effects
+    return [hide(name) for name in names]
 
 
 def shape_of(rng, name):
@@ -115,19 +115,19 @@ def shape_of(rng, name):
     return lambda _: {}
 
 
-def partner_of(rng, lab, nominal, points, first):
-    """Name of an effect that does nearly what the first one does, as far as the case's sensors and runs can tell.
+def confusable_pair(rng, lab, nominal, points, wanted):
+    """Names of two effects that do nearly the same, as far as the case's sensors and runs can tell.
 
-    One of those whose cosine is above `ALIKE`, else the one with the largest.
+    One of the pairs whose cosine is above `ALIKE`, with the effect that is wanted where there is one; the pair with the
+    largest cosine where no pair is above.
     """
     names = [name for name, entry in LIBRARY.items() if lab.setting.bench in entry.benches and name not in CALIBRATED]
-    cosines = {}
-    for name in names:
-        if name != first.told["name"]:
-            own = lab.left(nominal, change_of(LIBRARY[name], PROBE), points, True, f"{name} {PROBE:g}")
-            cosines[name] = cosine(first.left, own)
-    alike = [name for name, value in cosines.items() if value > ALIKE]
-    return str(rng.choice(alike)) if alike else max(cosines, key=cosines.get)
+    probes = [lab.left(nominal, change_of(LIBRARY[name], PROBE), points, True, f"{name} {PROBE:g}") for name in names]
+    cosines = {(names[i], names[j]): cosine(probes[i], probes[j]) for i in range(len(names)) for j in range(i)}
+    alike = [pair for pair, value in cosines.items() if value > ALIKE]
+    own = [pair for pair in alike if wanted in pair]
+    pairs = own or alike or [max(cosines, key=cosines.get)]
+    return pairs[int(rng.integers(len(pairs)))]
 
 
 def cosine(left, other):

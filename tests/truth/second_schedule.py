@@ -19,7 +19,7 @@ ON_ENGINE = 3
 """One in so many singles of an effect that acts on both benches is on the engine."""
 DOUBLES = {VALVE: 26, ENGINE: 14}
 CONFUSABLE = {VALVE: 40, ENGINE: 20}
-"""Doubles whose second effect is chosen to be like the first; not every effect has one that is."""
+"""Doubles that do nearly the same to the data of their case, where any two do."""
 TRIPLES = {VALVE: 26, ENGINE: 14}
 FAULTS = {VALVE: 97, ENGINE: 48}
 """A fifth of all cases."""
@@ -40,9 +40,9 @@ class Plan(NamedTuple):
     kind: str
     bench: str
     effects: tuple = ()
-    """Names of what is hidden; of a confusable pair the first."""
+    """Names of what is hidden; of a confusable pair one, which gives way where no other effect is like it."""
     confusable: bool = False
-    """A second effect is hidden that does nearly what the first does."""
+    """Two effects are hidden that do nearly the same."""
     fault: str = ""
     """Kind of the fault of one file."""
     clutter: str = ""
