@@ -13,7 +13,7 @@ from .files import file_of
 from .hiding import LARGEST, LIMIT, SMALLEST, drawn_size, hidden_clutter, hidden_effect, hidden_foreign
 from .laboratories import GEOMETRY, SCATTER, assumed, draw_heavy, key_of, rig_nuisances, run_scatter, stated_lines
 from .library import CALIBRATED, ENGINE, LIBRARY
-from .look_alikes import PROBE, change_of, class_of, look_alikes
+from .look_alikes import change_of, class_of, look_alikes
 from .observation import Laboratory
 from .phases import gap_shares
 from .schedule import DOUBLE, FOREIGNER, REMOVED, SINGLE
@@ -22,6 +22,8 @@ from .setting import draw_setting
 
 ALIKE = 0.9
 """Cosine above which a pair is confusable."""
+SMALL = 0.05
+"""Share of an effect's range at which it is compared with others; what is hidden is rarely much larger."""
 MIN_SIZES = {SINGLE: SMALLEST, FAULTY: 1.0, DOUBLE: 1.0, TRIPLE: 2.0, REMOVED: 1.0}
 """Smallest sizes that are asked for [limits]; a range may end before."""
 MIN_FILES = 3
@@ -122,7 +124,7 @@ def confusable_pair(rng, lab, nominal, points, wanted):
     largest cosine where no pair is above.
     """
     names = [name for name, entry in LIBRARY.items() if lab.setting.bench in entry.benches and name not in CALIBRATED]
-    probes = [lab.left(nominal, change_of(LIBRARY[name], PROBE), points, True, f"{name} {PROBE:g}") for name in names]
+    probes = [lab.left(nominal, change_of(LIBRARY[name], SMALL), points, True, f"{name} {SMALL:g}") for name in names]
     cosines = {(names[i], names[j]): cosine(probes[i], probes[j]) for i in range(len(names)) for j in range(i)}
     alike = [pair for pair, value in cosines.items() if value > ALIKE]
     own = [pair for pair in alike if wanted in pair]

@@ -137,7 +137,7 @@ def test_faults_of_records_do_to_a_record_what_they_are_called():
 def test_a_pair_that_is_to_be_confusable_does_nearly_the_same_to_the_data():
     lab, points = Laboratory(SETTING._replace(suite="lift", samples=101)), POINTS[1:2]
     pair = confusable_pair(np.random.default_rng(2), lab, Rig(), points, "leakage_a")
-    first, second = (lab.left(Rig(), change_of(LIBRARY[name], 0.2), points, linear=True) for name in pair)
+    first, second = (lab.left(Rig(), change_of(LIBRARY[name], 0.1), points, linear=True) for name in pair)
     assert pair[0] != pair[1]
     assert cosine(first, second) > 0.8
     assert "leakage_a" in pair
