@@ -73,4 +73,4 @@ def test_a_case_without_a_verdict_counts():
 
 
 def test_only_what_wants_days_or_a_quiet_machine_may_wait_until_it_is_computed():
-    assert [name for name in results.names() if results.is_optional(name)] == ["benchmark", "performance"]
+    assert [name for name in results.names() if results.is_optional(name)] == ["active", "benchmark", "performance"]

@@ -148,6 +148,21 @@ def test_the_experiment_that_tells_most_comes_first(rivals):
     assert rows[0]["text"] in told["text"]
 
 
+def test_of_those_that_tell_as_much_the_one_that_keeps_them_farther_apart_comes_first(rivals, monkeypatch):
+    told = iter([(0.50, 9.0), (0.90, 3.0), (0.91, 6.0), (0.20, 20.0), (0.88, 4.0)])
+    outcome = {"explanation": NONE_OF_THEM, "quantity": "mean lift", "unit": "mm", "value": None}
+
+    def describe(*_):
+        settled, least = next(told)
+        return {"text": f"run {least:g}", "settled": settled, "least": least, "outcomes": [outcome]}
+
+    monkeypatch.setattr("apesim.studies.gap.design.next_test._describe_experiment", describe)
+    measured, base, force, leak = rivals
+    ranked = rank_experiments(findings_of(Verdict.AMBIGUOUS, measured, base, force, (leak,)))
+    assert [row["least"] for row in ranked["experiments"]] == [6.0, 4.0, 3.0, 9.0, 20.0]
+    assert ranked["text"].startswith("Make run 6: it is expected to settle 91 % of what is open.")
+
+
 def test_an_experiment_says_how_it_is_run(rivals):
     measured, base, force, leak = rivals
     told = rank_experiments(findings_of(Verdict.AMBIGUOUS, measured, base, force, (leak,)))
