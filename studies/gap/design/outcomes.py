@@ -19,6 +19,8 @@ STEP_TOLD = 0.05
 of a flight is seen more easily than a mean."""
 MIN_CLEAR = 1.0
 """Sigmas from which a change of a number is worth a word: below, noise makes as much."""
+MIN_TELLS = 0.5
+"""Share of what is open that a part of the record has to settle, for its number to be more than an example."""
 MIN_SAMPLES = 3
 """Samples of a signal in a phase, below which it is not looked at."""
 MAX_WRITTEN = 3
@@ -42,7 +44,8 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
         For each explanation ``explanation``, ``signal``, ``phase``, ``quantity`` in words, ``value`` and ``change``
         from the machine as it is in ``unit``, and ``deviations``, by how many sigmas the machine as it is would miss
         this part of the record, everything fitted anew. ``value``, ``change`` and ``deviations`` of an effect that is
-        not in the library are None.
+        not in the library are None. ``tells`` is the share of what is open between the others that this part alone is
+        expected to settle.
 
     Examples
     --------
@@ -56,7 +59,7 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
     >>> outcome["explanation"], outcome["signal"], outcome["deviations"] > MIN_CLEAR
     ('side_force', 'lift', True)
     """
-    part = _choose_part(preview, alternatives)
+    part, tells = _choose_part(preview, alternatives)
     block, inside = preview.residuals.blocks[part.number], part.inside
     display = find_display(block)
     quantity, unit = f"mean {display.name}{f' in {part.name}' if part.name else ''}", display.unit
@@ -87,6 +90,7 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
                 "value": value if is_known else None,
                 "change": value - measure(preview.base_values) if is_known else None,
                 "unit": unit,
+                "tells": tells,
                 "deviations": find_separation(forecast.take(part.rows), preview.base.take(part.rows))
                 if is_known
                 else None,
@@ -105,7 +109,7 @@ class _Part(NamedTuple):
     inside: np.ndarray
     """Whether each sample of the block is in it."""
     rows: np.ndarray
-    """The same for all samples of the experiment, block after block."""
+    """Whether each sample of the experiment is in it, block after block."""
 
 
 def _list_parts(preview: Preview) -> Iterator[_Part]:
@@ -145,16 +149,24 @@ def _is_flight(part: _Part, preview: Preview) -> bool:
     return part.name in FLIGHTS and (block.run.bench, block.sensor) == (VALVE, "lift")
 
 
-def _choose_part(preview: Preview, alternatives: Sequence[Alternative]) -> _Part:
-    """The part of a record that would tell most; of those that tell as much, a flight, else the largest."""
-    weights = [alternative.weight for alternative in alternatives]
+def _choose_part(preview: Preview, alternatives: Sequence[Alternative]) -> tuple[_Part, float]:
+    """The part of a record that would tell most, and the share of what is open that it would settle.
+
+    Of parts that tell as much, a flight is taken. An effect that is not in the library gives no number, and has no say.
+    """
+    known = [k for k, alternative in enumerate(alternatives) if alternative.model]
+    forecasts = [preview.forecasts[k] for k in known] if len(known) > 1 else preview.forecasts
+    weights = np.array([alternatives[k].weight for k in known] if len(known) > 1 else [a.weight for a in alternatives])
+    weights /= weights.sum()
     step = STEP_TOLD * max(find_entropy(weights), 1e-6)
 
     def rank(part: _Part) -> tuple[int, bool, float]:
-        information = find_information([forecast.take(part.rows) for forecast in preview.forecasts], weights)
+        information = find_information([forecast.take(part.rows) for forecast in forecasts], weights)
         return round(information / step), _is_flight(part, preview), information
 
-    return max(_list_parts(preview), key=rank)
+    ranked = {rank(part): part for part in _list_parts(preview)}
+    best = max(ranked)
+    return ranked[best], STEP_TOLD * best[2] / step
 
 
 def _find_crossing(times: np.ndarray, height: np.ndarray, release: float, *, is_opening: bool) -> float:
@@ -186,10 +198,13 @@ def write_outcomes(outcomes: Sequence[dict[str, Any]]) -> str:
     Examples
     --------
     >>> outcome = {"explanation": "side_force", "quantity": "mean lift in dwell", "value": 8.7134, "change": -0.2866}
-    >>> print(write_outcomes([outcome | {"unit": "mm", "deviations": 0.6}]))
+    >>> print(write_outcomes([outcome | {"unit": "mm", "deviations": 0.6, "tells": 0.9}]))
     Look at the mean lift in dwell. If it is side force: 8.7 mm, as the machine as it is says, within 1 sigma.
     """
-    sentences = [f"Look at the {outcomes[0]['quantity']}."]
+    look = f"Look at the {outcomes[0]['quantity']}."
+    if outcomes[0]["tells"] < MIN_TELLS:
+        look = f"No single number tells, the whole record does. Most tells the {outcomes[0]['quantity']}."
+    sentences = [look]
     known = [outcome for outcome in outcomes if outcome["value"] is not None]
     named = [outcome for outcome in known if outcome["explanation"] != AS_IT_IS][:MAX_WRITTEN]
     decimals = find_decimals(known)

@@ -150,7 +150,7 @@ def test_the_experiment_that_tells_most_comes_first(rivals):
 
 def test_of_those_that_tell_as_much_the_one_that_keeps_them_farther_apart_comes_first(rivals, monkeypatch):
     told = iter([(0.50, 9.0), (0.90, 3.0), (0.91, 6.0), (0.20, 20.0), (0.88, 4.0)])
-    outcome = {"explanation": NONE_OF_THEM, "quantity": "mean lift", "unit": "mm", "value": None}
+    outcome = {"explanation": NONE_OF_THEM, "quantity": "mean lift", "unit": "mm", "value": None, "tells": 1.0}
 
     def describe(*_):
         settled, least = next(told)
@@ -192,10 +192,13 @@ def test_each_outcome_is_what_its_explanation_would_show(rivals):
     )
     assert at == pytest.approx(4.5e-3, abs=1e-5)
     assert outcomes[0]["deviations"] > 1.0
+    assert 0.5 < outcomes[0]["tells"] <= 1.0
+    assert "No single number" not in write_outcomes(outcomes)
+    assert "No single number" in write_outcomes([outcome | {"tells": 0.2} for outcome in outcomes])
 
 
 def test_what_an_outcome_means_is_written_with_no_more_digits_than_its_error():
-    outcome = {"quantity": "mean lift in dwell", "unit": "mm"}
+    outcome = {"quantity": "mean lift in dwell", "unit": "mm", "tells": 0.9}
     text = write_outcomes(
         [
             outcome | {"explanation": "side_force", "value": 8.71343, "change": -0.28657, "deviations": 12.34},
