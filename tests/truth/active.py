@@ -168,7 +168,7 @@ class Recorder(Setting):
 
 
 def add_run(case, before, folder, wanted, rng):
-    """Record one more run to fit of a case's rig, and write the folder with it.
+    """Record one more run of a case's rig, and write the folder with it.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def add_run(case, before, folder, wanted, rng):
         Generator of the readings' noise.
     """
     setting, answer = case.lab.setting, case.answer
-    point = Point("fit", wanted["supply_Pa_abs"], wanted["temperature_K"], wanted["pulse_s"])
+    point = Point(wanted["role"], wanted["supply_Pa_abs"], wanted["temperature_K"], wanted["pulse_s"])
     recorder = Recorder.wanted(setting._replace(points=(*setting.points, point)), wanted)
     nuisances = nuisances_for(setting.bench, recorder.channels)
     values = drawn(nuisances, np.random.default_rng([answer["seed"], MOST])) | answer["nuisances"]

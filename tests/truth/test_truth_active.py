@@ -55,6 +55,7 @@ def record(folder, where, wanted, seed=1):
 def asked_again(run):
     """The wish for a run that there is."""
     return {
+        "role": "fit",
         "supply_Pa_abs": run.supply,
         "temperature_K": run.temperature,
         "pulse_s": run.pulse,
@@ -87,8 +88,8 @@ def test_an_added_run_is_the_same_for_the_same_draws_alone(folder):
 def test_a_sensor_that_is_asked_for_is_added_to_the_run_alone(folder):
     old = read_measured(folder / FIRST_CASE / "case", AMBIENT).runs[0]
     wanted = asked_again(old) | {"sensors": ["lift", "pressure_a"], "supply_Pa_abs": 0.3e6 + AMBIENT, "pulse_s": 0.012}
-    runs, added = record(folder, "sensor", wanted)
-    assert list(added.channels) == ["lift", "pressure_a"]
+    runs, added = record(folder, "sensor", wanted | {"role": "gate"})
+    assert (list(added.channels), added.role) == (["lift", "pressure_a"], "gate")
     assert added.supply == pytest.approx(0.3e6 + AMBIENT)
     assert 0.9e5 < added.channels["pressure_a"].min() < added.channels["pressure_a"].max() < 4.3e5
     assert [list(run.channels) for run in runs[:-1]] == [list(old.channels)] * (len(runs) - 1)

@@ -9,12 +9,12 @@ from apesim.studies.gap.design.expected_information import find_entropy, find_in
 from apesim.studies.gap.design.experiments import describe_run, list_experiments
 from apesim.studies.gap.design.forecasts import Alternative, Preview, list_alternatives, preview_experiment
 from apesim.studies.gap.design.outcomes import describe_outcomes, write_outcomes
-from apesim.studies.gap.reasons import Verdict
+from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.library import list_effects
 from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.thresholds import N_SIGMA_VISIBLE
-from apesim.studies.measured import CYLINDER
+from apesim.studies.measured import CYLINDER, FIT, GATE, Role
 
 if TYPE_CHECKING:
     from apesim.studies.gap.explanation import Explanation
@@ -26,6 +26,8 @@ MAX_EFFECTS = 3
 """Effects whose own experiment is named: more would not be read."""
 MAX_REPEATS = 100
 """Repeats of an experiment above which it is no advice."""
+NOT_SHOWN = ReasonKind.REMOVES_NOTHING, ReasonKind.GAP_STILL_THERE
+"""Reasons of a refusal by runs that nothing was fitted to, which may hardly show what was tried."""
 MIN_SETTLED = 0.1
 """Share of what is open that an experiment has to settle to be advised without a word of doubt."""
 STEP_SETTLED = 0.05
@@ -116,9 +118,9 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
     dict
         ``text``; ``truth``, the name of the leading explanation; ``explanations``, each with its ``weight``;
         ``entropy_bits``, what is open between them; ``experiments``, the best first, each as `describe_run` gives it,
-        with ``information_bits``, ``settled``, its share of what is open, ``deviations`` by which each rival would miss
-        what the truth gives, ``least`` of them, and ``outcomes``; and ``others``, the experiments that were foreseen
-        cheaply alone.
+        with the ``role`` of its run, see `choose_role`, with ``information_bits``, ``settled``, its share of what is
+        open, ``deviations`` by which each rival would miss what the truth gives, ``least`` of them, and ``outcomes``;
+        and ``others``, the experiments that were foreseen cheaply alone.
 
     Examples
     --------
@@ -143,23 +145,49 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
         if preview:
             screened.append((find_information(preview.forecasts, weights), experiment))
     screened.sort(key=lambda row: -row[0])
-    rows = []
+    role = choose_role(explanation)
+    rows: list[dict[str, Any]] = []
     for _, experiment in screened[:MAX_EXPERIMENTS]:
         preview = unless_ended(_preview, experiment, explanation, alternatives, True)
         if preview:
-            rows.append(_describe_experiment(preview, alternatives, entropy))
+            rows.append(_describe_experiment(preview, alternatives, entropy) | {"role": str(role)})
     rows.sort(key=lambda row: (-round(row["settled"] / STEP_SETTLED), -row["least"]))
     return {
-        "text": _write_advice(rows),
+        "text": _write_advice(rows, role),
         "truth": alternatives[0].name,
         "explanations": [{"name": each.name, "weight": each.weight} for each in alternatives],
         "entropy_bits": entropy,
         "experiments": rows,
         "others": [
-            describe_run(experiment) | {"information_bits": information}
+            describe_run(experiment) | {"role": str(role), "information_bits": information}
             for information, experiment in screened[MAX_EXPERIMENTS:]
         ],
     }
+
+
+def choose_role(explanation: "Explanation") -> Role:
+    """Choose the role of a further run.
+
+    Where too little of the gap was removed on gate runs, those decide alone, however much is fitted: the further run is
+    a gate, too. Else it is fitted.
+
+    Parameters
+    ----------
+    explanation : apesim.studies.gap.explanation.Explanation
+
+    Returns
+    -------
+    apesim.studies.measured.Role
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> str(choose_role(explain_example()))
+    'fit'
+    """
+    decision = explanation.decision
+    by_gates = decision.verdict == Verdict.REFUSED and decision.reason.kind in NOT_SHOWN
+    return GATE if by_gates and explanation.measured.of(GATE) else FIT
 
 
 def _preview(experiment: Any, explanation: "Explanation", alternatives: Sequence[Alternative], refine: bool) -> Preview:
@@ -181,13 +209,15 @@ def _describe_experiment(preview: Preview, alternatives: Sequence[Alternative], 
     }
 
 
-def _write_advice(rows: list[dict[str, Any]]) -> str:
+def _write_advice(rows: list[dict[str, Any]], role: Role) -> str:
     """Advice on the best of the experiments, in words."""
     if not rows:
         return "No experiment of the list could be simulated."
     best = rows[0]
     settled = f"{100.0 * best['settled']:.0f} % of what is open"
     text = f"Make {best['text']}: it is expected to settle {settled}. {write_outcomes(best['outcomes'])}"
+    if role == GATE:
+        text += f" Give it the role {GATE}: the refusal is by runs of this role, which may hardly show what is asked."
     repeats = ceil((N_SIGMA_VISIBLE / max(best["least"], 1e-3)) ** 2)
     if best["settled"] < MIN_SETTLED and repeats > MAX_REPEATS:
         return "No run of the list, and no sensor, would decide. What comes nearest: " + text[0].lower() + text[1:]

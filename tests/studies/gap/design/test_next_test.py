@@ -220,6 +220,26 @@ def test_what_is_refused_as_too_faint_is_to_be_told_from_its_rivals_and_from_not
     assert list(told["experiments"][0]["deviations"]) == ["leakage_a", AS_IT_IS]
 
 
+@pytest.mark.parametrize(
+    ("verdict", "reason", "has_gate", "role"),
+    [
+        (Verdict.REFUSED, ReasonKind.REMOVES_NOTHING, True, "gate"),
+        (Verdict.REFUSED, ReasonKind.REMOVES_NOTHING, False, "fit"),
+        (Verdict.REFUSED, ReasonKind.FAINT, True, "fit"),
+        (Verdict.AMBIGUOUS, ReasonKind.SEVERAL_SINGLES, True, "fit"),
+    ],
+)
+def test_what_gates_have_refused_asks_for_a_gate(rivals, verdict, reason, has_gate, role):
+    measured, base, force, leak = rivals
+    if has_gate:
+        measured = measured._replace(runs=(*measured.runs, measured.runs[0]._replace(role="gate")))
+    findings = findings_of(verdict, measured, base, force, (leak,))
+    findings.decision.reason = SimpleNamespace(kind=reason)
+    told = rank_experiments(findings)
+    assert {row["role"] for row in (*told["experiments"], *told["others"])} == {role}
+    assert ("Give it the role gate" in told["text"]) == (role == "gate")
+
+
 def test_sensors_are_offered_that_are_not_there(rivals):
     measured, base, _, _ = rivals
     added = [experiment.added for experiment in list_experiments(measured, 101325.0) if experiment.added]
