@@ -45,7 +45,7 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
         from the machine as it is in ``unit``, and ``deviations``, by how many sigmas the machine as it is would miss
         this part of the record, everything fitted anew. ``value``, ``change`` and ``deviations`` of an effect that is
         not in the library are None. ``tells`` is the share of what is open between the others that this part alone is
-        expected to settle.
+        expected to settle, and ``decimals`` the digits after the point that the numbers are worth.
 
     Examples
     --------
@@ -96,7 +96,8 @@ def describe_outcomes(preview: Preview, alternatives: Sequence[Alternative]) -> 
                 else None,
             }
         )
-    return outcomes
+    decimals = find_decimals([outcome for outcome in outcomes if outcome["value"] is not None])
+    return [outcome | {"decimals": decimals} for outcome in outcomes]
 
 
 class _Part(NamedTuple):
@@ -198,7 +199,7 @@ def write_outcomes(outcomes: Sequence[dict[str, Any]]) -> str:
     Examples
     --------
     >>> outcome = {"explanation": "side_force", "quantity": "mean lift in dwell", "value": 8.7134, "change": -0.2866}
-    >>> print(write_outcomes([outcome | {"unit": "mm", "deviations": 0.6, "tells": 0.9}]))
+    >>> print(write_outcomes([outcome | {"unit": "mm", "deviations": 0.6, "tells": 0.9, "decimals": 1}]))
     Look at the mean lift in dwell. If it is side force: 8.7 mm, as the machine as it is says, within 1 sigma.
     """
     look = f"Look at the {outcomes[0]['quantity']}."
@@ -207,7 +208,7 @@ def write_outcomes(outcomes: Sequence[dict[str, Any]]) -> str:
     sentences = [look]
     known = [outcome for outcome in outcomes if outcome["value"] is not None]
     named = [outcome for outcome in known if outcome["explanation"] != AS_IT_IS][:MAX_WRITTEN]
-    decimals = find_decimals(known)
+    decimals = outcomes[0]["decimals"]
     for outcome in named:
         value = f"{outcome['value']:.{decimals}f} {outcome['unit']}"
         sentences.append(

@@ -11,7 +11,6 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.operating_points import label_point
-from apesim.studies.gap.design.outcomes import find_decimals
 from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms
 from apesim.studies.gap.report.effect_rows import format_interval, format_value
@@ -204,10 +203,9 @@ def render_page(
     )
 
 
-def _format_rounded(value: float | None, outcomes: Sequence[dict[str, Any]]) -> str:
-    """A number of an outcome with the decimals that its like have; "-" where there is none."""
-    known = [outcome for outcome in outcomes if outcome["value"] is not None]
-    return "-" if value is None else f"{value:.{find_decimals(known)}f}"
+def _format_rounded(value: float | None, decimals: int) -> str:
+    """A number with so many digits after the point; "-" where there is none."""
+    return "-" if value is None else f"{value:.{decimals}f}"
 
 
 def format_name(name: str) -> str:

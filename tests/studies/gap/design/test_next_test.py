@@ -22,7 +22,7 @@ from apesim.studies.gap.design.forecasts import (
     preview_experiment,
 )
 from apesim.studies.gap.design.next_test import MAX_EXPERIMENTS, find_next_test, rank_experiments
-from apesim.studies.gap.design.outcomes import describe_outcomes, write_outcomes
+from apesim.studies.gap.design.outcomes import describe_outcomes, find_decimals, write_outcomes
 from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.library import select_effects
@@ -150,7 +150,14 @@ def test_the_experiment_that_tells_most_comes_first(rivals):
 
 def test_of_those_that_tell_as_much_the_one_that_keeps_them_farther_apart_comes_first(rivals, monkeypatch):
     told = iter([(0.50, 9.0), (0.90, 3.0), (0.91, 6.0), (0.20, 20.0), (0.88, 4.0)])
-    outcome = {"explanation": NONE_OF_THEM, "quantity": "mean lift", "unit": "mm", "value": None, "tells": 1.0}
+    outcome = {
+        "explanation": NONE_OF_THEM,
+        "quantity": "mean lift",
+        "unit": "mm",
+        "value": None,
+        "tells": 1.0,
+        "decimals": 1,
+    }
 
     def describe(*_):
         settled, least = next(told)
@@ -198,15 +205,14 @@ def test_each_outcome_is_what_its_explanation_would_show(rivals):
 
 
 def test_what_an_outcome_means_is_written_with_no_more_digits_than_its_error():
-    outcome = {"quantity": "mean lift in dwell", "unit": "mm", "tells": 0.9}
-    text = write_outcomes(
-        [
-            outcome | {"explanation": "side_force", "value": 8.71343, "change": -0.28657, "deviations": 12.34},
-            outcome | {"explanation": "leakage_a", "value": 9.00213, "change": 0.00213, "deviations": 0.4},
-            outcome | {"explanation": AS_IT_IS, "value": 9.0, "change": 0.0, "deviations": 0.0},
-            outcome | {"explanation": NONE_OF_THEM, "value": None, "change": None, "deviations": None},
-        ]
-    )
+    rows = [("side_force", 8.71343, -0.28657, 12.34), ("leakage_a", 9.00213, 0.00213, 0.4), (AS_IT_IS, 9.0, 0.0, 0.0)]
+    outcomes = [
+        {"explanation": name, "value": value, "change": change, "deviations": n_sigma}
+        for name, value, change, n_sigma in rows
+    ]
+    shared = {"quantity": "mean lift in dwell", "unit": "mm", "tells": 0.9, "decimals": find_decimals(outcomes)}
+    unknown = {"explanation": NONE_OF_THEM, "value": None, "change": None, "deviations": None}
+    text = write_outcomes([outcome | shared for outcome in (*outcomes, unknown)])
     assert text == (
         "Look at the mean lift in dwell. If it is side force: 8.71 mm, 0.29 mm less than the machine as it is says "
         "(12 sigmas). If it is leakage a: 9.00 mm, as the machine as it is says, within 1 sigma. "

@@ -244,6 +244,7 @@ NEXT_TEST = {
                     "value": value,
                     "change": value and value - 9.0,
                     "deviations": n_sigma,
+                    "decimals": 2,
                 }
                 for name, value, n_sigma in (("coulomb_friction", 8.7134, 12.3), ("none of the library", None, None))
             ],
