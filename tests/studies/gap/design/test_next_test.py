@@ -29,6 +29,7 @@ from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.search.phases import find_phases
 from apesim.studies.gap.search.refit import refit
+from apesim.studies.gap.search.run_faults import FaultKind, list_faults
 from apesim.studies.measured import MeasuredRun, read_measured
 from tests.gap_bench import write_bench
 
@@ -256,6 +257,19 @@ def test_sensors_are_offered_that_are_not_there(rivals):
     new = [parameter.key for parameter in residuals.parameters[len(base.residuals.parameters) :]]
     assert new == ["effects.sensor_offset.pressure_a", "effects.sensor_gain.pressure_a"]
     assert [noise_for(residuals.noise, block).deviation for block in residuals.blocks][1] == 2e3
+
+
+def test_a_fault_of_a_file_is_in_no_experiment(rivals):
+    measured, base, _, _ = rivals
+    (first, *_), experiments = measured.runs, list_experiments(measured, 101325.0)
+    fault = next(each for each in list_faults(first) if each.kind == FaultKind.OFFSET)
+    parameters = [*base.residuals.parameters, *fault.parameters]
+    x = np.zeros(len(parameters))
+    for experiment in (experiments[0], experiments[-1]):
+        residuals = make_residuals(experiment, base.residuals.machine, parameters, base.residuals.noise)
+        new = np.zeros(len(residuals.parameters) - len(x))
+        plain, faulty = (residuals.predicted(np.concatenate([x[:-1], [size], new]))[0] for size in (0.0, 1.0))
+        assert (plain == faulty).all()
 
 
 def test_runs_that_there_are_are_not_offered_again(rivals):
