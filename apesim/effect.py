@@ -128,7 +128,9 @@ class Effect(NamedTuple):
         >>> drag.is_on(Drag()), drag.is_on(Drag(factor=2.0))
         (False, True)
         """
-        return any(getattr(parameters, name) != self.off for name in self.strengths or parameters._fields[:1])
+        if not self.strengths:  # most effects; a march asks each of them several times
+            return bool(parameters[0] != self.off)
+        return any(getattr(parameters, name) != self.off for name in self.strengths)
 
     @property
     def slots(self) -> tuple[str, ...]:

@@ -267,9 +267,9 @@ def peak_pressure(run: SteadyRun) -> float:
     """
     gas, log = run.cycle.actuator.gas, run.log
     pressures = []
-    for row in log:
-        volume, _ = cylinder_volume(run.cycle.crank, run.cycle.start + run.cycle.speed * row[0])
-        pressures.append(chamber_state(gas, cylinder_gas(row[LOG_HEAD:]), volume).pressure)
+    for time, row in zip(log[:, 0].tolist(), log[:, LOG_HEAD:].tolist(), strict=True):  # plain numbers are quicker
+        volume, _ = cylinder_volume(run.cycle.crank, run.cycle.start + run.cycle.speed * time)
+        pressures.append(chamber_state(gas, cylinder_gas(row), volume).pressure)
     return max(pressures)
 
 

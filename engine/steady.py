@@ -5,15 +5,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from apesim.effect import library_for, volume_of
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cycle_of, with_exergy
 from apesim.engine.cycle.rates import RECEIVER_EXTREMUM, TEMPERATURE_EXTREMUM, TRACE
-from apesim.engine.cycle.state import SIZE, STATES, Cycle, engine_ledger
+from apesim.engine.cycle.state import LINE, PIPE, SIZE, STATES, Cycle, engine_ledger
+from apesim.engine.effects import ENGINE_LIBRARY
 from apesim.engine.exergy import RATES
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Status, march
 from apesim.march.periodic import MAX_CYCLES, PERIODIC_TOLERANCE, Known, Orbit, known_orbit, periodic_orbit
 from apesim.valve.actuator import PHASE
+from apesim.valve.effects import VALVE_LIBRARY
 from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
 from apesim.valve.ledger import update_motion, valve_states
 from apesim.valve.piston import HELD_CLOSED
@@ -186,6 +189,50 @@ def known_state(machine: Machine, speed: float) -> Known | None:
     accuracy = accuracy_at(p)
     orbit = periodic_orbit(p, tables, *charged_at_rest(p), breakpoints, accuracy)
     return known_orbit(p, tables, orbit, breakpoints, accuracy)
+
+
+def carry_over(known: Known, machine: Machine, other: Machine) -> Known:
+    """Move a known state to a machine with other volumes of gas before its flows, at the pressures that they have.
+
+    Parameters
+    ----------
+    known : apesim.march.periodic.Known
+        Periodic state, see `known_state`.
+    machine : apesim.engine.machine.Machine
+        Machine that it is of.
+    other : apesim.engine.machine.Machine
+        Machine with the same volumes on, in other sizes.
+
+    Returns
+    -------
+    apesim.march.periodic.Known
+        The same piston and modes, with more or less air in proportion.
+
+    Examples
+    --------
+    >>> from apesim.valve.effects.supply_droop import SupplyDroop
+    >>> effects = Machine().effects
+    >>> small, large = (
+    ...     Machine(effects=effects._replace(supply_droop=SupplyDroop(feed_area=20e-6, volume=volume)))
+    ...     for volume in (1e-4, 4e-4)
+    ... )
+    >>> known = Known(np.ones(SIZE), np.zeros(1), np.eye(1))
+    >>> carry_over(known, small, large).y[LINE : LINE + 4].tolist()
+    [4.0, 4.0, 1.0, 1.0]
+    """
+    y = known.y.copy()
+    for place, before, after in zip((LINE, PIPE), _added_volumes(machine), _added_volumes(other), strict=True):
+        if before != after and before:
+            y[place : place + 2] *= after / before
+    return known._replace(y=y)
+
+
+def _added_volumes(machine: Machine) -> tuple[float, float]:
+    """Gas volumes that effects add, of the supply line and of the intake pipe [m3]; 0 where there is none."""
+    effects = machine.effects
+    libraries = library_for(effects, VALVE_LIBRARY, "valve"), library_for(effects, ENGINE_LIBRARY, "engine")
+    line, pipe = (volume_of(library.effects, effects).volume for library in libraries)
+    return line, pipe
 
 
 def _at_its_stop(p: Cycle, known: Known) -> Known:

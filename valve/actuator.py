@@ -105,7 +105,9 @@ class ActuatorTables(NamedTuple):
         >>> (tables.breakpoints(0.0, 0.1) * 1e3).round(6).tolist()
         [1.5, 3.0, 50.0, 51.5, 53.0, 100.0]
         """
-        solenoids = (self.edges_a, self.curves_a), (self.edges_b, self.curves_b)
+        solenoids = [(self.edges_a, self.curves_a), (self.edges_b, self.curves_b)]
+        if self.edges_a is self.edges_b and self.curves_a is self.curves_b:
+            del solenoids[1]
         breakpoints = [breakpoints_of(edges, self.period, curves, start, end) for edges, curves in solenoids]
         return np.unique(np.concatenate(breakpoints))
 
@@ -159,7 +161,8 @@ def actuator_of(
         volume_of(library.effects, machine.effects),
         chosen(library, machine.effects, kind),
     )
-    edges_a, edges_b = (np.asarray(each, dtype=float) for each in (edges, edges if edges_b is None else edges_b))
+    edges_a = np.asarray(edges, dtype=float)
+    edges_b = edges_a if edges_b is None else np.asarray(edges_b, dtype=float)
     tables = ActuatorTables(edges_a, edges_b, float(period), curves, curves, area_table(machine.groove, valve.stroke))
     return adjusted(library.effects, machine.effects, actuator, tables)
 

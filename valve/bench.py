@@ -641,6 +641,45 @@ def run_bench(
     )
 
 
+def trace_bench(machine: Any, pulse: float, times: np.ndarray, tolerance: float = TOLERANCE) -> tuple[np.ndarray, int]:
+    """Take the trace of a single pulse from rest, without what `run_bench` measures beside it.
+
+    The trace is that of `run_bench` to the bit, in a third of the time: nothing is located but what ends a step.
+
+    Parameters
+    ----------
+    machine : NamedTuple
+        Machine, see `bench_of`.
+    pulse : float
+        Time for which the solenoids are energised, from t = 0 [s].
+    times : (n,) float array
+        When to take the rows of the trace, ascending; the last one is the end of the run [s].
+    tolerance : float
+        Error of a step, relative.
+
+    Returns
+    -------
+    trace : (n, 6) float array
+        Trace with the columns `TRACE`.
+    status : int
+        How the march ended, `apesim.march.adaptive.Status`.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> trace, status = trace_bench(apesim.Machine(), 10e-3, np.array([0.0, 8e-3]))
+    >>> run = run_bench(apesim.Machine(), 10e-3, 8e-3, sample=np.array([0.0, 8e-3]))
+    >>> bool((trace == run.trace).all()), status == run.status
+    (True, True)
+    """
+    p, tables = bench_of(machine, sorted((0.0, pulse)))
+    y, mode = closed_at_start(p)
+    log, trace = np.empty((0, LOG_HEAD + STATES)), np.empty((len(times), len(TRACE)))
+    breakpoints = tables.breakpoints(0.0, float(times[-1]))
+    outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy_of(p, tolerance), log, times, trace)
+    return trace, outcome.status
+
+
 def closure(start: np.ndarray, y: np.ndarray, quadrature: float) -> dict[str, float]:
     """Return how well mass, energy and work of a run close.
 

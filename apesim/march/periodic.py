@@ -369,8 +369,8 @@ def _from_known(drive, known, tolerance):
                 correction = correction + np.outer(step - moved, step @ correction) / weight
         step = correction @ gain
         left = np.abs(step).max()
-        if (before is not None and left > before) or left > CLIP:
-            return None
+        if left > CLIP or (before is not None and left > before and np.abs(gain).max() > np.abs(gain_before).max()):
+            return None  # where the gain alone falls, the correction is learning what the first cycles did not show
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
         if left * nearer <= tolerance:  # the next step falls by as much at least

@@ -6,10 +6,11 @@ import numpy as np
 
 from apesim.engine.effects import library_of
 from apesim.engine.machine import Machine
+from apesim.engine.steady import carry_over
 from apesim.march.periodic import Known
 from apesim.quantities.trees import fields
 from apesim.studies.estimation.parameters import Parameter, put
-from apesim.studies.measured import MeasuredRun
+from apesim.studies.measured import ENGINE, MeasuredRun
 from apesim.studies.measured.prediction import run_of, start_of, with_value
 
 
@@ -28,7 +29,7 @@ class Starts:
 
     def __init__(self, machines: Sequence[Machine], runs: Sequence[MeasuredRun]) -> None:
         self._machines, self._runs = list(machines), list(runs)
-        self._known: dict[tuple[int, tuple[str, ...]], Known | None] = {}
+        self._known: dict[tuple[int, tuple[str, ...]], tuple[Machine, Known | None]] = {}
 
     def near(self, number: int, machine: Machine) -> Known | None:
         """Give the start of a run for a machine similar to the one that is known.
@@ -50,11 +51,14 @@ class Starts:
         >>> Starts([Machine()], [run]).near(0, Machine()) is None  # a run of the valve
         True
         """
+        if self._runs[number].bench != ENGINE:
+            return None
         key = number, volumes_on(machine)
         if key not in self._known:
             own = with_volumes(self._machines[number], key[1])
-            self._known[key] = start_of(own, self._runs[number])
-        return self._known[key]
+            self._known[key] = own, start_of(own, self._runs[number])
+        own, known = self._known[key]
+        return known if not known or not key[1] else carry_over(known, own, machine)
 
 
 def starts_at(

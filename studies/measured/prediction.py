@@ -1,6 +1,7 @@
 """Prediction: what a machine would have shown the sensors of a measured run."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from math import isnan, nan
 from typing import Any, NamedTuple
 
@@ -21,7 +22,7 @@ from apesim.march.periodic import Known
 from apesim.reading import Reading
 from apesim.studies.measured.runs import CYLINDER, ENGINE, VALVE, MeasuredRun
 from apesim.valve.bench import TRACE as VALVE_TRACE
-from apesim.valve.bench import run_bench
+from apesim.valve.bench import run_bench, trace_bench
 from apesim.valve.rig import drive_force
 
 VALVE_COLUMNS, ENGINE_COLUMNS = (
@@ -33,8 +34,11 @@ MEANS = ("torque", "air_flow")
 NEVER = {"opening_start": nan, "opening_contact": nan, "closing_start": nan, "closing_contact": nan}
 """Marks of strokes that never come."""
 
-Memory = dict[bytes, tuple[dict[str, Any], dict[str, float], bool]]
-"""What ideal sensors see of one run: channels, marks and failure, by the bytes of the instants asked for."""
+Marks = dict[str, float]
+"""Times by which the model divides a run, see `Prediction.marks`."""
+Memory = dict[bytes, tuple[dict[str, Any], bool, Callable[[], Marks]]]
+"""What ideal sensors see of one run: channels, failure, and what finds the marks, by the bytes of the instants asked
+for."""
 
 
 class Prediction(NamedTuple):
@@ -44,15 +48,23 @@ class Prediction(NamedTuple):
     """(n,) float arrays at the times of the run, SI, by sensor; NaN where the simulation failed."""
     means: dict[str, float]
     """Means, SI, by sensor."""
-    marks: dict[str, float]
-    """Times since the energising by which the model divides the run [s]; NaN: never. ``energise``, ``release``;
-    ``opening_start`` and ``closing_start``, with 1 % of the stroke done; ``opening_contact`` and ``closing_contact``,
-    the first with the far stop. An engine has ``groove_opens``, ``groove_closes``, ``exhaust_opens`` and
-    ``exhaust_closes``, too; what the valve does in the next cycle is later than a period."""
+    find_marks: Callable[[], Marks]
+    """Finds the `marks`, which few ask for: a valve is marched once more for them."""
     failed: bool
     """Whether the march ended early, or has not become periodic."""
     start: Known | None = None
     """Start for the next machine, where this one was marched from one; see `predict`."""
+
+    @property
+    def marks(self) -> Marks:
+        """Times since the energising by which the model divides the run [s]; NaN: never.
+
+        ``energise``, ``release``; ``opening_start`` and ``closing_start``, with 1 % of the stroke done;
+        ``opening_contact`` and ``closing_contact``, the first with the far stop. An engine has ``groove_opens``,
+        ``groove_closes``, ``exhaust_opens`` and ``exhaust_closes``, too; what the valve does in the next cycle is later
+        than a period.
+        """
+        return self.find_marks()
 
 
 def with_value(tree: Any, key: str, value: object) -> Any:
@@ -184,7 +196,7 @@ def predict(
     reading = sensed(library_of(machine.effects), machine.effects, Reading(remembered, run.speed, run.energise))
     shown = reading.at(run.times)
     means = {name: float(shown.pop(name)) for name in MEANS if name in shown}
-    return Prediction(shown, means, remembered.marks, remembered.failed, remembered.start)
+    return Prediction(shown, means, remembered.find_marks, remembered.failed, remembered.start)
 
 
 class _Remembered:
@@ -192,7 +204,7 @@ class _Remembered:
 
     def __init__(self, simulated: "_ValveRun | _EngineRun | _CylinderRun", memory: Memory) -> None:
         self.simulated, self.memory = simulated, memory
-        self.marks: dict[str, float] = {}
+        self.find_marks: Callable[[], Marks] = dict
         self.failed = False
         self.start: Known | None = None
 
@@ -202,8 +214,8 @@ class _Remembered:
         if key not in self.memory:
             shown = self.simulated(times)
             self.start = self.simulated.known
-            self.memory[key] = shown, self.simulated.marks, self.simulated.failed
-        shown, self.marks, self.failed = self.memory[key]
+            self.memory[key] = shown, self.simulated.failed, self.simulated.find_marks
+        shown, self.failed, self.find_marks = self.memory[key]
         return dict(shown)
 
 
@@ -214,18 +226,17 @@ class _ValveRun:
         self, machine: Machine, run: MeasuredRun, sensors: Sequence[str], start: Known | None, tolerance: float
     ) -> None:
         self.machine, self.run, self.sensors, self.tolerance = machine, run, sensors, tolerance
-        self.marks: dict[str, float] = {}
+        self.find_marks: Callable[[], Marks] = dict
         self.failed = False
         self.known: Known | None = None
 
     def __call__(self, times: np.ndarray) -> dict[str, Any]:
         """Channels, (n,) arrays by sensor; before the energising all rests."""
         times = np.maximum(times, 0.0)
-        pulse = self.run.pulse
-        bench = run_bench(self.machine, pulse, float(times[-1]), sample=times, tolerance=self.tolerance)
-        self.marks = {"energise": 0.0, "release": pulse} | _marks(bench.opening, bench.closing, pulse)
-        self.failed = bench.status != Status.DONE
-        return _shown(self.sensors, VALVE_COLUMNS, bench.trace, self.failed)
+        trace, status = trace_bench(self.machine, self.run.pulse, times, self.tolerance)
+        self.find_marks = partial(_valve_marks, self.machine, self.run.pulse, float(times[-1]), self.tolerance)
+        self.failed = status != Status.DONE
+        return _shown(self.sensors, VALVE_COLUMNS, trace, self.failed)
 
 
 class _EngineRun:
@@ -235,7 +246,7 @@ class _EngineRun:
         self, machine: Machine, run: MeasuredRun, sensors: Sequence[str], start: Known | None, tolerance: float
     ) -> None:
         self.machine, self.run, self.sensors, self.start, self.tolerance = machine, run, sensors, start, tolerance
-        self.marks: dict[str, float] = {}
+        self.find_marks: Callable[[], Marks] = dict
         self.failed = False
         self.known: Known | None = None
 
@@ -253,9 +264,10 @@ class _EngineRun:
         trace[order] = run.trace
         traces = [sensor for sensor in self.sensors if sensor not in MEANS]
         shown = _shown(traces, ENGINE_COLUMNS, trace, self.failed) | dict.fromkeys(set(self.sensors) & set(MEANS), nan)
-        self.marks = dict.fromkeys(("energise", *NEVER), nan)
+        self.find_marks = partial(dict.fromkeys, ("energise", *NEVER), nan)
         if not self.failed:
-            self.marks = _engine_marks(self.machine, run)
+            self.find_marks = partial(_engine_marks, self.machine, run)
+        if not self.failed and len(shown) > len(traces):
             control, engine = control_ledger(run.end), engine_ledger(run.end)
             brake = engine.work - friction_pressure(run, peak_pressure(run)) * swept_volume(run.cycle.engine)
             means = {"torque": brake / TURN, "air_flow": (engine.flows.groove.mass + control.supplied.mass) / period}
@@ -270,7 +282,7 @@ class _CylinderRun:
         self, machine: Machine, run: MeasuredRun, sensors: Sequence[str], start: Known | None, tolerance: float
     ) -> None:
         self.machine, self.run, self.sensors = machine, run, sensors
-        self.marks: dict[str, float] = {"energise": 0.0, "release": nan} | NEVER
+        self.find_marks: Callable[[], Marks] = partial(dict, {"energise": 0.0, "release": nan} | NEVER)
         self.failed = False
         self.known: Known | None = None
 
@@ -301,6 +313,12 @@ def _marks(opening: Any, closing: Any, release: float) -> dict[str, float]:
     return dict(
         zip(NEVER, (opening.delay, opening.contact, release + closing.delay, closing.contact), strict=True),
     )
+
+
+def _valve_marks(machine: Machine, pulse: float, until: float, tolerance: float) -> Marks:
+    """Marks of a single pulse, see `Prediction.marks`."""
+    bench = run_bench(machine, pulse, until, tolerance=tolerance)
+    return {"energise": 0.0, "release": pulse} | _marks(bench.opening, bench.closing, pulse)
 
 
 def _engine_marks(machine: Machine, run: SteadyRun) -> dict[str, float]:
