@@ -139,7 +139,7 @@ def elsewhere(base: Model, work: Any) -> Model:
     residuals, rng = base.residuals, np.random.default_rng(SEED)
     draws = rng.standard_normal((STARTS, len(base.fitted.x)))
     starts = np.clip(np.where(residuals.known, draws, base.fitted.x), residuals.low, residuals.high)
-    found = work.each("calibrating", unless_ended, [(_descended, residuals, x, base.fitted.steps) for x in starts])
+    found = work.each("calibrating", unless_ended, [(_descended, residuals, x, base.fitted) for x in starts])
     ended = [one for one in found if one]
     work.simulations.add(sum(simulations for _, simulations in ended))
     fitted = min((fitted for fitted, _ in ended), key=lambda one: one.cost, default=base.fitted)
@@ -154,7 +154,7 @@ def _restarted(residuals: WhitenedResiduals, fitted: Fitted) -> Model:
     return Model((), residuals, fitted._replace(residuals=residuals.at(fitted.x)))
 
 
-def _descended(residuals: WhitenedResiduals, x: np.ndarray, steps: np.ndarray) -> tuple[Fitted, int]:
-    """End of a descent from x, and how many simulations it takes."""
+def _descended(residuals: WhitenedResiduals, x: np.ndarray, base: Fitted) -> tuple[Fitted, int]:
+    """End of a descent from x, and how many simulations it takes; over where it comes to the minimum that is known."""
     own = residuals.with_parameters(residuals.parameters)
-    return descend(own, x, steps=steps), own.simulations
+    return descend(own, x, base.jacobian, base.steps, known=base.cost), own.simulations

@@ -14,6 +14,8 @@ from apesim.studies.estimation.residuals import EndedEarly, first_steps
 MAX_STEPS = 40
 CONVERGED = 0.02
 """Fall of the sum of squares that a fresh step would still promise."""
+SAME = 0.1
+"""Difference of two sums of squares that are those of one minimum: five times what a descent may leave."""
 FORESEEN = 0.5, 1.5
 """Fall over that promised, beyond which sensitivities are taken anew."""
 CREEPING = 0.25
@@ -130,6 +132,9 @@ def descend(
     jacobian: np.ndarray | None = None,
     steps: np.ndarray | None = None,
     converged: float = CONVERGED,
+    *,
+    errors: np.ndarray | None = None,
+    known: float = np.nan,
 ) -> Fitted:
     """Descend to the nearest minimum of the sum of squares within the bounds.
 
@@ -149,11 +154,16 @@ def descend(
         Steps of finite differences, such as those of a fit nearby; without them, `first_steps`.
     converged : float
         Fall of the sum of squares that a fresh step would still promise at the end.
+    errors : (n + p,) float array, optional
+        Residuals at the start, where they are known.
+    known : float
+        Sum of squares of a minimum that another descent has found: one that comes as near to it as `SAME` is over, and
+        takes no sensitivities anew.
 
     Returns
     -------
     Fitted
-        ``converged`` is False where `MAX_STEPS` did not suffice.
+        ``converged`` is False where `MAX_STEPS` did not suffice, and where the descent came to a known minimum.
 
     Raises
     ------
@@ -184,8 +194,10 @@ def descend(
     >>> fitted.x.round(3).tolist(), fitted.converged
     ([1.0, 2.0], True)
     """
-    x = np.clip(np.asarray(x, dtype=float), residuals.low, residuals.high)
-    errors = residuals.at(x)
+    start = np.asarray(x, dtype=float)
+    x = np.clip(start, residuals.low, residuals.high)
+    if errors is None or not np.array_equal(x, start):
+        errors = residuals.at(x)
     fresh = jacobian is None
     steps = first_steps(len(x)) if steps is None else steps
     if jacobian is None:
@@ -195,6 +207,8 @@ def descend(
         step, promise = _step(residuals, x, errors, jacobian, damping)
         if promise < converged and fresh:
             return Fitted(x, errors, jacobian, True, steps)
+        if promise < converged and abs(errors @ errors - known) < SAME:
+            return Fitted(x, errors, jacobian, False, steps)
         if not fresh and (promise < converged or (promise > CREEPING * before and damping < UNDAMPED)):
             jacobian, steps = residuals.jacobian(x, errors, steps)
             fresh = True

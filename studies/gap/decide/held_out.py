@@ -166,11 +166,8 @@ def settle(
     """
     residuals = AnchoredResiduals(model, runs, noise)
     errors = residuals.at(model.fitted.x)
-    return (
-        residuals,
-        errors,
-        descend(residuals, model.fitted.x, *residuals.jacobian(model.fitted.x, errors, model.fitted.steps)),
-    )
+    sensitivities = residuals.jacobian(model.fitted.x, errors, model.fitted.steps)
+    return residuals, errors, descend(residuals, model.fitted.x, *sensitivities, errors=errors)
 
 
 def _average_over_windows(channels: Iterable[np.ndarray]) -> tuple[np.ndarray, float]:

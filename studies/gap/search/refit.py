@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
+from apesim.studies.estimation.levenberg_marquardt import SAME, Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals, first_steps
@@ -65,10 +65,11 @@ def refit(
     ]:
         try:
             columns, adapted = residuals.jacobian(x, errors, steps, range(len(base.fitted.x), len(x)))
-            fitted = descend(residuals, x, np.column_stack([jacobian, columns]), adapted)
+            known = np.nan if best is None else best.cost
+            fitted = descend(residuals, x, np.column_stack([jacobian, columns]), adapted, errors=errors, known=known)
         except EndedEarly:
             continue
-        if best is None or fitted.cost < best.cost:
+        if best is None or fitted.cost < best.cost - SAME:
             best = fitted
     smaller = min((base, *within), key=lambda model: model.cost)
     if best is None or best.cost > smaller.cost:
