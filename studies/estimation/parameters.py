@@ -10,7 +10,7 @@ from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import schema
 from apesim.quantities.units import unit as unit_of
 from apesim.studies.measured import MeasuredRun
-from apesim.studies.measured.prediction import with_value
+from apesim.studies.measured.prediction import with_values
 
 
 class Parameter(NamedTuple):
@@ -213,14 +213,16 @@ def put(machine: Machine, parameters: Iterable[Parameter], x: Iterable[float]) -
     >>> put(Machine(), [force], [0.3]).effects.side_force.force
     3.0
     """
+    values: dict[str, Any] = {}
     for parameter, number in zip(parameters, x, strict=True):
-        value = parameter.value(number)
+        key = parameter.key
         if parameter.shifts:
-            own = value_of(machine, parameter.key)
-            zero = machine.ambient.pressure if parameter.key == "supply.pressure" else 0.0
-            value = own + parameter.scale * float(number) * (own - zero if parameter.relative else 1.0)
-        machine = with_value(machine, parameter.key, value)
-    return machine
+            own = values[key] if key in values else value_of(machine, key)
+            zero = values.get("ambient.pressure", machine.ambient.pressure) if key == "supply.pressure" else 0.0
+            values[key] = own + parameter.scale * float(number) * (own - zero if parameter.relative else 1.0)
+        else:
+            values[key] = parameter.value(number)
+    return with_values(machine, values)
 
 
 def corrections(machine: Machine, parameter: Parameter, x: float, runs: Sequence[MeasuredRun]) -> dict[str, float]:

@@ -93,6 +93,40 @@ def with_value(tree: Any, key: str, value: object) -> Any:
     return tree._replace(**{name: with_value(getattr(tree, name), rest, value) if rest else value})
 
 
+def with_values(tree: Any, values: Mapping[str, object]) -> Any:
+    """A machine with other values at several keys; each part is copied once, however many of its numbers change.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        A machine, or a part of one.
+    values : mapping of str to object
+        New values by name with dots [SI].
+
+    Returns
+    -------
+    NamedTuple
+        A changed copy.
+
+    Examples
+    --------
+    >>> machine = with_values(Machine(), {"valve.stroke": 8e-3, "valve.solenoid.dead_time": 1e-3})
+    >>> machine.valve.stroke, machine.valve.solenoid.dead_time
+    (0.008, 0.001)
+    """
+    parts: dict[str, dict[str, object]] = {}
+    own: dict[str, Any] = {}
+    for key, value in values.items():
+        name, _, rest = key.partition(".")
+        if rest:
+            parts.setdefault(name, {})[rest] = value
+        else:
+            own[name] = value
+    for name, inner in parts.items():
+        own[name] = with_values(getattr(tree, name), inner)
+    return tree._replace(**own) if own else tree
+
+
 def run_of(machine: Machine, run: MeasuredRun) -> Machine:
     """Take the supply of a measured run, which is that of the control air, too, and an engine's command into a machine.
 
