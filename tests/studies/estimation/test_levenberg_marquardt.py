@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from apesim.studies.estimation.calibration import elsewhere
-from apesim.studies.estimation.levenberg_marquardt import descend
+from apesim.studies.estimation.levenberg_marquardt import SAME, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import EndedEarly
 from apesim.studies.gap.work import Work
@@ -119,6 +119,25 @@ def test_sensitivities_are_renewed_where_steps_keep_promising_as_little():
     found = descend(residuals, np.zeros(12))
     assert found.converged
     assert residuals.evaluations < 150
+
+
+@pytest.mark.parametrize("offset", [0.0, 1.0], ids=["known", "unknown"])
+def test_a_descent_to_a_known_minimum_takes_no_sensitivities_anew(offset):
+    first, again = Curved(), Curved()
+    found = descend(first, [0.0, 0.0])
+    ended = descend(again, [0.5, 1.5], found.jacobian, found.steps, known=found.cost + offset)
+    assert ended.cost == pytest.approx(found.cost, abs=SAME)
+    assert ended.converged == (offset > SAME)
+
+
+def test_residuals_of_the_start_that_are_known_are_not_asked_for():
+    plain, told = Curved(), Curved()
+    start = np.zeros(2)
+    errors = told.at(start)
+    assert told.evaluations == 1
+    ends = descend(plain, start), descend(told, start, errors=errors)
+    assert told.evaluations == plain.evaluations
+    assert ends[0].x.tolist() == ends[1].x.tolist()
 
 
 class Torn(Curved):

@@ -5,6 +5,7 @@ import pytest
 
 from apesim.engine.angles import DEGREE, TURN
 from apesim.engine.steady import known_state, run_steady
+from apesim.studies.estimation.starts import Starts
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of, start_of, with_value
 from apesim.valve.bench import run_bench
@@ -220,6 +221,21 @@ def test_a_start_with_other_volumes_is_left_for_rest(way):
     near, far = (predict(at, run, PREDICTED, start) for start in (start_of(base, run), None))
     assert not near.failed
     assert near.means == pytest.approx(far.means, rel=ALIKE)
+
+
+@pytest.mark.parametrize("size", [(0.5e-3, 40e-6), (0.3e-3, 5e-6)], ids=["large", "slow"])
+def test_a_start_follows_the_volume_of_a_supply_line(size):
+    run = engine_run()
+    base, at = (
+        changed(run_of(machine(receiver=1.0), run), {f"effects.supply_droop.{name}": value for name, value in line})
+        for line in (
+            [("volume", 0.1e-3), ("feed_area", 25e-6)],
+            [("volume", size[0]), ("feed_area", size[1])],
+        )
+    )
+    found = run_steady(at, run.speed, start=Starts([base], [run]).near(0, at))
+    assert found.orbit.converged
+    assert found.orbit.cycles <= 10 < 20 < run_steady(at, run.speed).orbit.cycles
 
 
 def test_a_start_far_away_is_left_for_rest():
