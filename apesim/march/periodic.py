@@ -357,6 +357,7 @@ def _from_known(drive, known, tolerance):
     if len(correction) != n:
         return None
     before = gain_before = step = None
+    largest_before = np.inf
     for _ in range(MAX_CORRECTIONS):
         image, mode_image, status = drive.march(y, mode)
         if status != Status.DONE or mode_image[0] != mode[0]:
@@ -368,14 +369,14 @@ def _from_known(drive, known, tolerance):
             if abs(weight := step @ moved) > 0.0:
                 correction = correction + np.outer(step - moved, step @ correction) / weight
         step = correction @ gain
-        left = np.abs(step).max()
-        if left > CLIP or (before is not None and left > before and np.abs(gain).max() > np.abs(gain_before).max()):
+        left, largest_gain = np.abs(step).max(), np.abs(gain).max()
+        if left > CLIP or (before is not None and left > before and largest_gain > largest_before):
             return None  # where the gain alone falls, the correction is learning what the first cycles did not show
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
         if left * nearer <= tolerance:  # the next step falls by as much at least
             return Settling(y, mode, status, np.abs(gain).max(), np.inf, 1, correction)
-        before, gain_before = left, gain
+        before, gain_before, largest_before = left, gain, largest_gain
     return None
 
 

@@ -298,7 +298,7 @@ class _EngineRun:
         trace[order] = run.trace
         traces = [sensor for sensor in self.sensors if sensor not in MEANS]
         shown = _shown(traces, ENGINE_COLUMNS, trace, self.failed) | dict.fromkeys(set(self.sensors) & set(MEANS), nan)
-        self.find_marks = partial(dict.fromkeys, ("energise", *NEVER), nan)
+        self.find_marks = partial(dict, dict.fromkeys(("energise", *NEVER), nan))
         if not self.failed:
             self.find_marks = partial(_engine_marks, self.machine, run)
         if not self.failed and len(shown) > len(traces):
