@@ -644,7 +644,7 @@ def run_bench(
 def trace_bench(machine: Any, pulse: float, times: np.ndarray, tolerance: float = TOLERANCE) -> tuple[np.ndarray, int]:
     """Take the trace of a single pulse from rest, without what `run_bench` measures beside it.
 
-    The trace is that of `run_bench` to the bit, in a third of the time: nothing is located but what ends a step.
+    The trace is that of `run_bench` to the bit. It comes sooner, as nothing is located but what ends a step.
 
     Parameters
     ----------
