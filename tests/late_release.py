@@ -1,4 +1,4 @@
-"""Data of a rig of the independent simulator whose solenoids let go later than they pull in, and a user's effect for it."""
+"""Data of a simulated rig whose solenoids let go later than they pull in, and the effect that a user wrote for it."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from tests.truth.setting import AMBIENT, WHITE, Noise, Point, Setting
 FILE = ROOT / "docs" / "examples" / "data" / "late_release.py"
 """The user's file."""
 LEFT_OUT = "release_delay"
-"""The same effect in the library, which is left out."""
+"""Effect of the library that does what the file does; it is left out of the search."""
 ALIKE, APART = (45.0, 45.0, 45.0), (25.0, 75.0, 50.0)
 """Pulses of the runs [ms]: a clock error does the same as a late release, or something else."""
 

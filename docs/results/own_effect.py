@@ -4,8 +4,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import apesim
+from apesim.studies.gap.report.effect_rows import format_interval, format_value
 from docs.results import Table
-from docs.results.worked_cases import describe
 from tests.late_release import ALIKE, APART, FILE, LEFT_OUT, write_rig
 
 LONG = True
@@ -23,7 +23,14 @@ def compute():
             machine = apesim.Machine.load(folder / "machine.toml")
             for given, tried in (("no", machine), ("yes", machine.with_effects(FILE))):
                 found = apesim.explain(tried, folder, without=[LEFT_OUT])
-                others = [f"`{name}`" for name in found.to_dict()["class"][1:]]
-                rest = f"; not distinguishable: {', '.join(others)}" if others else ""
-                rows.append([pulses, f"{late:g} ms", given, f"`{found.verdict}`", describe(found) + rest])
-    return {"cases": Table(["pulses", "hidden", "with the file", "verdict", "found, with 95 % interval"], rows)}
+                rows.append([pulses, f"{late:g} ms", given, f"`{found.verdict}`", describe(found)])
+    return {"cases": Table(["pulses", "hidden", "with the file", "verdict", "found"], rows)}
+
+
+def describe(found):
+    """What is named, with its interval, and what the data do not distinguish from it."""
+    texts = [
+        f"`{row['key'].removeprefix('effects.')}` {format_value(row)} ({format_interval(row)})" for row in found.effects
+    ]
+    others = [" with ".join(f"`{name}`" for name in other["effects"]) for other in found.alternatives]
+    return "; not distinguishable from it: ".join(filter(None, ["; ".join(texts) or "nothing", ", ".join(others)]))

@@ -69,6 +69,7 @@ class Explanation:
     next_test : dict
         The experiment that would show more; its ``text`` and its data.
     warnings : list of str
+        The most important first.
     measured : Measured
     calibrated : Model
         The machine with its uncertain numbers fitted under their priors.

@@ -132,7 +132,7 @@ def _run_workflow(
         cells=localise(gap.calibrated.residuals, gap.marks, gap.calibrated.fitted.data_residuals, holds_noise=True),
         decision=decide_without_alarm(gap.calibrated, gap.gap_test.p_value),
         left_p_value=gap.gap_test.p_value,
-        warnings=[*warnings, *more],
+        warnings=[*more, *warnings],  # what makes all numbers doubtful comes first
     )
     odd = find_odd_channels(gap.calibrated.residuals, gap.calibrated.fitted.data_residuals)
     if gap.gap_test.alarm or odd:
@@ -302,14 +302,16 @@ def check_on_unused_runs(explanation: Explanation, work: Work) -> Explanation:
     True
     """
     best, calibrated, runs = explanation.best, explanation.calibrated, explanation.measured.of(CHECK)
-    warnings = [*explanation.warnings]
+    warnings = []
     if best is not calibrated and not best.fitted.converged:
         warnings.append("the fit of what is reported did not converge")
-    warnings += [f"{key} is fitted beyond its range, and written as the end of it" for key in best.beyond]
+    if best.beyond:
+        warnings.append(f"{', '.join(best.beyond)}: fitted beyond the range, and written as the end of it")
+    warnings += explanation.warnings
     consistency, ambient = compare_points(best), best.residuals.machine.ambient.pressure
     warnings += [
         f"{each.parameter.key}: {label_point(each.run, ambient)} alone gives another value than all runs together, "
-        f"by {abs(each.n_sigma):.1f} sigmas"
+        f"by {abs(each.n_sigma):.0f} sigmas"
         for each in select_significant(consistency, len(find_points(best.residuals.runs)))
     ]
     if explanation.rest:

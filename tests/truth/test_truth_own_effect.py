@@ -67,7 +67,7 @@ def test_by_the_command_it_is_refused_without_the_file_and_named_with_it(tmp_pat
 
 @pytest.mark.slow
 def test_a_release_that_the_machine_file_states_is_blamed_first(tmp_path):
-    """Where the machine has a number for it, known to 0.1 ms, that number is wrong, and no effect is missing."""
+    """A number of the machine, known to 0.1 ms, is said to be wrong, and no effect to be missing."""
     folder = write_rig(tmp_path, APART, 0.8)
     machine = machine_of(folder)
     dead_time = machine.valve.solenoid.dead_time

@@ -18,6 +18,8 @@ MARCHES = 4000
 """Marches that a search takes, or more."""
 MAX_SHOWN = 8
 """Effects whose scores are shown: those behind them have explained nothing."""
+MAX_WARNINGS = 3
+"""Warnings that are shown, as many as at the head of the report."""
 MIN_SHOWN_PULL = 1.0
 """Prior standard deviations beyond which a calibrated number is shown: nearer, it is what the machine file said."""
 
@@ -106,29 +108,41 @@ def explain_gap(
     files = ["report.html", "machine.toml", "verdict.json"]
     files += ["sensors.toml"] * (out / "sensors.toml").exists()
     console.result(data, *_shown(data), f"{out}/{', '.join(files)}: {data['wall_time_s']:.1f} s")
-    for warning in explanation.warnings:
+    for warning in explanation.warnings[:MAX_WARNINGS]:
         console.message(f"warning: {warning}")
+    if (more := len(explanation.warnings) - MAX_WARNINGS) > 0:
+        console.message(f"{more} more warnings in {out}/report.html")
     return DONE
 
 
 def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
-    """The verdict on a terminal: in a line, the next test, and the scores of the effects."""
+    """The verdict on a terminal: the most likely cause, the next test, and the scores of the effects."""
     from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
+    from apesim.studies.gap.report.html import format_pull, write_as_sentence
+    from apesim.studies.gap.report.likely_cause import describe_change
+    from apesim.studies.gap.report.rounding import format_sigmas
     from apesim.studies.gap.search.detection_limits import format_limit
     from apesim.studies.tables import table_of
 
-    yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
-    rows = [
-        [row["effect"], f"{row['deviations']:.1f}", format_limit(data["detection_limits"].get(row["effect"]))]
-        for row in data["scores"][:MAX_SHOWN]
-    ]
-    yield f"Next test: {data['next_test']['text']}"
+    cause, test = data["likely_cause"], data["next_test"]["text"]
+    if cause:
+        yield f"{data['verdict']}: {data['sentence']}"
+        hint = " This is a hint, not a finding." if cause["why_not"] else ""
+        yield f"Most likely cause: {write_as_sentence(cause['text'])} {describe_change(cause)}{hint}"
+        if cause["why_not"]:
+            yield f"Not named, because: {write_as_sentence(cause['why_not'])}"
+        yield f"Do this next: {test}"
+    else:
+        yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
+        yield f"Next test: {test}"
     moved = [row for row in data["nuisances"] if abs(row["deviations"]) > MIN_SHOWN_PULL]
     if moved:
-        cells = [[r["key"], format_before(r), format_after(r), f"{r['deviations']:+.1f}"] for r in moved]
+        cells = [[r["key"], format_before(r), format_after(r), format_pull(r)] for r in moved]
         header = ("calibrated number", "before", "after", "pull [prior sigmas]")
         yield table_of("", header, cells, left=(0,))
     else:
         yield f"No calibrated number was pulled by more than {MIN_SHOWN_PULL:g} sigma of its prior"
-    if rows:
-        yield table_of("", ("effect", "score [sigmas]", "visible from (5 sigmas)"), rows, left=(0,))
+    if rows := data["scores"][:MAX_SHOWN]:
+        limits = data["detection_limits"]
+        cells = [[r["effect"], format_sigmas(r["deviations"]), format_limit(limits.get(r["effect"]))] for r in rows]
+        yield table_of("", ("effect", "score [sigmas]", "visible from (5 sigmas)"), cells, left=(0,))

@@ -9,6 +9,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities.declarations import Quantity
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import DECLARED, SENSED, Parameter, corrections, value_at, value_of
+from apesim.studies.gap.report.rounding import round_to_error
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import with_value
 
@@ -151,7 +152,9 @@ def write_readings(machine: Machine, numbers: Sequence[CalibratedNumber]) -> str
     return "\n\n".join("\n".join([f"[{section}]", *lines]) for section, lines in sections.items())
 
 
-def describe_value(machine: Machine, parameter: Parameter, x: float, runs: Sequence[MeasuredRun]) -> dict[str, Any]:
+def describe_value(
+    machine: Machine, parameter: Parameter, x: float, runs: Sequence[MeasuredRun], deviation: float = 1.0
+) -> dict[str, Any]:
     """A nuisance at x as data: its value before and after, or the shift of what the runs state themselves.
 
     Parameters
@@ -160,12 +163,15 @@ def describe_value(machine: Machine, parameter: Parameter, x: float, runs: Seque
     parameter : apesim.studies.estimation.parameters.Parameter
     x : float
     runs : sequence of apesim.studies.measured.MeasuredRun
+    deviation : float
+        Standard deviation of x that the data leave; 1 is what was known of the number beforehand.
 
     Returns
     -------
     dict
         ``before``, ``value`` and ``unit``; the first two are None where every run states the number. ``shift`` and
-        ``shift_unit`` say what the number is more than the runs state; None where none states it.
+        ``shift_unit`` say what the number is more than the runs state; None where none states it. ``error`` is the
+        standard deviation of ``value``, or of ``shift`` where there is no value.
 
     Examples
     --------
@@ -176,14 +182,25 @@ def describe_value(machine: Machine, parameter: Parameter, x: float, runs: Seque
     """
     keys = corrections(machine, parameter, x, runs)
     unit = parameter.declaration.unit  # type: ignore[attr-defined]
-    row: dict[str, Any] = {"before": None, "value": None, "unit": unit, "shift": None, "shift_unit": None}
+    row: dict[str, Any] = {
+        "before": None,
+        "value": None,
+        "unit": unit,
+        "shift": None,
+        "shift_unit": None,
+        "error": None,
+    }
     if parameter.key in keys:
         row["before"] = parameter.shown(value_of(machine, parameter.key))
         row["value"] = parameter.shown(value_at(machine, parameter, x))
+        row["error"] = abs(parameter.shown(value_at(machine, parameter, x + deviation)) - row["value"])
     if set(keys) != {parameter.key}:
         shift = parameter.scale * float(x)
         row["shift"] = STATED_SHARE * shift if parameter.relative else parameter.shown(shift)
         row["shift_unit"] = "%" if parameter.relative else unit
+        if row["value"] is None:
+            error = parameter.scale * deviation
+            row["error"] = STATED_SHARE * error if parameter.relative else abs(parameter.shown(error))
     return row
 
 
@@ -220,19 +237,21 @@ def format_after(row: dict[str, Any]) -> str:
     Returns
     -------
     str
+        With the digits that its ``error`` leaves.
 
     Examples
     --------
-    >>> format_after({"before": 114.0, "value": 117.2, "unit": "N s/m", "shift": None})
-    '117.2 N s/m'
-    >>> format_after({"before": None, "value": None, "unit": "MPa", "shift": 0.8, "shift_unit": "%"})
+    >>> format_after({"before": 114.0, "value": 117.23, "unit": "N s/m", "shift": None, "error": 2.4})
+    '117 N s/m'
+    >>> format_after({"before": None, "value": None, "unit": "MPa", "shift": 0.81, "shift_unit": "%", "error": 0.2})
     'that +0.8 %'
     """
     if row["value"] is None:
-        return f"that {row['shift']:+.3g} {row['shift_unit']}"
-    return _format(row["value"], row["unit"])
+        text = round_to_error(row["shift"], row["error"])
+        return f"that {text if text.startswith('-') else '+' + text} {row['shift_unit']}"
+    return f"{round_to_error(row['value'], row['error'])} {row['unit']}".strip()
 
 
 def _format(value: float, unit: str) -> str:
-    """A value with its unit."""
+    """A value as the machine file has it, with its unit."""
     return f"{value:.5g} {unit}".strip()

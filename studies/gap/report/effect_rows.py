@@ -9,11 +9,9 @@ import numpy as np
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.parameters import DECLARED, corrections, shown
 from apesim.studies.estimation.profile_likelihood import End, EndKind
+from apesim.studies.gap.report.rounding import NORMAL_95, find_error, round_to_error
 from apesim.studies.gap.search.candidates import SHAPES
 from apesim.studies.gap.search.intervals import find_shapes
-
-NORMAL_95 = 1.959963984540054
-"""Half the width of a 95 % interval of a standard normal number: its quantile at 0.975."""
 
 
 class Side(StrEnum):
@@ -123,28 +121,28 @@ def format_value(row: dict[str, Any]) -> str:
     Returns
     -------
     str
-        "" for a shape that the data hold on neither side.
+        With the digits that its interval leaves; "" for a shape that the data hold on neither side.
 
     Examples
     --------
     >>> row = {"name": "side_force", "parameter": "force", "value": 3.14159, "unit": "N", "open_ends": []}
-    >>> format_value(row)
-    '3.14 N'
+    >>> format_value(row | {"interval_95": [2.7, 3.6]}), format_value(row | {"interval_95": None})
+    ('3.1 N', '3.1 N')
     """
     if row["open_ends"] and row["parameter"] in SHAPES.get(row["name"], ()):
-        return _format_held_side(row, 3)
-    return _format_number(row["value"], row["unit"], 3)
+        return _format_held_side(row)
+    return _format_number(row, row["value"])
 
 
-def format_interval(row: dict[str, Any], digits: int = 3) -> str:
+def format_interval(row: dict[str, Any], digits: int | None = None) -> str:
     """The interval of a parameter as text.
 
     Parameters
     ----------
     row : dict
         See `describe_effects`.
-    digits : int
-        Significant digits.
+    digits : int, optional
+        Significant digits; those that the interval leaves the value if left out.
 
     Returns
     -------
@@ -152,27 +150,31 @@ def format_interval(row: dict[str, Any], digits: int = 3) -> str:
 
     Examples
     --------
-    >>> row = {"interval_95": [2.5, 3.75], "unit": "N", "open_ends": []}
+    >>> row = {"value": 3.1, "interval_95": [2.54, 3.75], "unit": "N", "open_ends": []}
     >>> format_interval(row), format_interval(row | {"open_ends": ["low"]})
-    ('95 % interval 2.5 to 3.75 N', 'at most 3.75 N (95 %)')
+    ('95 % interval 2.5 to 3.8 N', 'at most 3.8 N (95 %)')
     """
     if row["interval_95"] is None:
         return "interval not sought"
     if row["open_ends"]:
         held = _format_held_side(row, digits)
         return f"{held} (95 %)" if held else "not held by these data"
-    low, high = row["interval_95"]
-    return f"95 % interval {low:.{digits}g} to {_format_number(high, row['unit'], digits)}"
+    low, high = (_format_number(row, end, digits) for end in row["interval_95"])
+    return f"95 % interval {low.removesuffix(row['unit']).rstrip()} to {high}"
 
 
-def _format_held_side(row: dict[str, Any], digits: int) -> str:
+def _format_held_side(row: dict[str, Any], digits: int | None = None) -> str:
     """The end of an interval that the data hold; "" where there is none."""
     if len(row["open_ends"]) == len(SIDES):
         return ""
-    low, high = (_format_number(end, row["unit"], digits) for end in row["interval_95"])
+    low, high = (_format_number(row, end, digits) for end in row["interval_95"])
     return f"at most {high}" if Side.LOW in row["open_ends"] else f"at least {low}"
 
 
-def _format_number(value: float, unit: str, digits: int) -> str:
-    """A number with its unit as text."""
-    return f"{value:.{digits}g} {unit}".rstrip()
+def _format_number(row: dict[str, Any], number: float, digits: int | None = None) -> str:
+    """A value of a parameter, or an end of its interval, with its unit as text."""
+    if len(row["open_ends"]) == len(SIDES):
+        digits = 2  # the data hold it on neither side, so that it has no error
+    error = find_error(row["value"], row["interval_95"], row["open_ends"])
+    text = round_to_error(number, error) if digits is None else f"{number:.{digits}g}"
+    return f"{text} {row['unit']}".rstrip()

@@ -15,8 +15,12 @@ from apesim.studies.gap.report.calibrated_numbers import format_after, format_be
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms
 from apesim.studies.gap.report.effect_rows import format_interval, format_value
 from apesim.studies.gap.report.extended_machine import is_explained
+from apesim.studies.gap.report.likely_cause import describe_change
+from apesim.studies.gap.report.rounding import format_chance, format_sigmas, format_size, round_to_error
 from apesim.studies.gap.search.detection_limits import format_limit
+from apesim.studies.gap.search.gap_test import DRAWS
 from apesim.studies.gap.search.library import list_effects
+from apesim.studies.gap.thresholds import AMBIGUOUS_COST
 from apesim.studies.measured import CHECK, GATE
 
 if TYPE_CHECKING:
@@ -28,6 +32,23 @@ MAX_EXPLANATIONS = 8
 """Models that are shown at most: more would not be read."""
 MARKED_PULL = 2.0
 """Prior standard deviations beyond which a pull is marked: noise alone pulls one of twenty nuisances so far."""
+MAX_WARNINGS = 3
+"""Warnings that are shown at once; the others are folded, as more would not be read."""
+TERMS = {
+    "gap": "what the model leaves of the data, more than noise does; as a number it is their root mean square over the "
+    "noise, and noise alone gives 1",
+    "noise": "the scatter of single samples about what the sensor would read on average",
+    "sigma": "one standard deviation of the noise; noise alone gives 2 once in twenty times, 5 once in a million",
+    "score": "how large the gap is along what the effect does to the data, in sigmas, before anything is fitted",
+    "penalised cost": "the sum of squares that is left, in sigmas squared, and a price for each effect; less is better",
+    "retained": "the share of an effect that is left once the uncertain numbers of the machine have been fitted",
+    "cosine": "how much two effects do the same to these data; 1: the very same, 0: nothing in common",
+    "known to": "the standard deviation of a number before the data were looked at, also called its prior",
+    "pull": "how far the data moved a number, in standard deviations of what was known of it",
+    "white": "each sample has an error of its own; a colour of some order: neighbouring samples err alike",
+    "hum": "what the mains add to a signal, at their frequency",
+}
+"""Terms of the page, explained where they stand."""
 
 
 class TriedCandidate(NamedTuple):
@@ -88,33 +109,13 @@ def describe_added(explanation: "Explanation") -> str:
     return f"with {' and '.join(map(format_name, model.names))}"
 
 
-def format_number(value: float | None, unit: str = "") -> str:
-    """A number as text with three significant digits, and the unit if there is one.
+def format_pull(row: Mapping[str, Any]) -> str:
+    """The pull of a calibrated number as text, with the digits that the data leave it.
 
     Parameters
     ----------
-    value : float or None
-    unit : str
-
-    Returns
-    -------
-    str
-        "-" where there is no number.
-
-    Examples
-    --------
-    >>> format_number(0.12345, "mm^2"), format_number(None)
-    ('0.123 mm²', '-')
-    """
-    return "-" if value is None else f"{value:.3g} {format_unit(unit)}".rstrip()
-
-
-def format_chance(p_value: float) -> str:
-    """A chance as text, with two digits; below 1 in 10 000 only that is said.
-
-    Parameters
-    ----------
-    p_value : float
+    row : dict
+        See `apesim.studies.gap.report.verdict_json.describe_nuisances`.
 
     Returns
     -------
@@ -122,10 +123,32 @@ def format_chance(p_value: float) -> str:
 
     Examples
     --------
-    >>> format_chance(0.0312), format_chance(3e-6)
-    ('0.031', 'below 0.0001')
+    >>> format_pull({"deviations": 1.318, "deviations_error": 0.2})
+    '+1.3'
     """
-    return "below 0.0001" if p_value < 1e-4 else f"{p_value:.2g}"
+    text = round_to_error(row["deviations"], row["deviations_error"])
+    return text if text.startswith("-") or text == "0" else f"+{text}"
+
+
+def write_as_sentence(text: str) -> str:
+    """A text with a capital and a full stop.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> write_as_sentence("the second effect hardly earns its place")
+    'The second effect hardly earns its place.'
+    """
+    first, rest = text[:1], text[1:]
+    is_name = "." in text.split(" ")[0]  # a file's name keeps its letters
+    return f"{first if is_name else first.upper()}{rest.removesuffix('.')}."
 
 
 def _read_template() -> str:
@@ -168,14 +191,19 @@ def render_page(
     ambient = explanation.calibrated.residuals.machine.ambient.pressure
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {
-        "number": format_number,
-        "chance": format_chance,
+        "rounded": round_to_error,
+        "size": format_size,
+        "sigmas": format_sigmas,
+        "pull": format_pull,
+        "sentence": write_as_sentence,
+        "change": describe_change,
+        "chance": lambda p_value: format_chance(p_value, DRAWS),
         "words": format_name,
         "unit": format_unit,
         "key": format_key,
     }
     environment.filters |= {"value": format_value, "interval": format_interval, "limit": format_limit}
-    environment.filters |= {"before": format_before, "after": format_after, "rounded": _format_rounded}
+    environment.filters |= {"before": format_before, "after": format_after, "decimals": _format_decimals}
     effects = list_effects(explanation.calibrated.residuals.machine)
     ranges = {name: entry.parameters[0].range for name, entry in effects.items()}
     limits = [{"effect": name} | limit for name, limit in data["detection_limits"].items()]
@@ -198,12 +226,15 @@ def render_page(
         judged=bool(explanation.measured.of(GATE)),
         units={signal.block.sensor: find_display(signal.block) for signal in compared},
         pull=MARKED_PULL,
+        terms=TERMS,
+        max_warnings=MAX_WARNINGS,
+        folded=bool(data["likely_cause"]),
         calibrated=is_explained(data),
         version=version("apesim"),
     )
 
 
-def _format_rounded(value: float | None, decimals: int) -> str:
+def _format_decimals(value: float | None, decimals: int) -> str:
     """A number with so many digits after the point; "-" where there is none."""
     return "-" if value is None else f"{value:.{decimals}f}"
 
@@ -270,7 +301,7 @@ def format_key(key: str) -> str:
     return format_name(key.removeprefix("effects.").replace(".", ", "))
 
 
-def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float | None] | None:
+def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float | None, int] | None:
     """Root mean squares over the noise on the check runs, before and after something was added.
 
     Parameters
@@ -282,12 +313,13 @@ def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float |
     before : float
     after : float or None
         None: nothing was added.
+    samples : int
 
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> from apesim.studies.gap.report.comparison import compare_signals
-    >>> before, after = find_check_sizes(compare_signals(explain_example()))
+    >>> before, after, _ = find_check_sizes(compare_signals(explain_example()))
     >>> before > after
     True
     >>> find_check_sizes([]) is None  # no run is marked check
@@ -297,7 +329,8 @@ def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float |
     if not checks:
         return None
     after = [signal.residuals_after for signal in checks if signal.residuals_after is not None]
-    return find_rms(signal.residuals_before for signal in checks), find_rms(after) if after else None
+    samples = sum(len(signal.residuals_before) for signal in checks)
+    return find_rms(signal.residuals_before for signal in checks), find_rms(after) if after else None, samples
 
 
 def list_explanations(explanation: "Explanation") -> list[dict[str, Any]]:
@@ -311,7 +344,8 @@ def list_explanations(explanation: "Explanation") -> list[dict[str, Any]]:
     -------
     list of dict
         ``names``; ``cost``, penalised, above the least, by the fitted runs; ``judged``, the same with the runs that
-        judge (None: it was not judged); ``realised``, the part of the gap that it explains [standard deviations].
+        judge (None: it was not judged); ``is_near``, whether the data do not distinguish it from the best, by the
+        latter if there is one; ``realised``, the part of the gap that it explains [standard deviations].
 
     Examples
     --------
@@ -322,15 +356,19 @@ def list_explanations(explanation: "Explanation") -> list[dict[str, Any]]:
     """
     min_cost = min((choice.cost for choice in explanation.fits), default=0.0)
     judged = {choice.names: choice.cost for choice in explanation.ranked} if explanation.measured.of(GATE) else {}
-    rows = [
-        {
-            "names": list(choice.names),
-            "cost": choice.cost - min_cost,
-            "judged": judged[choice.names] - min(judged.values()) if choice.names in judged else None,
-            "realised": find_gain(explanation, choice.model),
-        }
-        for choice in explanation.fits
-    ]
+    rows: list[dict[str, Any]] = []
+    for choice in explanation.fits:
+        cost = choice.cost - min_cost
+        other = judged[choice.names] - min(judged.values()) if choice.names in judged else None
+        rows.append(
+            {
+                "names": list(choice.names),
+                "cost": cost,
+                "judged": other,
+                "is_near": (cost if other is None else other) < AMBIGUOUS_COST,
+                "realised": find_gain(explanation, choice.model),
+            }
+        )
     return sorted(rows, key=lambda row: (row["judged"] is None, row["judged"] or 0.0, row["cost"]))[:MAX_EXPLANATIONS]
 
 

@@ -19,6 +19,8 @@ from apesim.studies.gap.decide.verdict import Decision, find_refusal
 from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
 from apesim.studies.gap.report.calibrated_numbers import describe_value
 from apesim.studies.gap.report.effect_rows import describe_effects, format_value
+from apesim.studies.gap.report.likely_cause import describe_cause
+from apesim.studies.gap.report.rounding import find_error, round_to_error
 from apesim.studies.gap.search.candidates import SAME_IN_RECORD
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.model_selection import Choice
@@ -90,6 +92,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "rest": describe_rest(explanation.rest) if explanation.rest else None,
         "odd_channels": [channel._asdict() for channel in explanation.odd],
         "nearest": [] if named else effects,
+        "likely_cause": describe_cause(explanation, describe_added(effects)),
         "class": list_class(decision) if named else [],
         "alternatives": rivals,
         "probability": find_probability(statements[0]) if statements and not is_tie else None,
@@ -201,8 +204,8 @@ def describe_rest(rest: "Explanation") -> dict[str, Any]:
     ('NAMED', 'side_force')
     """
     described = describe(rest)
-    shared = "verdict", "sentence", "reason", "effects", "nearest", "class", "alternatives", "gap", "files", "rest"
-    shared += "probability", "inclusion", "statements", "models"
+    shared = ["verdict", "sentence", "reason", "effects", "nearest", "class", "alternatives", "gap", "files", "rest"]
+    shared += ["probability", "inclusion", "statements", "models"]
     return {name: described[name] for name in shared}
 
 
@@ -218,7 +221,8 @@ def describe_nuisances(explanation: "Explanation") -> list[dict[str, Any]]:
     list of dict
         ``before`` and ``value``, None where every run states the number itself; then ``shift`` says how much more it is
         than that, in ``shift_unit``. ``known_to`` is the standard deviation beforehand, as text, and ``stated_in`` says
-        who states it. ``deviations`` is the pull. ``apart`` says which operating point alone leads
+        who states it. ``deviations`` is the pull, and
+        ``deviations_error`` its standard deviation by the data. ``apart`` says which operating point alone leads
         farthest from the value; None where that is not known.
 
     Examples
@@ -232,16 +236,18 @@ def describe_nuisances(explanation: "Explanation") -> list[dict[str, Any]]:
     machine, runs = model.residuals.machine, model.residuals.runs
     apart = {each.parameter.key: _describe_inconsistency(each, model) for each in explanation.consistency}
     stated_in = {prior.key: prior.stated_in for prior in priors_of(machine, explanation.measured)}
+    left = [min(1.0, float(np.sqrt(variance))) for variance in np.diag(model.fitted.covariance)]
     rows = [
         {
             "key": p.key,
-            **describe_value(machine, p, x, runs),
+            **describe_value(machine, p, x, runs, left[j]),
             "known_to": format_known_to(p.key, Uncertainty(p.scale, p.relative)),
             "stated_in": stated_in[p.key],
             "deviations": float(x),
+            "deviations_error": left[j],
             "apart": apart.get(p.key),
         }
-        for p, x in zip(model.residuals.parameters, model.fitted.x, strict=True)
+        for j, (p, x) in enumerate(zip(model.residuals.parameters, model.fitted.x, strict=True))
         if p.prior
     ]
     return sorted(rows, key=lambda row: -abs(row["deviations"]))
@@ -408,7 +414,7 @@ def write_sentence(explanation: "Explanation") -> str:
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> write_sentence(explain_example())
-    'The model lacks side force (force 3.14 N).'
+    'The model lacks side force (force 3.1 N).'
     """
     decision = explanation.decision
     if decision.verdict == Verdict.NO_GAP and explanation.gap_test.alarm:
@@ -468,17 +474,23 @@ def format_fault(row: dict[str, Any]) -> str:
     --------
     >>> late = {"name": "run_time_zero", "key": "effects.time_zero.time", "value": 10.0, "unit": "ms"}
     >>> format_fault(late), format_fault(late | {"value": -0.5})
-    ('recorded 10 ms late', 'recorded 0.5 ms early')
+    ('recorded 10 ms late', 'recorded 0.50 ms early')
     """
     value = row["value"]
     if row["key"].startswith(READINGS):
         return _format_effect(row["name"], [row | {"open_ends": []}])
     if row["name"] == FaultKind.SWAP:
         swapped = value > 0.5
-        return "pressures of both chambers are swapped" if swapped else f"pressures are mixed by {100.0 * value:.2g} %"
+        return f"pressures of both chambers are {'swapped' if swapped else f'mixed by {_format_shift(row, 100.0)} %'}"
     if row["name"] == FaultKind.CLOCK:
-        return f"its clock is {100.0 * abs(value):.2g} % {'fast' if value > 0.0 else 'slow'}"
-    return f"recorded {abs(value):.3g} {row['unit']} {'late' if value > 0.0 else 'early'}"
+        return f"its clock is {_format_shift(row, 100.0)} % {'fast' if value > 0.0 else 'slow'}"
+    return f"recorded {_format_shift(row)} {row['unit']} {'late' if value > 0.0 else 'early'}"
+
+
+def _format_shift(row: dict[str, Any], factor: float = 1.0) -> str:
+    """Absolute value of a parameter times a factor, with the digits that its interval leaves."""
+    error = find_error(row["value"], row.get("interval_95"), row.get("open_ends", ()))
+    return round_to_error(factor * abs(row["value"]), None if error is None else factor * error)
 
 
 def _list_alternatives(decision: Decision) -> str:
@@ -489,6 +501,29 @@ def _list_alternatives(decision: Decision) -> str:
 def _list_choices(choices: Sequence[Choice]) -> str:
     """Explanations in words."""
     return ", or ".join(" with ".join(choice.names) for choice in choices).replace("_", " ")
+
+
+def describe_added(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """What an explanation adds, in words: effects with their values, and faults with their files.
+
+    Parameters
+    ----------
+    rows : list of dict
+        See `apesim.studies.gap.report.effect_rows.describe_effects`.
+
+    Returns
+    -------
+    dict of str
+        By the name of the effect, or by the file and the kind of its fault.
+
+    Examples
+    --------
+    >>> late = {"name": "run_time_zero", "key": "effects.time_zero.time", "value": 10.2, "unit": "ms", "file": "a.csv"}
+    >>> describe_added([late | {"parameter": "time", "interval_95": [9.0, 11.4], "open_ends": []}])
+    {'a.csv run_time_zero': 'a.csv: recorded 10.2 ms late'}
+    """
+    faults = {f"{row['file']} {row['name']}": f"{row['file']}: {format_fault(row)}" for row in rows if row["file"]}
+    return _format_effects([row for row in rows if not row["file"]]) | faults
 
 
 def _format_effects(rows: list[dict[str, Any]]) -> dict[str, str]:
@@ -503,9 +538,9 @@ def _format_effect(name: str, rows: list[dict[str, Any]]) -> str:
     """An effect, a number of the machine or a reading, with its values."""
     row = rows[0]
     if row["key"].startswith(READINGS):
-        value, unit = (row["value"], row["unit"]) if row["unit"] else (100.0 * row["value"], "%")
-        way = "high" if value > 0.0 else "low"
-        return f"{row['parameter'].replace('_', ' ')} reads {abs(value):.3g} {unit} too {way}"
+        factor, unit = (1.0, row["unit"]) if row["unit"] else (100.0, "%")
+        way = "high" if row["value"] > 0.0 else "low"
+        return f"{row['parameter'].replace('_', ' ')} reads {_format_shift(row, factor)} {unit} too {way}"
     values = [("" if each["key"] == name else f"{each['parameter']} ", format_value(each)) for each in rows]
     said = ", ".join(parameter + value for parameter, value in values if value)
     return f"{name.replace('_', ' ').replace('.', ', ')} ({said})"

@@ -97,12 +97,11 @@ def find_gap(
     if deeper is not gap.calibrated:
         gap = check_against_noise(*score_candidates(deeper, candidates, work, faults), marks)
     calibrated = gap.calibrated
-    if not calibrated.fitted.converged:
-        warnings.append("the calibration did not converge")
+    doubts = [] if calibrated.fitted.converged else ["the calibration did not converge"]
     solver_error = find_solver_error(calibrated.residuals, calibrated.fitted.x)
     if solver_error > MAX_SOLVER_ERROR:
-        warnings.append(f"the simulator's own error is {solver_error:.2g} of the noise: it may be taken for a gap")
-    return gap, solver_error, warnings
+        doubts.append(f"the simulator's own error is {solver_error:.2g} of the noise: it may be taken for a gap")
+    return gap, solver_error, [*doubts, *warnings]
 
 
 def score_candidates(

@@ -211,7 +211,7 @@ def format_limit(limit: dict[str, Any] | None) -> str:
     Examples
     --------
     >>> format_limit({"limit": 1.2345, "unit": "N", "off": 0.0, "grows": "up"}), format_limit(None)
-    ('1.23 N', 'beyond its range')
+    ('1.2 N', 'beyond its range')
     >>> format_limit({"limit": 12.0, "unit": "mm^2", "off": 0.0, "grows": "down"})
     '12 mm^2 and below'
     >>> format_limit({"limit": 0.05, "unit": "", "off": 0.528, "grows": "up"})
@@ -219,7 +219,8 @@ def format_limit(limit: dict[str, Any] | None) -> str:
     """
     if limit is None or limit["limit"] is None:
         return "beyond its range"
-    size = f"{limit['limit']:.3g} {limit['unit']}".strip()
+    rounded = float(f"{limit['limit']:.2g}")  # to first order: it is not known better
+    size = f"{rounded:g} {limit['unit']}".strip()
     if limit["grows"] == "down":
         return f"{size} and below"
     return f"{size} away from {limit['off']:.3g}" if limit["off"] else size

@@ -8,7 +8,7 @@ from apesim.quantities import InputError
 from apesim.studies.measured.plausibility.cylinder_bench import check_cylinder_run, drop_repeated
 from apesim.studies.measured.plausibility.engine_bench import check_engine_run
 from apesim.studies.measured.plausibility.expected import Expected
-from apesim.studies.measured.plausibility.findings import Check, Finding, Kind
+from apesim.studies.measured.plausibility.findings import Check, Finding, Kind, group_findings
 from apesim.studies.measured.plausibility.folder import check_folder, escalate_still
 from apesim.studies.measured.plausibility.records import check_ends, check_masked, check_record
 from apesim.studies.measured.plausibility.valve_bench import check_valve_run
@@ -152,4 +152,5 @@ def refuse_faults(machine: Machine | None, measured: Measured, free: Collection[
     refusing = [finding for finding in faults if finding.check not in fitted]
     if refusing:
         raise InputError(finding.to_fault(measured.folder) for finding in refusing)
-    return [str(finding) for finding in [*faults, *examination.select(Kind.WARNING)]]
+    grouped = group_findings([*faults, *examination.select(Kind.WARNING)])
+    return [f"{finding}{f' (and {more} more files alike)' if more else ''}" for finding, more in grouped]

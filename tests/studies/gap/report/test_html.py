@@ -18,7 +18,7 @@ from apesim.studies.figures.gap import draw_gap
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.report import html
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms, group_by_run, select_worst
-from apesim.studies.gap.report.html import TriedCandidate, format_number
+from apesim.studies.gap.report.html import MAX_WARNINGS, TERMS, TriedCandidate
 from apesim.studies.gap.report.residual_map import map_residuals
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.measured import Measured, MeasuredRun
@@ -101,14 +101,6 @@ def test_values_are_shown_in_the_unit_of_the_sensor():
     assert label_point(compared().block.run, AMBIENT) == "0.40 MPa gauge, 40 ms"
 
 
-def test_numbers_are_told_with_the_unit_they_have():
-    assert (format_number(9.81234, "m/s^2"), format_number(0.0425, ""), format_number(None)) == (
-        "9.81 m/s²",
-        "0.0425",
-        "-",
-    )
-
-
 def test_figures_have_the_same_bytes_each_time(tmp_path):
     signals = [compared("check", 2.0), compared("fit", 1.0, number=1)]
     rows = [TriedCandidate("side_force", 20.0, 21.0), TriedCandidate("bounce", 3.0, None)]
@@ -182,6 +174,7 @@ def page_of(**more):
         "lineage": {},
         "held_out": None,
         "own_error": 1e-6,
+        "likely_cause": {"text": "<u>", "before": 3.1, "after": 1.0, "samples": 40, "why_not": "<u>"},
     }
     data |= more
     base = SimpleNamespace(residuals=SimpleNamespace(machine=Machine()), cost=1.0)
@@ -203,11 +196,12 @@ def test_a_calibrated_number_that_runs_state_is_shown_as_a_shift_and_others_befo
         {"key": "supply.pressure", "before": None, "value": None, "unit": "MPa", "shift": 0.81, "shift_unit": "%"},
         {"key": "valve.viscous_friction", "before": 114.0, "value": 117.4, "unit": "N s/m", "shift": None},
     ]
+    rows = [row | {"error": error} for row, error in zip(rows, (0.02, 3.0), strict=True)]
     known = [{"known_to": "1 %", "stated_in": "default"}, {"known_to": "5 N s/m", "stated_in": "measured.toml"}]
-    pulled = {"deviations": 0.8, "apart": None}
+    pulled = {"deviations": 0.8, "deviations_error": 0.3, "apart": None}
     page = page_of(nuisances=[row | own | pulled for row, own in zip(rows, known, strict=True)])
     assert "<td>as each run states</td><td>that +0.81 %</td>" in page
-    assert "<td>114 N s/m</td><td>117.4 N s/m</td>" in page
+    assert "<td>114 N s/m</td><td>117 N s/m</td>" in page
     assert "<td>1 %</td>" in page
     assert "<td>5 N s/m, stated</td>" in page
     assert "They are not in\n<code>machine.toml</code>" in page  # of a refusal
@@ -257,20 +251,74 @@ def test_each_column_of_the_next_test_is_headed_by_what_it_would_split_off():
     page = page_of(next_test=NEXT_TEST)
     assert "<th>spring rate error</th><th>moving mass error</th>" in page
     assert "<td>87&nbsp;%</td>" in page
-    assert "<td>7.25</td><td>6.5</td>" in page
+    assert "<td>7</td><td>6</td>" in page
+
+
+NEXT = {"text": "Weigh the piston.", "isolate": []}
+
+
+def visible(page):
+    """Text of a page, its folded parts left out."""
+    body = page[page.index("<body>") :]
+    return re.sub(r"<[^>]+>", " ", re.sub(r"<details(?! open)[^>]*>.*?</details>", "", body, flags=re.DOTALL))
+
+
+def test_a_refusal_begins_with_the_cause_why_it_is_not_named_and_what_to_do():
+    cause = {"text": "side force (force 3.1 N)", "before": 3.14159, "after": 1.04, "samples": 40}
+    cause["why_not"] = "it fails at 0.7 MPa"
+    page = visible(page_of(likely_cause=cause, next_test=NEXT))
+    said = ["Most likely cause", "Side force (force 3.1 N).", "from 3.1 to 1.0 times the noise", "Why it is not named"]
+    said += ["It fails at 0.7 MPa.", "Do this next", "Weigh the piston.", "p.csv", "runs"]
+    places = [page.index(text) for text in said]
+    assert places == sorted(places)
+    assert page.count("Weigh the piston.") == 1
+
+
+def test_a_refusal_folds_its_tables_and_other_verdicts_do_not():
+    titles = "What was tried", "What was calibrated", "Where this comes from"
+    assert not any(title in visible(page_of()) for title in titles)
+    assert all(title in visible(page_of(verdict="NAMED", likely_cause=None)) for title in titles)
+    assert "::details-content { content-visibility: visible" in page_of()  # on paper all is unfolded
+
+
+@pytest.mark.parametrize("number", [MAX_WARNINGS, MAX_WARNINGS + 4])
+def test_at_most_three_warnings_are_shown_at_once(number):
+    warnings = [f"warning number {k}" for k in range(number)]
+    page = page_of(warnings=warnings)
+    assert [text in visible(page) for text in warnings] == [k < MAX_WARNINGS for k in range(number)]
+    assert all(text in page for text in warnings)
+    assert (f"{number - MAX_WARNINGS} more warnings" in page) == (number > MAX_WARNINGS)
+
+
+def test_each_term_is_explained_in_the_part_in_which_it_stands():
+    row = {"key": "valve.viscous_friction", "before": 114.0, "value": 117.4, "unit": "N s/m", "error": 3.0}
+    row |= {"known_to": "5 N s/m", "stated_in": "default", "deviations": 0.8, "deviations_error": 0.3, "apart": None}
+    noise = {"sensor": "lift", "deviation": 2e-5, "order": 0, "hum_hz": [], "source": "repeats"}
+    limit = {"parameter": "force", "unit": "N", "limit": 1.0, "off": 0.0, "grows": "up", "kept": 0.5, "class": []}
+    page = page_of(
+        nuisances=[row],
+        noise=[noise],
+        detection_limits={"side_force": limit},
+        next_test=NEXT_TEST,
+    )
+    parts = [part for part in page.split("<h2>") if "</h2>" in part]
+    used = {term: [part for part in parts if re.search(rf"\b{term}s?\b", part)] for term in TERMS}
+    for term in ("sigma", "score", "penalised cost", "retained", "cosine", "known to", "pull", "white", "hum"):
+        assert used[term] or term in ("score", "penalised cost")
+        assert all(f"<dfn>{term}</dfn>: {TERMS[term]}"[:40] in part for part in used[term]), term
 
 
 def test_the_next_test_says_what_each_outcome_would_mean():
     page = page_of(next_test=NEXT_TEST)
     assert "a run at 1.0 MPa gauge: if it is</th><th>mean lift in dwell [mm]</th>" in page
-    assert "<tr><td>coulomb friction</td>\n<td>8.71</td><td>-0.29</td>\n<td>12.3</td></tr>" in page
+    assert "<tr><td>coulomb friction</td>\n<td>8.71</td><td>-0.29</td>\n<td>12</td></tr>" in page
     assert "<tr><td>none of the library</td>\n<td>-</td><td>-</td>\n<td>-</td></tr>" in page
     assert "bounce: a high-speed sensor." in page
 
 
 def test_names_in_a_page_are_escaped():
     page = page_of()
-    assert not any(text in page for text in ("<script>", "<b>.", "<i>"))
+    assert not any(text in page for text in ("<script>", "<b>.", "<i>", "<u>"))
     assert "&lt;script&gt;" in page
 
 
