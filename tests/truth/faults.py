@@ -36,7 +36,7 @@ LARGEST = {
 }
 """Sizes that none exceeds, SI or shares; of a stretch that sticks, its share of the record."""
 NOISES = {"offset": 40.0, "drift": 60.0, "spikes": 150.0}
-"""The same of what is added to a channel, over its usual noise."""
+"""Largest sizes of what is added to a channel, over its usual noise."""
 SIGNED = "offset", "gain", "clock", "time_zero", "supply", "temperature", "angle", "drift"
 FIRST = 0.1
 """Share of the largest size that is tried first."""
@@ -52,7 +52,7 @@ class Fault(NamedTuple):
 
     kind: str
     channel: str
-    """Of a fault of one channel."""
+    """Channel, where the fault is in one."""
     size: float
     """SI, or a share; of spikes their height, of a stretch that sticks its length over the record's."""
     places: tuple = ()

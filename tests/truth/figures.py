@@ -24,7 +24,7 @@ from .second_schedule import FAULTY, TRIPLE
 SMALLEST_GAP = 0.02
 """Over the noise; a smaller one counts as this."""
 BINS = 10
-"""Of stated probabilities, of equal width."""
+"""Bins of stated probabilities, of equal width."""
 
 
 class Figure(NamedTuple):

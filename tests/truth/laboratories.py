@@ -16,7 +16,7 @@ WIDER = 2.0
 FREEDOM = 4
 """Degrees of freedom of Student's t: of a thousand values 13 lie beyond three standard deviations, of normal ones 3."""
 FARTHEST = 5.5
-"""Of that t; one in two hundred lies beyond, and is not taken."""
+"""Largest value of that t; one in two hundred lies beyond, and is not taken."""
 SPREAD = 1.2919
 """Standard deviation of that t between these ends."""
 SMALLEST_SHARE = -0.5
@@ -85,7 +85,7 @@ def draw_heavy(rng, nuisance):
 
 
 def run_scatter():
-    """By what runs differ, as nuisances."""
+    """What runs differ by, as nuisances."""
     by_name = {one.name: one for one in NUISANCES}
     return tuple(by_name[name]._replace(deviation=deviation) for name, deviation in SCATTER.items())
 

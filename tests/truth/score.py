@@ -282,7 +282,7 @@ class Scored(NamedTuple):
 
     @property
     def second_intervals(self):
-        """The same of the parameters beside the strength."""
+        """Whether each interval of a parameter beside the strength holds the truth."""
         return self.held(lambda true, parameter: parameter != true["parameter"])
 
     def held(self, wanted):
@@ -305,8 +305,8 @@ class Scored(NamedTuple):
         """Every stated probability, and whether what it is of is so: the verdict, and each effect."""
         found = [] if None in (self.probability, self.right) else [(float(self.probability), bool(self.right))]
         true = self.geometric | set(self.hidden if self.kind not in (NONE, REMOVED, FOREIGNER) else ())
-        inclusion = self.verdict.get("inclusion") or {}
-        return found + [(float(p), bool(true & set(re.findall(r"\w+", name)))) for name, p in inclusion.items()]
+        stated = {name: p for name, p in (self.verdict.get("inclusion") or {}).items() if p is not None}
+        return found + [(float(p), bool(true & set(re.findall(r"\w+", name)))) for name, p in stated.items()]
 
 
 def value_of(true, parameter, unit):

@@ -111,7 +111,7 @@ def explain_gap(
     for warning in explanation.warnings[:MAX_WARNINGS]:
         console.message(f"warning: {warning}")
     if (more := len(explanation.warnings) - MAX_WARNINGS) > 0:
-        console.message(f"{more} more warnings in {out}/report.html")
+        console.message(f"{more} more warning{'s' * (more > 1)} in {out}/report.html")
     return DONE
 
 

@@ -116,7 +116,8 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
     Returns
     -------
     dict
-        ``text``; ``truth``, the name of the leading explanation; ``explanations``, each with its ``weight``;
+        ``text``; ``action``, what to do alone; ``truth``, the name of the leading explanation; ``explanations``, each
+        with its ``weight``;
         ``entropy_bits``, what is open between them; ``experiments``, the best first, each as `describe_run` gives it,
         with the ``role`` of its run, see `choose_role`, with ``information_bits``, ``settled``, its share of what is
         open, ``deviations`` by which each rival would miss what the truth gives, ``least`` of them, and ``outcomes``;
@@ -152,8 +153,10 @@ def rank_experiments(explanation: "Explanation") -> dict[str, Any]:
         if preview:
             rows.append(_describe_experiment(preview, alternatives, entropy) | {"role": str(role)})
     rows.sort(key=lambda row: (-round(row["settled"] / STEP_SETTLED), -row["least"]))
+    action = _write_action(rows, role)
     return {
-        "text": _write_advice(rows, role),
+        "text": " ".join([action, *(write_outcomes(row["outcomes"]) for row in rows[:1])]),
+        "action": action,
         "truth": alternatives[0].name,
         "explanations": [{"name": each.name, "weight": each.weight} for each in alternatives],
         "entropy_bits": entropy,
@@ -209,18 +212,19 @@ def _describe_experiment(preview: Preview, alternatives: Sequence[Alternative], 
     }
 
 
-def _write_advice(rows: list[dict[str, Any]], role: Role) -> str:
-    """Advice on the best of the experiments, in words."""
+def _write_action(rows: list[dict[str, Any]], role: Role) -> str:
+    """What to do next, by the best of the experiments."""
     if not rows:
         return "No experiment of the list could be simulated."
     best = rows[0]
-    settled = f"{100.0 * best['settled']:.0f} % of what is open"
-    text = f"Make {best['text']}: it is expected to settle {settled}. {write_outcomes(best['outcomes'])}"
-    if role == GATE:
-        text += f" Give it the role {GATE}: the refusal is by runs of this role, which may hardly show what is asked."
+    action = f"Make {best['text']}: it is expected to settle {100.0 * best['settled']:.0f} % of what is open."
     repeats = ceil((N_SIGMA_VISIBLE / max(best["least"], 1e-3)) ** 2)
     if best["settled"] < MIN_SETTLED and repeats > MAX_REPEATS:
-        return "No run of the list, and no sensor, would decide. What comes nearest: " + text[0].lower() + text[1:]
-    if 1 < repeats <= MAX_REPEATS:
-        return f"{text} One run leaves some of them less than {N_SIGMA_VISIBLE:g} sigmas apart: make {repeats}."
-    return text
+        action = (
+            "No run of the list, and no sensor, would decide. What comes nearest: " + action[0].lower() + action[1:]
+        )
+    elif 1 < repeats <= MAX_REPEATS:
+        action += f" One run leaves some of them less than {N_SIGMA_VISIBLE:g} sigmas apart: make {repeats}."
+    if role == GATE:
+        action += f" Give it the role {GATE}: the refusal is by runs of this role, which may hardly show what is asked."
+    return action

@@ -9,6 +9,7 @@ import numpy as np
 from apesim.studies.gap.design.expected_information import find_entropy, find_information, find_separation
 from apesim.studies.gap.design.forecasts import AS_IT_IS, NONE_OF_THEM, Alternative, Preview
 from apesim.studies.gap.report.comparison import find_display
+from apesim.studies.gap.report.rounding import format_sigmas
 from apesim.studies.gap.search.phases import PHASES, Phase, find_phases
 from apesim.studies.measured import VALVE
 
@@ -247,7 +248,8 @@ def format_change(outcome: dict[str, Any], decimals: int) -> str:
         return f"as {AS_IT_IS} says, within {MIN_CLEAR:g} sigma"
     words = ("earlier", "later") if outcome["unit"] == "ms" else ("less", "more")
     change = f"{abs(outcome['change']):.{decimals}f} {outcome['unit']}"
-    return f"{change} {words[outcome['change'] > 0.0]} than {AS_IT_IS} says ({outcome['deviations']:.2g} sigmas)"
+    n_sigma = format_sigmas(outcome["deviations"])
+    return f"{change} {words[outcome['change'] > 0.0]} than {AS_IT_IS} says ({n_sigma} sigmas)"
 
 
 def find_decimals(outcomes: Sequence[dict[str, Any]]) -> int:

@@ -1,5 +1,6 @@
 """The noise of measured channels."""
 
+from itertools import count
 from types import SimpleNamespace
 
 import numpy as np
@@ -30,6 +31,8 @@ from apesim.studies.estimation.residuals import Block
 DEVIATION = 3e-5
 TURN = 2.0 * np.pi
 
+FILES = count()
+
 
 def process(rng, n, *weights):
     """Autoregressive noise of standard deviation `DEVIATION`, settled."""
@@ -39,8 +42,13 @@ def process(rng, n, *weights):
     return DEVIATION * long[500:] / np.sqrt(variance)
 
 
+def run(name, role):
+    """A run in a file of its own."""
+    return SimpleNamespace(name=name, role=role, file=f"{next(FILES)}.csv")
+
+
 def block(values, times, name="p040", sensor="lift", role="fit"):
-    return Block(0, SimpleNamespace(name=name, role=role), sensor, times, values, float(np.median(np.diff(times))))
+    return Block(0, run(name, role), sensor, times, values, float(np.median(np.diff(times))))
 
 
 def test_levinson_solves_the_equations_of_yule_and_walker():
@@ -159,7 +167,7 @@ def test_a_stated_deviation_binds_and_a_contradiction_is_told():
 
 
 def mean(value, name):
-    return Block(0, SimpleNamespace(name=name, role="fit"), "torque", np.zeros(1), np.array([value]), 0.0)
+    return Block(0, run(name, "fit"), "torque", np.zeros(1), np.array([value]), 0.0)
 
 
 def test_the_noise_of_a_mean_is_stated_or_from_repeats_or_taken_for_a_share():
