@@ -6,16 +6,12 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from .library import CALIBRATED
-
 FEATURES = "evidence", "shortfall", "pull"
 """What a verdict says that each of its statements rests on."""
 SPREADS = (3.0, 1.0, 1.0, 1.0)
 """Standard deviations of the coefficients' priors, zero the middle: of the constant, and of each feature."""
 MIN_STATEMENTS = 10
 """Statements of a kind from which there are coefficients."""
-BINS = 10
-"""Bins of a reliability diagram, equally wide."""
 
 
 def statements_of(scored):
@@ -30,26 +26,15 @@ def statements_of(scored):
     dict, bool
         Of the case as a whole, and of what is said without a file that is blamed.
     """
-    verdict, hidden = scored.verdict, scored.answer["hidden"]
-    for statement in verdict.get("statements", ()):
+    for statement in scored.verdict.get("statements", ()):
         if statement["kind"] != "effect":
             if scored.right is not None:
                 yield statement, bool(scored.right)
             continue
-        yield statement, any(is_there(name, scored.answer) for name in statement["about"])
-    rest = verdict.get("rest") or {}
-    names = {one["name"] for one in hidden}
-    for statement in rest.get("statements", ()):
+        yield statement, scored.is_there(statement["about"])
+    for statement in (scored.verdict.get("rest") or {}).get("statements", ()):
         if statement["kind"] == "effect":
-            yield statement, bool(names & set(statement["about"]))
-
-
-def is_there(name, answer):
-    """Whether an effect, a number of the machine or a fault of a file is what a case hides."""
-    hidden, fault = [one["name"] for one in answer["hidden"]], answer.get("fault")
-    if name in hidden or any(key in name for one in hidden for key in CALIBRATED.get(one, ())):
-        return True
-    return bool(fault and fault["name"] and name.startswith(fault["name"]) and name.endswith(f" in {fault['file']}"))
+            yield statement, scored.is_there(statement["about"])
 
 
 def fit(features, right):
@@ -118,25 +103,6 @@ def probabilities_apart(owners, features, right):
         own = owners == owner
         apart[own] = probabilities(fit(features[~own], right[~own]), features[own])
     return apart
-
-
-def calibration_error(stated, right, bins=BINS):
-    """Expected calibration error: the mean over statements of what the share of right ones in their bin is off.
-
-    Parameters
-    ----------
-    stated : (n,) float array
-    right : (n,) bool array
-    bins : int
-
-    Returns
-    -------
-    float
-    """
-    stated, right = np.asarray(stated, dtype=float), np.asarray(right, dtype=float)
-    places = np.minimum((stated * bins).astype(int), bins - 1)
-    parts = [places == place for place in np.unique(places)]
-    return float(sum(abs(np.sum(stated[part] - right[part])) for part in parts) / max(1, len(stated)))
 
 
 def write(found, path):

@@ -304,9 +304,21 @@ class Scored(NamedTuple):
     def statements(self):
         """Every stated probability, and whether what it is of is so: the verdict, and each effect."""
         found = [] if None in (self.probability, self.right) else [(float(self.probability), bool(self.right))]
-        true = self.geometric | set(self.hidden if self.kind not in (NONE, REMOVED, FOREIGNER) else ())
-        stated = {name: p for name, p in (self.verdict.get("inclusion") or {}).items() if p is not None}
-        return found + [(float(p), bool(true & set(re.findall(r"\w+", name)))) for name, p in stated.items()]
+        stated = {label: p for label, p in (self.verdict.get("inclusion") or {}).items() if p is not None}
+        return found + [(float(p), self.is_there(label.split(" or "))) for label, p in stated.items()]
+
+    def is_there(self, names):
+        """Whether one of some effects, numbers of the machine or faults of a file is what the case hides."""
+        fault = self.answer.get("fault") or {"name": None}
+        hidden = self.hidden if self.kind not in (NONE, REMOVED, FOREIGNER) else []
+        sought = {*hidden, *self.geometric}
+        keys = [key for name in hidden for key in CALIBRATED.get(name, ())]
+        return any(
+            name in sought
+            or any(key in name for key in keys)
+            or bool(fault["name"] and name.startswith(fault["name"]) and name.endswith(f" in {fault['file']}"))
+            for name in names
+        )
 
 
 def value_of(true, parameter, unit):

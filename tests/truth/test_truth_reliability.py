@@ -5,16 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.truth.reliability import (
-    MIN_STATEMENTS,
-    calibrate,
-    calibration_error,
-    fit,
-    is_there,
-    probabilities,
-    probabilities_apart,
-    statements_of,
-)
+from tests.truth.figures import calibration_error
+from tests.truth.reliability import MIN_STATEMENTS, calibrate, fit, probabilities, probabilities_apart, statements_of
+from tests.truth.schedule import SINGLE
+from tests.truth.score import Scored
 
 TRUE = np.array([-1.0, 0.8, -0.5, 0.0])
 
@@ -31,8 +25,9 @@ def statement(kind, about, evidence=2.0):
 
 
 def case(seed, right, hidden, statements, fault=None, rest=None):
-    answer = {"seed": seed, "hidden": [{"name": name} for name in hidden], "fault": fault}
-    return SimpleNamespace(answer=answer, right=right, verdict={"statements": statements, "rest": rest})
+    answer = {"seed": seed, "kind": SINGLE, "hidden": [{"name": name} for name in hidden], "fault": fault}
+    scored = Scored(answer, {"statements": statements, "rest": rest})
+    return SimpleNamespace(answer=answer, right=right, verdict=scored.verdict, is_there=scored.is_there)
 
 
 def test_true_coefficients_are_found():
@@ -48,8 +43,8 @@ def test_what_is_always_right_has_a_high_probability_and_no_certainty():
 def test_probabilities_of_drawn_statements_are_reliable():
     features, right = drawn(4000, seed=4)
     stated = probabilities(fit(*drawn(4000, seed=5)), features)
-    assert calibration_error(stated, right) < 0.03
-    assert calibration_error(np.clip(1.5 * stated, 0.0, 1.0), right) > 0.05
+    assert calibration_error(list(zip(stated, right, strict=True))) < 0.03
+    assert calibration_error(list(zip(np.clip(1.5 * stated, 0.0, 1.0), right, strict=True))) > 0.05
 
 
 def test_a_case_does_not_judge_its_own_statements():
@@ -74,12 +69,13 @@ def test_statements_are_held_against_what_is_hidden():
 
 
 def test_a_number_of_the_machine_and_a_fault_are_known_by_their_own_names():
-    answer = {"hidden": [{"name": "sensor_offset"}], "fault": {"name": "run_gain", "file": "run02.csv"}}
-    assert is_there("effects.sensor_offset.lift", answer)
-    assert is_there("run_gain of lift in run02.csv", answer)
-    assert not is_there("run_gain of lift in run01.csv", answer)
-    assert not is_there("run_offset of lift in run02.csv", answer)
-    assert not is_there("run_gain of lift in run02.csv", answer | {"fault": None})
+    fault = {"name": "run_gain", "file": "run02.csv"}
+    spoilt, sound = (case(1, True, ["sensor_offset"], [], fault=each) for each in (fault, None))
+    assert spoilt.is_there(["effects.sensor_offset.lift"])
+    assert spoilt.is_there(["bounce", "run_gain of lift in run02.csv"])
+    assert not spoilt.is_there(["run_gain of lift in run01.csv"])
+    assert not spoilt.is_there(["run_offset of lift in run02.csv"])
+    assert not sound.is_there(["run_gain of lift in run02.csv"])
 
 
 def test_what_is_said_without_a_file_counts_its_effects():
