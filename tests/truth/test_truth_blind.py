@@ -1,15 +1,13 @@
 """Sealed cases of the independent simulator, solved by the command line; their seeds are development's."""
 
-import json
 import sys
 from functools import cache
 
 import pytest
 
-from apesim.engine.effects import ALL_EFFECTS
 from tests.folders import SAMPLES
 from tests.truth.benchmark import benchmark
-from tests.truth.challenge import draw, make, restore, write
+from tests.truth.challenge import draw, restore, write
 from tests.truth.figures import figures
 from tests.truth.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 from tests.truth.score import CLEAR
@@ -21,8 +19,6 @@ KEPT = 20226, 20414, 20329
 """Seeds of cases whose sizes were searched once and are kept."""
 ENGINE = 20282
 """Seed of a case of the engine where nothing is hidden."""
-FEW = "seat_leak", "exhaust_restriction", "friction_torque"
-"""Effects that are tried on the case of the engine where there is no time for all."""
 
 
 def kept(seed):
@@ -63,18 +59,6 @@ def scored(tmp_path_factory):
         return one
 
     return solved
-
-
-def test_nothing_is_found_in_an_engine_where_nothing_is_hidden_by_a_few_effects(apesim, tmp_path):
-    case = tmp_path / "20282"
-    make(ENGINE, case)
-    assert json.loads((case / "answer.json").read_text())["bench"] == "engine"
-    without = [f"--without={effect.name}" for effect in ALL_EFFECTS if effect.name not in FEW]
-    files = "--machine", str(case / "case" / "machine.toml"), "--out", str(tmp_path / "out")
-    code, out, err = apesim("gap", "explain", str(case / "case"), *files, *without, "--json")
-    assert code == 0, err
-    verdict = json.loads(out)
-    assert (verdict["verdict"], verdict["alarm"]) == ("NO_GAP", False)
 
 
 @pytest.mark.slow
