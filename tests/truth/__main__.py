@@ -2,7 +2,9 @@
 
 ``python -m tests.truth challenge --seed N --out DIR`` makes a sealed case, ``python -m tests.truth benchmark --cases N
 --out DIR`` makes many, has ``apesim gap explain`` and the baselines solve them, and scores all. ``python -m tests.truth
-active --first N --cases N --out DIR`` counts the added runs that lead from a refusal or a tie to a name.
+active --first N --cases N --out DIR`` counts the added runs that lead from a refusal or a tie to a name. ``python -m
+tests.truth calibrate --first N --cases N --out DIR --to FILE`` fits the probabilities of statements to sealed cases
+that no benchmark scores.
 """
 
 import argparse
@@ -11,6 +13,7 @@ from .active import run_loops, seeds_from, table
 from .bank import Bank
 from .benchmark import TOOLS, benchmark
 from .challenge import make
+from .reliability import calibrate, write
 from .schedule import NONE, plan_of
 from .tables import comparison
 
@@ -35,11 +38,22 @@ def main():
     loop.add_argument("--first", type=int, default=70000, help="first seed; development's are 70000 to 79999")
     loop.add_argument("--cases", type=int, required=True, help="cases that are likely to be open")
     loop.add_argument("--out", required=True, help="folder; what is there already is kept")
+    counted = commands.add_parser("calibrate", help="fit the probabilities of statements to sealed cases")
+    counted.add_argument(
+        "--first", type=int, default=190000, help="first seed; no benchmark scores those from 190000 on"
+    )
+    counted.add_argument("--cases", type=int, required=True)
+    counted.add_argument("--out", required=True, help="folder of the cases; what is there already is kept")
+    counted.add_argument("--jobs", type=int, default=1, help="cases at a time")
+    counted.add_argument("--to", required=True, help="file that gets the coefficients: reliability.json")
     given = parser.parse_args()
     if given.command == "challenge":
         make(given.seed, given.out, given.bank and Bank(given.bank))
     elif given.command == "active":
         print(table([courses for _, courses in run_loops(seeds_from(given.first, given.cases), given.out) if courses]))
+    elif given.command == "calibrate":
+        seeds, tools = range(given.first, given.first + given.cases), {"apesim": TOOLS["apesim"]}
+        write(calibrate(benchmark(seeds, given.out, tools, given.jobs)["apesim"]), given.to)
     else:
         tools = {name: TOOLS[name] for name in given.tools}
         end = given.first + given.cases
