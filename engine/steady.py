@@ -194,6 +194,8 @@ def known_state(machine: Machine, speed: float) -> Known | None:
 def carry_over(known: Known, machine: Machine, other: Machine) -> Known:
     """Move a known state to a machine with other volumes of gas before its flows, at the pressures that they have.
 
+    Its correction is rough where a volume differs: a step from it may grow as long as what a cycle gains falls.
+
     Parameters
     ----------
     known : apesim.march.periodic.Known
@@ -217,14 +219,16 @@ def carry_over(known: Known, machine: Machine, other: Machine) -> Known:
     ...     for volume in (1e-4, 4e-4)
     ... )
     >>> known = Known(np.ones(SIZE), np.zeros(1), np.eye(1))
-    >>> carry_over(known, small, large).y[LINE : LINE + 4].tolist()
-    [4.0, 4.0, 1.0, 1.0]
+    >>> moved = carry_over(known, small, large)
+    >>> moved.y[LINE : LINE + 4].tolist(), moved.rough
+    ([4.0, 4.0, 1.0, 1.0], True)
     """
-    y = known.y.copy()
+    y, rough = known.y.copy(), known.rough
     for place, before, after in zip((LINE, PIPE), _added_volumes(machine), _added_volumes(other), strict=True):
         if before != after and before:
             y[place : place + 2] *= after / before
-    return known._replace(y=y)
+            rough = True
+    return known._replace(y=y, rough=rough)
 
 
 def _added_volumes(machine: Machine) -> tuple[float, float]:

@@ -47,6 +47,8 @@ class Known(NamedTuple):
     """Modes at the start of the cycle."""
     correction: np.ndarray
     """Matrix (n, n): times what a state gains over a cycle, it is the way to the periodic state; both relative."""
+    rough: bool = False
+    """Whether the correction is of a machine that differs by more than a little, and has to learn on the way."""
 
 
 class Orbit(NamedTuple):
@@ -370,8 +372,9 @@ def _from_known(drive, known, tolerance):
                 correction = correction + np.outer(step - moved, step @ correction) / weight
         step = correction @ gain
         left, largest_gain = np.abs(step).max(), np.abs(gain).max()
-        if left > CLIP or (before is not None and left > before and largest_gain > largest_before):
-            return None  # where the gain alone falls, the correction is learning what the first cycles did not show
+        learning = known.rough and largest_gain <= largest_before
+        if left > CLIP or (before is not None and left > before and not learning):
+            return None
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
         if left * nearer <= tolerance:  # the next step falls by as much at least

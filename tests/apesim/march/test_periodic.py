@@ -160,6 +160,16 @@ def test_other_slopes_are_learnt_on_the_way():
     assert orbit.y == pytest.approx([3.1, 3.1], abs=4.0 * TOLERANCE / 0.05)
 
 
+def test_a_rough_correction_learns_from_a_first_step_that_is_too_short():
+    """A state that moves by 0.01 of its distance a cycle, corrected as if that were 0.1, is far from where it lands."""
+    start, other = known(Contraction(0.5, 0.9), [5.0, 5.0]), Contraction(0.5, 0.99, 3.1)
+    given_up, learnt = (settle_from(start._replace(rough=rough), other, [5.0, 5.0]) for rough in (False, True))
+    assert learnt.cycles <= 6 < given_up.cycles
+    for orbit in (given_up, learnt):
+        assert orbit.y == pytest.approx([3.1, 3.1], abs=10.0 * TOLERANCE / 0.01)
+    assert not learnt.known.rough
+
+
 def test_what_was_found_is_the_start_for_the_next():
     first = settle_from(known(Contraction(0.5, 0.9), [5.0, 5.0]), Contraction(0.4, 0.95, 3.1), [5.0, 5.0])
     orbit = settle_from(first.known, Contraction(0.4, 0.95, 3.101), [5.0, 5.0])
