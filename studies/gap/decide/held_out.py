@@ -15,8 +15,9 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.estimation.starts import starts_at
 from apesim.studies.gap.decide.operating_points import find_points, is_at
+from apesim.studies.gap.decide.windows import average_over_windows
 from apesim.studies.gap.search.model_selection import Choice
-from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE, WINDOWS
+from apesim.studies.gap.thresholds import AMBIGUOUS_COST, SURE
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import GATE, Measured, MeasuredRun
 
@@ -126,8 +127,11 @@ def find_held_out_residuals(model: Model, runs: Sequence[MeasuredRun], noise: di
     """
     residuals, errors, settled = settle(model, runs, noise)
     n = len(errors) - len(model.fitted.x)
-    window_means, _ = _average_over_windows(residuals.by_block(settled.residuals))
-    _, scatter = _average_over_windows(residuals.by_block(errors))
+    window_means, before = (
+        np.concatenate([average_over_windows(values) for values in residuals.by_block(each)])
+        for each in (settled.residuals, errors)
+    )
+    scatter = float(errors[:n] @ errors[:n] - before @ before)
     return HeldOutResiduals(errors[:n], settled.cost, window_means, scatter, residuals.simulations)
 
 
@@ -168,13 +172,6 @@ def settle(
     errors = residuals.at(model.fitted.x)
     sensitivities = residuals.jacobian(model.fitted.x, errors, model.fitted.steps)
     return residuals, errors, descend(residuals, model.fitted.x, *sensitivities, errors=errors)
-
-
-def _average_over_windows(channels: Iterable[np.ndarray]) -> tuple[np.ndarray, float]:
-    """Sums over windows of channels, over the root of their length, (m,) array; and the squares about their means."""
-    parts = [part for values in channels for part in np.array_split(values, min(WINDOWS, len(values)))]
-    sums = np.array([part.sum() / np.sqrt(len(part)) for part in parts])
-    return sums, float(sum(np.sum(part**2) for part in parts) - sums @ sums)
 
 
 class AnchoredResiduals(WhitenedResiduals):

@@ -30,11 +30,6 @@ class Inclusion(NamedTuple):
     log_odds: float
     """Natural logarithm of the weight of all models that contain one of them over that of all others."""
 
-    @property
-    def label(self) -> str:
-        """The names, as ``verdict.json`` has them."""
-        return " or ".join(self.names)
-
 
 def find_inclusions(base: Model, choices: Sequence[Choice]) -> list[Inclusion]:
     """Find how far the data speak for each effect, averaged over models [1]_.
@@ -62,8 +57,8 @@ def find_inclusions(base: Model, choices: Sequence[Choice]) -> list[Inclusion]:
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> found = find_inclusions(explanation.calibrated, explanation.ranked)
-    >>> found[0].label, found[0].log_odds > 20.0, found[1].log_odds < 0.0
-    ('side_force', True, True)
+    >>> found[0].names, found[0].log_odds > 20.0, found[1].log_odds < 0.0
+    (('side_force',), True, True)
     """
     if not choices:
         return []

@@ -11,6 +11,7 @@ import numpy as np
 
 from apesim.studies.estimation.noise.process import Noise, noise_for
 from apesim.studies.estimation.residuals import WhitenedResiduals
+from apesim.studies.gap.decide.windows import average_over_windows
 from apesim.studies.gap.thresholds import MAX_ODD_SIZE, MIN_ODD_SIGMA, WINDOWS
 
 
@@ -110,8 +111,8 @@ def find_excesses(values: np.ndarray, noise: Noise) -> list[Excess]:
     >>> [round(each.n_sigma) for each in find_excesses(values + 0.5, white(3e-5, "stated"))]
     [4, 19]
     """
-    n, m = len(values), min(WINDOWS, len(values))
-    means = np.array([part.sum() / np.sqrt(len(part)) for part in np.array_split(values, m)])
+    means = average_over_windows(values)
+    n, m = len(values), len(means)
     unknown = 0.0 if np.isinf(noise.samples) else 2.0 / noise.samples
     return [
         Excess(float(values @ values) - n, float(np.sqrt(2.0 * n + unknown * n**2))),

@@ -8,7 +8,6 @@ that has too few cases there has no probability.
 """
 
 import json
-from collections.abc import Iterator
 from enum import StrEnum
 from functools import cache
 from importlib.resources import files
@@ -193,10 +192,5 @@ def describe_inclusion(statements: list[Statement]) -> dict[str, float | None]:
     >>> list(describe_inclusion(list_statements(explain_example())))
     ['side_force']
     """
-    return dict(_label_effects(statements))
-
-
-def _label_effects(statements: list[Statement]) -> Iterator[tuple[str, float | None]]:
-    for each in statements:
-        if each.kind is StatementKind.EFFECT:
-            yield " or ".join(each.about), find_probability(each)
+    effects = (each for each in statements if each.kind is StatementKind.EFFECT)
+    return {" or ".join(each.about): find_probability(each) for each in effects}

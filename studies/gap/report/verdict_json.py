@@ -70,6 +70,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     """
     decision, tabulated = explanation.decision, explanation.tabulated
     statements, is_tie = list_statements(explanation), decision.verdict == Verdict.AMBIGUOUS
+    said = [each._asdict() | {"probability": find_probability(each)} for each in statements]
     cells = explanation.cells if explanation.gap_test.alarm else []
     named = decision.verdict in NAMING
     effects = describe_effects(decision.best.model) if decision.best else []
@@ -95,9 +96,9 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "likely_cause": describe_cause(explanation, describe_added(effects)),
         "class": list_class(decision) if named else [],
         "alternatives": rivals,
-        "probability": find_probability(statements[0]) if statements and not is_tie else None,
+        "probability": said[0]["probability"] if said and not is_tie else None,
         "inclusion": describe_inclusion(statements),
-        "statements": [each._asdict() | {"probability": find_probability(each)} for each in statements],
+        "statements": said,
         "models": describe_models(explanation.calibrated, explanation.ranked),
         "alarm": explanation.gap_test.alarm,
         "p_value": explanation.gap_test.p_value,

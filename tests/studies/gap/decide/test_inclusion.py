@@ -26,7 +26,7 @@ BASE.cost = 100.0
 def test_odds_are_the_weights_of_all_models_with_an_effect_over_those_of_all_without():
     choices = [choice(60.0, "a", "b"), choice(64.0, "a"), choice(70.0, "c")]
     weights = {names: np.exp(-0.5 * cost) for names, cost in (("ab", 60.0), ("a", 64.0), ("c", 70.0), ("", 100.0))}
-    found = {each.label: each.log_odds for each in find_inclusions(BASE, choices)}
+    found = {"".join(each.names): each.log_odds for each in find_inclusions(BASE, choices)}
     assert list(found) == ["a", "b", "c"]
     for name in "abc":
         with_it = sum(weight for names, weight in weights.items() if name in names)
@@ -40,7 +40,6 @@ def test_effects_that_do_the_same_to_the_data_are_one():
     assert find_twins(BASE, [best, twin, other, far]) == {"a": ("b",)}
     merged, *rest = find_inclusions(BASE, [best, twin, other, far])
     assert merged.names == ("a", "b")
-    assert merged.label == "a or b"
     assert merged.log_odds > find_log_odds(BASE, [best, twin, other, far], ["a"])
     assert [each.names for each in rest] == [("c",), ("d",)]
 

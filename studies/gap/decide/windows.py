@@ -1,0 +1,28 @@
+"""Means of residuals over windows, in which a gap shows that is far below the noise of a sample."""
+
+import numpy as np
+
+from apesim.studies.gap.thresholds import WINDOWS
+
+
+def average_over_windows(values: np.ndarray) -> np.ndarray:
+    """Average the residuals of one channel over `WINDOWS` windows, in standard deviations of such a mean.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        Whitened residuals [standard deviations].
+
+    Returns
+    -------
+    (m,) float array
+        Sums over windows over the root of their lengths; of white noise each has a variance of one. Fewer than
+        `WINDOWS` values are windows of their own.
+
+    Examples
+    --------
+    >>> average_over_windows(np.ones(200)).tolist() == [2.0] * 50
+    True
+    """
+    parts = np.array_split(values, min(WINDOWS, len(values)))
+    return np.array([part.sum() / np.sqrt(len(part)) for part in parts])
