@@ -4,12 +4,15 @@
 --out DIR`` makes many, has ``apesim gap explain`` and the baselines solve them, and scores all. ``python -m tests.truth
 active --first N --cases N --out DIR`` counts the added runs that lead from a refusal or a tie to a name. ``python -m
 tests.truth calibrate --first N --cases N --out DIR --to FILE`` fits the probabilities of statements to sealed cases
-that no benchmark scores.
+that no benchmark scores. ``python -m tests.truth again --cases N --out DIR`` measures rigs of solved cases that got a
+name once more, and lets the machines that were written explain the fresh data.
 """
 
 import argparse
+from pathlib import Path
 
 from .active import run_loops, seeds_from, table
+from .again import repeat_named, table_again
 from .bank import Bank
 from .benchmark import TOOLS, benchmark
 from .challenge import make
@@ -46,6 +49,9 @@ def main():
     counted.add_argument("--out", required=True, help="folder of the cases; what is there already is kept")
     counted.add_argument("--jobs", type=int, default=1, help="cases at a time")
     counted.add_argument("--to", required=True, help="file that gets the coefficients: reliability.json")
+    again = commands.add_parser("again", help="let child machines explain fresh data of their rigs")
+    again.add_argument("--cases", type=int, required=True, help="the first so many that got a name")
+    again.add_argument("--out", required=True, help="folder of solved cases; what is there already is kept")
     given = parser.parse_args()
     if given.command == "challenge":
         make(given.seed, given.out, given.bank and Bank(given.bank))
@@ -54,6 +60,8 @@ def main():
     elif given.command == "calibrate":
         seeds, tools = range(given.first, given.first + given.cases), {"apesim": TOOLS["apesim"]}
         write(calibrate(benchmark(seeds, given.out, tools, given.jobs)["apesim"]), given.to)
+    elif given.command == "again":
+        print(table_again(repeat_named(given.out, given.cases, Bank(Path(given.out) / "bank"))))
     else:
         tools = {name: TOOLS[name] for name in given.tools}
         end = given.first + given.cases

@@ -84,7 +84,7 @@ def solve(seed, out, tools):
     return ", ".join(f"{name} {explained(folder, name, tool)}" for name, tool in tools.items())
 
 
-def explained(folder, name, tool):
+def explained(folder, name, tool, options=()):
     """Let one program explain a case; returns what it says, or why there is no verdict."""
     answer, out = json.loads((folder / ANSWER).read_text()), folder / name
     verdict = out / VERDICT
@@ -92,7 +92,7 @@ def explained(folder, name, tool):
         shutil.rmtree(out, ignore_errors=True)
         case = folder / CASE
         without = [word for effect in answer["without"] for word in ("--without", effect)]
-        command = [*tool, "gap", "explain", case, "--machine", case / "machine.toml", "--out", out, *without]
+        command = [*tool, "gap", "explain", case, "--machine", case / "machine.toml", "--out", out, *without, *options]
         try:
             run = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST)
             why = "" if verdict.exists() else f"exit code {run.returncode}: {run.stderr.strip() or last_line('')}"

@@ -43,13 +43,18 @@ def make(seed, folder, bank=None):
     dict
         The answer.
     """
-    case = draw(seed, bank) if seed < SECOND else draw_second(seed, bank)
+    case = draw_case(seed, bank)
     write(case, folder)
     return case.answer
 
 
+def draw_case(seed, bank=None):
+    """Draw what the data of a case of either benchmark are made of, see `make`."""
+    return draw(seed, bank) if seed < SECOND else draw_second(seed, bank)
+
+
 def draw(seed, bank=None):
-    """Draw what a case's data are made of, see `make`."""
+    """Draw what the data of a case of the first benchmark are made of."""
     rng = np.random.default_rng(seed)
     plan = plan_of(seed)
     lab, hidden, facts = hide(rng, plan, nominal_rig(rng, plan.bench), library_at(seed), bank)

@@ -6,6 +6,7 @@ from functools import cache
 import pytest
 
 from tests.folders import SAMPLES
+from tests.truth.again import AGAIN, explain_again, measure_again
 from tests.truth.benchmark import benchmark
 from tests.truth.challenge import draw, restore, write
 from tests.truth.figures import figures
@@ -46,9 +47,14 @@ def test_a_case_that_is_kept_is_the_one_that_its_seed_draws(seed):
 
 
 @pytest.fixture(scope="module")
-def scored(tmp_path_factory):
+def folder(tmp_path_factory):
+    """Folder of the cases that are solved once."""
+    return tmp_path_factory.mktemp("blind")
+
+
+@pytest.fixture(scope="module")
+def scored(folder):
     """A function: the case of the valve with a seed, solved once; a case that is kept need not be drawn again."""
-    folder = tmp_path_factory.mktemp("blind")
 
     @cache
     def solved(seed):
@@ -74,6 +80,14 @@ def test_a_hidden_effect_is_named_and_its_size_told(scored, seed):
     assert one.deviations >= CLEAR
     assert one.right and one.class_first
     assert all(one.intervals)
+
+
+def test_the_machine_that_was_written_explains_fresh_data_of_the_same_rig(scored, folder):
+    one, case = scored(20226), folder / "cases" / "20226"
+    measure_again(restore(kept(20226)), case / AGAIN)
+    first, fresh = ((at / "case" / "run01.csv").read_text() for at in (case, case / AGAIN))
+    assert first != fresh and one.verdict["alarm"]
+    assert explain_again(case, TOOLS["apesim"]) == "NO_GAP"
 
 
 def test_two_hidden_effects_are_both_named(scored):
