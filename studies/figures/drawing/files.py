@@ -121,10 +121,13 @@ def svg(figure: Figure) -> str:
 
 
 def _lay_out(figure: Figure) -> None:
-    """Place all of a figure once, for every format: it takes longer than drawing."""
+    """Place all of a figure once, for every format: it takes longer than drawing.
+
+    With no engine at all: the placeholder that "none" stands for would have every figure drawn twice.
+    """
     if isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine):
         figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+        figure.set_layout_engine(None)
 
 
 def _hold_legends(figure: Figure) -> None:
