@@ -118,6 +118,7 @@ def explain_gap(
 def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     """The verdict on a terminal: the most likely cause, the next test, and the scores of the effects."""
     from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
+    from apesim.studies.gap.report.chances import list_chances
     from apesim.studies.gap.report.html import format_pull, write_as_sentence
     from apesim.studies.gap.report.likely_cause import describe_change
     from apesim.studies.gap.report.rounding import format_sigmas
@@ -135,6 +136,7 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     else:
         yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
         yield f"Next test: {test}"
+    yield from list_chances(data)
     moved = [row for row in data["nuisances"] if abs(row["deviations"]) > MIN_SHOWN_PULL]
     if moved:
         cells = [[r["key"], format_before(r), format_after(r), format_pull(r)] for r in moved]

@@ -12,6 +12,7 @@ import numpy as np
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.operating_points import label_point
 from apesim.studies.gap.report.calibrated_numbers import format_after, format_before
+from apesim.studies.gap.report.chances import list_chances
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms
 from apesim.studies.gap.report.effect_rows import format_interval, format_value
 from apesim.studies.gap.report.extended_machine import is_explained
@@ -222,6 +223,7 @@ def render_page(
         ],
         runs=len(explanation.measured.runs),
         sensors=list(dict.fromkeys(signal.block.sensor for signal in compared)),
+        chances=list_chances(data),
         explanations=list_explanations(explanation),
         judged=bool(explanation.measured.of(GATE)),
         units={signal.block.sensor: find_display(signal.block) for signal in compared},

@@ -11,12 +11,15 @@ import pytest
 
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
+from apesim.studies.commands.gap import explain
 from apesim.studies.commands.gap.inputs import read_parent
 from apesim.studies.console import Console
 from apesim.studies.estimation.residuals import Block
 from apesim.studies.figures.gap import draw_gap
 from apesim.studies.gap.decide.operating_points import label_point
+from apesim.studies.gap.example_bench import explain_example
 from apesim.studies.gap.report import html
+from apesim.studies.gap.report.chances import list_chances
 from apesim.studies.gap.report.comparison import ComparedSignal, find_display, find_rms, group_by_run, select_worst
 from apesim.studies.gap.report.html import MAX_WARNINGS, TERMS, TriedCandidate
 from apesim.studies.gap.report.residual_map import map_residuals
@@ -141,9 +144,7 @@ def test_the_command_leaves_a_page_that_stands_alone(apesim, bench, tmp_path):
     assert all(digest in page for digest in told["lineage"].values())
     assert not re.findall(r"""(?:src|href)=["'](?!data:)|url\(|<script|@import""", page)
     assert page.count("data:image/svg+xml;base64,") == 4
-    assert told["probability"] is None
-    assert "No probability of this statement is given: none has been calibrated." in page
-    assert "in 100" not in page
+    assert all(sentence in page for sentence in list_chances(told))
     assert "probability" not in (tmp_path / "found" / "machine.toml").read_text()
     child = tomllib.loads((tmp_path / "found" / "machine.toml").read_text())
     assert child["valve"]["stroke"] == "9 mm"
@@ -163,6 +164,7 @@ def page_of(**more):
         "sentence": "<script>alert(1)</script>",
         "reason": "<b>",
         "probability": None,
+        "inclusion": {},
         "p_value": 0.001,
         "effects": [],
         "alternatives": [],
@@ -189,6 +191,24 @@ def test_what_comes_nearest_is_told_as_far_as_the_data_hold_it(open_ends, told):
     row = {"name": "coulomb_friction", "parameter": "breakaway", "key": "effects.coulomb_friction.breakaway"}
     row |= {"value": 20.0, "unit": "N", "interval_95": [0.0, 25.0], "open_ends": open_ends}
     assert f"coulomb friction, breakaway {told}" in page_of(nearest=[row])
+
+
+CHANCES = {"probability": 0.934, "inclusion": {"side_force": 0.9999, "leakage_a or leakage_b": 0.031, "bounce": None}}
+SENTENCES = (
+    "Of sealed cases with such a statement, 93 in 100 were right.",
+    "Part of what is missing, by such evidence on sealed cases: side_force in 99 of 100, leakage_a or leakage_b in 3.",
+)
+
+
+def test_a_page_says_how_often_such_statements_were_right_or_that_nothing_tells():
+    assert all(sentence in page_of(**CHANCES) for sentence in SENTENCES)
+    assert "too few sealed cases tell of such statements" in page_of()
+    assert "it claims nothing" in page_of(verdict="AMBIGUOUS")
+
+
+def test_the_terminal_says_the_same():
+    shown = list(explain._shown(explain_example().to_dict() | CHANCES))
+    assert set(SENTENCES) < {each for each in shown if isinstance(each, str)}
 
 
 def test_a_calibrated_number_that_runs_state_is_shown_as_a_shift_and_others_before_and_after():
