@@ -10,6 +10,7 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
 from apesim.studies.estimation.residuals import Counter, WhitenedResiduals, unless_ended
+from apesim.studies.estimation.scatter import find_scatter
 from apesim.studies.measured import FIT, GATE, Measured
 
 STARTS = 8
@@ -65,7 +66,8 @@ def calibrate(machine: Machine, measured: Measured, counter: Counter | None = No
     """Calibrate a machine: fit its nuisances to measured data under their priors.
 
     It minimises ``|e(x)|^2 + |x|^2`` from x = 0, with the whitened residuals e and the nuisances x in prior standard
-    deviations.
+    deviations. What repeats of a run differ by beyond their noise is found first, and whitened like noise, see
+    `apesim.studies.estimation.scatter.find_scatter`.
 
     It is the most probable point under Gaussian noise and priors [1]_.
 
@@ -108,6 +110,10 @@ def calibrate(machine: Machine, measured: Measured, counter: Counter | None = No
     """
     residuals, warnings = uncalibrated(machine, measured, counter)
     fitted = descend(residuals, np.zeros(len(residuals.parameters)))
+    scatter = find_scatter(Model((), residuals, fitted), measured)
+    if scatter:
+        residuals = residuals.with_scatter(scatter)
+        fitted = descend(residuals, fitted.x, steps=fitted.steps)
     return _restarted(residuals, fitted), warnings
 
 

@@ -12,6 +12,7 @@ from apesim.march.adaptive import TOLERANCE
 from apesim.results import NotConverged
 from apesim.studies.estimation.noise.process import Noise, noise_for, whitened
 from apesim.studies.estimation.parameters import Parameter, put
+from apesim.studies.estimation.scatter import Scatter
 from apesim.studies.estimation.starts import Starts, starts_at
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import Memory, Prediction, predict, run_of
@@ -203,6 +204,8 @@ class WhitenedResiduals:
         Counter of the simulations; without it one of its own.
     change : float
         Change of the data that a finite difference aims at [standard deviations].
+    scatter : apesim.studies.estimation.scatter.Scatter, optional
+        What the samples of a run have in common, and is another one in each run; it is whitened like other noise.
     """
 
     def __init__(
@@ -215,6 +218,7 @@ class WhitenedResiduals:
         starts: Starts | None = None,
         counter: Counter | None = None,
         change: float = CHANGE,
+        scatter: Scatter | None = None,
     ) -> None:
         self.machine, self.runs, self.parameters = machine, list(runs), list(parameters)
         self.blocks = blocks_of(self.runs)
@@ -224,7 +228,7 @@ class WhitenedResiduals:
         self.known = np.array([p.prior for p in self.parameters], dtype=bool)
         self.starts = starts or starts_at(machine, self.runs)
         self.counter = counter or Counter()
-        self.change = change
+        self.change, self.scatter = change, scatter
         self._own = [[number for number, p in enumerate(self.parameters) if p.is_of(run)] for run in self.runs]
         self._marched = [[number for number in own if self.parameters[number].is_marched] for own in self._own]
         self._memory: dict[tuple[int, bytes, float], Memory] = {}
@@ -257,7 +261,13 @@ class WhitenedResiduals:
         ['valve.moving_mass']
         """
         other = WhitenedResiduals(
-            self.machine, self.runs, parameters, self.noise, starts=self.starts, change=self.change
+            self.machine,
+            self.runs,
+            parameters,
+            self.noise,
+            starts=self.starts,
+            change=self.change,
+            scatter=self.scatter,
         )
         if [p for p in other.parameters if p.is_marched] == [p for p in self.parameters if p.is_marched]:
             other._memory = dict(self._memory)
@@ -346,7 +356,28 @@ class WhitenedResiduals:
             starts=starts,
             counter=counter,
             change=self.change,
+            scatter=self.scatter,
         )
+        return other
+
+    def with_scatter(self, scatter: Scatter | None) -> Self:
+        """Take another scatter of the same runs, with the same starts and counter.
+
+        Parameters
+        ----------
+        scatter : apesim.studies.estimation.scatter.Scatter or None
+
+        Returns
+        -------
+        WhitenedResiduals
+
+        Examples
+        --------
+        >>> WhitenedResiduals(Machine(), [], []).with_scatter(None).scatter is None
+        True
+        """
+        other = self._derived(self.runs, self.noise, self.starts, self.counter)
+        other._memory, other.scatter = dict(self._memory), scatter
         return other
 
     def by_block(self, whole: np.ndarray) -> list[np.ndarray]:
@@ -386,6 +417,25 @@ class WhitenedResiduals:
         """
         ends = accumulate((len(block.values) for block in self.blocks), initial=0)
         return [slice(*pair) for pair in pairwise(ends)]
+
+    def run_slices(self) -> list[slice]:
+        """Find the place of each run in an array over all blocks.
+
+        Returns
+        -------
+        list of slice
+
+        Examples
+        --------
+        >>> channels = {"lift": np.zeros(2), "pressure_a": np.zeros(2)}
+        >>> runs = [MeasuredRun(name, "", 0.5e6, 287.0, 1e-3, "fit", np.arange(2.0), channels) for name in "ab"]
+        >>> [(rows.start, rows.stop) for rows in WhitenedResiduals(Machine(), runs, []).run_slices()]
+        [(0, 4), (4, 8)]
+        """
+        lengths = [0] * len(self.runs)
+        for block in self.blocks:
+            lengths[block.number] += len(block.values)
+        return [slice(*pair) for pair in pairwise(accumulate(lengths, initial=0))]
 
     def _predictions(self, x: np.ndarray, tolerance: float = TOLERANCE) -> Iterator[tuple[MeasuredRun, Prediction]]:
         """Runs and their predictions."""
@@ -490,12 +540,16 @@ class WhitenedResiduals:
         >>> residuals.whiten([np.array([3e-5, 6e-5])]).round(6).tolist()
         [[1.0], [2.0]]
         """
-        return np.concatenate(
+        whole = np.concatenate(
             [
                 whitened(noise_for(self.noise, block), a.reshape(len(a), -1), block.times)
                 for block, a in zip(self.blocks, arrays, strict=True)
             ]
         )
+        if self.scatter is None:
+            return whole
+        parts = zip(self.runs, self.run_slices(), strict=True)
+        return np.concatenate([self.scatter.whiten(run, whole[rows]) for run, rows in parts])
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Find the residuals: prediction less measurement, whitened, and behind them the pull of each prior.

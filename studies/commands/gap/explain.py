@@ -122,6 +122,7 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     from apesim.studies.gap.report.html import format_pull, write_as_sentence
     from apesim.studies.gap.report.likely_cause import describe_change
     from apesim.studies.gap.report.rounding import format_sigmas
+    from apesim.studies.gap.report.run_scatter import write_scatter
     from apesim.studies.gap.search.detection_limits import format_limit
     from apesim.studies.tables import table_of
 
@@ -136,7 +137,7 @@ def _shown(data: dict[str, Any]) -> "Iterator[str | Table]":
     else:
         yield f"{data['verdict']}: {data['sentence']} ({data['reason']})"
         yield f"Next test: {test}"
-    yield from list_chances(data)
+    yield from (*list_chances(data), *write_scatter(data))
     moved = [row for row in data["nuisances"] if abs(row["deviations"]) > MIN_SHOWN_PULL]
     if moved:
         cells = [[r["key"], format_before(r), format_after(r), format_pull(r)] for r in moved]

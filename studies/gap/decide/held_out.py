@@ -191,7 +191,7 @@ class AnchoredResiduals(WhitenedResiduals):
     def __init__(self, model: Model, runs: Sequence[MeasuredRun], noise: dict[str, Any]) -> None:
         machine, parameters = model.residuals.machine, model.residuals.parameters
         starts = starts_at(machine, runs, parameters, model.fitted.x)
-        super().__init__(machine, runs, parameters, noise, starts=starts)
+        super().__init__(machine, runs, parameters, noise, starts=starts, scatter=model.residuals.scatter)
         self.anchor, self.root = model.fitted.x, np.linalg.qr(model.fitted.jacobian, mode="r")
 
     def pulls(self, x: np.ndarray) -> np.ndarray:

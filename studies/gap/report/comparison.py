@@ -90,7 +90,8 @@ def _simulate(
     model: Model, runs: list[MeasuredRun], noise: dict[str, Any]
 ) -> tuple[WhitenedResiduals, list[np.ndarray], list[np.ndarray]]:
     """Residuals of runs as a function of parameters, with their values at the fit and those made white."""
-    residuals = WhitenedResiduals(model.residuals.machine, runs, model.residuals.parameters, noise)
+    own = model.residuals
+    residuals = WhitenedResiduals(own.machine, runs, own.parameters, noise, scatter=own.scatter)
     values = residuals.predicted(model.fitted.x)
     differences = [simulated - block.values for simulated, block in zip(values, residuals.blocks, strict=True)]
     return residuals, values, residuals.by_block(residuals.whiten(differences)[:, 0])

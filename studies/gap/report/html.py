@@ -18,6 +18,7 @@ from apesim.studies.gap.report.effect_rows import format_interval, format_value
 from apesim.studies.gap.report.extended_machine import is_explained
 from apesim.studies.gap.report.likely_cause import describe_change
 from apesim.studies.gap.report.rounding import format_chance, format_sigmas, format_size, round_to_error
+from apesim.studies.gap.report.run_scatter import write_scatter
 from apesim.studies.gap.search.detection_limits import format_limit
 from apesim.studies.gap.search.gap_test import DRAWS
 from apesim.studies.gap.search.library import list_effects
@@ -223,7 +224,7 @@ def render_page(
         ],
         runs=len(explanation.measured.runs),
         sensors=list(dict.fromkeys(signal.block.sensor for signal in compared)),
-        chances=list_chances(data),
+        notes=[*list_chances(data), *write_scatter(data)],
         explanations=list_explanations(explanation),
         judged=bool(explanation.measured.of(GATE)),
         units={signal.block.sensor: find_display(signal.block) for signal in compared},

@@ -21,6 +21,7 @@ from apesim.studies.gap.report.calibrated_numbers import describe_value
 from apesim.studies.gap.report.effect_rows import describe_effects, format_value
 from apesim.studies.gap.report.likely_cause import describe_cause
 from apesim.studies.gap.report.rounding import find_error, round_to_error
+from apesim.studies.gap.report.run_scatter import describe_scatter
 from apesim.studies.gap.search.candidates import SAME_IN_RECORD
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.model_selection import Choice
@@ -120,6 +121,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "scores": [{"effect": score.name, "deviations": score.n_sigma} for score in explanation.scores],
         "nuisances": describe_nuisances(explanation),
         "noise": describe_noise(explanation.noise),
+        "scatter": describe_scatter(explanation.calibrated.residuals),
         "own_error": explanation.solver_error,
         "tolerance": explanation.tolerance,
         "simulations": explanation.simulations,

@@ -165,6 +165,7 @@ def page_of(**more):
         "reason": "<b>",
         "probability": None,
         "inclusion": {},
+        "scatter": [],
         "p_value": 0.001,
         "effects": [],
         "alternatives": [],

@@ -1,0 +1,73 @@
+"""Scatter between runs, as data and in words."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from apesim.engine.known_to import format_known_to, name_key
+from apesim.quantities.uncertainties import Uncertainty
+from apesim.studies.estimation.residuals import WhitenedResiduals
+
+LEAST = 0.01
+"""Prior standard deviations from which a scatter is worth a mention."""
+
+
+def describe_scatter(residuals: WhitenedResiduals) -> list[dict[str, Any]]:
+    """Describe what differs from run to run, as their repeats show it.
+
+    Parameters
+    ----------
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+        Of the calibrated machine.
+
+    Returns
+    -------
+    list of dict
+        ``key`` as ``[known_to]`` has it, ``deviation`` between runs as text, and ``differences``, how many of repeats
+        tell it; [] where runs do not scatter, or none is repeated.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> describe_scatter(explain_example().calibrated.residuals)
+    []
+    """
+    scatter, known = residuals.scatter, {p.key: p for p in residuals.parameters}
+    if scatter is None:
+        return []
+    return [
+        {
+            "key": name_key(key),
+            "deviation": format_known_to(
+                key, Uncertainty(float(f"{size * known[key].scale:.2g}"), known[key].relative)
+            ),
+            "differences": scatter.contrasts,
+        }
+        for key, size in zip(scatter.keys, scatter.sizes, strict=True)
+        if size > LEAST
+    ]
+
+
+def write_scatter(data: Mapping[str, Any]) -> list[str]:
+    """Write what differs from run to run in a sentence.
+
+    Parameters
+    ----------
+    data : mapping
+        Content of ``verdict.json``.
+
+    Returns
+    -------
+    list of str
+        One sentence, or [] where runs do not scatter.
+
+    Examples
+    --------
+    >>> write_scatter({"scatter": [{"key": "valve.viscous_friction", "deviation": "3 %", "differences": 4}]})[0]
+    'Repeats differ by more than noise, counted as scatter: valve.viscous_friction 3 %, by 4 differences.'
+    """
+    rows = data["scatter"]
+    if not rows:
+        return []
+    listed = ", ".join(f"{row['key']} {row['deviation']}" for row in rows)
+    told = rows[0]["differences"]
+    return [f"Repeats differ by more than noise, counted as scatter: {listed}, by {told} difference{'s' * (told > 1)}."]

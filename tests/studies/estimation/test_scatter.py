@@ -1,0 +1,89 @@
+"""Scatter between runs: how much repeats tell of it, and that what it does is white afterwards."""
+
+import numpy as np
+import pytest
+
+from apesim.studies.estimation.scatter import (
+    Contrast,
+    Scatter,
+    find_spread,
+    find_variances,
+    identify,
+    list_contrasts,
+)
+from apesim.studies.measured import MeasuredRun
+
+SLOPES = np.array([[12.0, 5.0], [0.0, 9.0]])
+
+
+def run(data, values, name="p040"):
+    channels = {"lift": np.asarray(values, dtype=float)}
+    return MeasuredRun(name, data, 0.5e6, 287.0, 50e-3, "fit", np.arange(len(values)) * 1e-3, channels)
+
+
+def draw(rng, sizes, number):
+    """Contrasts of numbers that scatter by sizes."""
+    noise = rng.normal(size=(number, 2))
+    shifts = rng.normal(size=(number, 2)) * sizes
+    return [
+        Contrast((f"{i}a.csv", f"{i}b.csv"), SLOPES @ shift + own, SLOPES)
+        for i, (shift, own) in enumerate(zip(shifts, noise, strict=True))
+    ]
+
+
+def test_what_scatters_is_white_once_whitened():
+    rng = np.random.default_rng(1)
+    columns = rng.normal(size=(6, 2)) * (3.0, 1.0)
+    one = run("a.csv", np.zeros(6))
+    scatter = Scatter(("a", "b"), (1.0, 1.0), 3, {identify(one): find_spread(columns)})
+    whitening = scatter.whiten(one, np.eye(6))
+    covariance = whitening @ (np.eye(6) + columns @ columns.T) @ whitening.T
+    assert covariance == pytest.approx(np.eye(6), abs=1e-12)
+
+
+def test_a_run_of_which_nothing_is_known_stays_as_it_is():
+    scatter = Scatter(("a",), (1.0,), 3, {identify(run("a.csv", np.zeros(2))): find_spread(np.ones((2, 1)))})
+    rows = np.array([[1.0], [2.0]])
+    assert scatter.whiten(run("b.csv", np.zeros(2)), rows) is rows
+
+
+def test_sizes_are_found_where_many_repeats_tell_them():
+    variances, kept = find_variances(draw(np.random.default_rng(2), (0.3, 0.1), 200))
+    assert kept == 200
+    assert np.sqrt(variances) == pytest.approx([0.3, 0.1], rel=0.15)
+
+
+def test_noise_alone_is_no_scatter():
+    rng = np.random.default_rng(3)
+    found = [find_variances(draw(rng, (0.0, 0.0), 4))[0].any() for _ in range(200)]
+    assert np.mean(found) < 0.02
+
+
+def test_where_repeats_do_not_say_which_number_scatters_it_is_the_one_that_need_not_scatter_much():
+    """Both move the samples alike, one of them ten times as much for what is known of it."""
+    rng, slopes = np.random.default_rng(4), np.array([[30.0, 3.0]])
+    contrasts = [Contrast(("a", "b"), 9.0 * rng.normal(size=1), slopes) for _ in range(20)]
+    sizes = np.sqrt(find_variances(contrasts)[0])
+    assert sizes[0] == pytest.approx(0.3, rel=0.4)
+    assert sizes[1] < 0.1
+
+
+def test_a_repeat_that_scatter_does_not_explain_tells_nothing_of_it():
+    contrasts = draw(np.random.default_rng(5), (0.3, 0.1), 6)
+    sound = find_variances(contrasts)[0]
+    odd = Contrast(("x.csv", "y.csv"), SLOPES @ (9.0, 0.0), SLOPES)
+    variances, kept = find_variances([*contrasts, odd])
+    assert kept == 6
+    assert variances == pytest.approx(sound)
+
+
+def test_what_repeats_have_in_common_is_in_no_contrast():
+    rng = np.random.default_rng(6)
+    runs = [run(f"{i}.csv", rng.normal(size=8)) for i in range(3)] + [run("other.csv", np.zeros(8), "p050")]
+    columns = [rng.normal(size=(8, 2))] * 4
+    errors = [each.channels["lift"] for each in runs]
+    found = list_contrasts(runs, errors, columns)
+    moved = list_contrasts(runs, [each + np.arange(8.0) for each in errors], columns)
+    assert [each.files for each in found] == [("0.csv", "1.csv"), ("0.csv", "1.csv", "2.csv")]
+    for one, other in zip(found, moved, strict=True):
+        assert one.values == pytest.approx(other.values)
