@@ -20,6 +20,8 @@ from collections import Counter
 from pathlib import Path
 
 from docs.results import ROOT, Number, Table
+from tests.truth.again import repeat_named
+from tests.truth.bank import Bank
 from tests.truth.benchmark import TOOLS, read
 from tests.truth.figures import figures
 from tests.truth.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
@@ -32,6 +34,8 @@ OPTIONAL = True
 FIRST, CASES = 110000, 725
 """First seed, and number of cases; fewer than a block, where a machine has no time for all, are a fair sample of it."""
 JOBS = 2
+AGAIN = 10
+"""Rigs that are measured once more, the first that got a name."""
 PACKAGES = "apesim.studies.gap.search", "apesim.studies.gap.decide", "apesim.studies.gap.tables", "tests.truth"
 NAMES = {"apesim": "apesim", "rms": "rms", "aic": "aic", "bic": "bic", "sindy": "PySINDy"}
 KINDS = {
@@ -66,6 +70,7 @@ def compute():
         "figures": list_figures(scored),
         "methods": compare_methods({NAMES[name]: scored for name, (scored, _) in found.items()}),
         "wrong": list_wrong(scored),
+        "again": list_again(repeat_named(folder, AGAIN, Bank(folder / "bank"))),
     }
 
 
@@ -137,3 +142,18 @@ def list_wrong(scored):
     ]
     heads = ["seed", "hidden", "sigmas of the smaller one", "verdict", "named, or nearest"]
     return Table(heads, rows or [["–", "–", "–", "–", "–"]])
+
+
+def list_again(found):
+    """What the machines that were written say of fresh data of their rigs."""
+    rows = [
+        [
+            str(one.answer["seed"]),
+            ", ".join(f"`{name}`" for name in one.hidden) or "–",
+            f"{one.deviations:.1f}",
+            ", ".join(f"`{name}`" for name in one.first),
+            f"`{said}`",
+        ]
+        for one, said in found
+    ]
+    return Table(["seed", "hidden", "sigmas of the smaller one", "named", "said of fresh data"], rows)
