@@ -65,7 +65,7 @@ class Scatter(NamedTuple):
     contrasts: int
     """Number of independent differences of repeats that tell it."""
     spreads: dict[Any, Spread]
-    """By run, see `identify`."""
+    """How the samples of each run vary; runs by their name, their file and a checksum, see `identify`."""
 
     def whiten(self, run: MeasuredRun, rows: np.ndarray) -> np.ndarray:
         """Whiten what is common to the samples of a run.
