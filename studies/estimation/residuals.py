@@ -12,7 +12,7 @@ from apesim.march.adaptive import TOLERANCE
 from apesim.results import NotConverged
 from apesim.studies.estimation.noise.process import Noise, noise_for, whitened
 from apesim.studies.estimation.parameters import Parameter, put
-from apesim.studies.estimation.scatter import Scatter
+from apesim.studies.estimation.scatter import Scatter, identify
 from apesim.studies.estimation.starts import Starts, starts_at
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import Memory, Prediction, predict, run_of
@@ -229,6 +229,8 @@ class WhitenedResiduals:
         self.starts = starts or starts_at(machine, self.runs)
         self.counter = counter or Counter()
         self.change, self.scatter = change, scatter
+        # Runs are identified by what was measured: once, and not in each of thousands of evaluations.
+        self._scattering = list(zip(map(identify, self.runs), self.run_slices(), strict=True)) if scatter else []
         self._own = [[number for number, p in enumerate(self.parameters) if p.is_of(run)] for run in self.runs]
         self._marched = [[number for number in own if self.parameters[number].is_marched] for own in self._own]
         self._memory: dict[tuple[int, bytes, float], Memory] = {}
@@ -292,7 +294,7 @@ class WhitenedResiduals:
         >>> residuals.noise["lift"][5e-5].deviation
         3e-05
         """
-        other = self._derived(self.runs, noise, self.starts, self.counter)
+        other = self._derived(self.runs, noise, self.starts, self.counter, self.scatter)
         other._memory = dict(self._memory)
         return other
 
@@ -315,7 +317,7 @@ class WhitenedResiduals:
         >>> [run.name for run in WhitenedResiduals(Machine(), [], []).with_runs([run]).runs]
         ['p040']
         """
-        return self._derived(runs, self.noise, starts, None)
+        return self._derived(runs, self.noise, starts, None, self.scatter)
 
     def restarted_at(self, x: np.ndarray) -> Self:
         """Fix the starts of an engine's runs anew, at given parameters, for all that is simulated near them.
@@ -336,7 +338,7 @@ class WhitenedResiduals:
         False
         """
         starts = starts_at(self.machine, self.runs, self.parameters, x)
-        return self._derived(self.runs, self.noise, starts, self.counter)
+        return self._derived(self.runs, self.noise, starts, self.counter, self.scatter)
 
     def _derived(
         self,
@@ -344,6 +346,7 @@ class WhitenedResiduals:
         noise: dict[str, dict[float, Noise]],
         starts: Starts | None,
         counter: Counter | None,
+        scatter: Scatter | None,
     ) -> Self:
         """Copy of these residuals, of the same class and with the same parameters."""
         other = copy(self)
@@ -356,7 +359,7 @@ class WhitenedResiduals:
             starts=starts,
             counter=counter,
             change=self.change,
-            scatter=self.scatter,
+            scatter=scatter,
         )
         return other
 
@@ -376,8 +379,8 @@ class WhitenedResiduals:
         >>> WhitenedResiduals(Machine(), [], []).with_scatter(None).scatter is None
         True
         """
-        other = self._derived(self.runs, self.noise, self.starts, self.counter)
-        other._memory, other.scatter = dict(self._memory), scatter
+        other = self._derived(self.runs, self.noise, self.starts, self.counter, scatter)
+        other._memory = dict(self._memory)
         return other
 
     def by_block(self, whole: np.ndarray) -> list[np.ndarray]:
@@ -548,8 +551,7 @@ class WhitenedResiduals:
         )
         if self.scatter is None:
             return whole
-        parts = zip(self.runs, self.run_slices(), strict=True)
-        return np.concatenate([self.scatter.whiten(run, whole[rows]) for run, rows in parts])
+        return np.concatenate([self.scatter.whiten(run, whole[rows]) for run, rows in self._scattering])
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Find the residuals: prediction less measurement, whitened, and behind them the pull of each prior.

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from apesim.studies.estimation.model import Model
     from apesim.studies.estimation.residuals import WhitenedResiduals
 
+Identity = tuple[str, str, int]
+"""Name and file of a run, with a checksum of what was measured."""
 SCATTERING = "supply.pressure", "supply.temperature", "valve.viscous_friction", "valve.solenoid.dead_time"
 """What may scatter: the supply by its regulator and its store, friction by grease and seals, dead time by the coil."""
 MIN_FALL = 10.0
@@ -64,15 +66,16 @@ class Scatter(NamedTuple):
     """Standard deviations, in those of the priors."""
     contrasts: int
     """Number of independent differences of repeats that tell it."""
-    spreads: dict[Any, Spread]
+    spreads: dict[Identity, Spread]
     """How the samples of each run vary; runs by their name, their file and a checksum, see `identify`."""
 
-    def whiten(self, run: MeasuredRun, rows: np.ndarray) -> np.ndarray:
+    def whiten(self, run: Identity, rows: np.ndarray) -> np.ndarray:
         """Whiten what is common to the samples of a run.
 
         Parameters
         ----------
-        run : apesim.studies.measured.MeasuredRun
+        run : tuple
+            See `identify`.
         rows : (n, k) float array
             Samples of the run, white but for the scatter [standard deviations].
 
@@ -87,16 +90,16 @@ class Scatter(NamedTuple):
 
         >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {"lift": np.zeros(2)})
         >>> scatter = Scatter(("supply.pressure",), (0.3,), 1, {identify(run): find_spread(np.full((2, 1), sqrt(4.0)))})
-        >>> scatter.whiten(run, np.array([[3.0, 1.0], [3.0, -1.0]])).round(3).tolist()
+        >>> scatter.whiten(identify(run), np.array([[3.0, 1.0], [3.0, -1.0]])).round(3).tolist()
         [[1.0, 1.0], [1.0, -1.0]]
         """
-        spread = self.spreads.get(identify(run))
-        if spread is None or len(spread.directions) != len(rows):
+        spread = self.spreads.get(run)
+        if spread is None:
             return rows
         return rows - spread.directions @ (spread.shares[:, None] * (spread.directions.T @ rows))
 
 
-def identify(run: MeasuredRun) -> tuple[str, str, int]:
+def identify(run: MeasuredRun) -> Identity:
     """Identify a run among all of a set, repeats and parts of one file too.
 
     Parameters
@@ -183,7 +186,7 @@ def find_scatter(model: "Model", measured: Measured) -> Scatter | None:
     return Scatter(tuple(keys[place] for place in places), tuple(sizes.tolist()), kept, spreads)
 
 
-def find_spreads(model: "Model", runs: Sequence[MeasuredRun], sizes: Mapping[int, float]) -> dict[Any, Spread]:
+def find_spreads(model: "Model", runs: Sequence[MeasuredRun], sizes: Mapping[int, float]) -> dict[Identity, Spread]:
     """Find how the samples of each run vary, from differences over `REACH` standard deviations to both sides.
 
     A number that is off by z standard deviations moves the samples by ``G z + H z^2``, and z^2 has the root mean square
@@ -231,8 +234,8 @@ def find_spreads(model: "Model", runs: Sequence[MeasuredRun], sizes: Mapping[int
 
 
 def _march(model: "Model", runs: Sequence[MeasuredRun]) -> "tuple[WhitenedResiduals, np.ndarray]":
-    """Residuals of runs without scatter as a function of a model's parameters, with their values at its fit."""
-    own = model.residuals.with_scatter(None)
+    """Residuals of runs as a function of a model's parameters, with their values at its fit."""
+    own = model.residuals
     residuals = own.with_runs(runs, starts_at(own.machine, runs, own.parameters, model.fitted.x))
     return residuals, residuals.at(model.fitted.x)
 

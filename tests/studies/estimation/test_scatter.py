@@ -36,7 +36,7 @@ def test_what_scatters_is_white_once_whitened():
     columns = rng.normal(size=(6, 2)) * (3.0, 1.0)
     one = run("a.csv", np.zeros(6))
     scatter = Scatter(("a", "b"), (1.0, 1.0), 3, {identify(one): find_spread(columns)})
-    whitening = scatter.whiten(one, np.eye(6))
+    whitening = scatter.whiten(identify(one), np.eye(6))
     covariance = whitening @ (np.eye(6) + columns @ columns.T) @ whitening.T
     assert covariance == pytest.approx(np.eye(6), abs=1e-12)
 
@@ -44,7 +44,7 @@ def test_what_scatters_is_white_once_whitened():
 def test_a_run_of_which_nothing_is_known_stays_as_it_is():
     scatter = Scatter(("a",), (1.0,), 3, {identify(run("a.csv", np.zeros(2))): find_spread(np.ones((2, 1)))})
     rows = np.array([[1.0], [2.0]])
-    assert scatter.whiten(run("b.csv", np.zeros(2)), rows) is rows
+    assert scatter.whiten(identify(run("b.csv", np.zeros(2))), rows) is rows
 
 
 def test_sizes_are_found_where_many_repeats_tell_them():
