@@ -9,17 +9,14 @@ from apesim.engine.machine import Machine
 from apesim.studies.gap.report.run_scatter import describe_scatter
 from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.workflow import explain
-from apesim.studies.measured import Measured, MeasuredRun
-from tests.gap_bench import BUT_RIVALS
+from apesim.studies.measured import Measured
+from tests.gap_bench import AMBIENT, BUT_RIVALS, NOISE, record
 from tests.truth.terms import force
-from tests.truth.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, noise, simulate
+from tests.truth.valve import Bench
 
-AMBIENT = 101325.0
 TIMES = np.linspace(0.0, 0.1, 401)
 POINTS = {0.2e6: 2, 0.4e6: 3, 0.7e6: 2}
 """Repeats at each supply pressure."""
-NOISE = {"lift": 0.03e-3, "pressure_a": 2e3, "pressure_b": 2e3}
-STROKE = 9e-3
 HELD = 4.0
 """Force to the open stop that the model lacks [N]."""
 
@@ -32,10 +29,7 @@ def one_run(rng, bench, gauge, role, number, wrong=1.0):
         viscous_friction=bench.viscous_friction * (1.0 + 0.03 * rng.normal()),
         dead_time=bench.dead_time + 0.03e-3 * rng.normal(),
     )
-    states = simulate(rig, 50e-3, float(TIMES[-1])).states(TIMES)
-    true = {"lift": STROKE - states[POSITION], "pressure_a": states[PRESSURE_A], "pressure_b": states[PRESSURE_B]}
-    channels = {name: true[name] + noise(len(TIMES), size, rng) for name, size in NOISE.items()}
-    return MeasuredRun(f"{gauge:g}", f"{number}.csv", gauge + AMBIENT, 287.0, 50e-3, role, TIMES, channels)
+    return record(rig, rng, gauge, role, TIMES, f"{number}.csv")
 
 
 @cache

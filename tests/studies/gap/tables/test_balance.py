@@ -16,17 +16,14 @@ from apesim.studies.gap.tables.suggest import fit_sparse
 from apesim.studies.gap.tables.tabulate import Tables, tabulate
 from apesim.studies.gap.work import Work
 from apesim.studies.gap.workflow import explain
-from apesim.studies.measured import Measured, MeasuredRun, read_measured
-from tests.gap_bench import BUT_RIVALS
+from apesim.studies.measured import Measured, read_measured
+from tests.gap_bench import AMBIENT, BUT_RIVALS, NOISE, STROKE, record
 from tests.truth.terms import force
-from tests.truth.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, noise, simulate
+from tests.truth.valve import Bench
 
-AMBIENT = 101325.0
 TIMES = np.linspace(0.0, 0.1, 501)
 PRESSURES = {0.16e6: "fit", 0.40e6: "fit", 0.70e6: "fit", 0.55e6: "gate", 0.49e6: "check"}
-NOISE = {"lift": 0.03e-3, "pressure_a": 2e3, "pressure_b": 2e3}
 UNITS = {"lift": "m", "pressure_a": "Pa", "pressure_b": "Pa"}
-STROKE = 9e-3
 among = pytest.mark.parametrize("without", [BUT_RIVALS, pytest.param((), marks=pytest.mark.slow)], ids=["few", "all"])
 """Mark of tests among the rivals of what is hidden; among the whole library they are slow, and those of sealed cases
 run by default."""
@@ -37,10 +34,7 @@ def measured(bench):
     rng, runs = np.random.default_rng(5000), []
     for gauge, role in PRESSURES.items():
         rig = bench._replace(supply_pressure=gauge + AMBIENT, supply_temperature=287.0)
-        states = simulate(rig, 50e-3, float(TIMES[-1])).states(TIMES)
-        true = {"lift": STROKE - states[POSITION], "pressure_a": states[PRESSURE_A], "pressure_b": states[PRESSURE_B]}
-        channels = {name: true[name] + noise(len(TIMES), size, rng) for name, size in NOISE.items()}
-        runs.append(MeasuredRun(f"{gauge:g}", "", gauge + AMBIENT, 287.0, 50e-3, role, TIMES, channels))
+        runs.append(record(rig, rng, gauge, role, TIMES))
     return Measured("", NOISE, tuple(runs))
 
 
