@@ -20,7 +20,7 @@ from collections import Counter
 from pathlib import Path
 
 from docs.results import ROOT, Number, Table
-from tests.truth.again import repeat_named
+from tests.truth.again import HEADS, repeat_named, rows_again
 from tests.truth.bank import Bank
 from tests.truth.benchmark import TOOLS, read
 from tests.truth.figures import figures
@@ -70,7 +70,7 @@ def compute():
         "figures": list_figures(scored),
         "methods": compare_methods({NAMES[name]: scored for name, (scored, _) in found.items()}),
         "wrong": list_wrong(scored),
-        "again": list_again(repeat_named(folder, AGAIN, Bank(folder / "bank"))),
+        "again": Table(list(HEADS), rows_again(repeat_named(folder, AGAIN, Bank(folder / "bank")))),
     }
 
 
@@ -142,18 +142,3 @@ def list_wrong(scored):
     ]
     heads = ["seed", "hidden", "sigmas of the smaller one", "verdict", "named, or nearest"]
     return Table(heads, rows or [["–", "–", "–", "–", "–"]])
-
-
-def list_again(found):
-    """What the machines that were written say of fresh data of their rigs."""
-    rows = [
-        [
-            str(one.answer["seed"]),
-            ", ".join(f"`{name}`" for name in one.hidden) or "–",
-            f"{one.deviations:.1f}",
-            ", ".join(f"`{name}`" for name in one.first),
-            f"`{said}`",
-        ]
-        for one, said in found
-    ]
-    return Table(["seed", "hidden", "sigmas of the smaller one", "named", "said of fresh data"], rows)

@@ -12,13 +12,13 @@ import argparse
 from pathlib import Path
 
 from .active import run_loops, seeds_from, table
-from .again import repeat_named, table_again
+from .again import HEADS, repeat_named, rows_again
 from .bank import Bank
 from .benchmark import TOOLS, benchmark
 from .challenge import make
 from .reliability import calibrate, write
 from .schedule import NONE, plan_of
-from .tables import comparison
+from .tables import comparison, markdown
 
 
 def main():
@@ -61,7 +61,7 @@ def main():
         seeds, tools = range(given.first, given.first + given.cases), {"apesim": TOOLS["apesim"]}
         write(calibrate(benchmark(seeds, given.out, tools, given.jobs)["apesim"]), given.to)
     elif given.command == "again":
-        print(table_again(repeat_named(given.out, given.cases, Bank(Path(given.out) / "bank"))))
+        print(markdown(HEADS, rows_again(repeat_named(given.out, given.cases, Bank(Path(given.out) / "bank")))))
     else:
         tools = {name: TOOLS[name] for name in given.tools}
         end = given.first + given.cases

@@ -5,21 +5,22 @@ and what hides in it, fresh noise and fresh scatter of the runs; the fault of a 
 in place of the nominal one, with what was fitted of the sensors.
 """
 
-import json
 import shutil
 import sys
 import tomllib
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
+from .active import read_scored
 from .benchmark import ANSWER, CASE, TOOLS, VERDICT, explained
 from .cases import write
 from .challenge import draw_case
-from .score import NAMES, Scored
-from .tables import markdown
+from .score import NAMES
 
 AGAIN, MACHINE, SENSORS = "again", "machine.toml", "sensors.toml"
+HEADS = "seed", "hidden", "sigmas of the smaller one", "named", "said of fresh data"
 
 
 def measure_again(case, folder):
@@ -95,36 +96,35 @@ def repeat_named(out, cases, bank=None):
     Scored, str
         The case with its verdict, and what the child machine says of the fresh data.
     """
-    done = 0
+    for folder, one in islice(named_cases(out), cases):
+        if not (folder / AGAIN / ANSWER).exists():
+            measure_again(draw_case(one.answer["seed"], bank), folder / AGAIN)
+        said = explain_again(folder)
+        print(f"seed {folder.name}: {one.said}, then {said}", file=sys.stderr, flush=True)
+        yield one, said
+
+
+def named_cases(out):
+    """Folders of the solved cases that got a name, with the cases and their verdicts, by seed."""
     for folder in sorted((Path(out) / "cases").iterdir(), key=lambda path: int(path.name)):
-        verdict = folder / "apesim" / VERDICT
-        if done == cases or not verdict.exists():
-            continue
-        one = Scored(*(json.loads(path.read_text()) for path in (folder / ANSWER, verdict)))
-        if one.said in NAMES:
-            done += 1
-            if not (folder / AGAIN / ANSWER).exists():
-                measure_again(draw_case(one.answer["seed"], bank), folder / AGAIN)
-            said = explain_again(folder)
-            print(f"seed {folder.name}: {one.said}, then {said}", file=sys.stderr, flush=True)
-            yield one, said
+        if (folder / "apesim" / VERDICT).exists() and (one := read_scored(folder)).said in NAMES:
+            yield folder, one
 
 
-def table_again(found):
-    """What was hidden and named, and what the child machines say of fresh data, as Markdown.
+def rows_again(found):
+    """What was hidden and named, and what the child machines say of fresh data; rows below `HEADS`.
 
     Parameters
     ----------
-    found : sequence of (Scored, str)
+    found : iterable of (Scored, str)
     """
-    rows = [
+    return [
         [
-            one.answer["seed"],
-            ", ".join(one.hidden) or "–",
+            str(one.answer["seed"]),
+            ", ".join(f"`{name}`" for name in one.hidden) or "–",
             f"{one.deviations:.1f}",
-            f"{one.said} {', '.join(one.first)}",
-            said,
+            ", ".join(f"`{name}`" for name in one.first),
+            f"`{said}`",
         ]
         for one, said in found
     ]
-    return markdown(["seed", "hidden", "sigmas", "said", "child machine on fresh data"], rows)
