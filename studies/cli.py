@@ -82,3 +82,7 @@ def main() -> NoReturn:
         remove_temporary_folders()
         os._exit(code)  # what is at work in another thread need not come to its end
     sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -168,6 +168,13 @@ PROGRAM = [sys.executable, "-c", "from apesim.studies.cli import main; main()"]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
 
+def test_the_module_is_the_program_too():
+    command = [sys.executable, "-m", "apesim.studies.cli", "machine", "--set", "engine.boar=90 mm"]
+    run = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, check=False)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr == "--set: engine.boar: unknown key; did you mean engine.bore?\n"
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device is always full here")
 @pytest.mark.parametrize("arguments", [["machine"], ["machine", "--json"], ["--help"], ["valve", "run", "--help"], []])
 @pytest.mark.parametrize("unbuffered", ["", "1"])
