@@ -10,7 +10,15 @@ from apesim.quantities import Fault, InvalidValue, quoted, unit
 from apesim.quantities.files import split_header
 from apesim.studies.measured.dialect import PLAIN, SEPARATORS, Dialect, Marks
 from apesim.studies.measured.layout import ABSOLUTE, GAUGE, KINDS, Layout, find_layout, resolve_marks, split_name
-from apesim.studies.measured.table import CellError, is_ambiguous, name_remedy, read_numbers
+from apesim.studies.measured.table import (
+    CellError,
+    LineError,
+    find_ignored_lines,
+    is_ambiguous,
+    name_ignored_line,
+    name_remedy,
+    read_numbers,
+)
 
 TIME = "time"
 """Column over which the traces of a valve stand."""
@@ -93,7 +101,8 @@ def read_columns(
         places, faults = _places_of(file, layout, dialect, declared)
         numbers, marks, wrong_cells = _numbers_of(path, layout, dialect, places, declared)
     except InvalidValue as wrong:
-        return Columns({}, [], [Fault(file, "", wrong.wrong, wrong.right or right)], [])
+        remedy = name_ignored_line(wrong.cell) if isinstance(wrong, LineError) and dialect != PLAIN else ""
+        return Columns({}, [], [Fault(file, "", wrong.wrong, remedy or wrong.right or right)], [])
     names = [place.name for place in places]
     columns: dict[str, np.ndarray] = {}
     for name, expected in declared.items():
@@ -127,6 +136,9 @@ def read_columns(
     hints = [f"{path.name}: read with {hint}" if "=" in hint else f"{path.name}: {hint}" for hint in layout.hints]
     if faults or due[0] not in columns:
         return Columns(columns, names, faults, hints)
+    if lines := find_ignored_lines(path, layout):
+        some = f"line {lines[0]} is" if len(lines) == 1 else f"{len(lines)} lines, the first is line {lines[0]}, are"
+        hints.append(f"{path.name}: {some} passed over")
     columns, rows, more = _placed_rows(path.name, columns, due[0])
     stuck = np.flatnonzero(np.diff(columns[due[0]]) <= 0.0)
     if len(stuck):
@@ -201,6 +213,8 @@ def _numbers_of(
         except CellError as error:
             name, said = wanted.pop(error.at)
             remedy = "" if dialect == PLAIN else name_remedy(error.cell, said, name)
+            if not remedy and error.at == 0 and dialect != PLAIN and (ignored := name_ignored_line(error.cell)):
+                remedy = f"{error.right}, or {ignored}"
             wrong[name] = InvalidValue(error.wrong, remedy or error.right)
     return numbers, {}, wrong
 

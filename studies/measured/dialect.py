@@ -4,6 +4,7 @@ Whatever is not said is None here, and guessed from the file by `apesim.studies.
 """
 
 import difflib
+import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -32,6 +33,7 @@ KEYS = (
     "decimal",
     "encoding",
     "skip_rows",
+    "ignore_lines",
     "columns",
     "unit",
     "ignore",
@@ -42,6 +44,8 @@ KEYS = (
     "start",
 )
 """Keys of ``[read]``."""
+NUMBER_BEGINS = re.compile(r"\s*[+-]?[0-9.,']*(?:[eE][+-]?[0-9]*)?")
+"""Text that a row of numbers may begin with."""
 
 
 class Marks(NamedTuple):
@@ -64,6 +68,8 @@ class Dialect(NamedTuple):
     """Encoding of the text; None: guessed."""
     skip_rows: int = 0
     """Rows above the header, or above the numbers where there is none."""
+    ignore_lines: tuple[str, ...] = ()
+    """Beginnings of lines below the header that are passed over."""
     header: bool = True
     """Whether a header stands above the numbers."""
     columns: Mapping[str, str | int] = {}
@@ -209,6 +215,7 @@ def read_dialect(
         separator=SEPARATORS[separator] if separator else None,
         encoding=reading.word("encoding", ENCODINGS),
         skip_rows=reading.whole("skip_rows", MAX_SKIPPED),
+        ignore_lines=reading.ignored_lines(),
         header=reading.truth("header", default=True),
         columns=reading.columns(),
         units=reading.units(),
@@ -302,6 +309,19 @@ class _Reading:
             return tuple(" ".join(each.split()) if isinstance(each, str) else each for each in value)
         self.fault("ignore", f"{quoted(value)} is no list of columns", 'write ignore = ["Trigger"], or numbers from 1')
         return ()
+
+    def ignored_lines(self) -> tuple[str, ...]:
+        """Beginnings of lines, none of which a row of numbers may have."""
+        value = self.table.get("ignore_lines", [])
+        if not isinstance(value, list) or not all(isinstance(each, str) and each.strip() for each in value):
+            right = 'write the texts that such lines begin with: ignore_lines = ["End of data"]'
+            self.fault("ignore_lines", f"{quoted(value)} is no list of texts", right)
+            return ()
+        for each in value:
+            if NUMBER_BEGINS.fullmatch(each):
+                right = "write more of the line, or take the line out of the file"
+                self.fault("ignore_lines", f"a row of numbers may begin with {quoted(each)}, too", right)
+        return tuple(each.strip() for each in value)
 
     def marks(self, section: str, table: Mapping[str, Any]) -> Marks:
         """Marks in numbers."""

@@ -40,13 +40,15 @@ class Layout(NamedTuple):
     headers: tuple[str, ...]
     """Header of each column, with the unit that a second line gives; "" where there is none."""
     first_line: int
-    """Lines above the first row of numbers."""
+    """Lines above those that may be rows of numbers."""
     decimal: str
     """Decimal mark where none is said."""
     is_plain: bool
     """Whether it is the layout of the files that apesim writes: header in line 1, commas, decimal points."""
     hints: tuple[str, ...]
     """What was guessed, in words."""
+    ignored: re.Pattern[bytes] | None = None
+    """Pattern of the lines below the header that are passed over; None: there are none."""
 
 
 def split_line(line: str, separator: str) -> list[str]:
@@ -185,6 +187,10 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     encoding = dialect.encoding or guess_encoding(data, is_whole=is_whole)
     lines = _first_lines(path, encoding, dialect.skip_rows + MAX_PREAMBLE)
     above = [number for number, line in enumerate(lines) if number >= dialect.skip_rows and line.strip()]
+    ignored = ignored_pattern(dialect.ignore_lines)
+    if ignored:
+        heads, others = above[: dialect.header], above[dialect.header :]
+        above = [*heads, *(number for number in others if not ignored.match(lines[number].encode()))]
     if not above:
         where = f" after {dialect.skip_rows} rows" if dialect.skip_rows else ""
         raise InvalidValue(f"there is nothing{where}", "give a file with rows of numbers")
@@ -208,11 +214,11 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     cells = [fit_cells(row, len(headers)) for row in cells]
     if dialect.header and not _is_header(headers, names, dialect):
         raise _no_table(lines, first, dialect, "".join(thousands))
+    first_line = first + 1 if dialect.header else dialect.skip_rows
     units = cells[0] if header is not None and cells and _is_unit_row(cells[0], len(headers)) else None
     if units:
         headers = [_with_unit(name, text) for name, text in zip(headers, units, strict=True)]
-        above, cells = above[1:], cells[1:]
-    numbers = above[dialect.header :]
+        first_line, cells = above[1] + 1, cells[1:]
     decimal = _guess_decimal(cells, separator, dialect)
     if dialect.separator is None and header is None and separator == ",":
         _refuse_two_readings(cells)
@@ -221,11 +227,36 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
         encoding,
         separator,
         tuple(headers),
-        numbers[0] if numbers else above[-1] + 1,
+        first_line,
         decimal,
         not dialect.is_stated and separator == "," and first == 0 and units is None,
         tuple(hints),
+        ignored,
     )
+
+
+def ignored_pattern(texts: Sequence[str]) -> re.Pattern[bytes] | None:
+    """Make the pattern of lines that begin with one of several texts, in quotes or not.
+
+    Parameters
+    ----------
+    texts : sequence of str
+
+    Returns
+    -------
+    re.Pattern or None
+        None where there is no text.
+
+    Examples
+    --------
+    >>> pattern = ignored_pattern(["End of data", "#"])
+    >>> [bool(pattern.match(line)) for line in (b"# 24 rows", b'"End of data";;', b"1;2")]
+    [True, True, False]
+    """
+    if not texts:
+        return None
+    either = "|".join(re.escape(text) for text in texts)
+    return re.compile(rf"^[ \t\"]*(?:{either})[^\n]*".encode(), re.MULTILINE)
 
 
 def _split_numbered(line: str, separator: str, number: int) -> list[str]:
@@ -430,7 +461,7 @@ def _no_table(lines: Sequence[str], first: int, dialect: Dialect, thousands: str
     wrong = f"line {first + 1} is no header with names and units"
     for number in range(first, min(len(lines), first + MAX_PREAMBLE) - 2):
         rows = [line for line in lines[number + 1 : number + 5] if line.strip()]
-        is_head = not any(map(_starts_numeric, (lines[number],))) and lines[number].strip()
+        is_head = not starts_numeric(lines[number]) and lines[number].strip()
         if is_head and _guess_separator(lines[number], rows, thousands):
             key = f"skip_rows = {number}, and " * (number > first)
             return InvalidValue(wrong, f'write {key}columns = {{ time = "their header", … }} in [read]')
@@ -439,8 +470,22 @@ def _no_table(lines: Sequence[str], first: int, dialect: Dialect, thousands: str
     return InvalidValue(wrong)
 
 
-def _starts_numeric(line: str) -> bool:
-    """Whether a line begins with a number."""
+def starts_numeric(line: str) -> bool:
+    """Tell whether a line begins with a number.
+
+    Parameters
+    ----------
+    line : str
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> starts_numeric(" -0,5;1"), starts_numeric("End of data")
+    (True, False)
+    """
     return bool(re.match(r"\s*[+-]?[0-9.,]", line))
 
 

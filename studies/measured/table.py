@@ -1,15 +1,16 @@
 """Tables: the numbers of a file of any length, column by column."""
 
 import io
+import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from apesim.quantities import InvalidValue, quoted
-from apesim.studies.measured.dialect import Marks
-from apesim.studies.measured.layout import Layout, fit_cells, is_missing, refuse_encoding, split_line
+from apesim.studies.measured.dialect import NUMBER_BEGINS, Marks
+from apesim.studies.measured.layout import Layout, fit_cells, is_missing, refuse_encoding, split_line, starts_numeric
 from apesim.studies.measured.text_blocks import blocks_of_lines
 
 MAX_ROWS = 50_000_000
@@ -18,6 +19,8 @@ PLAIN_BYTES = b"0123456789+-.eEnNaA \t\n"
 """Bytes of numbers with a decimal point, and of nan, which NumPy reads at once."""
 EXPONENT = r"(?:[eE][+-]?[0-9]{1,3})?"
 """The end of a number."""
+MAX_BEGINNING = 30
+"""Characters of a line that are named to know it again."""
 UNDECIDED = 1e-6
 """Distance from a whole number of thousandths, below which a number has three decimals at most."""
 JUMP = 0.5
@@ -89,7 +92,7 @@ def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks]) -> dic
     for line, block in _data_blocks(path, layout):
         numbers = _read_at_once(block, layout, wanted)
         if numbers is None:
-            numbers = _read_cell_by_cell(block, line, rows, layout, wanted)
+            numbers = _read_cell_by_cell(block, line, layout, wanted)
         for at, values in numbers.items():
             parts[at].append(values)
         rows += len(next(iter(numbers.values()), ()))
@@ -99,7 +102,13 @@ def read_numbers(path: Path, layout: Layout, wanted: Mapping[int, Marks]) -> dic
 
 
 def _data_blocks(path: Path, layout: Layout) -> Iterator[tuple[int, bytes]]:
-    """Blocks of the file below its header, each with the number of lines above it."""
+    """Blocks of the file below its header, each with the number of lines above it; ignored lines are empty in them."""
+    for line, block in _blocks_below(path, layout):
+        yield line, layout.ignored.sub(b"", block) if layout.ignored else block
+
+
+def _blocks_below(path: Path, layout: Layout) -> Iterator[tuple[int, bytes]]:
+    """Blocks of the file below its header as they are, each with the number of lines above it."""
     line, due = 0, layout.first_line
     for block in blocks_of_lines(path, layout.encoding):
         number = block.count(b"\n")
@@ -109,6 +118,39 @@ def _data_blocks(path: Path, layout: Layout) -> Iterator[tuple[int, bytes]]:
         if block:
             yield line, block
         line += number
+
+
+def find_ignored_lines(path: Path, layout: Layout) -> list[int]:
+    r"""Find the lines that are passed over.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    layout : Layout
+
+    Returns
+    -------
+    list of int
+        Their numbers, from 1.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from apesim.studies.measured.dialect import Dialect
+    >>> from apesim.studies.measured.layout import find_layout
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "p040.csv")
+    ...     _ = path.write_text("time [ms],lift [mm]\n0,0.5\n1,0.6\nEnd of data\n")
+    ...     layout = find_layout(path, Dialect(ignore_lines=("End of data",)), ("time", "lift"))
+    ...     find_ignored_lines(path, layout)
+    [4]
+    """
+    if not layout.ignored:
+        return []
+    found: list[int] = []
+    for line, block in _blocks_below(path, layout):
+        found += (line + 1 + block[: match.start()].count(b"\n") for match in layout.ignored.finditer(block))
+    return found
 
 
 def _read_at_once(block: bytes, layout: Layout, wanted: Mapping[int, Marks]) -> dict[int, np.ndarray] | None:
@@ -137,14 +179,11 @@ def _read_at_once(block: bytes, layout: Layout, wanted: Mapping[int, Marks]) -> 
     return {at: numbers[:, at].copy() for at in wanted} if numbers.shape[1] == number else None
 
 
-def _read_cell_by_cell(
-    block: bytes, line: int, row: int, layout: Layout, wanted: Mapping[int, Marks]
-) -> dict[int, np.ndarray]:
-    """Columns of a block in any dialect; so many lines and rows stand above it."""
+def _read_cell_by_cell(block: bytes, line: int, layout: Layout, wanted: Mapping[int, Marks]) -> dict[int, np.ndarray]:
+    """Columns of a block in any dialect; so many lines stand above it."""
     patterns = {at: number_pattern(marks) for at, marks in wanted.items()}
     values: dict[int, list[float]] = {at: [] for at in wanted}
-    for cells in _rows_of(block, line, layout):
-        row += 1
+    for number, cells in _rows_of(block, line, layout):
         for at, (decimal, thousands) in wanted.items():
             cell = cells[at]
             if patterns[at].fullmatch(cell):
@@ -154,12 +193,12 @@ def _read_cell_by_cell(
             elif is_missing(cell):
                 values[at].append(np.nan)
             else:
-                raise CellError(at, cell, row)
+                raise LineError(number, cells[0]) if _has_words_alone(cells) else CellError(at, cell, number)
     return {at: np.array(column, dtype=float) for at, column in values.items()}
 
 
-def _rows_of(block: bytes, line: int, layout: Layout) -> Iterator[list[str]]:
-    """Cells of the rows of a block; so many lines stand above it."""
+def _rows_of(block: bytes, line: int, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+    """Numbers of the lines, from 1, and cells of the rows of a block; so many lines stand above it."""
     try:
         lines = block.decode().split("\n")[:-1]
     except UnicodeDecodeError as error:
@@ -173,15 +212,38 @@ def _rows_of(block: bytes, line: int, layout: Layout) -> Iterator[list[str]]:
         except InvalidValue as error:
             raise InvalidValue(f"line {at} {error.wrong}", error.right) from None
         if len(cells) != number:
+            if _has_words_alone(cells):
+                raise LineError(at, cells[0])
             above = "header" if any(layout.headers) else "first row"
             wrong = f"line {at} has {len(cells)} cell{'s' * (len(cells) != 1)}, the {above} {number}"
             right = "make all rows as long, or write the separator and skip_rows in [read]"
             raise InvalidValue(wrong, right)
-        yield cells
+        yield at, cells
+
+
+def _has_words_alone(cells: Sequence[str]) -> bool:
+    """Whether cells are those of a footer, a header or a remark: the first is a word, and none is a number."""
+    return not is_missing(cells[0]) and not any(map(starts_numeric, cells))
+
+
+class LineError(InvalidValue):
+    """Error of a line below the header that has words and no number.
+
+    Parameters
+    ----------
+    line : int
+        Its number.
+    cell : str
+        First cell of it.
+    """
+
+    def __init__(self, line: int, cell: str) -> None:
+        super().__init__(f"line {line} is no row of numbers, it begins with {quoted(cell)}", "take the line out")
+        self.cell = cell
 
 
 class CellError(InvalidValue):
-    """Error of a cell that holds no number.
+    """Error of a cell that holds no number, in a row of numbers.
 
     Parameters
     ----------
@@ -189,12 +251,12 @@ class CellError(InvalidValue):
         Place of the column, from 0.
     cell : str
         What stands there.
-    row : int
-        Number of the row below the header, from 1.
+    line : int
+        Number of its line.
     """
 
-    def __init__(self, at: int, cell: str, row: int) -> None:
-        super().__init__(f"{quoted(cell)} in row {row} is no finite number", "give a number in every cell")
+    def __init__(self, at: int, cell: str, line: int) -> None:
+        super().__init__(f"{quoted(cell)} in line {line} is no finite number", "give a number in every cell")
         self.at, self.cell = at, cell
 
 
@@ -239,7 +301,7 @@ def is_ambiguous(path: Path, layout: Layout, at: int, values: np.ndarray, decima
     neutral = re.compile(rf"[+-]?(?:[0-9]{{1,3}}|0{re.escape(decimal)}000)")
     is_marked: list[bool] = []
     for line, block in _data_blocks(path, layout):
-        for cells in _rows_of(block, line, layout):
+        for _, cells in _rows_of(block, line, layout):
             cell = cells[at]
             if not (is_missing(cell) or undecided.fullmatch(cell) or neutral.fullmatch(cell)):
                 return False
@@ -265,6 +327,29 @@ def _largest_step(values: np.ndarray) -> float:
     return (
         float(np.max(np.abs(np.diff(values))) / np.max(np.abs(values))) if len(values) > 1 and np.any(values) else 0.0
     )
+
+
+def name_ignored_line(cell: str) -> str:
+    """Name the key of ``[read]`` that passes over lines that begin with a cell.
+
+    Parameters
+    ----------
+    cell : str
+
+    Returns
+    -------
+    str
+        Right form; "" where rows of numbers may begin with it, too.
+
+    Examples
+    --------
+    >>> name_ignored_line("End of data")
+    'write ignore_lines = ["End of data"] in [read] to pass over such lines'
+    """
+    text = cell.split('"')[0][:MAX_BEGINNING].strip()
+    if NUMBER_BEGINS.fullmatch(text) or starts_numeric(text):
+        return ""
+    return f"write ignore_lines = [{json.dumps(text, ensure_ascii=False)}] in [read] to pass over such lines"
 
 
 def name_remedy(cell: str, marks: Marks, name: str) -> str:

@@ -199,13 +199,40 @@ def test_a_point_of_two_meanings_is_read(tmp_path):
     assert run.channels["pressure_a"] == pytest.approx([1e5 * float(cell) + AMBIENT for _, _, cell in cells])
 
 
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("quote", ["", '"'])
+def test_lines_of_words_are_passed_over_where_it_is_said(tmp_path, separator, quote):
+    head = f"{quote}time [ms]{quote}{separator}{quote}lift [mm]{quote}\n"
+    early, late = rows(str, separator, TIMES[:5], LIFTS[:5]), rows(str, separator, TIMES[5:], LIFTS[5:])
+    text = f"{head}# first half{separator}1\n{early}{head}{late}\n  End of data {separator}\n\x1a"
+    said = '[read]\nignore_lines = ["End of data", "time [ms]", "#", "\\u001a"]'
+    run, hints = read(tmp_path, text, said)
+    assert holds(run)
+    assert hints[-1] == "a.csv: 4 lines, the first is line 2, are passed over"
+    run, hints = read(tmp_path, head + early + late + "End\n", '[read]\nignore_lines = ["End"]')
+    assert holds(run)
+    assert hints[-1] == "a.csv: line 14 is passed over"
+
+
+def test_lines_are_passed_over_without_a_header_and_far_below(tmp_path):
+    times, lifts = 0.01 * np.arange(300000), np.sin(0.01 * np.arange(300000))  # several blocks of text
+    lines = rows(str, "\t", times, lifts).splitlines(True)
+    text = "".join(["# a remark\n", *lines[:250000], "# another\n", *lines[250000:], "# end\n"])
+    about = '[read]\nheader = false\ncolumns = { time = 1, lift = 2 }\nunit.time = "s"\nunit.lift = "mm"\n'
+    assert "a.csv: line 1 is no row of numbers that a separator is seen in" in refused(tmp_path, text, about)[0]
+    run, hints = read(tmp_path, text, f'{about}ignore_lines = ["#"]')
+    assert run.channels["lift"] == pytest.approx(1e-3 * lifts, abs=1e-12)
+    assert hints[-1] == "a.csv: 3 lines, the first is line 1, are passed over"
+    assert refused(tmp_path, "# a remark\n", f'{about}ignore_lines = ["#"]')[0].startswith("a.csv: there is nothing")
+
+
 # --- what may be two things ---
 
 
 def test_a_point_of_two_meanings_is_asked_for(tmp_path):
     lines = refused(tmp_path, (DATA / "vessel.csv").read_bytes(), VESSEL)
     assert lines == [
-        "a.csv: time: '1.002.000' in row 11 is no finite number; "
+        "a.csv: time: '1.002.000' in line 11 is no finite number; "
         'write thousands = "." and decimal = "" in [read.column.time]',
         "a.csv: pressure_a: three digits stand behind each '.': is 1.234 a decimal number, or more than a thousand?; "
         'write decimal = "." in [read.column.pressure_a], or thousands = "." and decimal = ""',
@@ -331,13 +358,31 @@ HEAD = "time [ms];lift [mm]\n"
         (
             HEAD + rows(str, ";") + "[end]\n",
             '[read]\nseparator = "semicolon"\ndecimal = "."',
-            "a.csv: line 14 has 1 cell, the header 2; "
+            "a.csv: line 14 is no row of numbers, it begins with '[end]'; "
+            'write ignore_lines = ["[end]"] in [read] to pass over such lines',
+        ),
+        (
+            HEAD + rows(str, ";") + "Sum;12;3\n",
+            "[read]\nignore = [3]",
+            "a.csv: line 14 has 3 cells, the header 2; "
             "make all rows as long, or write the separator and skip_rows in [read]",
+        ),
+        (
+            HEAD + rows(str, ";") + "Mean;2.5\n",
+            "",
+            "a.csv: time: 'Mean' in line 14 is no finite number; give a number in every cell, "
+            'or write ignore_lines = ["Mean"] in [read] to pass over such lines',
+        ),
+        (
+            HEAD + rows(str, ";") + HEAD + rows(str, ";", TIMES + 6.0),
+            "",
+            "a.csv: line 14 is no row of numbers, it begins with 'time [ms]'; "
+            'write ignore_lines = ["time [ms]"] in [read] to pass over such lines',
         ),
         (
             HEAD + rows(comma, ";"),
             '[read]\ndecimal = "."',
-            "a.csv: time: '-1,000000' in row 1 is no finite number; write decimal = \",\" in [read]",
+            "a.csv: time: '-1,000000' in line 2 is no finite number; write decimal = \",\" in [read]",
         ),
         (
             "t;Weg\n" + rows(str, ";"),
@@ -386,6 +431,9 @@ def test_what_cannot_be_read_is_refused_with_the_key_that_helps(tmp_path, text, 
         ("[read]\ncolumns = { lift = 1, time = 1 }", "measured.toml: read.columns: one column of the file has two"),
         ("[read]\nunit.lift = 1", "measured.toml: read.unit.lift: 1 is no unit; "),
         ("[read]\nignore = 'x'", "measured.toml: read.ignore: 'x' is no list of columns; "),
+        ("[read]\nignore_lines = 'End'", "measured.toml: read.ignore_lines: 'End' is no list of texts; write the"),
+        ("[read]\nignore_lines = [' ']", "measured.toml: read.ignore_lines: [' '] is no list of texts; write the"),
+        ("[read]\nignore_lines = ['-1,']", "measured.toml: read.ignore_lines: a row of numbers may begin with '-1,',"),
         ("[read]\nheader = 0", "measured.toml: read.header: 0 is neither true nor false; "),
         ("[read]\nheader = false", "measured.toml: read.columns: is not given, and the file has no header; "),
         ("[read]\nheader = false\ncolumns.time = 't'", "measured.toml: read.columns.time: 't' in a file without"),

@@ -132,7 +132,7 @@ name = ""
         ),
         (
             "time [ms],lift [mm]\n0,1\n1,one\n",
-            "a.csv: lift: 'one' in row 2 is no finite number; give a number in every cell",
+            "a.csv: lift: 'one' in line 3 is no finite number; give a number in every cell",
         ),
         (
             "time [ms],lift [mm]\n0,nan\n1,nan\n",
