@@ -8,7 +8,7 @@ import numpy as np
 
 from apesim.quantities import Fault, InvalidValue, quoted, unit
 from apesim.quantities.files import split_header
-from apesim.studies.measured.dialect import PLAIN, SEPARATORS, Dialect, Marks
+from apesim.studies.measured.dialect import PLAIN, SEPARATORS, TIME, Dialect, Marks
 from apesim.studies.measured.layout import ABSOLUTE, GAUGE, KINDS, Layout, find_layout, resolve_marks, split_name
 from apesim.studies.measured.table import (
     CellError,
@@ -19,9 +19,6 @@ from apesim.studies.measured.table import (
     name_remedy,
     read_numbers,
 )
-
-TIME = "time"
-"""Column over which the traces of a valve stand."""
 
 
 class Columns(NamedTuple):
@@ -105,6 +102,7 @@ def read_columns(
         return Columns({}, [], [Fault(file, "", wrong.wrong, remedy or wrong.right or right)], [])
     names = [place.name for place in places]
     columns: dict[str, np.ndarray] = {}
+    rows_below = len(next(iter(numbers.values()), ()))
     for name, expected in declared.items():
         matching = [place for place in places if place.name == name]
         form = f'write "{name} [{expected}]" in the header'
@@ -113,9 +111,15 @@ def read_columns(
         try:
             if len(matching) > 1:
                 raise InvalidValue("stands in several columns", "keep one of them")
+            if name == TIME and dialect.interval is not None:
+                if matching:
+                    right = f'take the key out, or write ignore = ["{layout.headers[matching[0].at]}"] in [read]'
+                    raise InvalidValue("stands in the file beside a sample interval or rate: which is it?", right)
+                columns[TIME] = dialect.interval * np.arange(rows_below)
+                continue
             if not matching:
                 if name in due and name not in dialect.columns:
-                    raise InvalidValue("there is no such column", form)
+                    raise InvalidValue("there is no such column", _name_absent(name, expected, dialect))
                 continue
             if name in wrong_cells:
                 raise wrong_cells[name]
@@ -144,7 +148,7 @@ def read_columns(
     if len(stuck):
         row = int(rows[stuck[0] + 1]) + 1
         faults.append(Fault(file, due[0], f"does not rise in row {row}", "sort the rows, one of equals"))
-    elif not len(rows):
+    elif not len(rows) and dialect.interval is None:
         faults.append(Fault(file, due[0], "has no number", "give a number in each row"))
     return Columns(columns, names, faults, [*hints, *more])
 
@@ -183,6 +187,15 @@ def _places_of(
                 continue
             places.append(_Place(name, at, dialect.units.get(name, named)))
     return places, faults
+
+
+def _name_absent(name: str, expected: str, dialect: Dialect) -> str:
+    """Right form for a column that is not there."""
+    form = f'write "{name} [{expected}]" in the header'
+    if dialect == PLAIN:
+        return form
+    form += f', or in [read] columns.{name} = "the header that it has"'
+    return form + ', or sample_interval = "0.02 ms" if the file has no times' * (name == TIME)
 
 
 def _matching(headers: Sequence[str], theirs: str | int) -> list[int]:

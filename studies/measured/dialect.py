@@ -16,12 +16,19 @@ ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"
 """Encodings of a file."""
 DECIMALS = (".", ",", "")
 """Decimal marks; "": whole numbers alone."""
+TIME = "time"
+"""Column over which the traces of a valve stand."""
 THOUSANDS = ("", ".", ",", "'", " ")
 """Marks between groups of three digits; "": none."""
 COMMAND, FIRST_ROW = STARTS = ("command", "first row")
 """Words for the instant of a file that t = 0 stands at, beside a time."""
 START = Quantity("ms", -1e9, 1e9, "measured.toml", typical="12.5 ms")
 """Declaration of a time of the file that t = 0 stands at."""
+SAMPLINGS = {
+    "sample_interval": Quantity("ms", 1e-6, 1e4, "measured.toml", typical="0.02 ms"),
+    "sample_rate": Quantity("Hz", 0.1, 1e9, "measured.toml", typical="50 kHz"),
+}
+"""Declarations of the keys that say how fast the rows of a file without times follow one another."""
 MAX_SKIPPED = 1_000_000
 """Largest number of rows that are passed over: far above any instrument's preamble."""
 MAX_COLUMN = 10_000
@@ -41,6 +48,7 @@ KEYS = (
     "header",
     "thousands",
     "column",
+    *SAMPLINGS,
     "start",
 )
 """Keys of ``[read]``."""
@@ -84,8 +92,10 @@ class Dialect(NamedTuple):
     """Marks in the numbers of the file."""
     marks_by_column: Mapping[str, Marks] = {}
     """Marks in the numbers of a column that has its own, by our name."""
-    start: float | str = COMMAND
-    """Time of the file at which t = 0 stands [s], or one of `STARTS`."""
+    interval: float | None = None
+    """Time from row to row of a file without times [s]; None: the file has them."""
+    start: float | str | None = None
+    """Time of the file at which t = 0 stands [s], or one of `STARTS`; None: not said, `COMMAND`."""
 
     def marks_of(self, name: str) -> Marks:
         """Find the marks in the numbers of a column.
@@ -125,7 +135,8 @@ def merge_tables(folder: Mapping[str, Any], run: Mapping[str, Any]) -> dict[str,
     Returns
     -------
     dict
-        A key of the run replaces the folder's; of tables in it, an entry of the run replaces the folder's.
+        A key of the run replaces the folder's, and a sample rate an interval; of tables in it, an entry of the run
+        replaces the folder's.
 
     Examples
     --------
@@ -136,6 +147,8 @@ def merge_tables(folder: Mapping[str, Any], run: Mapping[str, Any]) -> dict[str,
     for key, value in run.items():
         both = key in TABLES and isinstance(value, dict) and isinstance(merged.get(key), dict)
         merged[key] = merge_tables(merged[key], value) if both else value
+    for key in SAMPLINGS.keys() - run.keys() if SAMPLINGS.keys() & run.keys() else ():
+        merged.pop(key, None)
     if isinstance(folder.get("column"), dict) and isinstance(run.get("column"), dict):
         for name in folder["column"].keys() & run["column"].keys():
             pair = folder["column"][name], run["column"][name]
@@ -203,7 +216,7 @@ def read_dialect(
     >>> table = {"separator": "tab", "columns": {"lift": "Ch1"}, "unit": {"lift": "mm"}}
     >>> dialect, faults = read_dialect("measured.toml", "read", table, ("time", "lift"), is_timed=True)
     >>> dialect.separator, dialect.columns, dialect.start, faults
-    ('\t', {'lift': 'Ch1'}, 'command', [])
+    ('\t', {'lift': 'Ch1'}, None, [])
     """
     reading = _Reading(file, section, table, names)
     faults = reading.faults
@@ -223,6 +236,7 @@ def read_dialect(
         ignore_others=reading.truth("ignore_others", default=False),
         marks=marks,
         marks_by_column=reading.marks_by_column(),
+        interval=reading.interval(is_timed=is_timed),
         start=reading.start(is_timed=is_timed),
     )
     if not dialect.header and not faults:
@@ -341,9 +355,33 @@ class _Reading:
                 self.fault(f"column.{name}", f"{quoted(table)} is no table", right)
         return found
 
-    def start(self, *, is_timed: bool) -> float | str:
+    def interval(self, *, is_timed: bool) -> float | None:
+        """Time from row to row of a file without times; None where none of its keys is given."""
+        given = [key for key in SAMPLINGS if key in self.table]
+        columns = self.table.get("columns")
+        if not given:
+            return None
+        if not is_timed:
+            right = "give the crank angle of each row in a column"
+            self.fault(given[0], "an engine's traces stand over the crank angle", right)
+        elif len(given) == 2:
+            self.fault("sample_rate", "stands beside sample_interval: which is it?", "keep one of the two")
+        elif isinstance(columns, dict) and TIME in columns:
+            self.fault(f"columns.{TIME}", f"stands beside {given[0]}: which is the time?", "keep one of the two")
+        else:
+            [key] = given
+            try:
+                value = SAMPLINGS[key].read(self.table[key])
+                return 1.0 / value if key == "sample_rate" else value
+            except InvalidValue as wrong:
+                self.fault(key, wrong.wrong, wrong.right or f'write {key} = "{SAMPLINGS[key].typical}"')
+        return None
+
+    def start(self, *, is_timed: bool) -> float | str | None:
         """Instant of the file that t = 0 stands at."""
-        value = self.table.get("start", COMMAND)
+        if "start" not in self.table:
+            return None
+        value = self.table["start"]
         if isinstance(value, str) and value in STARTS:
             if value == FIRST_ROW and not is_timed:
                 self.fault("start", "an engine's traces stand over the crank angle", f'leave it out, or "{COMMAND}"')

@@ -17,7 +17,7 @@ from apesim.quantities import Fault, InputError, InvalidValue, make_fault, quote
 from apesim.quantities.files import path_below, text_of
 from apesim.quantities.toml_text import parse_toml
 from apesim.studies.measured.columns import TIME, read_columns
-from apesim.studies.measured.dialect import FIRST_ROW, Dialect, find_unknown_keys, merge_tables, read_dialect
+from apesim.studies.measured.dialect import COMMAND, FIRST_ROW, Dialect, find_unknown_keys, merge_tables, read_dialect
 from apesim.studies.measured.known_to import find_absent_sensors, read_table
 from apesim.studies.measured.plausibility.disturbances import mask_disturbances
 from apesim.studies.measured.runs import (
@@ -303,7 +303,10 @@ def _columns(
     if dialect.is_stated:
         unknown = (fault._replace(right=_name_unknown(fault)) for fault in unknown)
     faults = list(dict.fromkeys([*unknown, *wrong]))
-    if names and not wrong and not sensors.traces.keys() & columns.keys():
+    if dialect.interval is not None and dialect.start in (None, COMMAND) and not sensors.given:
+        right = f'write start = "{FIRST_ROW}", or its time after the first row, e.g. start = "12.5 ms", in [read]'
+        faults.append(Fault(file, axis, "is counted from the first row, and the command may be at any", right))
+    if not wrong and not sensors.traces.keys() & columns.keys():
         faults.append(Fault(file, "", "no column of a sensor", f'name one in the header, e.g. "{sensor}"'))
     if not faults:
         columns[axis] = _since_start(columns[axis], dialect)
@@ -329,7 +332,7 @@ def _name_unknown(fault: Fault) -> str:
 
 def _since_start(times: np.ndarray, dialect: Dialect) -> np.ndarray:
     """Times since the solenoids were energised."""
-    if isinstance(dialect.start, str):
+    if dialect.start is None or isinstance(dialect.start, str):
         return times - times[0] if dialect.start == FIRST_ROW else times
     return times - dialect.start
 

@@ -226,6 +226,92 @@ def test_lines_are_passed_over_without_a_header_and_far_below(tmp_path):
     assert refused(tmp_path, "# a remark\n", f'{about}ignore_lines = ["#"]')[0].startswith("a.csv: there is nothing")
 
 
+@pytest.mark.parametrize("said", ['sample_interval = "0.5 ms"', 'sample_rate = "2 kHz"', 'sample_rate = "2000 1/s"'])
+@pytest.mark.parametrize(("start", "first"), [("first row", 0.0), ("1 ms", -1e-3)])
+def test_times_are_counted_where_the_file_has_none(tmp_path, said, start, first):
+    text = "lift [mm];pressure_a [kPa abs]\n" + "".join(f"{y};100\n" if y != 2.0 else ";\n" for y in LIFTS.tolist())
+    run, _ = read(tmp_path, text, f'[read]\n{said}\nstart = "{start}"')
+    assert run.times == pytest.approx(first + 5e-4 * np.arange(len(LIFTS)), abs=1e-12)
+    assert run.channels["lift"] == pytest.approx(np.where(LIFTS == 2.0, np.nan, 1e-3 * LIFTS), nan_ok=True)
+
+
+@pytest.mark.parametrize(("form", "more"), [(str, ""), (comma, 'separator = "semicolon"')])
+def test_one_column_without_times_is_read(tmp_path, form, more):
+    text = "lift [mm]\n" + "".join(f"{form(y)}\n" for y in LIFTS.tolist())
+    run, _ = read(tmp_path, text, f'[read]\nsample_interval = "0.5 ms"\nstart = "1 ms"\n{more}')
+    assert run.channels["lift"] == pytest.approx(1e-3 * LIFTS, abs=1e-9)
+
+
+def test_a_run_has_its_own_rate(tmp_path):
+    text = "lift [mm]\n" + "".join(f"{y}\n" for y in LIFTS.tolist())
+    about = '[read]\nsample_interval = "0.5 ms"\nstart = "first row"'
+    run, _ = read(tmp_path, text, about, run='[run.read]\nsample_rate = "1 kHz"\nstart = "3 ms"\n')
+    assert run.times == pytest.approx(1e-3 * (np.arange(len(LIFTS)) - 3.0))
+
+
+@pytest.mark.parametrize(
+    ("text", "about", "line"),
+    [
+        (
+            "lift [mm]\n1\n2\n",
+            'sample_interval = "0.5 ms"',
+            "a.csv: time: is counted from the first row, and the command may be at any; "
+            'write start = "first row", or its time after the first row, e.g. start = "12.5 ms", in [read]',
+        ),
+        (
+            "lift [mm]\n1\n2\n",
+            'sample_interval = "0.5 ms"\nstart = "command"',
+            "a.csv: time: is counted from the first row, and the command may be at any; "
+            'write start = "first row", or its time after the first row, e.g. start = "12.5 ms", in [read]',
+        ),
+        (
+            "time [ms],lift [mm]\n" + rows(str, ","),
+            'sample_interval = "0.5 ms"\nstart = "first row"',
+            "a.csv: time: stands in the file beside a sample interval or rate: which is it?; "
+            'take the key out, or write ignore = ["time [ms]"] in [read]',
+        ),
+        (
+            "Weg [mm]\n1\n2\n",
+            'sample_interval = "0.5 ms"\nstart = "first row"\nignore_others = true',
+            'a.csv: no column of a sensor; name one in the header, e.g. "lift [mm]"',
+        ),
+        (
+            "lift [mm]\n",
+            'sample_interval = "0.5 ms"\nstart = "first row"',
+            'a.csv: no column of a sensor; name one in the header, e.g. "lift [mm]"',
+        ),
+        (
+            "t,lift [mm]\n" + rows(str, ","),
+            'sample_rate = "2 kHz"\nstart = "first row"\ncolumns.time = "t"',
+            "measured.toml: read.columns.time: stands beside sample_rate: which is the time?; keep one of the two",
+        ),
+        (
+            "lift [mm]\n1\n2\n",
+            'sample_rate = "2 kHz"\nsample_interval = "0.5 ms"\nstart = "first row"',
+            "measured.toml: read.sample_rate: stands beside sample_interval: which is it?; keep one of the two",
+        ),
+        (
+            "lift [mm]\n1\n2\n",
+            'sample_rate = 2000\nstart = "first row"',
+            'measured.toml: read.sample_rate: 2000 has no unit; write e.g. "2000 Hz"',
+        ),
+        (
+            "lift [mm]\n1\n2\n",
+            'sample_interval = "0 ms"\nstart = "first row"',
+            "measured.toml: read.sample_interval: '0 ms' is out of range; allowed: 1e-06 to 10000 ms",
+        ),
+    ],
+)
+def test_no_time_is_counted_on_a_guess(tmp_path, text, about, line):
+    assert refused(tmp_path, text, f"[read]\n{about}") == [line]
+
+
+def test_the_rows_of_an_engine_are_not_counted(tmp_path):
+    Path(tmp_path, "measured.toml").write_text('bench = "engine"\n[read]\nsample_rate = "2 kHz"\n[[run]]\n')
+    with pytest.raises(InputError, match="sample_rate: an engine's traces stand over the crank angle"):
+        read_measured(tmp_path, AMBIENT)
+
+
 # --- what may be two things ---
 
 
@@ -580,9 +666,8 @@ def test_no_table_gives_a_traceback(tmp_path, table):
 def test_the_guide_has_every_key():
     page = (Path(__file__).parents[3] / "docs" / "guide" / "measured_data.md").read_text(encoding="utf-8")
     section = page[page.index("## Files of a laboratory") : page.index("### What is guessed")]
-    assert {re.match(r"\w+", key)[0] for key in re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)} == set(
-        KEYS_OF_READ
-    )
+    cells = re.findall(r"^\| (`[^|]+`) \|", section, re.MULTILINE)
+    assert {key for cell in cells for key in re.findall(r"`(\w+)", cell)} == set(KEYS_OF_READ)
     assert all(f"`{cell}`" in page for cell in MISSING - {""})
 
 

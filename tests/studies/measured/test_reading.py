@@ -144,7 +144,12 @@ name = ""
             "time [ms],lift [mm],lift [m]\n" + ROWS.replace("\n", ",1\n"),
             "a.csv: lift: stands in several columns; keep one of them",
         ),
-        ("lift [mm]\n1\n", 'a.csv: time: there is no such column; write "time [ms]" in the header'),
+        (
+            "lift [mm]\n1\n",
+            'a.csv: time: there is no such column; write "time [ms]" in the header, '
+            'or in [read] columns.time = "the header that it has", '
+            'or sample_interval = "0.02 ms" if the file has no times',
+        ),
         (
             "time [ms],lift [mm]\n0,1\n1,2\n",
             "a.csv: time: 2 rows up to 1 ms; give at least 8 rows, some after t = 0, when the solenoids are energised",
