@@ -2,6 +2,7 @@
 
 import codecs
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -15,6 +16,10 @@ HEAD_BYTES = 1 << 18
 """Bytes from which encoding, separator and marks are guessed: thousands of rows."""
 MAX_LINE_BYTES = 1 << 20
 """Longest line: far above any row of an instrument; a longer one is no table."""
+WINDOWS = re.compile(rb"[\x80-\x9f]")
+"""Bytes that no text in latin-1 has; all but five are characters in cp1252, such as a dash."""
+UNDEFINED = re.compile(rb"[\x81\x8d\x8f\x90\x9d]")
+"""Bytes that cp1252 does not have."""
 MIN_ZEROS = 0.2
 """Share of zero bytes above which a text without a mark of its byte order is UTF-16: half of them are zero there, and
 none in other texts."""
@@ -65,13 +70,15 @@ def guess_encoding(data: bytes, *, is_whole: bool) -> str:
     Returns
     -------
     str
-        Name of a codec: UTF-16 where a mark of the byte order or zero bytes show it, else UTF-8, and latin-1 where the
-        bytes are no UTF-8.
+        Name of a codec: UTF-16 where a mark of the byte order or zero bytes show it, else UTF-8. Where the bytes are
+        no UTF-8 it is latin-1, or cp1252 where they have characters of Windows that latin-1 does not have.
 
     Examples
     --------
     >>> [guess_encoding("Weg [µm]".encode(name), is_whole=True) for name in ("utf-8", "utf-16", "latin-1")]
     ['utf-8', 'utf-16', 'latin-1']
+    >>> guess_encoding("Weg – roh [µm]".encode("cp1252"), is_whole=True)
+    'cp1252'
     """
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return "utf-16"
@@ -82,7 +89,7 @@ def guess_encoding(data: bytes, *, is_whole: bool) -> str:
     try:
         codecs.getincrementaldecoder("utf-8")().decode(data, final=is_whole)
     except UnicodeDecodeError:
-        return "latin-1"
+        return "cp1252" if WINDOWS.search(data) and not UNDEFINED.search(data) else "latin-1"
     return "utf-8"
 
 

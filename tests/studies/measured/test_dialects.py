@@ -67,6 +67,17 @@ def test_a_german_tables_file_is_read(tmp_path):
     assert hints == ('a.csv: read with separator = "semicolon", decimal = ",", encoding = "latin-1"',)
 
 
+def test_a_dash_of_windows_is_read(tmp_path):
+    text = "Zeit – roh (ms);Weg – roh (µm)\r\n" + rows(comma, ";", lifts=1e3 * LIFTS)
+    run, hints = read(tmp_path, text, '[read]\ncolumns = { time = "Zeit – roh", lift = "Weg – roh" }', "cp1252")
+    assert holds(run)
+    assert hints == ('a.csv: read with separator = "semicolon", decimal = ",", encoding = "cp1252"',)
+    _, hints = read(
+        tmp_path, "time [ms];lift [mm];Prüfer\n" + rows(comma, ";", end=";1\n"), "[read]\nignore = [3]", "cp850"
+    )
+    assert 'encoding = "latin-1"' in hints[0]  # which has every byte, as cp1252 does not
+
+
 def test_what_is_said_is_not_guessed(tmp_path):
     text = "Zeit (ms);Weg / mm\n" + rows(comma, ";")
     about = """[read]
