@@ -8,8 +8,9 @@ import numpy as np
 
 from apesim.quantities import Fault, InvalidValue, quoted, unit
 from apesim.quantities.files import split_header
+from apesim.studies.measured.conversion import SIGNALS, convert, split_kind
 from apesim.studies.measured.dialect import PLAIN, SEPARATORS, TIME, Dialect, Marks
-from apesim.studies.measured.layout import ABSOLUTE, GAUGE, KINDS, Layout, find_layout, resolve_marks, split_name
+from apesim.studies.measured.layout import Layout, find_layout, is_unit, resolve_marks, split_name
 from apesim.studies.measured.table import (
     CellError,
     LineError,
@@ -43,6 +44,8 @@ class _Place(NamedTuple):
     """Number of the column, from 0."""
     unit: str | None
     """Unit; None: there is none."""
+    unit_of_header: str | None
+    """Unit that the header says; None: none."""
 
 
 def read_columns(
@@ -123,7 +126,7 @@ def read_columns(
                 continue
             if name in wrong_cells:
                 raise wrong_cells[name]
-            [(_, at, named)] = matching
+            [(_, at, named, said)] = matching
             values = numbers.pop(at)
             is_empty = np.isnan(values)
             if name not in due and is_empty.all():
@@ -131,7 +134,13 @@ def read_columns(
             if is_empty.any() and not allow_missing:
                 row = int(np.argmax(is_empty)) + 1
                 raise InvalidValue(f"has no number in row {row}", "give a number in every cell")
-            in_si = _values(name, named, values, expected, ambient_pressure, form)
+            if named is None:
+                raise InvalidValue("has no unit", form)
+            scale, offset = dialect.scales.get(name), dialect.offsets.get(name)
+            if dialect != PLAIN and not scale:
+                form = _suggest_scale(name, named, expected) or form
+                _refuse_two_units(name, named, said, expected)
+            in_si = convert(name, named, values, expected, ambient_pressure, right=form, scale=scale, offset=offset)
             if dialect.marks_of(name) == Marks() and is_ambiguous(path, layout, at, values, marks[at].decimal or ""):
                 raise _refuse_ambiguity(name, layout)
             columns[name] = in_si
@@ -166,7 +175,7 @@ def _places_of(
         if len(matching) == 1:
             taken.add(matching[0])
             named = split_name(headers[matching[0]])[1]
-            places.append(_Place(name, matching[0], dialect.units.get(name, named)))
+            places.append(_Place(name, matching[0], dialect.units.get(name, named), named))
             continue
         what = f"column {theirs}" if isinstance(theirs, int) else f"column {quoted(theirs)}"
         if matching:
@@ -185,7 +194,7 @@ def _places_of(
                 name, named = split_name(header)
             if dialect.ignore_others and name not in declared:
                 continue
-            places.append(_Place(name, at, dialect.units.get(name, named)))
+            places.append(_Place(name, at, dialect.units.get(name, named), named))
     return places, faults
 
 
@@ -196,6 +205,27 @@ def _name_absent(name: str, expected: str, dialect: Dialect) -> str:
         return form
     form += f', or in [read] columns.{name} = "the header that it has"'
     return form + ', or sample_interval = "0.02 ms" if the file has no times' * (name == TIME)
+
+
+def _suggest_scale(name: str, named: str, expected: str) -> str:
+    """What would be right, too, where the unit is one of what a sensor gives before it is scaled."""
+    name_of_unit = split_kind(named)[0]
+    if not is_unit(named) or all(unit(name_of_unit).dimension != unit(signal).dimension for signal in SIGNALS):
+        return ""
+    due, kind = split_kind(expected)
+    form = f'write in [read] what the sheet of the sensor says, e.g. scale.{name} = "2 {due}/{named}" and '
+    form += f'offset.{name} = "-1 {due}{" gauge" * bool(kind)}"'
+    return f'{form}, or "{name} [{expected}]" in the header if the unit is wrong'
+
+
+def _refuse_two_units(name: str, named: str, said: str | None, expected: str) -> None:
+    """Refuse a unit that is said where the header has one of another kind; raises `InvalidValue`."""
+    units = [unit(split_kind(text)[0]) for text in (named, said) if text and is_unit(text)]
+    if len(units) == 2 and units[1].dimension and units[0].dimension != units[1].dimension:
+        due, _ = split_kind(expected)
+        right = f'write scale.{name} = "2 {due}/{said}" and offset.{name} in place of unit.{name}'
+        right += f", or scale.{name} = 1 beside it if the header is wrong"
+        raise InvalidValue(f"the header says {quoted(said)}, unit.{name} says {quoted(named)}", right)
 
 
 def _matching(headers: Sequence[str], theirs: str | int) -> list[int]:
@@ -261,29 +291,3 @@ def _empty_cells(file: str, columns: Mapping[str, np.ndarray]) -> Iterator[str]:
         if number := int(np.isnan(values).sum()):
             cells = f"{number} of {len(values)} cells have no number"
             yield f"{file}: {name}: {cells}; the other cells of their rows are used"
-
-
-def _values(
-    name: str, given: str | None, numbers: np.ndarray, expected: str, ambient_pressure: float, right: str
-) -> np.ndarray:
-    """The SI values of a column; raises `InvalidValue`."""
-    if given is None:
-        raise InvalidValue("has no unit", right)
-    body, kind = given, ABSOLUTE
-    if expected.endswith(ABSOLUTE):
-        body, _, kind = given.rpartition(" ")
-        if kind not in KINDS:
-            raise InvalidValue(f"{quoted(given)} says neither gauge nor abs", f"{right}, or gauge")
-    try:
-        scale = unit(body)
-    except InvalidValue as wrong:
-        raise InvalidValue(wrong.wrong, right) from None
-    if scale.dimension != unit(expected.removesuffix(f" {ABSOLUTE}")).dimension:
-        raise InvalidValue(f"{quoted(given)} is no unit of {name}", right)
-    offset = float(scale.offset) + (ambient_pressure if kind == GAUGE else 0.0)
-    values = numbers * float(scale.factor) + offset
-    if np.any(np.isinf(values)):
-        raise InvalidValue(
-            f"row {int(np.argmax(np.isinf(values))) + 1} is too large, not finite", "give finite numbers"
-        )
-    return values

@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from apesim.quantities import Fault, InvalidValue, Quantity, quoted
+from apesim.studies.measured.conversion import Measure, read_measure
 
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 """Characters between cells by their names; "space" is any run of blanks and tabs."""
@@ -33,7 +34,7 @@ MAX_SKIPPED = 1_000_000
 """Largest number of rows that are passed over: far above any instrument's preamble."""
 MAX_COLUMN = 10_000
 """Largest number of a column: far above any instrument's number of channels."""
-TABLES = ("columns", "unit", "column")
+TABLES = ("columns", "unit", "scale", "offset", "column")
 """Keys that are tables: a run's entries are put over the folder's one by one."""
 KEYS = (
     "separator",
@@ -43,6 +44,8 @@ KEYS = (
     "ignore_lines",
     "columns",
     "unit",
+    "scale",
+    "offset",
     "ignore",
     "ignore_others",
     "header",
@@ -84,6 +87,10 @@ class Dialect(NamedTuple):
     """Header or number, counted from 1, of a column in the file, by our name."""
     units: Mapping[str, str] = {}
     """Units by our name."""
+    scales: Mapping[str, Measure] = {}
+    """What the numbers of a column are multiplied with, by our name."""
+    offsets: Mapping[str, Measure] = {}
+    """What is added then, by our name."""
     ignore: tuple[str | int, ...] = ()
     """Headers or numbers of columns that are passed over."""
     ignore_others: bool = False
@@ -232,6 +239,8 @@ def read_dialect(
         header=reading.truth("header", default=True),
         columns=reading.columns(),
         units=reading.units(),
+        scales=reading.measures("scale"),
+        offsets=reading.measures("offset"),
         ignore=reading.ignored(),
         ignore_others=reading.truth("ignore_others", default=False),
         marks=marks,
@@ -314,6 +323,20 @@ class _Reading:
                 found[name] = value.strip()
             else:
                 self.fault(f"unit.{name}", f"{quoted(value)} is no unit", f'write unit.{name} = "mm"')
+        return found
+
+    def measures(self, key: str) -> dict[str, Measure]:
+        """Numbers with units by our name; whether they are of the right dimension is seen with their column."""
+        found = {}
+        examples = {"scale": ("2 mm/V", "2.5 bar/V"), "offset": ("-1 mm", "-1.25 bar gauge")}[key]
+        for name, value in self.entries(key, f'write {key}.lift = "{examples[0]}"').items():
+            right = f'write it like "{examples["pressure" in name]}"'
+            try:
+                found[name] = read_measure(value)
+                if key == "scale" and (found[name].kind or not found[name].number):
+                    self.fault(f"{key}.{name}", f"{quoted(value)} is no factor", right)
+            except InvalidValue as wrong:
+                self.fault(f"{key}.{name}", wrong.wrong, right)
         return found
 
     def ignored(self) -> tuple[str | int, ...]:

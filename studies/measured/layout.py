@@ -9,11 +9,10 @@ from typing import NamedTuple
 
 from apesim.quantities import InvalidValue, quoted, unit
 from apesim.quantities.files import split_header
+from apesim.studies.measured.conversion import KINDS
 from apesim.studies.measured.dialect import SEPARATORS, Dialect, Marks
 from apesim.studies.measured.text_blocks import HEAD_BYTES, blocks_of_lines, guess_encoding, read_head
 
-KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
-"""Words behind the unit of a pressure."""
 MISSING = frozenset({"", "-", "--", "nan", "-nan", "n/a", "na", "#n/a", "null", "none"})
 """Cells without a number, in small letters."""
 GUESSED_ROWS = 200

@@ -303,9 +303,8 @@ def _columns(
     if dialect.is_stated:
         unknown = (fault._replace(right=_name_unknown(fault)) for fault in unknown)
     faults = list(dict.fromkeys([*unknown, *wrong]))
-    if dialect.interval is not None and dialect.start in (None, COMMAND) and not sensors.given:
-        right = f'write start = "{FIRST_ROW}", or its time after the first row, e.g. start = "12.5 ms", in [read]'
-        faults.append(Fault(file, axis, "is counted from the first row, and the command may be at any", right))
+    if not sensors.given:
+        faults += _unknown_start(file, axis, dialect)
     if not wrong and not sensors.traces.keys() & columns.keys():
         faults.append(Fault(file, "", "no column of a sensor", f'name one in the header, e.g. "{sensor}"'))
     if not faults:
@@ -323,6 +322,17 @@ def _columns(
         hints += [f"{path.name}: {text}" for text in said]
     all_faults += faults
     return columns, hints, masked
+
+
+def _unknown_start(file: str, axis: str, dialect: Dialect) -> Iterator[Fault]:
+    """Fault of counted rows of which nothing says where the command is."""
+    right = f'write in [read] start = "{FIRST_ROW}", or its time after the first row, e.g. start = "12.5 ms"'
+    is_counted = axis in dialect.scales and dialect.scales[axis].unit
+    if dialect.interval is not None and dialect.start in (None, COMMAND):
+        yield Fault(file, axis, "is counted from the first row, and the command may be at any", right)
+    elif is_counted and dialect.start is None:
+        right = f'write in [read] start = "{COMMAND}" if it is at 0, start = "{FIRST_ROW}", or its time, e.g. "12.5 ms"'
+        yield Fault(file, axis, "is made of other numbers by its scale, and the command may be at any of them", right)
 
 
 def _name_unknown(fault: Fault) -> str:

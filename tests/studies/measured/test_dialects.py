@@ -267,13 +267,13 @@ def test_a_run_has_its_own_rate(tmp_path):
             "lift [mm]\n1\n2\n",
             'sample_interval = "0.5 ms"',
             "a.csv: time: is counted from the first row, and the command may be at any; "
-            'write start = "first row", or its time after the first row, e.g. start = "12.5 ms", in [read]',
+            'write in [read] start = "first row", or its time after the first row, e.g. start = "12.5 ms"',
         ),
         (
             "lift [mm]\n1\n2\n",
             'sample_interval = "0.5 ms"\nstart = "command"',
             "a.csv: time: is counted from the first row, and the command may be at any; "
-            'write start = "first row", or its time after the first row, e.g. start = "12.5 ms", in [read]',
+            'write in [read] start = "first row", or its time after the first row, e.g. start = "12.5 ms"',
         ),
         (
             "time [ms],lift [mm]\n" + rows(str, ","),

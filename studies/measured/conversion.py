@@ -1,0 +1,203 @@
+"""Conversion of the numbers of a file to SI: from their unit, or from what a sensor gives by a scale and an offset."""
+
+import math
+import re
+from collections import Counter
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from apesim.quantities import InvalidValue, quoted, unit
+from apesim.quantities.units import NUMBER, Unit
+
+KINDS = (ABSOLUTE, GAUGE) = ("abs", "gauge")
+"""Words behind the unit of a pressure."""
+
+
+class Measure(NamedTuple):
+    """Number with a unit, before it is known what it measures."""
+
+    number: Fraction
+    """Number."""
+    unit: str
+    """Unit; "": there is none."""
+    kind: str = ""
+    """One of `KINDS`, "": neither is said."""
+
+
+SIGNALS = "V", "A", ""
+"""Units of what sensors give before it is scaled; "": counts."""
+
+
+def read_measure(raw: Any) -> Measure:
+    """Read a number with a unit of any dimension.
+
+    Parameters
+    ----------
+    raw : str, float or int
+        Text with its unit, and ``gauge`` or ``abs`` behind it or not; or a number without a unit.
+
+    Returns
+    -------
+    Measure
+
+    Raises
+    ------
+    InvalidValue
+        It is no finite number, or has no known unit.
+
+    Examples
+    --------
+    >>> scale, offset = read_measure("2.5 bar/V"), read_measure("-1.25 bar gauge")
+    >>> float(scale.number), scale.unit, float(offset.number), offset.unit, offset.kind
+    (2.5, 'bar/V', -1.25, 'bar', 'gauge')
+    """
+    if isinstance(raw, bool) or not isinstance(raw, str | int | float):
+        raise InvalidValue(f"{quoted(raw)} is no number with a unit")
+    text = raw.strip() if isinstance(raw, str) else repr(raw)
+    found = re.fullmatch(rf"{NUMBER}\s*(.*)", text) if len(text) <= 100 else None
+    if not found or not math.isfinite(float(found[1])):
+        raise InvalidValue(f"{quoted(raw)} is no finite number with a unit")
+    name, kind = split_kind(found[2])
+    unit(name)
+    return Measure(Fraction(found[1]), name, kind)
+
+
+def split_kind(text: str) -> tuple[str, str]:
+    """Split the unit of a pressure into unit and ``gauge`` or ``abs``.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    name : str
+        Unit.
+    kind : str
+        One of `KINDS`; "" where there is none.
+
+    Examples
+    --------
+    >>> split_kind("kPa abs"), split_kind("mm")
+    (('kPa', 'abs'), ('mm', ''))
+    """
+    name, _, kind = text.rpartition(" ")
+    return (name.strip(), kind) if kind in KINDS else (text, "")
+
+
+def convert(
+    name: str,
+    given: str,
+    numbers: np.ndarray,
+    expected: str,
+    ambient_pressure: float,
+    *,
+    right: str,
+    scale: Measure | None = None,
+    offset: Measure | None = None,
+) -> np.ndarray:
+    """Convert a column to SI.
+
+    Parameters
+    ----------
+    name : str
+        Our name of it.
+    given : str
+        Unit of its numbers.
+    numbers : (n,) float array
+        Numbers of the file.
+    expected : str
+        Unit of its dimension; that of a pressure ends in `` abs``.
+    ambient_pressure : float
+        Pressure that gauge pressures stand above [Pa abs].
+    right : str
+        What is said to be right where the unit is wrong.
+    scale : Measure, optional
+        What the numbers are multiplied with.
+    offset : Measure, optional
+        What is added then. Where the scale makes volts to a pressure, it is the pressure at 0 V, and says gauge or abs;
+        where the unit of the file is one of pressure already, it is a difference.
+
+    Returns
+    -------
+    (n,) float array
+        SI values; pressures are absolute.
+
+    Raises
+    ------
+    InvalidValue
+        A unit is not known or not of the dimension, gauge or abs is not said, or a value is too large.
+
+    Examples
+    --------
+    A transducer that gives 0.5 to 4.5 V for 0 to 10 bar:
+
+    >>> scale, offset = read_measure("2.5 bar/V"), read_measure("-1.25 bar gauge")
+    >>> volts = np.array([0.5, 4.5])
+    >>> convert("pressure_a", "V", volts, "kPa abs", 100e3, right="", scale=scale, offset=offset).tolist()
+    [100000.0, 1100000.0]
+    """
+    due_name, due_kind = split_kind(expected)
+    body, kind = split_kind(given) if due_kind else (given, "")
+    try:
+        source, due, by = unit(body), unit(due_name), unit(scale.unit if scale else "")
+    except InvalidValue as wrong:
+        raise InvalidValue(wrong.wrong, right) from None
+    if _multiply_dimensions(source, by) != due.dimension:
+        if not scale:
+            raise InvalidValue(f"{quoted(given)} is no unit of {name}", right)
+        form = f'unit.{name} is that of the file, before the scale, e.g. "V" with scale.{name} = "2 {due_name}/V"'
+        raise InvalidValue(f"{quoted(body)} times {quoted(scale.unit)} is no unit of {name}", form)
+    if source.dimension == due.dimension:
+        if due_kind and not kind:
+            raise InvalidValue(f"{quoted(given)} says neither gauge nor abs", f"{right}, or gauge")
+        if scale and source.offset:
+            raise InvalidValue(
+                f"{quoted(given)} has a zero of its own: its scale is not clear", "scale what the sensor gives"
+            )
+        shift = float(source.offset) + (ambient_pressure if kind == GAUGE else 0.0)
+        shift += _read_difference(name, offset, due, due_name) if offset else 0.0
+    else:
+        zero = f'write what 0 {body} stands for, e.g. offset.{name} = "-1 {due_name}{" gauge" * bool(due_kind)}"'
+        if kind:
+            raise InvalidValue(f"{quoted(given)} is no pressure", f'write unit.{name} = "{body}"')
+        offset = offset or Measure(Fraction(0), due.si_text)
+        shift = _read_value(name, offset, due, ambient_pressure if due_kind else None, zero)
+    factor = source.factor * scale.number * by.factor if scale else source.factor
+    values = numbers * float(factor) + shift
+    if np.any(np.isinf(values)):
+        row = int(np.argmax(np.isinf(values))) + 1
+        raise InvalidValue(f"row {row} is too large, not finite", "give finite numbers")
+    return values
+
+
+def _multiply_dimensions(*units: Unit) -> tuple[tuple[str, int], ...]:
+    """Dimension of a product of units, as `Unit` has it."""
+    powers: Counter[str] = Counter()
+    for each in units:
+        for base, power in each.dimension:
+            powers[base] += power
+    return tuple(sorted(item for item in powers.items() if item[1]))
+
+
+def _read_difference(name: str, offset: Measure, due: Unit, due_name: str) -> float:
+    """SI value of an offset of numbers that are of the dimension already."""
+    given = unit(offset.unit)
+    if offset.kind or given.offset or given.dimension != due.dimension:
+        right = f'write a difference with its unit, e.g. offset.{name} = "0.1 {due_name}"'
+        raise InvalidValue(f"an offset in {quoted(f'{offset.unit} {offset.kind}'.strip())} is no difference", right)
+    return given.si(offset.number)
+
+
+def _read_value(name: str, offset: Measure, due: Unit, ambient_pressure: float | None, right: str) -> float:
+    """SI value of an offset, what a sensor that gives 0 stands for; without an ambient pressure, of no pressure."""
+    given = unit(offset.unit)
+    if given.dimension != due.dimension:
+        raise InvalidValue(f"an offset in {quoted(offset.unit)} is no value of {name}", right)
+    if ambient_pressure is not None and not offset.kind:
+        raise InvalidValue("is scaled to a pressure, and no offset says gauge or abs", right)
+    if ambient_pressure is None and offset.kind:
+        raise InvalidValue(f"an offset of {name} is neither gauge nor abs", right)
+    return given.si(offset.number, ambient_pressure if ambient_pressure and offset.kind == GAUGE else 0.0)
