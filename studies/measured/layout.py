@@ -197,7 +197,10 @@ def find_layout(path: Path, dialect: Dialect, names: Sequence[str]) -> Layout:
     header = lines[first] if dialect.header else None
     rows = [lines[number] for number in above[dialect.header :]][: GUESSED_ROWS + 1]
     thousands = {marks.thousands or "" for marks in (dialect.marks, *dialect.marks_by_column.values())}
-    separator = dialect.separator or _guess_separator(header, rows, "".join(sorted(thousands)))
+    marks_of_thousands = "".join(sorted(thousands))
+    separator = dialect.separator or _guess_separator(header, rows, marks_of_thousands)
+    if dialect.is_stated and dialect.separator and (header is not None or dialect.interval is None):
+        _refuse_separator(dialect.separator, header, rows, marks_of_thousands)
     if separator is None:
         separator = ","  # what apesim writes: a cell that is no number is a fault of the cell
         if not dialect.header or not _is_header(split_header_line(header or "", separator), names, dialect):
@@ -349,6 +352,17 @@ def _guess_separator(header: str | None, rows: Sequence[str], thousands: str) ->
     shares = {separator: _share_of_rows(header, rows, thousands, separator) for separator in GUESSES}
     best = max(GUESSES, key=lambda separator: shares[separator])  # the first of equals
     return best if shares[best] > MIN_SHARE else None
+
+
+def _refuse_separator(separator: str, header: str | None, rows: Sequence[str], thousands: str) -> None:
+    """Refuse a separator that makes no table where another one does; raises `InvalidValue`."""
+    if _share_of_rows(header, rows, thousands, separator) > 0.0:
+        return
+    better = _guess_separator(header, rows, thousands)
+    if better not in (None, separator):
+        names = {mark: name for name, mark in SEPARATORS.items()}
+        wrong = f'separator = "{names[separator]}" makes no columns of numbers'
+        raise InvalidValue(wrong, f'write separator = "{names[better]}" in [read], or leave it out')
 
 
 def _share_of_rows(header: str | None, rows: Sequence[str], thousands: str, separator: str) -> float:

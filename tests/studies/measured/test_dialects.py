@@ -246,9 +246,16 @@ def test_times_are_counted_where_the_file_has_none(tmp_path, said, start, first)
     assert run.channels["lift"] == pytest.approx(np.where(LIFTS == 2.0, np.nan, 1e-3 * LIFTS), nan_ok=True)
 
 
-@pytest.mark.parametrize(("form", "more"), [(str, ""), (comma, 'separator = "semicolon"')])
-def test_one_column_without_times_is_read(tmp_path, form, more):
-    text = "lift [mm]\n" + "".join(f"{form(y)}\n" for y in LIFTS.tolist())
+@pytest.mark.parametrize(
+    ("header", "form", "more"),
+    [
+        ("lift [mm]\n", str, ""),
+        ("lift [mm]\n", comma, 'separator = "semicolon"'),
+        ("", comma, 'separator = "tab"\nheader = false\ncolumns.lift = 1\nunit.lift = "mm"'),
+    ],
+)
+def test_one_column_without_times_is_read(tmp_path, header, form, more):
+    text = header + "".join(f"{form(y)}\n" for y in LIFTS.tolist())
     run, _ = read(tmp_path, text, f'[read]\nsample_interval = "0.5 ms"\nstart = "1 ms"\n{more}')
     assert run.channels["lift"] == pytest.approx(1e-3 * LIFTS, abs=1e-9)
 
@@ -480,6 +487,24 @@ HEAD = "time [ms];lift [mm]\n"
             HEAD + rows(comma, ";"),
             '[read]\ndecimal = "."',
             "a.csv: time: '-1,000000' in line 2 is no finite number; write decimal = \",\" in [read]",
+        ),
+        (
+            HEAD + rows(comma, ";"),
+            '[read]\nseparator = "tab"',
+            'a.csv: separator = "tab" makes no columns of numbers; '
+            'write separator = "semicolon" in [read], or leave it out',
+        ),
+        (
+            HEAD + rows(comma, ";"),
+            '[read]\nseparator = "comma"',
+            'a.csv: separator = "comma" makes no columns of numbers; '
+            'write separator = "semicolon" in [read], or leave it out',
+        ),
+        (
+            rows(str, ","),
+            '[read]\nseparator = "semicolon"\nheader = false\ncolumns = { time = 1, lift = 2 }',
+            'a.csv: separator = "semicolon" makes no columns of numbers; '
+            'write separator = "comma" in [read], or leave it out',
         ),
         (
             "t;Weg\n" + rows(str, ";"),
