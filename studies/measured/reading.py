@@ -300,9 +300,7 @@ def _columns(
         path, declared, (axis, *sensors.given), ambient_pressure, right=example, dialect=dialect
     )
     unknown = find_unknown_keys(file, "", [name for name in names if name not in sensors.computed], declared)
-    if dialect.is_stated:
-        unknown = (fault._replace(right=_name_unknown(fault)) for fault in unknown)
-    faults = list(dict.fromkeys([*unknown, *wrong]))
+    faults = list(dict.fromkeys([*(_name_unknown(fault, dialect) for fault in unknown), *wrong]))
     if not sensors.given:
         faults += _unknown_start(file, axis, dialect)
     if not wrong and not sensors.traces.keys() & columns.keys():
@@ -335,9 +333,12 @@ def _unknown_start(file: str, axis: str, dialect: Dialect) -> Iterator[Fault]:
         yield Fault(file, axis, "is made of other numbers by its scale, and the command may be at any of them", right)
 
 
-def _name_unknown(fault: Fault) -> str:
-    """Right form for a column that no key of ``[read]`` names."""
-    return f"{fault.right.removesuffix('?')}, or name it in columns or in ignore of [read], or set ignore_others = true"
+def _name_unknown(fault: Fault, dialect: Dialect) -> Fault:
+    """Fault of a column that nobody knows, with the keys of ``[read]`` that would name it."""
+    right = fault.right
+    if dialect.is_stated or not right.endswith("?"):  # else the name is nearly right
+        right = f"{right.removesuffix('?')}, or name it in columns or in ignore of [read], or set ignore_others = true"
+    return fault._replace(wrong="unknown column", right=right)
 
 
 def _since_start(times: np.ndarray, dialect: Dialect) -> np.ndarray:

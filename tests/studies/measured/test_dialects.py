@@ -524,7 +524,7 @@ HEAD = "time [ms];lift [mm]\n"
         (
             "time [ms];lift [mm];Trigger\n" + rows(str, ";", end=";1\n"),
             '[read]\nseparator = "semicolon"',
-            "a.csv: Trigger: unknown key; valid here: time, lift, velocity, pressure_a, pressure_b, temperature_a, "
+            "a.csv: Trigger: unknown column; valid here: time, lift, velocity, pressure_a, pressure_b, temperature_a, "
             "temperature_b, or name it in columns or in ignore of [read], or set ignore_others = true",
         ),
         (

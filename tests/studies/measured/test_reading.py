@@ -108,7 +108,7 @@ name = ""
         'write "0.40 MPa gauge" or "0.40 MPa abs"',
         lines[7],
         'measured.toml: run 1.role: \'train\' is no option; write "fit", "gate" or "check"',
-        "a.csv: lft: unknown key; did you mean lift?",
+        "a.csv: lft: unknown column; did you mean lift?",
         'a.csv: no column of a sensor; name one in the header, e.g. "lift [mm]"',
         'measured.toml: run 2.supply: is not given; write supply = "0.4 MPa gauge"',
         'measured.toml: run 2.pulse: is not given; write pulse = "50 ms"',
@@ -143,6 +143,11 @@ name = ""
         (
             "time [ms],lift [mm],lift [m]\n" + ROWS.replace("\n", ",1\n"),
             "a.csv: lift: stands in several columns; keep one of them",
+        ),
+        (
+            "time [ms],lift [mm],Trigger\n" + ROWS.replace("\n", ",1\n"),
+            "a.csv: Trigger: unknown column; valid here: time, lift, velocity, pressure_a, pressure_b, temperature_a, "
+            "temperature_b, or name it in columns or in ignore of [read], or set ignore_others = true",
         ),
         (
             "lift [mm]\n1\n",
@@ -259,7 +264,7 @@ energise = "-5 deg"
         "measured.toml: run 1.pulse: unknown key",
         "measured.toml: run 1.speed: '600 K': 'K' cannot be converted to rpm",
         "measured.toml: run 1.release: release at 70 deg is no later than energise at 70 deg",
-        "a.csv: time: unknown key",
+        "a.csv: time: unknown column",
         "a.csv: crank_angle: does not rise in row 2",
         "measured.toml: run 2.release: is not given",
         "measured.toml: run 2: nothing is measured",
