@@ -41,6 +41,7 @@ class Check(StrEnum):
     LIFT = "lift out of its range"
     INVERTED = "inverted"
     SWAPPED = "swapped chambers"
+    EXCHANGED = "lift and pressure swapped"
     TIME_UNIT = "unit of time"
     TIME_ZERO = "time zero"
     PULSE = "pulse"

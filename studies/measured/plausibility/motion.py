@@ -1,4 +1,4 @@
-"""Checks of when a valve moves: chambers swapped, a lift turned round, a late trigger, a pulse that was another one."""
+"""Checks of when a valve moves: columns swapped, a lift turned round, a late trigger, a pulse that was another one."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -155,8 +155,52 @@ def check_swapped(
     if min(other) < MIN_ALIKE or np.mean(other) < np.mean(own) + MIN_BETTER:
         return None
     seen = "goes as the other chamber of the machine does: b is filled and a emptied to open the valve"
-    right = "exchange pressure_a and pressure_b in the header"
+    right = "exchange pressure_a and pressure_b in the header, or in columns of [read]"
     return Finding(Kind.FAULT, Check.SWAPPED, run.data, " and ".join(here), seen, "a and b swapped?", right, number)
+
+
+def check_exchanged(
+    run: MeasuredRun, number: int, values: Mapping[str, np.ndarray], expected: Expected
+) -> Finding | None:
+    """Check whether the columns of lift and of chamber A stand for each other, whatever their units make of them.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+    values : mapping of (n,) float array
+        By channel, as they are read [SI].
+    expected : Expected
+        With lift and both chambers.
+
+    Returns
+    -------
+    Finding or None
+        Chamber A alone is judged: chamber B and the lift have much the same shape.
+
+    Examples
+    --------
+    >>> times = np.arange(0.0, 100e-3, 1e-3)
+    >>> lift = np.where(abs(times - 30e-3) < 15e-3, 9e-3, 0.0)
+    >>> a = 0.5e6 - 4e7 * lift
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": a, "pressure_a": lift})
+    >>> check_exchanged(run, 0, run.channels, Expected(times, {"lift": lift, "pressure_a": a}, {}, False)).reason
+    'lift and pressure_a swapped?'
+    """
+    pair = ("lift", "pressure_a")
+    if not all(channel in values for channel in pair):
+        return None
+    own = [compare_shapes(run, values[channel], expected, channel)[0] for channel in pair]
+    other = [compare_shapes(run, values[channel], expected, pair[channel == pair[0]])[0] for channel in pair]
+    if min(other) < MIN_ALIKE or np.mean(other) < np.mean(own) + MIN_BETTER:
+        return None
+    if "pressure_b" in values and compare_shapes(run, values["pressure_b"], expected, "pressure_b")[0] < MIN_ALIKE:
+        return None  # else a lift turned round and swapped chambers would look the same
+    seen = "goes as the other channel of the machine does"
+    right = "exchange lift and pressure_a in the header, or in columns of [read]"
+    return Finding(
+        Kind.FAULT, Check.EXCHANGED, run.data, " and ".join(pair), seen, f"{' and '.join(pair)} swapped?", right, number
+    )
 
 
 def check_inverted(run: MeasuredRun, number: int, values: np.ndarray, expected: Expected) -> Finding | None:

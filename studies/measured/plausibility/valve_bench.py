@@ -20,6 +20,7 @@ from apesim.studies.measured.plausibility.levels import (
 from apesim.studies.measured.plausibility.motion import (
     CHAMBERS,
     TIMED,
+    check_exchanged,
     check_inverted,
     check_pulse,
     check_swapped,
@@ -99,6 +100,9 @@ def _check_channels(
     """Findings of levels, then of motion, each fault mended before what is behind it."""
     values = dict(run.channels)
     supply = run.supply
+    if (finding := check_exchanged(run, number, values, expected)) is not None:
+        yield finding
+        values = {name: array for name, array in values.items() if name not in ("lift", "pressure_a")}
     for channel in CHAMBERS:
         if channel in values:
             judged = check_pressure(machine, run, number, channel, expected)

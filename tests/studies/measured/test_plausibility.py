@@ -217,6 +217,20 @@ def test_swapped_chambers_are_said_once():
     assert said(run._replace(channels={"pressure_a": b})) == [("fault", "swapped chambers", "a and b swapped?")]
 
 
+@pytest.mark.parametrize("lift_unit", [1e-6, 1e-8])  # bar and kPa under the lift's mm
+def test_lift_and_pressure_swapped_are_said_once(lift_unit):
+    run = valve()
+    lift, a, b = (run.channels[name] for name in USUAL)
+    swapped = with_channels(run, lift=lift_unit * a, pressure_a=1e8 * lift)
+    why = "lift and pressure_a swapped?"
+    assert said(swapped) == [("fault", "lift and pressure swapped", why)]
+    assert said(swapped._replace(channels={k: v for k, v in swapped.channels.items() if k != "pressure_b"})) == said(
+        swapped
+    )
+    turned = with_channels(run, lift=MACHINE.valve.stroke - lift, pressure_a=b, pressure_b=a)
+    assert why not in {each for _, _, each in said(turned)}
+
+
 # --- lift, velocity, temperature ---
 
 
