@@ -8,7 +8,7 @@ import numpy as np
 
 from apesim.quantities import Fault, InvalidValue, quoted, unit
 from apesim.quantities.files import split_header
-from apesim.studies.measured.conversion import SIGNALS, convert, split_kind
+from apesim.studies.measured.conversion import SIGNALS, convert, is_measure, split_kind
 from apesim.studies.measured.dialect import PLAIN, SEPARATORS, TIME, Dialect, Marks
 from apesim.studies.measured.layout import Layout, find_layout, is_unit, resolve_marks, split_name
 from apesim.studies.measured.table import (
@@ -109,7 +109,7 @@ def read_columns(
     for name, expected in declared.items():
         matching = [place for place in places if place.name == name]
         form = f'write "{name} [{expected}]" in the header'
-        if dialect.is_stated:
+        if dialect != PLAIN:
             form += f' or unit.{name} = "{expected}" in [read]'
         try:
             if len(matching) > 1:
@@ -210,6 +210,8 @@ def _name_absent(name: str, expected: str, dialect: Dialect) -> str:
 def _suggest_scale(name: str, named: str, expected: str) -> str:
     """What would be right, too, where the unit is one of what a sensor gives before it is scaled."""
     name_of_unit = split_kind(named)[0]
+    if not is_unit(named) and is_measure(named):
+        return f'write scale.{name} = "{named}" and unit.{name} = "-" in [read] if a count of 1 is as much'
     if not is_unit(named) or all(unit(name_of_unit).dimension != unit(signal).dimension for signal in SIGNALS):
         return ""
     due, kind = split_kind(expected)

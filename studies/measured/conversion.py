@@ -64,6 +64,28 @@ def read_measure(raw: Any) -> Measure:
     return Measure(Fraction(found[1]), name, kind)
 
 
+def is_measure(text: str) -> bool:
+    """Tell whether a text is a number with a unit.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> is_measure("0.2 ms"), is_measure("ms")
+    (True, False)
+    """
+    try:
+        return bool(read_measure(text).unit)
+    except InvalidValue:
+        return False
+
+
 def split_kind(text: str) -> tuple[str, str]:
     """Split the unit of a pressure into unit and ``gauge`` or ``abs``.
 

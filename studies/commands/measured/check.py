@@ -25,7 +25,8 @@ def check_measured_folder(
     """Judge whether measured data can be what measured.toml says, and draw them over the model.
 
     A fault cannot be physics of a rig anywhere near the machine: gap explain and valve fit refuse such data. A warning
-    may be real. A hint is information.
+    may be real. A hint is information. What measured.toml lacks is named with its right form, and an unknown key with
+    those that are known.
 
     Parameters
     ----------

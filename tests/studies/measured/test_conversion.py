@@ -112,6 +112,12 @@ SHEET = (
             "place of unit.lift, or scale.lift = 1 beside it if the header is wrong",
         ),
         (
+            "lift",
+            'unit.lift = "5 um"',
+            "a.csv: lift: '5 um' is no known unit; "
+            'write scale.lift = "5 um" and unit.lift = "-" in [read] if a count of 1 is as much',
+        ),
+        (
             "pressure_a [V]",
             'scale.pressure_a = "2.5 bar/V"',
             "a.csv: pressure_a: is scaled to a pressure, and no offset says gauge or abs; "

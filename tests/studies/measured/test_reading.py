@@ -123,12 +123,18 @@ name = ""
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("time,lift [mm]\n" + ROWS, 'a.csv: time: has no unit; write "time [ms]" in the header'),
-        ("time [ms],lift [bar]\n" + ROWS, "a.csv: lift: 'bar' is no unit of lift; write \"lift [mm]\" in the header"),
+        (
+            "time,lift [mm]\n" + ROWS,
+            'a.csv: time: has no unit; write "time [ms]" in the header or unit.time = "ms" in [read]',
+        ),
+        (
+            "time [ms],lift [bar]\n" + ROWS,
+            'a.csv: lift: \'bar\' is no unit of lift; write "lift [mm]" in the header or unit.lift = "mm" in [read]',
+        ),
         (
             "time [ms],pressure_a [kPa]\n" + ROWS,
-            "a.csv: pressure_a: 'kPa' says neither gauge nor abs; write \"pressure_a [kPa abs]\" in the header, "
-            "or gauge",
+            "a.csv: pressure_a: 'kPa' says neither gauge nor abs; write \"pressure_a [kPa abs]\" in the header "
+            'or unit.pressure_a = "kPa abs" in [read], or gauge',
         ),
         (
             "time [ms],lift [mm]\n0,1\n1,one\n",
