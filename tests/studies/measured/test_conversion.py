@@ -90,6 +90,13 @@ def test_a_temperature_has_a_zero_at_no_volts(tmp_path):
     assert run.channels["temperature_a"] == pytest.approx(273.15 - 50.0 + 100.0 * SIGNALS)
 
 
+def test_the_transducer_of_the_guide_is_read(tmp_path):
+    page = (Path(__file__).parents[3] / "docs" / "guide" / "measured_data.md").read_text(encoding="utf-8")
+    block = page.split("### Sensors that give volts")[1].split("```toml\n[read]\n")[1].split("```")[0]
+    run = read(tmp_path, "time [ms],CH2", SIGNALS, block)
+    assert run.channels["pressure_a"] == pytest.approx(AMBIENT + 1e5 * BARS, abs=1e-3)
+
+
 SHEET = (
     "write in [read] what the sheet of the sensor says, e.g. "
     'scale.{0} = "2 {1}/V" and offset.{0} = "-1 {1}{2}", or "{0} [{1}{3}]" in the header if the unit is wrong'
