@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
+from apesim.studies.estimation.levenberg_marquardt import ROUGH, Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
@@ -113,7 +113,8 @@ def calibrate(machine: Machine, measured: Measured, counter: Counter | None = No
     scatter = find_scatter(Model((), residuals, fitted), measured)
     if scatter:
         residuals = residuals.with_scatter(scatter)
-        fitted = descend(residuals, fitted.x, steps=fitted.steps)
+        jacobian = residuals.take_off_scatter(fitted.jacobian)
+        fitted = descend(residuals, fitted.x, jacobian, fitted.steps, is_exact=fitted.converged)
     return _restarted(residuals, fitted), warnings
 
 
@@ -163,4 +164,5 @@ def _restarted(residuals: WhitenedResiduals, fitted: Fitted) -> Model:
 def _descended(residuals: WhitenedResiduals, x: np.ndarray, base: Fitted) -> tuple[Fitted, int]:
     """End of a descent from x, and how many simulations it takes; over where it comes to the minimum that is known."""
     own = residuals.with_parameters(residuals.parameters)
-    return descend(own, x, base.jacobian, base.steps, known=base.cost), own.simulations
+    fitted = descend(own, x, base.jacobian, base.steps, known=base.cost, limit=base.cost + ROUGH)
+    return fitted, own.simulations

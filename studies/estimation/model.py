@@ -77,9 +77,33 @@ class Model(NamedTuple):
         >>> model.own(0).tolist()
         [0.3]
         """
+        return self.fitted.x[self.places(number)]
+
+    def places(self, number: int) -> range:
+        """Find the places of one candidate's parameters among all.
+
+        Parameters
+        ----------
+        number : int
+            Place of the candidate.
+
+        Returns
+        -------
+        range
+
+        Examples
+        --------
+        >>> from types import SimpleNamespace
+        >>> from apesim.studies.estimation.parameters import Parameter
+        >>> force = Parameter("effects.side_force.force", 10.0, 0.0, 1.3)
+        >>> candidate = SimpleNamespace(name="side_force", parameters=(force,))
+        >>> fitted = Fitted(np.zeros(3), np.zeros(4), np.zeros((4, 3)), True, np.zeros(3))
+        >>> Model((candidate,), WhitenedResiduals(Machine(), [], [force]), fitted).places(0)
+        range(2, 3)
+        """
         first = len(self.fitted.x) - self.added
         first += sum(len(candidate.parameters) for candidate in self.candidates[:number])
-        return self.fitted.x[first : first + len(self.candidates[number].parameters)]
+        return range(first, first + len(self.candidates[number].parameters))
 
     def machine(self) -> Machine:
         """The machine with the effects that were added, its nuisances as they were.

@@ -10,7 +10,7 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import TOLERANCE
 from apesim.results import NotConverged
-from apesim.studies.estimation.noise.process import Noise, noise_for, whitened
+from apesim.studies.estimation.noise.process import Noise, Whitening, noise_for
 from apesim.studies.estimation.parameters import Parameter, put
 from apesim.studies.estimation.scatter import Scatter, identify
 from apesim.studies.estimation.starts import Starts, starts_at
@@ -231,6 +231,7 @@ class WhitenedResiduals:
         self.change, self.scatter = change, scatter
         # Runs are identified by what was measured: once, and not in each of thousands of evaluations.
         self._scattering = list(zip(map(identify, self.runs), self.run_slices(), strict=True)) if scatter else []
+        self._whitenings: list[Whitening] = []
         self._own = [[number for number, p in enumerate(self.parameters) if p.is_of(run)] for run in self.runs]
         self._marched = [[number for number in own if self.parameters[number].is_marched] for own in self._own]
         self._memory: dict[tuple[int, bytes, float], Memory] = {}
@@ -543,15 +544,38 @@ class WhitenedResiduals:
         >>> residuals.whiten([np.array([3e-5, 6e-5])]).round(6).tolist()
         [[1.0], [2.0]]
         """
+        if not self._whitenings:
+            self._whitenings = [Whitening(noise_for(self.noise, block), block.times) for block in self.blocks]
         whole = np.concatenate(
             [
-                whitened(noise_for(self.noise, block), a.reshape(len(a), -1), block.times)
-                for block, a in zip(self.blocks, arrays, strict=True)
+                whitening.whiten(array.reshape(len(array), -1))
+                for whitening, array in zip(self._whitenings, arrays, strict=True)
             ]
         )
+        return self.take_off_scatter(whole)
+
+    def take_off_scatter(self, whole: np.ndarray) -> np.ndarray:
+        """Whiten what scatters between runs, in an array whose noise is whitened already.
+
+        Parameters
+        ----------
+        whole : (n, k) or (n + p, k) float array
+            [standard deviations of noise]
+
+        Returns
+        -------
+        array of the same shape
+            [standard deviations]; rows of pulls behind those of the data stay.
+
+        Examples
+        --------
+        >>> WhitenedResiduals(Machine(), [], []).take_off_scatter(np.array([[2.0], [1.0]])).tolist()  # nothing scatters
+        [[2.0], [1.0]]
+        """
         if self.scatter is None:
             return whole
-        return np.concatenate([self.scatter.whiten(run, whole[rows]) for run, rows in self._scattering])
+        parts = [self.scatter.whiten(run, whole[rows]) for run, rows in self._scattering]
+        return np.concatenate([*parts, whole[sum(map(len, parts)) :]])
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Find the residuals: prediction less measurement, whitened, and behind them the pull of each prior.

@@ -121,6 +121,9 @@ def _run_workflow(
     candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
     faults = find_run_faults(measured)
     gap, solver_error, more = find_gap(machine, measured, candidates, work, faults)
+    odd = find_odd_channels(gap.calibrated.residuals, gap.calibrated.fitted.data_residuals)
+    is_searched = gap.gap_test.alarm or bool(odd)
+    noise_alone = ReasonKind.NOISE_ALONE.with_facts(chance=gap.gap_test.p_value)
     explanation = Explanation(
         measured=measured,
         calibrated=gap.calibrated,
@@ -130,12 +133,13 @@ def _run_workflow(
         solver_error=solver_error,
         tolerance=tolerance,
         cells=localise(gap.calibrated.residuals, gap.marks, gap.calibrated.fitted.data_residuals, holds_noise=True),
-        decision=decide_without_alarm(gap.calibrated, gap.gap_test.p_value),
+        decision=Decision(Verdict.NO_GAP, None, (), noise_alone)
+        if is_searched  # what is found takes its place
+        else decide_without_alarm(gap.calibrated, gap.gap_test.p_value),
         left_p_value=gap.gap_test.p_value,
         warnings=[*more, *warnings],  # what makes all numbers doubtful comes first
     )
-    odd = find_odd_channels(gap.calibrated.residuals, gap.calibrated.fitted.data_residuals)
-    if gap.gap_test.alarm or odd:
+    if is_searched:
         fits = fit_candidates(gap, len(candidates) + len(faults), work)
         explanation = decide(explanation, gap, fits, len(candidates), work)
         explanation = _profile_intervals(explanation, work)

@@ -5,7 +5,7 @@ recursion, its order by Schwarz's criterion). Hum is a sine of unknown amplitude
 covariance of the noise, so that nothing has to be fitted; `apesim gap explain` alone looks for it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -328,8 +328,8 @@ def _straight(n: int) -> np.ndarray:
     return np.linalg.qr(np.column_stack([np.ones(n), np.linspace(-1.0, 1.0, n)]))[0]
 
 
-def whitened(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Whiten columns: divide them by the standard deviation of the noise, and take its colour and hum off.
+class Whitening:
+    """Whitening of samples at given times: the standard deviation of the noise, its colour and its hum taken off.
 
     Sample i becomes the error of its best prediction from the m samples before it, over the standard deviation of that
     error; m is the order of the noise, or i where fewer samples come before::
@@ -344,17 +344,10 @@ def whitened(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray
     Parameters
     ----------
     noise : Noise
-    columns : (n, k) float array
-        [SI]
     times : (n,) float array
         Times of the samples [s]; they matter for hum, and where their intervals differ. Where samples are missing among
         evenly spaced ones, each is predicted from those that are there. Elsewhere the correlation of neighbours falls
         exponentially with time, and hum is left as it is.
-
-    Returns
-    -------
-    (n, k) float array
-        [standard deviations]
 
     References
     ----------
@@ -364,27 +357,56 @@ def whitened(noise: Noise, columns: np.ndarray, times: np.ndarray) -> np.ndarray
     Examples
     --------
     >>> red = Noise(2.0, (np.zeros(0), np.array([0.8])), np.array([1.0, 0.6]), "stated")
-    >>> whitened(red, np.array([[2.0], [2.8], [1.04]]), np.arange(3.0)).ravel().round(6).tolist()
+    >>> Whitening(red, np.arange(3.0)).whiten(np.array([[2.0], [2.8], [1.04]])).ravel().round(6).tolist()
     [1.0, 1.0, -1.0]
     """
-    filtered = columns.astype(float)
-    if not noise.order or _is_even(times):
-        for lag, weight in enumerate(noise.predictors[-1], 1):
-            filtered[lag:] -= weight * columns[:-lag]
-        filtered /= noise.spread[-1]
-        for i in range(min(noise.order, len(columns))):
-            filtered[i] = (columns[i] - noise.predictors[i] @ columns[:i][::-1]) / noise.spread[i]
-        filtered /= noise.deviation
-    elif (places := _find_places(times)) is None:
-        return _whitened_uneven(noise, filtered, times)
-    else:
-        filtered = _whitened_gaps(noise, filtered, places)
-    if not noise.hums:
-        return filtered
-    waves = np.column_stack([sines(frequency, times) * deviation for frequency, deviation in noise.hums])
-    plain = noise._replace(hums=())
-    left, sizes, _ = np.linalg.svd(whitened(plain, waves, times), full_matrices=False)
-    return filtered + left @ ((1.0 / np.sqrt(1.0 + sizes**2) - 1.0)[:, None] * (left.T @ filtered))
+
+    def __init__(self, noise: Noise, times: np.ndarray) -> None:
+        self.noise, self.times = noise, times
+        self.is_even = not noise.order or _is_even(times)
+        places = None if self.is_even else _find_places(times)
+        self.predictions = None if places is None else list(_predict_at(noise, places))
+        self.hum: tuple[np.ndarray, np.ndarray] | None = None
+        if noise.hums and (self.is_even or self.predictions is not None):
+            waves = np.column_stack([sines(frequency, times) * deviation for frequency, deviation in noise.hums])
+            left, sizes, _ = np.linalg.svd(self.whiten(waves), full_matrices=False)
+            self.hum = left, 1.0 / np.sqrt(1.0 + sizes**2) - 1.0
+
+    def whiten(self, columns: np.ndarray) -> np.ndarray:
+        """Whiten columns.
+
+        Parameters
+        ----------
+        columns : (n, k) float array
+            [SI]
+
+        Returns
+        -------
+        (n, k) float array
+            [standard deviations]
+
+        Examples
+        --------
+        >>> Whitening(white(0.5, "stated"), np.arange(2.0)).whiten(np.array([[1.0], [2.0]])).tolist()
+        [[2.0], [4.0]]
+        """
+        noise, filtered = self.noise, columns.astype(float)
+        if self.is_even:
+            for lag, weight in enumerate(noise.predictors[-1], 1):
+                filtered[lag:] -= weight * columns[:-lag]
+            filtered /= noise.spread[-1]
+            for i in range(min(noise.order, len(columns))):
+                filtered[i] = (columns[i] - noise.predictors[i] @ columns[:i][::-1]) / noise.spread[i]
+            filtered /= noise.deviation
+        elif self.predictions is not None:
+            for i, (first, weights, deviation) in enumerate(self.predictions):
+                filtered[i] = (columns[i] - weights @ columns[first:i]) / deviation
+        else:
+            return _whitened_uneven(noise, filtered, self.times)
+        if self.hum is None:
+            return filtered
+        left, shares = self.hum
+        return filtered + left @ (shares[:, None] * (left.T @ filtered))
 
 
 def _is_even(times: np.ndarray) -> bool:
@@ -403,25 +425,24 @@ def _find_places(times: np.ndarray) -> np.ndarray | None:
     return np.append(0, np.cumsum(whole)).astype(np.int64)
 
 
-def _whitened_gaps(noise: Noise, columns: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Whiten columns of samples at places of an even grid, each predicted best from those that are there before it."""
+def _predict_at(noise: Noise, places: np.ndarray) -> Iterator[tuple[int, np.ndarray, float]]:
+    """Best prediction of each sample at places of an even grid, from those that are there before it.
+
+    Yields the first sample that it takes, the weights of all from there on, and the standard deviation of its error.
+    """
     order = noise.order
     correlation = _correlation(noise, min(int(places[-1]), FORGOTTEN))
     known: dict[bytes, tuple[np.ndarray, float]] = {}
-    filtered = np.empty_like(columns)
     for i, place in enumerate(places):
         is_whole = i >= order and place - places[i - order] == order
         first = max(0, i - (order if is_whole else BEHIND_GAPS * order))
         lags = place - places[first:i]
         lags = lags[lags < len(correlation)]
-        first = i - len(lags)
         if lags.tobytes() not in known:
             among, to = correlation[np.abs(lags[:, None] - lags)], correlation[lags]
             weights = np.linalg.solve(among, to) if len(lags) else to
             known[lags.tobytes()] = weights, noise.deviation * float(np.sqrt(1.0 - weights @ to))
-        weights, deviation = known[lags.tobytes()]
-        filtered[i] = (columns[i] - weights @ columns[first:i]) / deviation
-    return filtered
+        yield i - len(lags), *known[lags.tobytes()]
 
 
 def _correlation(noise: Noise, reach: int) -> np.ndarray:

@@ -170,8 +170,7 @@ def settle(
     """
     residuals = AnchoredResiduals(model, runs, noise)
     errors = residuals.at(model.fitted.x)
-    sensitivities = residuals.jacobian(model.fitted.x, errors, model.fitted.steps)
-    return residuals, errors, descend(residuals, model.fitted.x, *sensitivities, errors=errors)
+    return residuals, errors, descend(residuals, model.fitted.x, steps=model.fitted.steps, errors=errors)
 
 
 class AnchoredResiduals(WhitenedResiduals):
@@ -364,8 +363,11 @@ def _judge_without(base: Model, model: Model, point: MeasuredRun) -> list[HeldOu
     held_out_runs = [run for run in runs if is_at(run, point)]
     starts = starts_at(base.residuals.machine, fitted_runs, base.residuals.parameters, base.fitted.x)
     for whole in (base, model):
-        residuals = whole.residuals.with_runs(fitted_runs, starts)
-        fitted = descend(residuals, whole.fitted.x, steps=whole.fitted.steps)
+        residuals, before = whole.residuals.with_runs(fitted_runs, starts), whole.fitted
+        rows = [own for run, own in zip(runs, whole.residuals.run_slices(), strict=True) if not is_at(run, point)]
+        pulls = slice(len(before.data_residuals), None)
+        jacobian = np.vstack([before.jacobian[own] for own in (*rows, pulls)])
+        fitted = descend(residuals, before.x, jacobian, before.steps, is_exact=before.converged)
         judged = find_held_out_residuals(Model(whole.candidates, residuals, fitted), held_out_runs, noise)
         pair.append(judged._replace(simulations=judged.simulations + residuals.simulations))
     return pair

@@ -57,8 +57,9 @@ def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Ch
     base, ranked = gap.calibrated, gap.scores
     fault_scores = find_scores(gap.faults, base.fitted.residuals)[:MAX_PAIRED_FAULTS]
     sensitivities = [*gap.sensitivities, *(score.sensitivity for score in fault_scores)]
-    fits = fit_singles(base, ranked, library_size, work) + fit_released(base, library_size, work)
-    fits += fit_faults(base, fault_scores, library_size, work)
+    fits = fit_singles(base, ranked, library_size, work)
+    fits += fit_released(base, fits, library_size, work)
+    fits += fit_faults(base, fault_scores, fits, library_size, work)
     if is_doubtful(fits, gap):
         fits += fit_remaining(base, ranked, fits, library_size, work)
         if is_doubtful(fits, gap):

@@ -1,6 +1,7 @@
 """The models that may explain the gap, fitted and ranked by penalised cost."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from itertools import combinations
 from math import log
 from typing import Any, NamedTuple
@@ -26,6 +27,12 @@ MAX_EXTENDED_PAIRS = 3
 """Pairs to which a third effect is added."""
 MAX_SWAPS = 3
 """Effects that are tried in place of either of the best pair."""
+LEADERS = 4
+"""Models of a kind that are fitted first: how near the best of them comes says which others are worth sharpening."""
+NEGLIGIBLE = 60.0
+"""Sum of squares above the best model's from which a model counts for nothing: odds of 1e13 to 1."""
+NEGLIGIBLE_SHARE = 0.1
+"""The same, as a share of what the best model takes off that of the calibrated machine."""
 MIN_RELEASED_PULL = 2.5
 """Prior standard deviations from which a wrong nuisance is one of the explanations."""
 MATERIAL_KEYS = ("air.heat_capacity_ratio",)
@@ -166,10 +173,10 @@ def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) 
     work.simulations.add(sum(simulations for *_, simulations in large))
     near = sorted(zip(large, others, strict=True), key=lambda pair: pair[0][0])
     tasks += [((candidate,), (x,)) for (cost, x, _), candidate in near[:MAX_LARGE] if cost < base.cost]
-    return _fit_all(base, refit, tasks, library, work, "fitting effects")
+    return _fit_all(base, refit, tasks, (), library, work, "fitting effects")
 
 
-def fit_faults(base: Model, ranked: Sequence[Score], library: int, work: Work) -> list[Choice]:
+def fit_faults(base: Model, ranked: Sequence[Score], fits: Iterable[Choice], library: int, work: Work) -> list[Choice]:
     """Fit the most promising faults of single files, each alone.
 
     Parameters
@@ -178,6 +185,8 @@ def fit_faults(base: Model, ranked: Sequence[Score], library: int, work: Work) -
         The calibrated machine.
     ranked : sequence of apesim.studies.gap.search.score_test.Score
         Scores of the faults, the largest first.
+    fits : iterable of Choice
+        Models that were fitted.
     library : int
         Number of candidates.
     work : apesim.studies.gap.work.Work
@@ -190,11 +199,11 @@ def fit_faults(base: Model, ranked: Sequence[Score], library: int, work: Work) -
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
-    >>> fit_faults(explain_example().calibrated, [], 3, Work())
+    >>> fit_faults(explain_example().calibrated, [], [], 3, Work())
     []
     """
     wanted = [score for score in ranked[:MAX_FAULTS] if score.n_sigma > 0.0]
-    return _fit_all(base, refit, _guess_singles(wanted), library, work, "fitting files")
+    return _fit_all(base, refit, _guess_singles(wanted), fits, library, work, "fitting files")
 
 
 def fit_triples(
@@ -242,7 +251,7 @@ def fit_triples(
             names = frozenset((*model.names, third.name))
             within = [other.model for other in pairs if set(other.names) < names]
             wanted.setdefault(names, ((*model.candidates, third), guesses, within))
-    return _fit_all(base, refit, wanted.values(), library, work, "fitting sets of three")
+    return _fit_all(base, refit, wanted.values(), pairs, library, work, "fitting sets of three")
 
 
 def fit_remaining(
@@ -277,12 +286,13 @@ def fit_remaining(
     >>> fit_remaining(explanation.calibrated, explanation.scores[:1], explanation.fits, 3, Work())
     []
     """
-    fitted = {choice.names for choice in fits}
-    rest = [score for score in ranked if (score.name,) not in fitted]
-    return _fit_all(base, refit, _guess_singles(rest), library, work, "fitting effects")
+    fitted = list(fits)
+    names = {choice.names for choice in fitted}
+    rest = [score for score in ranked if (score.name,) not in names]
+    return _fit_all(base, refit, _guess_singles(rest), fitted, library, work, "fitting effects")
 
 
-def fit_released(base: Model, library: int, work: Work) -> list[Choice]:
+def fit_released(base: Model, fits: Iterable[Choice], library: int, work: Work) -> list[Choice]:
     """Fit the calibrated machine without one prior, for each nuisance that is pulled by more than `MIN_RELEASED_PULL`.
 
     Nuisances that are no number of the machine (`MATERIAL_KEYS`) are left out.
@@ -291,6 +301,8 @@ def fit_released(base: Model, library: int, work: Work) -> list[Choice]:
     ----------
     base : apesim.studies.estimation.model.Model
         The calibrated machine.
+    fits : iterable of Choice
+        Models that were fitted.
     library : int
         Number of candidates.
     work : apesim.studies.gap.work.Work
@@ -303,12 +315,12 @@ def fit_released(base: Model, library: int, work: Work) -> list[Choice]:
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
-    >>> fit_released(explain_example().best, 3, Work())  # no nuisance is pulled far
+    >>> fit_released(explain_example().best, [], 3, Work())  # no nuisance is pulled far
     []
     """
     pulled = np.flatnonzero(base.residuals.known & (np.abs(base.fitted.x) > MIN_RELEASED_PULL))
     wanted = [(int(j),) for j in pulled if base.residuals.parameters[j].key not in MATERIAL_KEYS]
-    return _fit_all(base, release, wanted, library, work, "fitting effects")
+    return _fit_all(base, release, wanted, fits, library, work, "fitting effects")
 
 
 def fit_pairs(
@@ -358,16 +370,16 @@ def fit_pairs(
     for (first, second), guesses in [*_find_partners(alone[:3], sensitivities, work), *screened]:
         wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
 
-    def fitted(pairs: Iterable[Pair]) -> list[Choice]:
+    def fitted(pairs: Iterable[Pair], fits: Sequence[Choice]) -> list[Choice]:
         tasks = [(*pair, [c.model for c in alone if c.names[0] in _name_candidates(pair)]) for pair in pairs]
-        return _fit_all(base, refit, tasks, library, work, "fitting pairs")
+        return _fit_all(base, refit, tasks, fits, library, work, "fitting pairs")
 
-    fits = fitted(wanted.values())
+    fits = fitted(wanted.values(), alone)
     if fits:
         others = {frozenset(_name_candidates(pair)): pair for pair in _swap_effects(fits[0], alone, sensitivities)}
         tried = {frozenset(choice.names) for choice in fits}
         untried = [pair for names, pair in others.items() if names not in tried]
-        fits += fitted(untried)
+        fits += fitted(untried, fits)
     return sorted(fits, key=lambda choice: choice.cost)
 
 
@@ -397,7 +409,7 @@ def refit_each_alone(base: Model, pair: Choice, library: int, work: Work) -> lis
     [('side_force',), ('coulomb_friction',)]
     """
     wanted = [(pair.model, number) for number in range(len(pair.model.candidates))]
-    return _fit_all(base, refit_one, wanted, library, work, "fitting pairs")
+    return _fit_all(base, refit_one, wanted, (), library, work, "fitting pairs")
 
 
 def project_beside(sensitivities: Iterable[Sensitivity], model: Model) -> list[Sensitivity]:
@@ -433,11 +445,26 @@ def _guess_singles(scores: Iterable[Score]) -> list[Pair]:
 
 
 def _fit_all(
-    base: Model, fit: Callable[..., Model], wanted: Iterable[Any], library: int, work: Work, stage: str
+    base: Model,
+    fit: Callable[..., Model],
+    wanted: Iterable[Any],
+    known: Iterable[Choice],
+    library: int,
+    work: Work,
+    stage: str,
 ) -> list[Choice]:
-    """The calibrated model fitted anew in several ways, the best first; without those that do not come to their end."""
-    models = work.each(stage, unless_ended, [(fit, base, *how) for how in wanted])
-    models = [model for model in models if model]
+    """The calibrated model fitted anew in several ways, the best first; without those that do not come to their end.
+
+    Models that are far behind the best of those known, and of those first in order, are not sharpened.
+    """
+    tasks = list(wanted)
+    least = min((choice.model.cost for choice in known), default=np.inf)
+    models: list[Model] = []
+    for part in (tasks[:LEADERS], tasks[LEADERS:]):
+        limit = least + max(NEGLIGIBLE, NEGLIGIBLE_SHARE * (base.cost - least)) if np.isfinite(least) else np.inf
+        found = work.each(stage, unless_ended, [(partial(fit, limit=limit), base, *how) for how in part])
+        models += [model for model in found if model]
+        least = min([least, *(model.cost for model in models)])
     work.simulations.add(sum(model.residuals.simulations for model in models))
     return sorted((price_model(model, library) for model in models), key=lambda choice: choice.cost)
 

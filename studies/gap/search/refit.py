@@ -24,6 +24,8 @@ def refit(
     candidates: Sequence[Candidate],
     guesses: Iterable[Sequence[float]],
     within: Sequence[Model] = (),
+    *,
+    limit: float = np.inf,
 ) -> Model:
     """Add candidates to a calibrated model and fit everything anew, from several starts.
 
@@ -40,6 +42,8 @@ def refit(
         For each candidate the values x that its score suggests.
     within : sequence of apesim.studies.estimation.model.Model
         Fits of the base with some of the candidates: further starts, with the other candidates as guessed.
+    limit : float
+        Sum of squares above which a fit is not sharpened, see `descend`.
 
     Returns
     -------
@@ -59,14 +63,15 @@ def refit(
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *freed])
     jacobian, best = _pad(base.fitted.jacobian, len(freed)), None
-    steps = np.append(base.fitted.steps, first_steps(len(freed)))
+    old, steps = len(base.fitted.x), np.append(base.fitted.steps, first_steps(len(freed)))
     for _, x, errors in _rank_starts(residuals, jacobian, _list_starts(base, candidates, guesses, within))[
         :MAX_DESCENTS
     ]:
         try:
-            columns, adapted = residuals.jacobian(x, errors, steps, range(len(base.fitted.x), len(x)))
-            known = np.nan if best is None else best.cost
-            fitted = descend(residuals, x, np.column_stack([jacobian, columns]), adapted, errors=errors, known=known)
+            columns, adapted = residuals.jacobian(x, errors, steps, range(old, len(x)))
+            near, known = (jacobian, np.nan) if best is None else (best.jacobian[:, :old], best.cost)
+            start = np.column_stack([near, columns])
+            fitted = descend(residuals, x, start, adapted, errors=errors, known=known, limit=limit)
         except EndedEarly:
             continue
         if best is None or fitted.cost < best.cost - SAME:
@@ -75,8 +80,9 @@ def refit(
     if best is None or best.cost > smaller.cost:
         off = _start_from(base, smaller, candidates, [np.zeros(len(candidate.parameters)) for candidate in candidates])
         errors = residuals.at(off)
-        jacobian, steps = residuals.jacobian(off, errors, steps)
-        best = Fitted(off, errors, jacobian, False, steps)
+        columns, steps = residuals.jacobian(off, errors, steps, range(old, len(off)))
+        near = _pad(smaller.fitted.jacobian, len(off) - len(smaller.fitted.x))[:, :old]
+        best = Fitted(off, errors, np.column_stack([near, columns]), False, steps)
     return Model((*base.candidates, *candidates), residuals, best)
 
 
@@ -125,7 +131,7 @@ def probe_large_sizes(base: Model, candidate: Candidate) -> tuple[float, tuple[f
     return distance**2, tuple(x[len(base.fitted.x) :]), residuals.simulations
 
 
-def refit_one(base: Model, model: Model, number: int) -> Model:
+def refit_one(base: Model, model: Model, number: int, *, limit: float = np.inf) -> Model:
     """Keep one effect of a larger model, and fit it anew from where it stands there.
 
     Parameters
@@ -136,6 +142,8 @@ def refit_one(base: Model, model: Model, number: int) -> Model:
         The calibrated machine with effects added.
     number : int
         Place of the candidate that stays among those of the model.
+    limit : float
+        Sum of squares above which a fit is not sharpened, see `descend`.
 
     Returns
     -------
@@ -156,12 +164,13 @@ def refit_one(base: Model, model: Model, number: int) -> Model:
     """
     retained = model.candidates[number]
     residuals = base.residuals.with_parameters([*base.residuals.parameters, *retained.parameters])
-    x = np.append(model.fitted.x[: len(base.fitted.x)], model.own(number))
-    fitted = descend(residuals, x, steps=np.append(base.fitted.steps, first_steps(len(retained.parameters))))
-    return Model((retained,), residuals, fitted)
+    kept = [*range(len(base.fitted.x)), *model.places(number)]
+    rows = [*range(len(model.fitted.data_residuals)), *(len(model.fitted.data_residuals) + place for place in kept)]
+    jacobian, steps = model.fitted.jacobian[np.ix_(rows, kept)], model.fitted.steps[kept]
+    return Model((retained,), residuals, descend(residuals, model.fitted.x[kept], jacobian, steps, limit=limit))
 
 
-def release(base: Model, number: int) -> Model:
+def release(base: Model, number: int, *, limit: float = np.inf) -> Model:
     """Fit the calibrated machine anew without the prior of one nuisance.
 
     Parameters
@@ -170,6 +179,8 @@ def release(base: Model, number: int) -> Model:
         The calibrated machine.
     number : int
         Place of the nuisance among the parameters.
+    limit : float
+        Sum of squares above which a fit is not sharpened, see `descend`.
 
     Returns
     -------
@@ -191,8 +202,10 @@ def release(base: Model, number: int) -> Model:
     """
     parameters = list(base.residuals.parameters)
     parameters[number] = parameters[number]._replace(prior=False)
-    residuals = base.residuals.with_parameters(parameters)
-    fitted = descend(residuals, base.fitted.x, steps=base.fitted.steps)
+    residuals, before = base.residuals.with_parameters(parameters), base.fitted
+    jacobian = before.jacobian.copy()
+    jacobian[len(before.data_residuals) + number] = 0.0
+    fitted = descend(residuals, before.x, jacobian, before.steps, is_exact=before.converged, limit=limit)
     return Model((), residuals, fitted, parameters[number].key)
 
 

@@ -12,11 +12,12 @@ import numpy as np
 
 from apesim.effect import Effect
 from apesim.engine.machine import Machine
-from apesim.studies.estimation.levenberg_marquardt import Fitted, descend
+from apesim.studies.estimation.levenberg_marquardt import ROUGH, Fitted, descend
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.parameters import Parameter
 from apesim.studies.estimation.residuals import WhitenedResiduals, first_steps
+from apesim.studies.estimation.scatter import Scatter
 from apesim.studies.estimation.starts import Starts
 from apesim.studies.gap.search.candidates import Candidate, make_strength
 from apesim.studies.gap.work import Work
@@ -84,6 +85,10 @@ class TableResiduals(WhitenedResiduals):
         See `apesim.studies.estimation.noise.estimation.noise_of`.
     root : (q, q) float array
         Cholesky's root of the nodes' prior covariance, lower triangle.
+    starts : apesim.studies.estimation.starts.Starts, optional
+        Where the runs start from.
+    scatter : apesim.studies.estimation.scatter.Scatter, optional
+        What scatters between runs.
     """
 
     def __init__(
@@ -95,8 +100,9 @@ class TableResiduals(WhitenedResiduals):
         root: np.ndarray,
         *,
         starts: Starts | None = None,
+        scatter: Scatter | None = None,
     ) -> None:
-        super().__init__(machine, runs, parameters, noise, starts=starts)
+        super().__init__(machine, runs, parameters, noise, starts=starts, scatter=scatter)
         self.root = root
 
     def pulls(self, x: np.ndarray) -> np.ndarray:
@@ -143,7 +149,8 @@ class TableResiduals(WhitenedResiduals):
         >>> bool(np.allclose(wider.pulls(x)[-len(residuals.root) :], 0.5 * residuals.pulls(x)[-len(residuals.root) :]))
         True
         """
-        other = TableResiduals(self.machine, self.runs, self.parameters, self.noise, root, starts=self.starts)
+        other = self._derived(self.runs, self.noise, self.starts, None, self.scatter)
+        other.root = root
         other.counter.add(self.simulations)
         return other
 
@@ -201,7 +208,9 @@ def linearise_table(base: Model, effect: Effect) -> Balance:
     nodes, old = [make_strength(effect, name) for name in effect.strengths], len(base.fitted.x)
     known = base.residuals
     parameters, root = [*known.parameters, *nodes], np.eye(len(nodes))
-    residuals = TableResiduals(known.machine, known.runs, parameters, known.noise, root, starts=known.starts)
+    residuals = TableResiduals(
+        known.machine, known.runs, parameters, known.noise, root, starts=known.starts, scatter=known.scatter
+    )
     x = np.append(base.fitted.x, np.zeros(len(nodes)))
     errors = residuals.at(x)
     steps = np.append(base.fitted.steps, first_steps(len(nodes)))
@@ -211,7 +220,7 @@ def linearise_table(base: Model, effect: Effect) -> Balance:
     return _weigh(Balance(effect.name, BalanceKind(effect.tabulated), 0.0, 0.0, 0.0, residuals, fitted))
 
 
-def fit_table(base: Model, balance: Balance) -> Balance:
+def fit_table(base: Model, balance: Balance, min_gain: float = 0.0) -> Balance:
     """Fit a table together with the nuisances, the sizes of its nodes chosen anew where the first fit ends.
 
     Parameters
@@ -220,6 +229,8 @@ def fit_table(base: Model, balance: Balance) -> Balance:
         The calibrated machine.
     balance : Balance
         See `linearise_table`.
+    min_gain : float
+        Gain that is of interest: a fit that gains less is not sharpened.
 
     Returns
     -------
@@ -245,7 +256,8 @@ def fit_table(base: Model, balance: Balance) -> Balance:
             balance = before
             break
         residuals = balance.residuals
-        fitted = descend(residuals, balance.fitted.x, balance.fitted.jacobian, balance.fitted.steps)
+        start, limit = balance.fitted, base.cost - min_gain + ROUGH
+        fitted = descend(residuals, start.x, start.jacobian, start.steps, limit=limit)
         balance = balance._replace(fall=base.cost - fitted.cost, fitted=fitted)
         if not fitted.converged:
             break

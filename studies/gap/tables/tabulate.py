@@ -80,7 +80,7 @@ class Tables:
         """
         wanted = [balance for balance in self.ranked[:max_tables] if balance.gain > min_gain]
         new = [balance for balance in wanted if balance.name not in self._fitted]
-        tasks = [(fit_table, self.base, balance) for balance in new]
+        tasks = [(fit_table, self.base, balance, min_gain) for balance in new]
         fits = self.work.each("fitting tables", unless_ended, tasks)
         for before, balance in zip(new, fits, strict=True):
             self._fitted[before.name] = balance

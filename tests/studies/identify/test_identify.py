@@ -10,7 +10,7 @@ import pytest
 from apesim.quantities import InputError
 from apesim.studies.commands.valve.fit import _shown, fit_valve
 from apesim.studies.console import Console
-from apesim.studies.estimation.noise.process import Noise, white, whitened
+from apesim.studies.estimation.noise.process import Noise, Whitening, white
 from apesim.studies.identify import find_time_shift, identify, judge
 from apesim.studies.identify.estimate import fit as fit_measured
 from apesim.studies.identify.free import free_parameters, si_unit
@@ -158,7 +158,7 @@ def test_whitening_takes_the_colour_off_and_keeps_the_deviation():
     def whiten(values, times, correlation):
         spread = np.array([1.0, np.sqrt(1.0 - correlation**2)])
         known = Noise(3e-5, (np.zeros(0), np.array([correlation])), spread, "stated")
-        return whitened(known, values[:, None], times)[:, 0]
+        return Whitening(known, times).whiten(values[:, None])[:, 0]
 
     white = whiten(coloured, times, 0.9)
     assert white.std() == pytest.approx(1.0, abs=0.01)

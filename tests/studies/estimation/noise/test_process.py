@@ -17,6 +17,7 @@ from apesim.studies.estimation.noise.estimation import (
 )
 from apesim.studies.estimation.noise.hum import Records, mains_in, with_hum
 from apesim.studies.estimation.noise.process import (
+    Whitening,
     autoregressive,
     beside,
     drifting,
@@ -24,7 +25,6 @@ from apesim.studies.estimation.noise.process import (
     noise_for,
     sines,
     white,
-    whitened,
 )
 from apesim.studies.estimation.residuals import Block
 
@@ -77,7 +77,7 @@ def test_whitened_noise_is_white_from_the_first_sample_on():
     rng = np.random.default_rng(3)
     records = np.array([process(rng, 40, 0.9) for _ in range(4000)]).T
     found = autoregressive(list(records.T), "")
-    bare = whitened(found, records, np.arange(40.0))
+    bare = Whitening(found, np.arange(40.0)).whiten(records)
     covariance = bare @ bare.T / records.shape[1]
     assert covariance == pytest.approx(np.eye(40), abs=0.1)
 
@@ -87,9 +87,9 @@ def test_noise_with_missing_samples_is_white_once_whitened(missing):
     noise = autoregressive([process(np.random.default_rng(1), 4000, 0.9, -0.5)], "repeats")
     places = np.setdiff1d(np.arange(100), missing)
     # The covariance of the process is that which whitening all of its samples takes off.
-    filters = whitened(noise, np.eye(100), np.arange(100.0))
+    filters = Whitening(noise, np.arange(100.0)).whiten(np.eye(100))
     covariance = np.linalg.inv(filters.T @ filters)[np.ix_(places, places)]
-    rows = whitened(noise, np.eye(len(places)), 5e-5 * places)
+    rows = Whitening(noise, 5e-5 * places).whiten(np.eye(len(places)))
     assert rows @ covariance @ rows.T == pytest.approx(np.eye(len(places)), abs=1e-3)
 
 
@@ -98,9 +98,9 @@ def test_hum_of_a_record_with_missing_samples_is_taken_off():
     known = autoregressive([noise], "repeats")._replace(hums=((50.0, 1e-4),))
     times = 5e-5 * np.delete(np.arange(2000), [100, 700, 701])
     wave = 1e-4 * np.sin(TURN * 50.0 * times)
-    left = whitened(known, (np.delete(noise, [100, 700, 701]) + wave)[:, None], times)
+    left = Whitening(known, times).whiten((np.delete(noise, [100, 700, 701]) + wave)[:, None])
     assert np.std(left) == pytest.approx(1.0, abs=0.05)
-    assert np.std(whitened(known._replace(hums=()), wave[:, None], times)) > 0.5
+    assert np.std(Whitening(known._replace(hums=()), times).whiten(wave[:, None])) > 0.5
 
 
 def test_hum_is_found_and_joins_the_covariance():
@@ -116,10 +116,10 @@ def test_hum_is_found_and_joins_the_covariance():
     assert frequency == 50.0
     assert size == pytest.approx(1.5 * DEVIATION / np.sqrt(2.0), rel=0.2)
     assert found.deviation == pytest.approx(DEVIATION, rel=0.05)
-    bare = np.concatenate([whitened(found, values[:, None], t)[:, 0] for ((values, t),) in records])
+    bare = np.concatenate([Whitening(found, t).whiten(values[:, None])[:, 0] for ((values, t),) in records])
     assert np.mean(bare**2) == pytest.approx(1.0, abs=0.06)
     # A sine of the mains hardly counts any more, another frequency as before.
-    mains, other = (whitened(found, DEVIATION * sines(f, times)[:, :1], times) for f in (50.0, 170.0))
+    mains, other = (Whitening(found, times).whiten(DEVIATION * sines(f, times)[:, :1]) for f in (50.0, 170.0))
     assert np.linalg.norm(mains) < 0.1 * np.linalg.norm(other)
 
 
@@ -306,7 +306,7 @@ def test_where_records_are_too_short_to_tell_the_mains_both_are_taken_off():
     mains = mains_in([channel])
     assert mains == (50.0, 60.0)
     found = with_hum(channel, mains)
-    bare = whitened(found, hum[:, None], times)
+    bare = Whitening(found, times).whiten(hum[:, None])
     assert np.linalg.norm(bare) < 0.3 * np.linalg.norm(hum / DEVIATION)
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import norm
 
-from apesim.studies.estimation.noise.process import Noise, autoregressive, white, whitened
+from apesim.studies.estimation.noise.process import Noise, Whitening, autoregressive, white
 from apesim.studies.estimation.noise.sampling import draws_of, scatter
 
 N = 300
@@ -31,7 +31,7 @@ def chances(weight, samples, trials, seed):
     draws = np.random.default_rng(1)
     for _ in range(trials):
         noise = autoregressive([process(rng, samples, weight)], "")
-        white_ones = whitened(noise, np.column_stack([SHAPE, process(rng, N, weight)]), times)
+        white_ones = Whitening(noise, times).whiten(np.column_stack([SHAPE, process(rng, N, weight)]))
         shape = white_ones[:, :1] / np.linalg.norm(white_ones[:, 0])
         score = abs(float(shape[:, 0] @ white_ones[:, 1]))
         taken.append(2.0 * norm.sf(score))
