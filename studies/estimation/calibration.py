@@ -10,7 +10,7 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
 from apesim.studies.estimation.residuals import Counter, WhitenedResiduals, unless_ended
-from apesim.studies.estimation.scatter import find_scatter
+from apesim.studies.estimation.scatter import find_changes, find_scatter, is_repeated
 from apesim.studies.measured import FIT, GATE, Measured
 
 STARTS = 8
@@ -66,8 +66,8 @@ def calibrate(machine: Machine, measured: Measured, counter: Counter | None = No
     """Calibrate a machine: fit its nuisances to measured data under their priors.
 
     It minimises ``|e(x)|^2 + |x|^2`` from x = 0, with the whitened residuals e and the nuisances x in prior standard
-    deviations. What repeats of a run differ by beyond their noise is found first, and whitened like noise, see
-    `apesim.studies.estimation.scatter.find_scatter`.
+    deviations. Where runs are repeated, their noise is found anew beside what may scatter between them, and what they
+    differ by beyond it is whitened like noise, see `apesim.studies.estimation.scatter.find_scatter`.
 
     It is the most probable point under Gaussian noise and priors [1]_.
 
@@ -110,11 +110,12 @@ def calibrate(machine: Machine, measured: Measured, counter: Counter | None = No
     """
     residuals, warnings = uncalibrated(machine, measured, counter)
     fitted = descend(residuals, np.zeros(len(residuals.parameters)))
-    scatter = find_scatter(Model((), residuals, fitted), measured)
-    if scatter:
-        residuals = residuals.with_scatter(scatter)
-        jacobian = residuals.take_off_scatter(fitted.jacobian)
-        fitted = descend(residuals, fitted.x, jacobian, fitted.steps, is_exact=fitted.converged)
+    if is_repeated(measured):
+        runs, changes = find_changes(Model((), residuals, fitted), measured.of(FIT) + measured.of(GATE))
+        noise, warnings = noise_of(runs.blocks, runs.predicted(fitted.x), measured.noise, changes)
+        residuals = residuals.with_noise(noise)
+        residuals = residuals.with_scatter(find_scatter(Model((), residuals, fitted), measured))
+        fitted = descend(residuals, fitted.x, steps=fitted.steps)
     return _restarted(residuals, fitted), warnings
 
 

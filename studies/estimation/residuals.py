@@ -552,30 +552,9 @@ class WhitenedResiduals:
                 for whitening, array in zip(self._whitenings, arrays, strict=True)
             ]
         )
-        return self.take_off_scatter(whole)
-
-    def take_off_scatter(self, whole: np.ndarray) -> np.ndarray:
-        """Whiten what scatters between runs, in an array whose noise is whitened already.
-
-        Parameters
-        ----------
-        whole : (n, k) or (n + p, k) float array
-            [standard deviations of noise]
-
-        Returns
-        -------
-        array of the same shape
-            [standard deviations]; rows of pulls behind those of the data stay.
-
-        Examples
-        --------
-        >>> WhitenedResiduals(Machine(), [], []).take_off_scatter(np.array([[2.0], [1.0]])).tolist()  # nothing scatters
-        [[2.0], [1.0]]
-        """
         if self.scatter is None:
             return whole
-        parts = [self.scatter.whiten(run, whole[rows]) for run, rows in self._scattering]
-        return np.concatenate([*parts, whole[sum(map(len, parts)) :]])
+        return np.concatenate([self.scatter.whiten(run, whole[rows]) for run, rows in self._scattering])
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Find the residuals: prediction less measurement, whitened, and behind them the pull of each prior.

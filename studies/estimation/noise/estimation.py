@@ -15,6 +15,8 @@ from apesim.studies.estimation.noise.process import ENOUGH, STRETCH, Noise, nois
 
 Pair = tuple[Any, np.ndarray]
 """A block, `apesim.studies.estimation.residuals.Block`, with an array of as many samples."""
+Changes = Mapping[int, np.ndarray]
+"""What may differ between repeats, (n, k) array of the samples of a block, by the identity of the block."""
 AllNoise = dict[str, dict[float, Noise]]
 """Noise of every channel, by sensor and sampling interval [s]."""
 
@@ -50,7 +52,10 @@ FLOOR = {
 
 
 def noise_of(
-    blocks: Sequence[Any], predicted: Sequence[np.ndarray], stated: Mapping[str, float]
+    blocks: Sequence[Any],
+    predicted: Sequence[np.ndarray],
+    stated: Mapping[str, float],
+    changes: Sequence[np.ndarray] = (),
 ) -> tuple[AllNoise, list[str]]:
     """Estimate the noise of every channel, at each sampling interval that it comes with.
 
@@ -61,6 +66,9 @@ def noise_of(
         Prediction of the model for each block [SI].
     stated : mapping of str to float
         Standard deviations that the user states [SI], by sensor.
+    changes : sequence of (n, k) float array
+        What may differ between repeats of a run beside noise, in proportion, for each block; without them, what a fault
+        of a file does.
 
     Returns
     -------
@@ -86,8 +94,11 @@ def noise_of(
     for block, values in zip(blocks, predicted, strict=True):
         like = round(log(block.interval) / log(LIKE)) if block.interval else 0
         groups.setdefault((block.sensor, like), []).append((block, values))
+    by_block = {id(block): columns for block, columns in zip(blocks, changes, strict=bool(changes))}
     known_by = {
-        key: _records(pairs, stated.get(key[0], np.nan)) for key, pairs in groups.items() if pairs[0][0].interval
+        key: _records(pairs, stated.get(key[0], np.nan), by_block)
+        for key, pairs in groups.items()
+        if pairs[0][0].interval
     }
     mains = mains_in([records for records in known_by.values() if records])
     for (sensor, like), pairs in groups.items():
@@ -112,7 +123,7 @@ def _of_a_mean(sensor: str, pairs: Sequence[Pair], stated: Mapping[str, float], 
     """Noise of a mean over the cycle: stated, from repeats, or taken for a share of it."""
     if sensor in stated:
         return white(max(stated[sensor], FLOOR[sensor]), "stated")
-    contrasts = np.concatenate([[], *(values for record in _contrasts(pairs) for values, _ in record)])
+    contrasts = np.concatenate([[], *(values for record in _contrasts(pairs, {}) for values, _ in record)])
     if len(contrasts) >= FEWEST_CONTRASTS:
         return white(max(float(np.sqrt(np.mean(contrasts**2))), FLOOR[sensor]), "repeats", float(len(contrasts)))
     size = float(np.median([abs(block.values[0]) for block, _ in pairs]))
@@ -123,9 +134,9 @@ def _of_a_mean(sensor: str, pairs: Sequence[Pair], stated: Mapping[str, float], 
     return white(max(OF_A_MEAN * size, FLOOR[sensor]), "a share of the mean")
 
 
-def _records(pairs: Sequence[Pair], stated: float) -> Records | None:
+def _records(pairs: Sequence[Pair], stated: float, changes: Changes) -> Records | None:
     """What tells the noise of a channel: repeats, else stretches at rest; None: there is too little of both."""
-    contrasts, rest = _contrasts(pairs), _at_rest(pairs)
+    contrasts, rest = _contrasts(pairs, changes), _at_rest(pairs)
     for found in (
         Records(contrasts, "repeats", rest, False, stated),
         Records(rest, AT_REST, [], True, stated),
@@ -135,7 +146,7 @@ def _records(pairs: Sequence[Pair], stated: float) -> Records | None:
     return None
 
 
-def _contrasts(pairs: Sequence[Pair]) -> list[Record]:
+def _contrasts(pairs: Sequence[Pair], changes: Changes) -> list[Record]:
     """What repeats of runs differ by: Helmert's contrasts, independent series of the noise's own deviation."""
     groups: dict[tuple[Any, ...], list[Pair]] = {}
     records: list[Record] = []
@@ -148,21 +159,24 @@ def _contrasts(pairs: Sequence[Pair]) -> list[Record]:
             contrast = (values[:k].sum(axis=0) - k * values[k]) / np.sqrt(k * (k + 1.0))
             # What two parts of one file differ by is no fault of a file.
             if repeats[k][0].run.file != first.run.file:
-                contrast = _take_fault_off(contrast, first.times, predicted)
+                contrast = _take_changes_off(contrast, first.times, predicted, changes.get(id(first)))
             records.append([(contrast, first.times)])
     return records
 
 
-def _take_fault_off(contrast: np.ndarray, times: np.ndarray, predicted: np.ndarray) -> np.ndarray:
-    """A contrast of repeats without what a fault of one of them does, where there is clearly such a fault.
+def _take_changes_off(
+    contrast: np.ndarray, times: np.ndarray, predicted: np.ndarray, changes: np.ndarray | None
+) -> np.ndarray:
+    """A contrast of repeats without what a fault of one of them does, and other changes, where there clearly are some.
 
     An offset, a gain, a late trigger and a fast clock change a record in proportion to 1, x, dx/dt and t dx/dt. Were
-    they taken for noise, they would hide themselves.
+    they taken for noise, they would hide themselves, and all that is as slow.
     """
     if len(contrast) < ENOUGH:
         return contrast
     slope = np.gradient(predicted, times)
-    shapes = np.column_stack([np.ones(len(times)), predicted, slope, times * slope])
+    others = np.empty((len(times), 0)) if changes is None else changes
+    shapes = np.column_stack([np.ones(len(times)), predicted, slope, times * slope, others])
     shapes = shapes[:, np.linalg.norm(shapes, axis=0) > 0.0]
     shapes = shapes / np.linalg.norm(shapes, axis=0)
     weights, *_ = np.linalg.lstsq(shapes, contrast, rcond=None)
