@@ -14,7 +14,7 @@ from apesim.engine.effects import ENGINE_LIBRARY
 from apesim.engine.exergy import RATES
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Status, march
-from apesim.march.periodic import MAX_CYCLES, PERIODIC_TOLERANCE, Known, Orbit, known_orbit, periodic_orbit
+from apesim.march.periodic import MAX_CYCLES, PERIODIC_TOLERANCE, Known, Orbit, Record, known_orbit, periodic_orbit
 from apesim.valve.actuator import PHASE
 from apesim.valve.effects import VALVE_LIBRARY
 from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
@@ -114,31 +114,36 @@ def run_steady(
     p, tables, breakpoints = cycle_of(machine, speed)
     accuracy = accuracy_at(p, tolerance)
     start = start and _at_its_stop(p, start)
-    orbit = periodic_orbit(p, tables, *charged_at_rest(p), breakpoints, accuracy, periodic_tolerance, max_cycles, start)
     if angles is None:
         angles = p.start + np.arange(trace_start, 2.0 * np.pi + 0.5 * angle_step, angle_step)
     times = np.minimum((angles - p.start) / speed, breakpoints[-1])
 
-    def cycle(y, mode, accuracy, times=times[:0], log_rows=LOG_ROWS):
-        log, trace = np.empty((log_rows, LOG_HEAD + STATES)), np.full((len(times), len(TRACE)), np.nan)
-        outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, log, times, trace)
-        return log[: outcome.logged], trace, outcome
+    def new_record(times=times[:0], log_rows=LOG_ROWS):
+        return Record(np.empty((log_rows, LOG_HEAD + STATES)), times, np.full((len(times), len(TRACE)), np.nan))
 
-    end, mode = orbit.y.copy(), orbit.mode.copy()
-    log, trace, outcome = cycle(end, mode, accuracy, times)
+    def cycle(y, mode, accuracy, record):
+        outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, *record[:3])
+        return record._replace(end=y, outcome=outcome)
+
+    rest, new = charged_at_rest(p), new_record(times)
+    orbit = periodic_orbit(p, tables, *rest, breakpoints, accuracy, periodic_tolerance, max_cycles, start, new)
+    mode = orbit.mode.copy()
+    record = orbit.record or cycle(orbit.y.copy(), mode, accuracy, new_record(times))
+    log, trace, end, outcome = record.log[: record.outcome.logged], record.trace, record.end, record.outcome
     work, impacts = outcome.work, impact_loss(p.actuator, log)
     coarse, coarse_mode = orbit.y.copy(), orbit.mode.copy()
     before, exergy_mode = np.append(orbit.y, np.zeros(RATES)), orbit.mode.copy()
     exergy_end, exergy_accuracy = before.copy(), with_exergy(p, accuracy)
     if estimate_error:
-        cycle(coarse, coarse_mode, accuracy.tenfold(), log_rows=0)
-        cycle(exergy_end, exergy_mode, exergy_accuracy, log_rows=0)
+        cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
+        cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
     if orbit.period == 2:
-        second, _, other = cycle(end, mode, accuracy)
-        work, impacts = 0.5 * (work + other.work), 0.5 * (impacts + impact_loss(p.actuator, second))
+        second = cycle(end, mode, accuracy, new_record())
+        work = 0.5 * (work + second.outcome.work)
+        impacts = 0.5 * (impacts + impact_loss(p.actuator, second.log[: second.outcome.logged]))
         if estimate_error:
-            cycle(coarse, coarse_mode, accuracy.tenfold(), log_rows=0)
-            cycle(exergy_end, exergy_mode, exergy_accuracy, log_rows=0)
+            cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
+            cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
         end, coarse, exergy_end = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse), 0.5 * (before + exergy_end)
     exergy_end[SIZE + VALVE_IMPACTS] = impacts
     coarse_ledger, ledger = engine_ledger(coarse), engine_ledger(end)

@@ -24,8 +24,6 @@ FARTHEST = 10.0
 """Estimated distance from the periodic state, over the tolerance, up to which plain cycles alone are believed."""
 SLOWEST = 0.999
 """Factor by which a change falls from cycle to cycle, at most, when the distance is estimated."""
-NO_TIMES, NO_TRACE = np.empty(0), np.empty((0, 0))
-"""Arrays of no rows, for a march without a trace."""
 SWINGING = -0.5
 """Factor by which a deviation falls from cycle to cycle, below which a machine near by may settle otherwise."""
 MAX_CORRECTIONS = 12
@@ -51,6 +49,25 @@ class Known(NamedTuple):
     """Whether the correction is of a machine that differs by more than a little, and has to learn on the way."""
 
 
+class Record(NamedTuple):
+    """What a march through a cycle writes, see `apesim.march.adaptive.march`."""
+
+    log: np.ndarray
+    """Rows for breakpoints, events and zero crossings."""
+    times: np.ndarray
+    """When to take rows of the trace [s]."""
+    trace: np.ndarray
+    """Rows of the trace."""
+    end: np.ndarray | None = None
+    """State at the end of the cycle; None: it was not marched yet."""
+    outcome: Any = None
+    """Outcome of the march, `apesim.march.adaptive.Outcome`."""
+
+
+NO_RECORD = Record(np.empty((0, 0)), np.empty(0), np.empty((0, 0)))
+"""Arrays of no rows, for a march of which nothing is written."""
+
+
 class Orbit(NamedTuple):
     """State that a machine settles to."""
 
@@ -72,6 +89,8 @@ class Orbit(NamedTuple):
     """Status of the last march, `apesim.march.adaptive.Status`."""
     known: Known | None = None
     """Start for the next machine, where this one was reached from one; None: it cannot be one."""
+    record: Record | None = None
+    """Record of the cycle from the periodic state; None: it was not recorded on the way."""
 
 
 def distance(a: np.ndarray, b: np.ndarray, scale: np.ndarray) -> float:
@@ -106,8 +125,11 @@ class Drive:
         self.p, self.tables, self.breakpoints, self.accuracy = p, tables, breakpoints, accuracy
         self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
         self.cycles = self.steps = 0
+        self.outcome: Any = None
 
-    def march(self, y: np.ndarray, mode: np.ndarray, count: int = 1) -> tuple[np.ndarray, np.ndarray, int]:
+    def march(
+        self, y: np.ndarray, mode: np.ndarray, count: int = 1, record: Record = NO_RECORD
+    ) -> tuple[np.ndarray, np.ndarray, int]:
         """March some cycles.
 
         Parameters
@@ -118,6 +140,8 @@ class Drive:
             Modes at the start; they stay as they are.
         count : int
             Number of cycles.
+        record : Record
+            Arrays that are written.
 
         Returns
         -------
@@ -154,9 +178,11 @@ class Drive:
         status = Status.DONE
         while count and status == Status.DONE:
             count -= 1
+            log = record.log if len(record.log) else self.log
             outcome = march(
-                self.p, self.tables, 0.0, y, mode, self.breakpoints, self.accuracy, self.log, NO_TIMES, NO_TRACE
+                self.p, self.tables, 0.0, y, mode, self.breakpoints, self.accuracy, log, record.times, record.trace
             )
+            self.outcome = outcome
             self.cycles += 1
             self.steps += outcome.steps + outcome.rejected
             status = Status.TOO_MANY_STEPS if self.steps > MAX_STEPS else outcome.status
@@ -180,6 +206,8 @@ class Settling(NamedTuple):
     """1 or 2 where the state repeats, else 0."""
     correction: np.ndarray | None = None
     """Correction of a state, see `Known`; None: not known."""
+    end: np.ndarray | None = None
+    """State at the end of the cycle that was marched last, where that began in `y`; else None."""
 
 
 def _plain_cycles(drive, y, mode, tolerance, max_cycles, sure):
@@ -341,7 +369,7 @@ def known_orbit(p: Any, tables: Any, orbit: Orbit, breakpoints: np.ndarray, accu
     return Known(orbit.y, orbit.mode, _correction(slopes))
 
 
-def _from_known(drive, known, tolerance):
+def _from_known(drive, known, tolerance, record):
     """Broyden's method from a state that is near; None where it does not come to the periodic state at once.
 
     Parameters
@@ -350,6 +378,8 @@ def _from_known(drive, known, tolerance):
     known : Known
     tolerance : float
         Of the way that is left to the periodic state.
+    record : Record
+        Arrays that each cycle writes anew.
 
     Returns
     -------
@@ -361,7 +391,8 @@ def _from_known(drive, known, tolerance):
     before = gain_before = step = None
     largest_before = np.inf
     for _ in range(MAX_CORRECTIONS):
-        image, mode_image, status = drive.march(y, mode)
+        # From the first state the way is hardly ever short enough: what it does need not be recorded.
+        image, mode_image, status = drive.march(y, mode, 1, NO_RECORD if before is None else record)
         if status != Status.DONE or mode_image[0] != mode[0]:
             return None
         sizes = _sizes(drive, y)
@@ -375,6 +406,8 @@ def _from_known(drive, known, tolerance):
         learning = known.rough and largest_gain <= largest_before
         if left > CLIP or (before is not None and left > before and not learning):
             return None
+        if before is not None and len(record.log) and left <= tolerance:  # the state is periodic already, and what it does is recorded
+            return Settling(y, mode, status, largest_gain, np.inf, 1, correction, image)
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
         if left * nearer <= tolerance:  # the next step falls by as much at least
@@ -412,6 +445,7 @@ def periodic_orbit(
     tolerance: float = PERIODIC_TOLERANCE,
     max_cycles: int = MAX_CYCLES,
     known: Known | None = None,
+    record: Record = NO_RECORD,
 ) -> Orbit:
     """March to the periodic state, helped by Newton's method where plain cycles converge slowly.
 
@@ -442,6 +476,9 @@ def periodic_orbit(
     known : Known, optional
         Periodic state of a machine that differs a little: where that is near, and has the same states, it takes few
         cycles; else the march is the one without it.
+    record : Record
+        Arrays for a cycle. Where a known state is near, cycles are recorded on the way, and the one from the periodic
+        state need not be marched once more.
 
     Returns
     -------
@@ -476,7 +513,7 @@ def periodic_orbit(
     (True, 1, 0.0)
     """
     drive = Drive(p, tables, breakpoints, accuracy)
-    found = _from_known(drive, known, tolerance) if known else None
+    found = _from_known(drive, known, tolerance, record) if known else None
     found = found or _settled(drive, y, mode, tolerance, max_cycles)
     y = found.y.copy()
     y[accuracy.scale.shape[0] :] = 0.0
@@ -492,6 +529,8 @@ def periodic_orbit(
     )
     if not known:
         return orbit
+    if found.end is not None:
+        orbit = orbit._replace(record=record._replace(end=found.end, outcome=drive.outcome))
     if found.correction is None:
         return orbit._replace(known=known_orbit(p, tables, orbit, breakpoints, accuracy))
     return orbit._replace(known=Known(y, found.mode, found.correction))

@@ -14,7 +14,7 @@ from apesim.studies.estimation.noise.process import Noise, Whitening, noise_for
 from apesim.studies.estimation.parameters import Parameter, put
 from apesim.studies.estimation.scatter import Scatter, identify
 from apesim.studies.estimation.starts import Starts, starts_at
-from apesim.studies.measured import MeasuredRun
+from apesim.studies.measured import ENGINE, MeasuredRun
 from apesim.studies.measured.prediction import Memory, Prediction, predict, run_of
 
 STEP = 0.01
@@ -444,14 +444,28 @@ class WhitenedResiduals:
     def _predictions(self, x: np.ndarray, tolerance: float = TOLERANCE) -> Iterator[tuple[MeasuredRun, Prediction]]:
         """Runs and their predictions."""
         x = np.asarray(x, dtype=float)
-        for number, (run, own) in enumerate(zip(self.runs, self._own, strict=True)):
+        for number, run in enumerate(self.runs):
             self.counter.add(1)
             memory = self._remembered(number, x[self._marched[number]].tobytes(), tolerance)
-            machine = put(run_of(self.machine, run), [self.parameters[j] for j in own], x[own])
+            machine = self._machine(number, x)
             prediction = predict(machine, run, None, self.starts.near(number, machine), tolerance, memory)
             if prediction.failed:
                 raise EndedEarly(run.name)
             yield run, prediction
+
+    def _machine(self, number: int, x: np.ndarray) -> Machine:
+        """Machine of a run."""
+        own = self._own[number]
+        return put(run_of(self.machine, self.runs[number]), [self.parameters[j] for j in own], x[own])
+
+    def _around(self, x: np.ndarray) -> Self:
+        """These residuals, an engine's runs marched from their periodic states at x: the way from there is short."""
+        if all(run.bench != ENGINE for run in self.runs):
+            return self
+        known = [prediction.start for _, prediction in self._predictions(x)]
+        other = copy(self)
+        other.starts = self.starts.around([self._machine(number, x) for number in range(len(known))], known)
+        return other
 
     def _remembered(self, number: int, marched: bytes, tolerance: float) -> Memory:
         """What was marched at a point, for the parameters that only the sensors know."""
@@ -684,13 +698,14 @@ class WhitenedResiduals:
         ([[0.0], [0.0], [1.0]], [0.1])
         """
         steps = first_steps(len(x)) if steps is None else np.array(steps)
-        columns = []
-        for j in range(len(x)) if only is None else only:
+        columns, near = {}, self._around(x)
+        places = list(range(len(x)) if only is None else only)
+        # What the sensors alone know comes first, as long as the march at x is remembered.
+        for j in sorted(places, key=lambda place: self.parameters[place].is_marched):
             step = steps[j] if x[j] + steps[j] <= self.high[j] else -steps[j]
             try:
-                column = self.column(x, j, step, residuals)
+                columns[j] = near.column(x, j, step, residuals)
             except EndedEarly:
-                column = self.column(x, j, -step, residuals)
-            steps[j] = np.clip(self.change / max(float(np.linalg.norm(column)), 1e-9), *STEPS)
-            columns.append(column)
-        return np.column_stack(columns), steps
+                columns[j] = near.column(x, j, -step, residuals)
+            steps[j] = np.clip(self.change / max(float(np.linalg.norm(columns[j])), 1e-9), *STEPS)
+        return np.column_stack([columns[j] for j in places]), steps

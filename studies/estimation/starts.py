@@ -60,6 +60,35 @@ class Starts:
         own, known = self._known[key]
         return known if not known or not key[1] else carry_over(known, own, machine)
 
+    def around(self, machines: Sequence[Machine], known: Sequence[Known | None]) -> "Starts":
+        """Take the periodic states of machines for those of machines near them.
+
+        Parameters
+        ----------
+        machines : sequence of apesim.engine.machine.Machine
+            Machine of each run.
+        known : sequence of apesim.march.periodic.Known or None
+            Their periodic states; None: as it is here.
+
+        Returns
+        -------
+        Starts
+
+        Examples
+        --------
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.arange(0.0, 0.1, 1e-3), {})
+        >>> Starts([Machine()], [run]).around([Machine()], [None]).near(0, Machine()) is None  # a run of the valve
+        True
+        """
+        other = Starts(self._machines, self._runs)
+        other._known |= self._known
+        other._known |= {
+            (number, volumes_on(machine)): (machine, one)
+            for number, (machine, one) in enumerate(zip(machines, known, strict=True))
+            if one
+        }
+        return other
+
 
 def starts_at(
     machine: Machine,

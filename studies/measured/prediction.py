@@ -31,12 +31,14 @@ VALVE_COLUMNS, ENGINE_COLUMNS = (
 """Columns of the traces by name of the quantity."""
 MEANS = ("torque", "air_flow")
 """Sensors of an engine that give means."""
+NEARLY_PERIODIC = 1e-7
+"""Largest relative distance from the periodic state: on pressures a thousandth of a usual sensor's noise at most."""
 NEVER = {"opening_start": nan, "opening_contact": nan, "closing_start": nan, "closing_contact": nan}
 """Marks of strokes that never come."""
 
 Marks = dict[str, float]
 """Times by which the model divides a run, see `Prediction.marks`."""
-Memory = dict[bytes, tuple[dict[str, Any], bool, Callable[[], Marks]]]
+Memory = dict[bytes, tuple[dict[str, Any], bool, Callable[[], Marks], Known | None]]
 """What ideal sensors see of one run: channels, failure, and what finds the marks, by the bytes of the instants asked
 for."""
 
@@ -246,10 +248,9 @@ class _Remembered:
         """Channels, (n,) arrays by sensor, at times since the energising [s]."""
         key = times.tobytes()
         if key not in self.memory:
-            shown = self.simulated(times)
-            self.start = self.simulated.known
-            self.memory[key] = shown, self.simulated.failed, self.simulated.find_marks
-        shown, self.failed, self.find_marks = self.memory[key]
+            shown, simulated = self.simulated(times), self.simulated
+            self.memory[key] = shown, simulated.failed, simulated.find_marks, simulated.known
+        shown, self.failed, self.find_marks, self.start = self.memory[key]
         return dict(shown)
 
 
@@ -291,7 +292,15 @@ class _EngineRun:
         times = times % period
         order = np.argsort(times)
         angles = self.machine.command.energise + speed * times[order]
-        run = run_steady(self.machine, speed, self.tolerance, angles=angles, start=self.start, estimate_error=False)
+        run = run_steady(
+            self.machine,
+            speed,
+            self.tolerance,
+            periodic_tolerance=NEARLY_PERIODIC,
+            angles=angles,
+            start=self.start,
+            estimate_error=False,
+        )
         self.failed = run.status != Status.DONE or not run.orbit.converged
         self.known = run.orbit.known
         trace = np.empty_like(run.trace)
