@@ -154,29 +154,31 @@ def _contrasts(pairs: Sequence[Pair], changes: Changes) -> list[Record]:
         key = block.run.name, block.run.role, len(block.values), block.times.tobytes()
         groups.setdefault(key, []).append((block, predicted))
     for repeats in groups.values():
-        values, (first, predicted) = np.array([block.values for block, _ in repeats]), repeats[0]
+        values, (first, _) = np.array([block.values for block, _ in repeats]), repeats[0]
         for k in range(1, len(repeats)):
             contrast = (values[:k].sum(axis=0) - k * values[k]) / np.sqrt(k * (k + 1.0))
             # What two parts of one file differ by is no fault of a file.
             if repeats[k][0].run.file != first.run.file:
-                contrast = _take_changes_off(contrast, first.times, predicted, changes.get(id(first)))
+                contrast = _take_changes_off(contrast, first.times, values[: k + 1], changes.get(id(first)))
             records.append([(contrast, first.times)])
     return records
 
 
 def _take_changes_off(
-    contrast: np.ndarray, times: np.ndarray, predicted: np.ndarray, changes: np.ndarray | None
+    contrast: np.ndarray, times: np.ndarray, repeats: np.ndarray, changes: np.ndarray | None
 ) -> np.ndarray:
     """A contrast of repeats without what a fault of one of them does, and other changes, where there clearly are some.
 
-    An offset, a gain, a late trigger and a fast clock change a record in proportion to 1, x, dx/dt and t dx/dt. Were
-    they taken for noise, they would hide themselves, and all that is as slow.
+    An offset, a gain, a late trigger and a fast clock change a record in proportion to 1, x, dx/dt and t dx/dt, and a
+    slow stroke to x dx/dt. Were they taken for noise, they would hide themselves, and all that is as slow. The mean of
+    the repeats is x: it has the noise of none of their contrasts, and a model may be far away.
     """
     if len(contrast) < ENOUGH:
         return contrast
-    slope = np.gradient(predicted, times)
+    mean = repeats.mean(axis=0)
+    slope = np.gradient(mean, times)
     others = np.empty((len(times), 0)) if changes is None else changes
-    shapes = np.column_stack([np.ones(len(times)), predicted, slope, times * slope, others])
+    shapes = np.column_stack([np.ones(len(times)), mean, slope, times * slope, mean * slope, others])
     shapes = shapes[:, np.linalg.norm(shapes, axis=0) > 0.0]
     shapes = shapes / np.linalg.norm(shapes, axis=0)
     weights, *_ = np.linalg.lstsq(shapes, contrast, rcond=None)
