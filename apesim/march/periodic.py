@@ -408,7 +408,8 @@ def _from_known(drive, known, tolerance, record):
             return None
         if (
             before is not None and len(record.log) and left <= tolerance
-        ):  # the state is periodic already, and what it does is recorded
+            # Where the state is periodic already, what it does is recorded.
+        ):
             return Settling(y, mode, status, largest_gain, np.inf, 1, correction, image)
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
