@@ -406,10 +406,8 @@ def _from_known(drive, known, tolerance, record):
         learning = known.rough and largest_gain <= largest_before
         if left > CLIP or (before is not None and left > before and not learning):
             return None
-        if (
-            before is not None and len(record.log) and left <= tolerance
-            # Where the state is periodic already, what it does is recorded.
-        ):
+        is_recorded = before is not None and len(record.log) > 0
+        if is_recorded and left <= tolerance:
             return Settling(y, mode, status, largest_gain, np.inf, 1, correction, image)
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes

@@ -465,6 +465,9 @@ class WhitenedResiduals:
         known = [prediction.start for _, prediction in self._predictions(x)]
         other = copy(self)
         other.starts = self.starts.around([self._machine(number, x) for number in range(len(known))], known)
+        # What is marched from other starts has other last digits, so each keeps its own, but for what both have at x.
+        at_x = [(number, x[marched].tobytes(), TOLERANCE) for number, marched in enumerate(self._marched)]
+        other._memory = {key: self._memory[key] for key in at_x}
         return other
 
     def _remembered(self, number: int, marched: bytes, tolerance: float) -> Memory:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from apesim.kernel import kernel
-from apesim.march.adaptive import Accuracy, Status
+from apesim.march.adaptive import LOG_HEAD, Accuracy, Status
 from apesim.march.hybrid_system import rates, start_segment
-from apesim.march.periodic import BURST, NOISE, distance, known_orbit, periodic_orbit
+from apesim.march.periodic import BURST, NOISE, Drive, Record, distance, known_orbit, periodic_orbit
 from tests.apesim.march.test_adaptive import NoTables, cached_apart
 
 TOLERANCE = 1e-7
@@ -176,6 +176,19 @@ def test_what_was_found_is_the_start_for_the_next():
     assert orbit.cycles < first.cycles
     assert orbit.y == pytest.approx([3.101, 3.101], abs=4.0 * TOLERANCE / 0.05)
     assert settle(Contraction(), [5.0, 5.0]).known is None
+
+
+def test_the_last_cycle_on_the_way_is_the_one_that_is_recorded():
+    start, machine = known(Contraction(), [5.0, 5.0]), Contraction(target=3.01)
+    accuracy = Accuracy(TOLERANCE, 10.0, np.ones(2))
+    record = Record(np.empty((20, LOG_HEAD + 2)), np.empty(0), np.empty((0, 0)))
+    given = machine, NoTables(), np.full(2, 5.0), np.zeros(1), np.array([1.0]), accuracy
+    found = periodic_orbit(*given, 1e-5, known=start, record=record)
+    assert found.record.outcome.logged > 0
+    end, _, _ = Drive(machine, NoTables(), np.array([1.0]), accuracy).march(found.y, found.mode)
+    assert found.record.end.tolist() == end.tolist()
+    assert found.y == pytest.approx([3.01, 3.01], abs=1e-4)
+    assert periodic_orbit(*given, 1e-5, record=record).record is None  # not from a state that is near
 
 
 def test_a_start_too_far_away_is_replaced():

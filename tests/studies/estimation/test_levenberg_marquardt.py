@@ -69,6 +69,41 @@ def test_sensitivities_from_nearby_save_simulations():
     assert descend(with_own, [0.0, 0.0]).x == pytest.approx(first.x, abs=1e-6)
 
 
+def test_sensitivities_at_the_start_are_not_taken_again():
+    """At the minimum nothing is left to do; with sensitivities from nearby it has to be made sure of."""
+    counts = {}
+    for is_exact in (True, False):
+        residuals = Curved()
+        errors = residuals.at(np.ones(2))
+        slopes, _ = residuals.jacobian(np.ones(2), errors, np.zeros(2))
+        found = descend(residuals, [1.0, 1.0], slopes, errors=errors, is_exact=is_exact)
+        assert found.converged
+        counts[is_exact] = residuals.evaluations
+    assert counts == {True: 3, False: 5}
+
+
+def test_a_minimum_above_the_limit_is_not_sharpened():
+    """What is left is 4 at least: with a limit below that the last sensitivities are saved."""
+
+    class Raised(Curved):
+        def at(self, x):
+            return np.append(super().at(x), 2.0)
+
+        def jacobian(self, x, residuals, steps):
+            self.jacobians += 1
+            return super().jacobian(x, residuals, steps)
+
+    counts = {}
+    for limit in (3.0, 5.0):
+        residuals = Raised()
+        residuals.jacobians = 0
+        found = descend(residuals, [0.6, 0.3], limit=limit)
+        assert found.cost == pytest.approx(4.0, abs=0.1)
+        assert found.converged == (limit == 5.0)
+        counts[limit] = residuals.jacobians
+    assert counts[3.0] == counts[5.0] - 1
+
+
 class Fronts:
     """Steep fronts whose places parameters shift, as the contacts of a stroke; a fall is far more than promised."""
 

@@ -84,6 +84,18 @@ def test_residuals_and_sensitivities_are_those_of_a_fresh_object_after_any_other
             assert bits(one) == bits(other)
 
 
+def test_an_engine_s_sensitivities_are_those_of_runs_from_far_away():
+    """Columns start from the periodic state at x; runs from the machine as it was before come to the same."""
+    residuals, x = fresh("engine"), points(fresh("engine"))[0]
+    errors = residuals.at(x)
+    columns, _ = residuals.jacobian(x, errors, np.full(len(x), 0.05))
+    for j in range(len(x)):
+        moved = x.copy()
+        moved[j] += 0.05 if x[j] + 0.05 <= residuals.high[j] else -0.05
+        slow = (residuals.at(moved) - errors) / (moved[j] - x[j])
+        assert columns[:, j] == pytest.approx(slow, abs=0.05)
+
+
 @pytest.mark.parametrize("bench", ["valve", "engine"])
 def test_two_fits_from_one_start_are_the_same_to_the_bit_whichever_ran_first(bench):
     shared = fresh(bench)

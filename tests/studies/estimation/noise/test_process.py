@@ -145,6 +145,31 @@ def test_noise_comes_from_repeats_even_where_the_model_is_wrong():
     assert not warnings
 
 
+@pytest.mark.parametrize("late", [0.0, 1e-3])
+def test_what_scatters_between_repeats_is_no_coloured_noise(late):
+    """Strokes that begin and take a little longer or shorter, of a model that may be a millisecond late."""
+    rng, times = np.random.default_rng(21), np.linspace(0.0, 0.1, 1001)
+
+    def stroke(start, length):
+        return 9e-3 * (0.5 + 0.5 * np.tanh((times - start) / length))
+
+    ways = [stroke(0.02 + 5e-5 * shift, 3e-3 * (1.0 + 0.02 * slow)) for shift, slow in rng.normal(size=(4, 2))]
+    blocks = [block(way + DEVIATION * rng.normal(size=1001), times) for way in ways]
+    (noise,) = noise_of(blocks, [stroke(0.02 + late, 3e-3)] * 4, {})[0]["lift"].values()
+    assert noise.order == 0
+    assert noise.deviation == pytest.approx(DEVIATION, rel=0.1)
+
+
+def test_changes_that_a_simulation_foretells_are_taken_off_repeats():
+    rng, times = np.random.default_rng(22), np.linspace(0.0, 0.1, 1001)
+    change = np.exp(-(((times - 0.07) / 5e-3) ** 2))
+    blocks = [block(size * change + DEVIATION * rng.normal(size=1001), times) for size in (0.0, 3e-4, -2e-4)]
+    model = [np.zeros(1001)] * 3
+    before, after = (noise_of(blocks, model, {}, changes)[0]["lift"] for changes in ((), [change[:, None]] * 3))
+    assert next(iter(before.values())).deviation > 1.5 * DEVIATION
+    assert next(iter(after.values())).deviation == pytest.approx(DEVIATION, rel=0.1)
+
+
 def test_without_repeats_it_comes_from_stretches_at_rest():
     rng = np.random.default_rng(7)
     times = np.linspace(-0.02, 0.1, 1201)
