@@ -23,7 +23,7 @@ FREEDOM = 4.0
 """Degrees of freedom of Student's t for what scatters: the usual choice of robust estimates where data are too few to
 tell (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. Am. Stat. Assoc. 84, 1989, pp. 881-896,
 doi 10.1080/01621459.1989.10478852)."""
-USUAL = 0.5
+USUAL = 0.3
 """Size of a scatter before repeats are seen, in prior standard deviations: what is not known of a number is mostly the
 same in all runs, or it would have been noticed."""
 COVER = 0.975

@@ -64,7 +64,7 @@ class ReasonKind(StrEnum):
     GAP_STILL_THERE = "on runs that it was not fitted to, {percent:.0f} % of the gap is still there"
     GAP_LEFT = "on runs that it was not fitted to, a gap of {size:.2g} of the noise is left"
     ODD_FILE = "{file} alone is wrong, and no effect of the library explains that"
-    ODD_CHANNEL = "{sensor} of {file} leaves {rms:.2g} of the noise, where noise alone leaves 1.0"
+    ODD_CHANNEL = "{sensor} of {file} leaves {rms:.3g} of the noise, where noise alone leaves 1"
     FILE_OR_EFFECT = "a fault of one file and an effect explain the gap equally well"
     FILE_NOT_EXPLAINED = "no fault of measurement and no effect explains {file}, where the fit is worst"
     FILE_NOT_ALONE = "without {file}, where the fit is worst, a gap is left that nothing explains"
