@@ -11,7 +11,7 @@ from tests.truth.crank import TURN
 from tests.truth.diagrams import reliability
 from tests.truth.effects import EFFECTS, Rig
 from tests.truth.figures import figures, shrinks
-from tests.truth.hiding import Hidden
+from tests.truth.hiding import Hidden, sized
 from tests.truth.library import ENGINE, FIRST_WITH_ALL, LATER, LIBRARY, VALVE, library_at
 from tests.truth.look_alikes import TOLD_APART, look_alikes
 from tests.truth.observation import Laboratory, at_point
@@ -84,6 +84,19 @@ def test_a_large_change_that_is_a_nuisance_costs_its_prior_alone_though_it_is_fa
     lab, rig = Laboratory(setting()), Rig()
     left = lab.left(rig, lambda rig: rig.valve(effective_area=0.7 * rig.engine.valve.effective_area), POINTS, anew=2)
     assert np.linalg.norm(left) < 6.1  # of six prior deviations
+
+
+def test_the_deviations_that_are_told_are_the_least_of_several_descents():
+    """One with sensitivities taken anew may end where it leaves more."""
+
+    class Stuck:
+        setting = Setting(VALVE, "lift", POINTS, WHITE, 100, 0.0)
+
+        def left(self, nominal, changes, points, linear=False, anew=0):
+            return np.array([49.0 if anew else 15.0])
+
+    _, deviations, left = sized(Stuck(), Rig(), POINTS, lambda share: None, 15.0)
+    assert (deviations, left.tolist()) == (15.0, [15.0])
 
 
 def test_twice_the_noise_at_most_halves_the_deviations_of_an_effect():
