@@ -32,7 +32,7 @@ LEADERS = 4
 NEGLIGIBLE = 60.0
 """Sum of squares above the best model's from which a model counts for nothing: odds of 1e13 to 1."""
 NEGLIGIBLE_SHARE = 0.1
-"""Sum of squares from which a model counts for nothing, as a share of what the best model takes off that of the calibrated machine."""
+"""Share of what the best model takes off the calibrated machine's sum of squares that a model has to be behind, too."""
 MIN_RELEASED_PULL = 2.5
 """Prior standard deviations from which a wrong nuisance is one of the explanations."""
 MATERIAL_KEYS = ("air.heat_capacity_ratio",)

@@ -81,7 +81,6 @@ def test_a_repeat_that_scatter_does_not_explain_tells_nothing_of_it(number):
 
 
 def test_heavy_tails_are_no_fault_of_a_file():
-    """Of forty sets of contrasts that scatter by Student's t, one at most loses a contrast."""
     rng, left_out = np.random.default_rng(9), 0
     for _ in range(40):
         tails = rng.standard_t(4.0, size=(8, 2)) / np.sqrt(2.0)
