@@ -146,13 +146,14 @@ def run_steady(
             cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
         end, coarse, exergy_end = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse), 0.5 * (before + exergy_end)
     exergy_end[SIZE + VALVE_IMPACTS] = impacts
-    coarse_ledger, ledger = engine_ledger(coarse), engine_ledger(end)
+    # A record that was marched has its end.
+    coarse_ledger, ledger = engine_ledger(coarse), engine_ledger(end)  # type: ignore[arg-type]
     is_extremum = np.isin(log[:, 1], (ZERO_CROSSING + RECEIVER_EXTREMUM, ZERO_CROSSING + TEMPERATURE_EXTREMUM))
     return SteadyRun(
         p,
         orbit,
         orbit.y,
-        end,
+        end,  # type: ignore[arg-type]
         log[~is_extremum],
         log[is_extremum],
         angles,
