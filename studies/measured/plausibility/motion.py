@@ -1,6 +1,6 @@
 """Checks of when a valve moves: columns swapped, a lift turned round, a late trigger, a pulse that was another one."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -150,13 +150,24 @@ def check_swapped(
     here = [channel for channel in CHAMBERS if channel in values]
     if not here:
         return None
-    own = [compare_shapes(run, values[channel], expected, channel)[0] for channel in here]
-    other = [compare_shapes(run, values[channel], expected, CHAMBERS[channel == CHAMBERS[0]])[0] for channel in here]
-    if min(other) < MIN_ALIKE or np.mean(other) < np.mean(own) + MIN_BETTER:
+    if not _go_as_each_other(run, values, expected, CHAMBERS, here):
         return None
     seen = "goes as the other chamber of the machine does: b is filled and a emptied to open the valve"
     right = "exchange pressure_a and pressure_b in the header, or in columns of [read]"
     return Finding(Kind.FAULT, Check.SWAPPED, run.data, " and ".join(here), seen, "a and b swapped?", right, number)
+
+
+def _go_as_each_other(
+    run: MeasuredRun,
+    values: Mapping[str, np.ndarray],
+    expected: Expected,
+    pair: Sequence[str],
+    here: Sequence[str],
+) -> bool:
+    """Whether those of two channels that are here go clearly better as the other of the two."""
+    own = [compare_shapes(run, values[channel], expected, channel)[0] for channel in here]
+    other = [compare_shapes(run, values[channel], expected, pair[channel == pair[0]])[0] for channel in here]
+    return bool(min(other) >= MIN_ALIKE and np.mean(other) >= np.mean(own) + MIN_BETTER)
 
 
 def check_exchanged(
@@ -190,9 +201,7 @@ def check_exchanged(
     pair = ("lift", "pressure_a")
     if not all(channel in values for channel in pair):
         return None
-    own = [compare_shapes(run, values[channel], expected, channel)[0] for channel in pair]
-    other = [compare_shapes(run, values[channel], expected, pair[channel == pair[0]])[0] for channel in pair]
-    if min(other) < MIN_ALIKE or np.mean(other) < np.mean(own) + MIN_BETTER:
+    if not _go_as_each_other(run, values, expected, pair, pair):
         return None
     if "pressure_b" in values and compare_shapes(run, values["pressure_b"], expected, "pressure_b")[0] < MIN_ALIKE:
         return None  # else a lift turned round and swapped chambers would look the same
