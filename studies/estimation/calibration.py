@@ -11,7 +11,8 @@ from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
 from apesim.studies.estimation.residuals import Counter, WhitenedResiduals, unless_ended
 from apesim.studies.estimation.scatter import find_changes, find_scatter, is_repeated
-from apesim.studies.measured import FIT, GATE, Measured
+from apesim.studies.estimation.starts import starts_at
+from apesim.studies.measured import CHECK, FIT, GATE, Measured
 
 STARTS = 8
 """Number of further starts of a calibration."""
@@ -111,10 +112,17 @@ def calibrate(machine: Machine, measured: Measured, counter: Counter | None = No
     residuals, warnings = uncalibrated(machine, measured, counter)
     fitted = descend(residuals, np.zeros(len(residuals.parameters)))
     if is_repeated(measured):
-        runs, changes = find_changes(Model((), residuals, fitted), measured.of(FIT) + measured.of(GATE))
-        noise, warnings = noise_of(runs.blocks, runs.predicted(fitted.x), measured.noise, changes)
-        residuals = residuals.with_noise(noise)
-        residuals = residuals.with_scatter(find_scatter(Model((), residuals, fitted), measured))
+        runs, checks = (
+            residuals.with_runs(group, starts_at(machine, group, residuals.parameters, fitted.x))
+            for group in (measured.of(FIT) + measured.of(GATE), measured.of(CHECK))
+        )
+        predicted = runs.predicted(fitted.x)
+        changes = find_changes(runs, fitted.x, predicted)
+        noise, warnings = noise_of(runs.blocks, predicted, measured.noise, changes)
+        runs, checks = runs.with_noise(noise), checks.with_noise(noise)
+        scatter = find_scatter(Model((), residuals, fitted), runs, checks)
+        residuals.counter.add(runs.simulations + checks.simulations)
+        residuals = residuals.with_noise(noise).with_scatter(scatter)
         fitted = descend(residuals, fitted.x, steps=fitted.steps)
     return _restarted(residuals, fitted), warnings
 

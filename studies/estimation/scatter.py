@@ -12,7 +12,6 @@ from zlib import crc32
 import numpy as np
 
 from apesim.studies.estimation.scatter_sizes import find_sizes, list_contrasts
-from apesim.studies.estimation.starts import starts_at
 from apesim.studies.measured import FIT, GATE, Measured, MeasuredRun
 
 if TYPE_CHECKING:
@@ -126,7 +125,7 @@ def find_spread(columns: np.ndarray) -> Spread:
     return Spread(directions, 1.0 - 1.0 / np.sqrt(1.0 + sizes**2))
 
 
-def find_scatter(model: "Model", measured: Measured) -> Scatter | None:
+def find_scatter(model: "Model", runs: "WhitenedResiduals", others: "WhitenedResiduals") -> Scatter | None:
     """Find what scatters between the repeats of runs.
 
     Its sizes are those of `find_sizes`: larger where few repeats tell them. A repeat that differs by more than scatter
@@ -135,8 +134,11 @@ def find_scatter(model: "Model", measured: Measured) -> Scatter | None:
     Parameters
     ----------
     model : apesim.studies.estimation.model.Model
-        The calibrated machine, its residuals without scatter.
-    measured : apesim.studies.measured.Measured
+        The calibrated machine.
+    runs : apesim.studies.estimation.residuals.WhitenedResiduals
+        Residuals of the runs that tell the scatter as a function of the model's parameters, without scatter.
+    others : apesim.studies.estimation.residuals.WhitenedResiduals
+        Those of further runs that scatter as much.
 
     Returns
     -------
@@ -146,40 +148,62 @@ def find_scatter(model: "Model", measured: Measured) -> Scatter | None:
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example, read_example
-    >>> find_scatter(explain_example().calibrated, read_example()) is None  # no run is repeated
+    >>> model, measured = explain_example().calibrated, read_example()
+    >>> runs, others = (model.residuals.with_runs(measured.of(role)) for role in ("fit", "check"))
+    >>> find_scatter(model, runs, others) is None  # no run is repeated
     True
     """
-    places, runs = _scattering_places(model), measured.of(FIT) + measured.of(GATE)
-    if not places or not is_repeated(measured):
+    places, x = find_scattering(runs), model.fitted.x
+    if not places:
         return None
-    residuals = _residuals_of(model, runs)
-    errors = residuals.at(model.fitted.x)
-    columns, _ = residuals.jacobian(model.fitted.x, errors, model.fitted.steps, only=places)
-    rows = residuals.run_slices()
-    contrasts = list_contrasts(runs, [errors[own] for own in rows], [columns[own] for own in rows])
-    model.residuals.counter.add(residuals.simulations)
-    sizes, kept = find_sizes(contrasts)
+    errors = runs.at(x)
+    columns, _ = runs.jacobian(x, errors, model.fitted.steps, only=places)
+    rows = runs.run_slices()
+    sizes, kept = find_sizes(list_contrasts(runs.runs, [errors[own] for own in rows], [columns[own] for own in rows]))
     if not sizes.any():
         return None
-    spreads = find_spreads(model, measured.runs, dict(zip(places, sizes.tolist(), strict=True)))
-    keys = tuple(model.residuals.parameters[place].key for place in places)
-    return Scatter(keys, tuple(sizes.tolist()), kept, spreads)
+    by_place = dict(zip(places, sizes.tolist(), strict=True))
+    spreads = {key: one for each in (runs, others) if each.runs for key, one in find_spreads(each, x, by_place).items()}
+    return Scatter(tuple(runs.parameters[place].key for place in places), tuple(sizes.tolist()), kept, spreads)
 
 
-def find_changes(model: "Model", runs: Sequence[MeasuredRun]) -> "tuple[WhitenedResiduals, list[np.ndarray]]":
+def find_scattering(residuals: "WhitenedResiduals") -> list[int]:
+    """Find the places of what may scatter among the parameters of residuals.
+
+    Parameters
+    ----------
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+
+    Returns
+    -------
+    list of int
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> residuals = explain_example().calibrated.residuals
+    >>> residuals.parameters[find_scattering(residuals)[0]].key
+    'supply.pressure'
+    """
+    keys = [p.key for p in residuals.parameters]
+    return [keys.index(key) for key in SCATTERING if key in keys]
+
+
+def find_changes(residuals: "WhitenedResiduals", x: np.ndarray, predicted: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Find how the samples of runs change with what may scatter, by `APART` to both sides.
 
     Parameters
     ----------
-    model : apesim.studies.estimation.model.Model
-    runs : sequence of apesim.studies.measured.MeasuredRun
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+    x : (p,) float array
+        Their parameters.
+    predicted : sequence of (n,) float array
+        Prediction of each block at x [SI].
 
     Returns
     -------
-    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
-        Residuals of the runs as a function of the parameters.
-    changes : list of (n, k) float array
-        Of each block of the residuals, not whitened [SI].
+    list of (n, k) float array
+        Of each block, not whitened [SI]; [] where nothing may scatter.
 
     Raises
     ------
@@ -188,21 +212,20 @@ def find_changes(model: "Model", runs: Sequence[MeasuredRun]) -> "tuple[Whitened
 
     Examples
     --------
-    >>> from apesim.studies.gap.example_bench import explain_example, read_example
-    >>> residuals, changes = find_changes(explain_example().calibrated, read_example().runs[:1])
-    >>> [columns.shape for columns in changes]  # four numbers, to both sides
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> model = explain_example().calibrated
+    >>> residuals, x = model.residuals, model.fitted.x
+    >>> [columns.shape for columns in find_changes(residuals, x, residuals.predicted(x))][:1]  # four, to both sides
     [(160, 8)]
     """
-    residuals, x = _residuals_of(model, runs), model.fitted.x
-    before, found = residuals.predicted(x), []
-    for place in _scattering_places(model):
+    found = []
+    for place in find_scattering(residuals):
         for way in (APART, -APART):
             moved = x.copy()
             moved[place] += way
             after = residuals.predicted(np.clip(moved, residuals.low, residuals.high))
-            found.append([values - old for values, old in zip(after, before, strict=True)])
-    model.residuals.counter.add(residuals.simulations)
-    return residuals, [np.column_stack(columns) for columns in zip(*found, strict=True)]
+            found.append([values - old for values, old in zip(after, predicted, strict=True)])
+    return [np.column_stack(columns) for columns in zip(*found, strict=True)]
 
 
 def is_repeated(measured: Measured) -> bool:
@@ -226,7 +249,7 @@ def is_repeated(measured: Measured) -> bool:
     return len({(run.name, run.role) for run in runs}) < len(runs)
 
 
-def find_spreads(model: "Model", runs: Sequence[MeasuredRun], sizes: Mapping[int, float]) -> dict[Identity, Spread]:
+def find_spreads(residuals: "WhitenedResiduals", x: np.ndarray, sizes: Mapping[int, float]) -> dict[Identity, Spread]:
     """Find how the samples of each run vary, from differences over `REACH` standard deviations to both sides.
 
     A number that is off by z standard deviations moves the samples by ``G z + H z^2``, and z^2 has the root mean square
@@ -234,8 +257,9 @@ def find_spreads(model: "Model", runs: Sequence[MeasuredRun], sizes: Mapping[int
 
     Parameters
     ----------
-    model : apesim.studies.estimation.model.Model
-    runs : sequence of apesim.studies.measured.MeasuredRun
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+    x : (p,) float array
+        Their parameters.
     sizes : mapping of int to float
         Standard deviation of each scattering number, in those of the priors, by its place among the parameters.
 
@@ -251,35 +275,20 @@ def find_spreads(model: "Model", runs: Sequence[MeasuredRun], sizes: Mapping[int
 
     Examples
     --------
-    >>> from apesim.studies.gap.example_bench import explain_example, read_example
-    >>> (friction, *_) = find_spreads(explain_example().calibrated, read_example().runs[:1], {0: 0.3}).values()
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> model = explain_example().calibrated
+    >>> (friction, *_) = find_spreads(model.residuals, model.fitted.x, {0: 0.3}).values()
     >>> friction.directions.shape, bool(friction.shares[0] > 0.9)
     ((160, 2), True)
     """
-    residuals, columns = _residuals_of(model, runs), []
-    errors = residuals.at(model.fitted.x)
+    errors, columns = residuals.at(x), []
     for place, size in sizes.items():
         if not size:
             continue
-        step = np.zeros(len(model.fitted.x))
+        step = np.zeros(len(x))
         step[place] = REACH * size
-        above, below = (
-            residuals.at(np.clip(model.fitted.x + way * step, residuals.low, residuals.high)) for way in (1.0, -1.0)
-        )
+        above, below = (residuals.at(np.clip(x + way * step, residuals.low, residuals.high)) for way in (1.0, -1.0))
         columns.append((above - below) / (2.0 * REACH))
         columns.append(sqrt(3.0) * (above + below - 2.0 * errors) / (2.0 * REACH**2))
-    model.residuals.counter.add(residuals.simulations)
-    whole = np.column_stack(columns)
-    return {identify(run): find_spread(whole[own]) for run, own in zip(runs, residuals.run_slices(), strict=True)}
-
-
-def _residuals_of(model: "Model", runs: Sequence[MeasuredRun]) -> "WhitenedResiduals":
-    """Residuals of runs as a function of a model's parameters."""
-    own = model.residuals
-    return own.with_runs(runs, starts_at(own.machine, runs, own.parameters, model.fitted.x))
-
-
-def _scattering_places(model: "Model") -> list[int]:
-    """Places of what may scatter among a model's parameters."""
-    keys = [p.key for p in model.residuals.parameters]
-    return [keys.index(key) for key in SCATTERING if key in keys]
+    whole, rows = np.column_stack(columns), residuals.run_slices()
+    return {identify(run): find_spread(whole[own]) for run, own in zip(residuals.runs, rows, strict=True)}
