@@ -461,7 +461,7 @@ def _fit_all(
     least = min((choice.model.cost for choice in known), default=np.inf)
     models: list[Model] = []
     for part in (tasks[:LEADERS], tasks[LEADERS:]):
-        limit = least + max(NEGLIGIBLE, NEGLIGIBLE_SHARE * (base.cost - least)) if np.isfinite(least) else np.inf
+        limit = least + max(NEGLIGIBLE, NEGLIGIBLE_SHARE * (base.cost - least))
         found = work.each(stage, unless_ended, [(partial(fit, limit=limit), base, *how) for how in part])
         models += [model for model in found if model]
         least = min([least, *(model.cost for model in models)])
