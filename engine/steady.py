@@ -14,7 +14,16 @@ from apesim.engine.effects import ENGINE_LIBRARY
 from apesim.engine.exergy import RATES
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Status, march
-from apesim.march.periodic import MAX_CYCLES, PERIODIC_TOLERANCE, Known, Orbit, Record, known_orbit, periodic_orbit
+from apesim.march.periodic import (
+    MAX_CYCLES,
+    PERIODIC_TOLERANCE,
+    Known,
+    Orbit,
+    Record,
+    Recorded,
+    known_orbit,
+    periodic_orbit,
+)
 from apesim.valve.actuator import PHASE
 from apesim.valve.effects import VALVE_LIBRARY
 from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
@@ -122,14 +131,13 @@ def run_steady(
         return Record(np.empty((log_rows, LOG_HEAD + STATES)), times, np.full((len(times), len(TRACE)), np.nan))
 
     def cycle(y, mode, accuracy, record):
-        outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, *record[:3])
-        return record._replace(end=y, outcome=outcome)
+        outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, *record)
+        return Recorded(record.log[: outcome.logged], record.trace, y, outcome)
 
     rest, new = charged_at_rest(p), new_record(times)
     orbit = periodic_orbit(p, tables, *rest, breakpoints, accuracy, periodic_tolerance, max_cycles, start, new)
     mode = orbit.mode.copy()
-    record = orbit.record or cycle(orbit.y.copy(), mode, accuracy, new_record(times))
-    log, trace, end, outcome = record.log[: record.outcome.logged], record.trace, record.end, record.outcome
+    log, trace, end, outcome = orbit.recorded or cycle(orbit.y.copy(), mode, accuracy, new_record(times))
     work, impacts = outcome.work, impact_loss(p.actuator, log)
     coarse, coarse_mode = orbit.y.copy(), orbit.mode.copy()
     before, exergy_mode = np.append(orbit.y, np.zeros(RATES)), orbit.mode.copy()
@@ -140,20 +148,19 @@ def run_steady(
     if orbit.period == 2:
         second = cycle(end, mode, accuracy, new_record())
         work = 0.5 * (work + second.outcome.work)
-        impacts = 0.5 * (impacts + impact_loss(p.actuator, second.log[: second.outcome.logged]))
+        impacts = 0.5 * (impacts + impact_loss(p.actuator, second.log))
         if estimate_error:
             cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
             cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
         end, coarse, exergy_end = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse), 0.5 * (before + exergy_end)
     exergy_end[SIZE + VALVE_IMPACTS] = impacts
-    # A record that was marched has its end.
-    coarse_ledger, ledger = engine_ledger(coarse), engine_ledger(end)  # type: ignore[arg-type]
+    coarse_ledger, ledger = engine_ledger(coarse), engine_ledger(end)
     is_extremum = np.isin(log[:, 1], (ZERO_CROSSING + RECEIVER_EXTREMUM, ZERO_CROSSING + TEMPERATURE_EXTREMUM))
     return SteadyRun(
         p,
         orbit,
         orbit.y,
-        end,  # type: ignore[arg-type]
+        end,
         log[~is_extremum],
         log[is_extremum],
         angles,

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.march.adaptive import LOG_HEAD, Accuracy, Status, march
+from apesim.march.adaptive import LOG_HEAD, Accuracy, Outcome, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
 """Default largest change of a state over a cycle that counts as periodic, relative."""
@@ -50,7 +50,7 @@ class Known(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What a march through a cycle writes, see `apesim.march.adaptive.march`."""
+    """Arrays that a march through a cycle writes, see `apesim.march.adaptive.march`."""
 
     log: np.ndarray
     """Rows for breakpoints, events and zero crossings."""
@@ -58,10 +58,19 @@ class Record(NamedTuple):
     """When to take rows of the trace [s]."""
     trace: np.ndarray
     """Rows of the trace."""
-    end: np.ndarray | None = None
-    """State at the end of the cycle; None: it was not marched yet."""
-    outcome: Any = None
-    """Outcome of the march, `apesim.march.adaptive.Outcome`."""
+
+
+class Recorded(NamedTuple):
+    """A cycle that was marched, with what was written of it."""
+
+    log: np.ndarray
+    """Rows for breakpoints, events and zero crossings, as many as there were."""
+    trace: np.ndarray
+    """Rows of the trace."""
+    end: np.ndarray
+    """State at the end of the cycle."""
+    outcome: Outcome
+    """Outcome of the march."""
 
 
 NO_RECORD = Record(np.empty((0, 0)), np.empty(0), np.empty((0, 0)))
@@ -89,8 +98,8 @@ class Orbit(NamedTuple):
     """Status of the last march, `apesim.march.adaptive.Status`."""
     known: Known | None = None
     """Start for the next machine, where this one was reached from one; None: it cannot be one."""
-    record: Record | None = None
-    """Record of the cycle from the periodic state; None: it was not recorded on the way."""
+    recorded: Recorded | None = None
+    """Cycle from the periodic state; None: it was not recorded on the way."""
 
 
 def distance(a: np.ndarray, b: np.ndarray, scale: np.ndarray) -> float:
@@ -125,7 +134,7 @@ class Drive:
         self.p, self.tables, self.breakpoints, self.accuracy = p, tables, breakpoints, accuracy
         self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
         self.cycles = self.steps = 0
-        self.outcome: Any = None
+        self.outcome: Outcome | None = None
 
     def march(
         self, y: np.ndarray, mode: np.ndarray, count: int = 1, record: Record = NO_RECORD
@@ -206,8 +215,8 @@ class Settling(NamedTuple):
     """1 or 2 where the state repeats, else 0."""
     correction: np.ndarray | None = None
     """Correction of a state, see `Known`; None: not known."""
-    end: np.ndarray | None = None
-    """State at the end of the cycle that was marched last, where that began in `y`; else None."""
+    recorded: Recorded | None = None
+    """Cycle from `y`; None: it was not recorded."""
 
 
 def _plain_cycles(drive, y, mode, tolerance, max_cycles, sure):
@@ -406,9 +415,9 @@ def _from_known(drive, known, tolerance, record):
         learning = known.rough and largest_gain <= largest_before
         if left > CLIP or (before is not None and left > before and not learning):
             return None
-        is_recorded = before is not None and len(record.log) > 0
-        if is_recorded and left <= tolerance:
-            return Settling(y, mode, status, largest_gain, np.inf, 1, correction, image)
+        if before is not None and len(record.log) and left <= tolerance:
+            recorded = Recorded(record.log[: drive.outcome.logged], record.trace, image, drive.outcome)
+            return Settling(y, mode, status, largest_gain, np.inf, 1, correction, recorded)
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
         if left * nearer <= tolerance:  # the next step falls by as much at least
@@ -527,11 +536,10 @@ def periodic_orbit(
         found.change,
         found.change_of_two,
         found.status,
+        recorded=found.recorded,
     )
     if not known:
         return orbit
-    if found.end is not None:
-        orbit = orbit._replace(record=record._replace(end=found.end, outcome=drive.outcome))
     if found.correction is None:
         return orbit._replace(known=known_orbit(p, tables, orbit, breakpoints, accuracy))
     return orbit._replace(known=Known(y, found.mode, found.correction))

@@ -334,7 +334,7 @@ from apesim.engine.cycle.operating_point import accuracy_at, charged_at_rest, cy
 p, tables, breakpoints = cycle_of(Machine(), 100.0)
 y, mode = charged_at_rest(p)
 try:
-    march(p, tables, 0.0, y, mode, breakpoints, accuracy_at(p), *NO_RECORD[:3])
+    march(p, tables, 0.0, y, mode, breakpoints, accuracy_at(p), *NO_RECORD)
 except TypeError as error:
     print(error)
 """

@@ -184,11 +184,11 @@ def test_the_last_cycle_on_the_way_is_the_one_that_is_recorded():
     record = Record(np.empty((20, LOG_HEAD + 2)), np.empty(0), np.empty((0, 0)))
     given = machine, NoTables(), np.full(2, 5.0), np.zeros(1), np.array([1.0]), accuracy
     found = periodic_orbit(*given, 1e-5, known=start, record=record)
-    assert found.record.outcome.logged > 0
+    assert found.recorded.outcome.logged > 0
     end, _, _ = Drive(machine, NoTables(), np.array([1.0]), accuracy).march(found.y, found.mode)
-    assert found.record.end.tolist() == end.tolist()
+    assert found.recorded.end.tolist() == end.tolist()
     assert found.y == pytest.approx([3.01, 3.01], abs=1e-4)
-    assert periodic_orbit(*given, 1e-5, record=record).record is None  # not from a state that is near
+    assert periodic_orbit(*given, 1e-5, record=record).recorded is None  # not from a state that is near
 
 
 def test_a_start_too_far_away_is_replaced():
