@@ -23,16 +23,16 @@ class Model(NamedTuple):
     """Residuals as a function of the nuisances and of the parameters of the candidates, in this order."""
     fitted: Fitted
     """Fit of the residuals."""
-    released: str = ""
-    """Key of a nuisance whose prior was taken away."""
+    released: tuple[str, ...] = ()
+    """Keys of nuisances whose priors were taken away."""
     profiles: dict[str, Any] | None = None
     """Both ends of the intervals of effects that have a shape, `apesim.studies.estimation.profile_likelihood.End` in x,
     by key; None: not sought, see `apesim.studies.gap.search.intervals`."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the candidates, or of the nuisance released."""
-        return (self.released,) if self.released else tuple(candidate.name for candidate in self.candidates)
+        """Names of the candidates, and keys of the nuisances released."""
+        return (*(candidate.name for candidate in self.candidates), *self.released)
 
     @property
     def cost(self) -> float:

@@ -113,7 +113,7 @@ def list_effects_of(choice: Choice) -> tuple[str, ...]:
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> best = explain_example().best
-    >>> list_effects_of(Choice(best, 0.0)), list_effects_of(Choice(best._replace(released="valve.spring_rate"), 0.0))
+    >>> list_effects_of(Choice(best, 0.0)), list_effects_of(Choice(best._replace(candidates=(), released=("valve.spring_rate",)), 0.0))
     (('side_force',), ('spring_rate_error',))
     """
     return tuple(TWINS.get(name, name) for name in choice.names)

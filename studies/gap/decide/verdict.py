@@ -17,10 +17,9 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.held_out import HeldOut
-from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds
+from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds, list_effects_of
 from apesim.studies.gap.decide.odd_files import OddChannel, list_odd_files
 from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
-from apesim.studies.gap.search.candidates import TWINS
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.search.plausibility import find_implausible, find_pulled
 from apesim.studies.gap.search.refit import release
@@ -121,9 +120,9 @@ def _find_best_and_rivals(choices: list[Choice]) -> tuple[Choice, tuple[Choice, 
     """Find the best choice, and its rivals: the choices that the data do not distinguish from it.
 
     A rival is within `AMBIGUOUS_COST` of the least penalised cost. A model that contains the best one and more is none.
-    Some nuisances say the same as an effect of the library, see `TWINS`. Where such a nuisance has the least cost and
-    its effect is within the limit, the effect is the best choice; a nuisance whose effect is in the best choice is no
-    rival.
+    Some nuisances say the same as an effect of the library, see `list_effects_of`. Where such a nuisance has the least
+    cost and its effect is within the limit, the effect is the best choice; a nuisance whose effect is in the best
+    choice is no rival.
 
     Parameters
     ----------
@@ -137,15 +136,10 @@ def _find_best_and_rivals(choices: list[Choice]) -> tuple[Choice, tuple[Choice, 
         The least penalised cost first; empty where the best choice is distinguishable from all others.
     """
     near = [choice for choice in choices if choice.cost - choices[0].cost < AMBIGUOUS_COST]
-    twins = [choice for choice in near if choice.names == (TWINS.get(near[0].model.released),)]
-    best = (twins or near)[0]
-    return best, tuple(
-        choice
-        for choice in near
-        if choice is not best
-        and not set(best.names) < set(choice.names)
-        and TWINS.get(choice.model.released) not in best.names
-    )
+    effects = set(list_effects_of(near[0]))
+    same = [choice for choice in near if set(list_effects_of(choice)) == effects]
+    best = min(same, key=lambda choice: len(choice.model.released))
+    return best, tuple(choice for choice in near if not effects <= set(list_effects_of(choice)))
 
 
 def decide_with_alarm(

@@ -106,9 +106,8 @@ def describe_added(explanation: "Explanation") -> str:
     'with side force'
     """
     model = explanation.best
-    if model.released:
-        return f"with {format_key(model.released)} corrected"
-    return f"with {' and '.join(map(format_name, model.names))}"
+    added = [format_name(each.name) for each in model.candidates]
+    return f"with {' and '.join([*added, *(f'{format_key(key)} corrected' for key in model.released)])}"
 
 
 def format_pull(row: Mapping[str, Any]) -> str:

@@ -50,7 +50,7 @@ class Choice(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the effects that it adds, or the key of the nuisance whose prior it takes away."""
+        """Names of the effects that it adds, and keys of the nuisances whose priors it takes away."""
         return self.model.names
 
 

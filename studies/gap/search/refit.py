@@ -170,13 +170,13 @@ def refit_one(base: Model, model: Model, number: int, *, limit: float = np.inf) 
     return Model((retained,), residuals, descend(residuals, model.fitted.x[kept], jacobian, steps, limit=limit))
 
 
-def release(base: Model, number: int, *, limit: float = np.inf) -> Model:
-    """Fit the calibrated machine anew without the prior of one nuisance.
+def release(model: Model, number: int, *, limit: float = np.inf) -> Model:
+    """Fit a model anew without the prior of one more nuisance.
 
     Parameters
     ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
+    model : apesim.studies.estimation.model.Model
+        The calibrated machine, or a model with effects.
     number : int
         Place of the nuisance among the parameters.
     limit : float
@@ -185,7 +185,7 @@ def release(base: Model, number: int, *, limit: float = np.inf) -> Model:
     Returns
     -------
     apesim.studies.estimation.model.Model
-        A model without candidates, ``released`` being the key of the nuisance.
+        The same candidates, with the key of the nuisance in ``released``.
 
     Raises
     ------
@@ -197,16 +197,16 @@ def release(base: Model, number: int, *, limit: float = np.inf) -> Model:
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> calibrated = explain_example().calibrated
     >>> model = release(calibrated, 0)
-    >>> model.released == calibrated.residuals.parameters[0].key, model.cost < calibrated.cost
+    >>> model.released == (calibrated.residuals.parameters[0].key,), model.cost < calibrated.cost
     (True, True)
     """
-    parameters = list(base.residuals.parameters)
+    parameters = list(model.residuals.parameters)
     parameters[number] = parameters[number]._replace(prior=False)
-    residuals, before = base.residuals.with_parameters(parameters), base.fitted
+    residuals, before = model.residuals.with_parameters(parameters), model.fitted
     jacobian = before.jacobian.copy()
     jacobian[len(before.data_residuals) + number] = 0.0
     fitted = descend(residuals, before.x, jacobian, before.steps, is_exact=before.converged, limit=limit)
-    return Model((), residuals, fitted, parameters[number].key)
+    return Model(model.candidates, residuals, fitted, (*model.released, parameters[number].key))
 
 
 def _start_from(

@@ -11,7 +11,7 @@ from apesim.studies.gap.search.model_selection import Choice
 SHAPE, OTHER = np.sin(np.arange(50)), np.cos(np.arange(50))
 
 
-def model(names, left, released=""):
+def model(names, left, released=()):
     return SimpleNamespace(names=names, released=released, fitted=SimpleNamespace(data_residuals=left))
 
 
@@ -57,7 +57,7 @@ def test_a_twin_in_a_pair_takes_the_part_that_its_partner_leaves():
 
 
 def test_a_number_of_the_machine_counts_as_the_effect_that_says_the_same():
-    number = Choice(model(("valve.spring_rate",), 0.0 * SHAPE, "valve.spring_rate"), 60.0)
+    number = Choice(model(("valve.spring_rate",), 0.0 * SHAPE, ("valve.spring_rate",)), 60.0)
     assert find_log_odds(BASE, [number], ["spring_rate_error"]) == pytest.approx(20.0)
 
 

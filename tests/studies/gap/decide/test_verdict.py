@@ -22,7 +22,7 @@ GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)
 NO_FILES = {}
 
 
-def model(names, gap=None, cost=0.0, released="", x=(0.0, 0.5), files=NO_FILES):
+def model(names, gap=None, cost=0.0, released=(), x=(0.0, 0.5), files=NO_FILES):
     """A model that takes a gap of some shape away; files: of faults, and their kinds, by name."""
     errors = np.append(np.zeros(N) if gap is None else -np.asarray(gap, dtype=float), np.zeros(2))
     fitted = SimpleNamespace(residuals=errors, data_residuals=errors[:N], x=np.array(x), covariance=0.01 * np.eye(2))
@@ -30,7 +30,7 @@ def model(names, gap=None, cost=0.0, released="", x=(0.0, 0.5), files=NO_FILES):
     nuisance = Parameter("valve.viscous_friction", 0.1, -10.0, 10.0, 111.0, True, True, True)
     residuals = SimpleNamespace(known=np.array([True, False]), parameters=[nuisance, effect])
     return SimpleNamespace(
-        names=(released,) if released else names,
+        names=(*names, *released),
         fitted=fitted,
         residuals=residuals,
         cost=cost,
@@ -109,7 +109,7 @@ def test_pairs_that_differ_by_what_looks_alike_are_one_finding_unless_they_are_a
 
 
 def test_a_wrong_number_is_a_calibration():
-    assert verdict_of(choice(100.0, released="supply.temperature")) == "CALIBRATION"
+    assert verdict_of(choice(100.0, released=("supply.temperature",))) == "CALIBRATION"
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_a_name_that_leaves_more_than_noise_is_refused():
 def test_what_is_hardly_better_than_nothing_is_no_name():
     found = rules.decide_with_alarm(BASE, [choice(295.0, "a", gap=SHAPE)], 1.0, GOOD)
     assert (found.verdict, found.reason.kind) == (Verdict.REFUSED, ReasonKind.FAINT)
-    assert verdict_of(choice(295.0, released="supply.temperature", gap=SHAPE)) == "REFUSED"
+    assert verdict_of(choice(295.0, released=("supply.temperature",), gap=SHAPE)) == "REFUSED"
     assert verdict_of(choice(290.0, "a", gap=SHAPE)) == "NAMED"
 
 
@@ -168,7 +168,7 @@ def test_runs_that_gauges_do_not_tell_apart_are_one_operating_point():
 
 
 def test_a_number_of_the_machine_has_its_price_where_the_library_is_left_out():
-    assert price_model(model((), cost=40.0, released="supply.temperature"), 0).cost == 40.0 + find_term_penalty(1)
+    assert price_model(model((), cost=40.0, released=("supply.temperature",)), 0).cost == 40.0 + find_term_penalty(1)
 
 
 def test_a_pair_that_hardly_beats_one_of_its_effects_leaves_it_open_whether_there_is_a_second():
@@ -233,7 +233,7 @@ def test_without_anything_held_out_nothing_is_named():
 
 
 def test_a_number_and_the_effect_that_says_the_same_are_one_choice():
-    number = choice(100.0, released="engine.exhaust.effective_area", gap=SHAPE)
+    number = choice(100.0, released=("engine.exhaust.effective_area",), gap=SHAPE)
     effect = choice(101.0, "exhaust_restriction", gap=SHAPE)
     found = rules.decide_with_alarm(BASE, [number, effect], 1.0, GOOD)
     assert (found.verdict, found.best.names) == ("NAMED", ("exhaust_restriction",))

@@ -30,7 +30,7 @@ GAUGE, THERMOMETER = Prior("supply.pressure", 0.01, True), Prior("supply.tempera
 RUNS = [valve_run()._replace(supply=gauge + AMBIENT, temperature=t) for gauge, t in ((0.2e6, 281.0), (0.8e6, 293.0))]
 
 
-def fitted(base, runs, parameters, x, candidates=(), released=""):
+def fitted(base, runs, parameters, x, candidates=(), released=()):
     """A model at given parameters, as if it had been fitted."""
     jacobian = np.vstack([np.eye(len(x)), np.eye(len(x))])
     residuals = WhitenedResiduals(base, runs, parameters)
@@ -41,7 +41,7 @@ def fitted(base, runs, parameters, x, candidates=(), released=""):
 def released(base, prior, x, runs=RUNS):
     """A calibrated machine whose nuisance has lost its prior."""
     free = nuisance(base, prior)._replace(prior=False)
-    return fitted(base, runs, [free], [x], released=prior.key)
+    return fitted(base, runs, [free], [x], released=(prior.key,))
 
 
 def with_effects(*sized):
