@@ -54,6 +54,7 @@ class ReasonKind(StrEnum):
     SEVERAL_SINGLES = "several explanations are as good"
     SEVERAL_PAIRS = "several pairs are as good"
     SECOND_IS_FAINT = "the second effect hardly earns its place"
+    EFFECT_IS_FAINT = "beside a number of the machine that is wrong, the effect hardly earns its place"
     NOTHING_HELD_OUT = "there is one operating point alone: nothing can be held out"
     NOTHING_EARNS_ITS_PLACE = "no effect of the library earns its place"
     FAINT = "the best explanation hardly earns its place"

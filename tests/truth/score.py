@@ -106,10 +106,12 @@ class Scored(NamedTuple):
 
     @property
     def first(self):
-        """Names of the explanation that stands first, named or not; faults of files are none of them."""
+        """Names of the explanation that stands first, named or not, without faults of files, and without numbers of the
+        rig that are wrong beside effects."""
         found = self.verdict.get("effects") or self.verdict.get("nearest")
         if found:
-            return [one["name"] for one in found if not one.get("file")]
+            names = [one["name"] for one in found if not one.get("file")]
+            return [name for name in names if "." not in name] or names
         return next((list(one["effects"]) for one in self.verdict.get("alternatives", ())), [])
 
     @property
@@ -135,8 +137,11 @@ class Scored(NamedTuple):
     @property
     def really_off(self):
         """Whether a number that the verdict blames is off by more than a program has reason to believe."""
-        pulls = self.answer.get("pulls", {})
-        return any(abs(pulls.get(key, 0.0)) >= OFF for key in self.blamed)
+        return any(self.is_off(key) for key in self.blamed)
+
+    def is_off(self, key):
+        """Whether a number of the rig is off by more than a program has reason to believe."""
+        return abs(self.answer.get("pulls", {}).get(key, 0.0)) >= OFF
 
     @property
     def geometric(self):
@@ -177,6 +182,8 @@ class Scored(NamedTuple):
         if self.said == "MEASUREMENT":
             blames = set(self.files)
             return bool(self.fault) and blames == {self.fault["file"]} and (self.rest is None or not self.rest.wrong)
+        if not all(self.is_off(one["key"]) for one in self.verdict.get("numbers", ())):
+            return False
         first, hidden = set(self.first) - (self.geometric - set(self.hidden)), set(self.hidden)
         if self.kind == NONE:
             return bool(self.first) and not first
@@ -308,7 +315,7 @@ class Scored(NamedTuple):
         return found + [(float(p), self.is_there(label.split(" or "))) for label, p in stated.items()]
 
     def is_there(self, names):
-        """Whether one of some effects, numbers of the machine or faults of a file is what the case hides."""
+        """Whether one of some effects, numbers of the machine or faults of a file is what the case hides, or is off."""
         fault = self.answer.get("fault") or {"name": None}
         hidden = self.hidden if self.kind not in (NONE, REMOVED, FOREIGNER) else []
         sought = {*hidden, *self.geometric}
@@ -316,6 +323,7 @@ class Scored(NamedTuple):
         return any(
             name in sought
             or any(key in name for key in keys)
+            or self.is_off(name)
             or bool(fault["name"] and name.startswith(fault["name"]) and name.endswith(f" in {fault['file']}"))
             for name in names
         )

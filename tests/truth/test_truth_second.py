@@ -265,6 +265,15 @@ def test_a_calibration_is_right_of_a_number_that_is_off_and_where_nothing_else_i
         assert not scored(SINGLE, "CALIBRATION", [("bounce", 30.0)], facts=facts, **blames).right
 
 
+def test_a_name_beside_a_number_that_is_wrong_is_right_where_the_number_is_off():
+    numbers = [{"key": "supply.pressure", "name": "supply.pressure"}]
+    for pull, right in ((5.0, True), (1.0, False)):
+        facts = {"pulls": {"supply.pressure": pull}}
+        one = scored(SINGLE, "NAMED", [("bounce", 30.0)], first=["bounce"], facts=facts, numbers=numbers)
+        assert one.right is right
+        assert one.is_there(["supply.pressure"]) is right
+
+
 def test_a_name_of_a_geometry_that_is_off_is_a_name_where_nothing_is_hidden_and_yet_not_wrong():
     for size, right in ((7.0, True), (3.0, False)):
         facts = {"geometry": {"deviations": size, "by": {"valve.clearance_volume": size}}}

@@ -113,10 +113,37 @@ def list_effects_of(choice: Choice) -> tuple[str, ...]:
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> best = explain_example().best
-    >>> list_effects_of(Choice(best, 0.0)), list_effects_of(Choice(best._replace(candidates=(), released=("valve.spring_rate",)), 0.0))
-    (('side_force',), ('spring_rate_error',))
+    >>> list_effects_of(Choice(best._replace(released=("valve.spring_rate",)), 0.0))
+    ('side_force', 'spring_rate_error')
     """
     return tuple(TWINS.get(name, name) for name in choice.names)
+
+
+def list_named_effects(choice: Choice) -> tuple[str, ...]:
+    """What a model says is missing: its effects, without the numbers whose priors it takes away beside them.
+
+    A number that says the same as an effect counts as that effect.
+
+    Parameters
+    ----------
+    choice : apesim.studies.gap.search.model_selection.Choice
+
+    Returns
+    -------
+    tuple of str
+        Where there is no effect, the numbers.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> best = explain_example().best._replace(released=("supply.pressure", "valve.spring_rate"))
+    >>> list_named_effects(Choice(best, 0.0))
+    ('side_force', 'spring_rate_error')
+    >>> list_named_effects(Choice(best._replace(candidates=(), released=("supply.pressure",)), 0.0))
+    ('supply.pressure',)
+    """
+    released, every = set(choice.model.released), list_effects_of(choice)
+    return tuple(name for name in every if name not in released) or every
 
 
 def find_twins(base: Model, choices: Sequence[Choice]) -> dict[str, tuple[str, ...]]:
@@ -155,11 +182,13 @@ def _find_twins_of(
 ) -> Iterable[str]:
     """Names of what may stand in the place of one effect of the best choice."""
     others = set(list_effects_of(best)) - {effect}
+    # Beside effects it makes no difference which numbers have lost their priors, but where they are compared themselves.
+    list_parts = list_effects_of if effect in best.model.released else list_named_effects
     without = next((choice.model for choice in choices if set(list_effects_of(choice)) == others), base)
     taken = without.fitted.data_residuals - best.model.fitted.data_residuals
     for choice in near:
-        rest = set(list_effects_of(choice)) - others
-        if len(rest) != 1 or effect in rest or len(choice.names) != len(best.names):
+        rest = set(list_parts(choice)) - others
+        if len(rest) != 1 or effect in rest or len(list_parts(choice)) != len(list_parts(best)):
             continue
         if find_cosine(taken, without.fitted.data_residuals - choice.model.fitted.data_residuals) > ALIKE:
             yield rest.pop()

@@ -17,7 +17,7 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.held_out import HeldOut
-from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds, list_effects_of
+from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds, list_named_effects
 from apesim.studies.gap.decide.odd_files import OddChannel, list_odd_files
 from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
 from apesim.studies.gap.search.model_selection import Choice
@@ -120,9 +120,9 @@ def _find_best_and_rivals(choices: list[Choice]) -> tuple[Choice, tuple[Choice, 
     """Find the best choice, and its rivals: the choices that the data do not distinguish from it.
 
     A rival is within `AMBIGUOUS_COST` of the least penalised cost. A model that contains the best one and more is none.
-    Some nuisances say the same as an effect of the library, see `list_effects_of`. Where such a nuisance has the least
-    cost and its effect is within the limit, the effect is the best choice; a nuisance whose effect is in the best
-    choice is no rival.
+    Models of the same effects are one choice, whatever numbers of the machine have lost their priors beside them: the
+    best is one that pulls no number far, and of these one that takes fewest priors away. Some nuisances say the same as
+    an effect of the library, see `list_named_effects`, so that the effect goes before the nuisance, which is no rival.
 
     Parameters
     ----------
@@ -136,10 +136,10 @@ def _find_best_and_rivals(choices: list[Choice]) -> tuple[Choice, tuple[Choice, 
         The least penalised cost first; empty where the best choice is distinguishable from all others.
     """
     near = [choice for choice in choices if choice.cost - choices[0].cost < AMBIGUOUS_COST]
-    effects = set(list_effects_of(near[0]))
-    same = [choice for choice in near if set(list_effects_of(choice)) == effects]
-    best = min(same, key=lambda choice: len(choice.model.released))
-    return best, tuple(choice for choice in near if not effects <= set(list_effects_of(choice)))
+    effects = set(list_named_effects(near[0]))
+    same = [choice for choice in near if set(list_named_effects(choice)) == effects]
+    best = min(same, key=lambda choice: (bool(find_pulled(choice.model)), len(choice.model.released)))
+    return best, tuple(choice for choice in near if not effects <= set(list_named_effects(choice)))
 
 
 def decide_with_alarm(
@@ -165,10 +165,11 @@ def decide_with_alarm(
        noise (a chance below `ALARM`), or is less than `AMBIGUOUS_COST` better than the calibrated machine: REFUSED.
     6. The best choice is a nuisance without its prior: CALIBRATION, or AMBIGUOUS where it has rivals.
     7. The best choice is one effect: NAMED without rivals, NAMED_CLASS where all rivals are effects and explain the
-       same part of the gap (a cosine above `ALIKE`), else AMBIGUOUS.
-    8. The best choice is a pair: TWO_EFFECTS where its rivals share an effect with it and explain the same part of the
-       gap, and where each of its effects is sure over all models, see `find_doubt`; else AMBIGUOUS. A set of three is
-       SEVERAL by the same rules; its rivals share two effects with it.
+       same part of the gap (a cosine above `ALIKE`), else AMBIGUOUS. Where nuisances have lost their priors beside it,
+       the effect has to be sure over all models, see `find_doubt`.
+    8. The best choice is a pair of effects: TWO_EFFECTS where its rivals share an effect with it and explain the same
+       part of the gap, and where each of its effects is sure over all models, see `find_doubt`; else AMBIGUOUS. A set
+       of three is SEVERAL by the same rules; its rivals share two effects with it.
 
     Parameters
     ----------
@@ -220,27 +221,32 @@ def decide_with_alarm(
         refused = ReasonKind.FAINT.with_facts()
     if refused:
         return Decision(Verdict.REFUSED, best, rivals, refused)
-    if best.model.released:
+    if not best.model.candidates:
         verdict = Verdict.CALIBRATION if not rivals else Verdict.AMBIGUOUS
         return Decision(verdict, best, rivals, ReasonKind.WRONG_NUMBER.with_facts())
     explained = find_explained_gap(base, best.model)
     alike = all(find_cosine(explained, find_explained_gap(base, choice.model)) > ALIKE for choice in rivals)
     if any(find_files(choice.model.candidates) for choice in rivals):
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.FILE_OR_EFFECT.with_facts())
-    if len(best.names) == 1:
-        if not rivals:
-            return Decision(Verdict.NAMED, best, (), ReasonKind.DISTINGUISHABLE.with_facts())
-        if alike:
+    effects = set(list_named_effects(best))
+    doubt = find_doubt(base, best, choices) if len(best.names) > 1 else None
+    if len(effects) == 1:
+        if rivals and not alike:
+            return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_SINGLES.with_facts())
+        if doubt is ReasonKind.EFFECT_IS_FAINT:
+            others = [choice for choice in choices if not effects & set(list_named_effects(choice))]
+            rivals = (*others[:1], *(choice for choice in rivals if choice not in others[:1]))
+            return Decision(Verdict.AMBIGUOUS, best, rivals, doubt.with_facts())
+        if rivals:
             return Decision(Verdict.NAMED_CLASS, best, rivals, ReasonKind.ONE_OF_A_CLASS.with_facts())
-        return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_SINGLES.with_facts())
-    shared = len(best.names) - 1
-    if rivals and not (alike and all(len(set(best.names) & set(choice.names)) >= shared for choice in rivals)):
+        return Decision(Verdict.NAMED, best, (), ReasonKind.DISTINGUISHABLE.with_facts())
+    shared = len(effects) - 1
+    if rivals and not (alike and all(len(effects & set(list_named_effects(choice))) >= shared for choice in rivals)):
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_PAIRS.with_facts())
-    kind = find_doubt(base, best, choices)
-    if kind:
+    if doubt:
         smaller = [choice for choice in choices if len(choice.names) == shared]
         rivals = (*smaller[:1], *(choice for choice in rivals if choice not in smaller[:1]))
-        return Decision(Verdict.AMBIGUOUS, best, rivals, kind.with_facts())
+        return Decision(Verdict.AMBIGUOUS, best, rivals, doubt.with_facts())
     verdict = Verdict.TWO_EFFECTS if shared == 1 else Verdict.SEVERAL
     return Decision(verdict, best, rivals, ReasonKind.DISTINGUISHABLE.with_facts())
 
@@ -267,7 +273,7 @@ def _blame_files(
 def find_doubt(base: Model, best: Choice, choices: Sequence[Choice]) -> ReasonKind | None:
     """The reason for which a set of effects is not named: one of them is not sure enough over all models.
 
-    With its twins each effect has to have log odds of `MIN_LOG_ODDS` (see
+    Numbers without priors need not be sure. With its twins each effect has to have log odds of `MIN_LOG_ODDS` (see
     `apesim.studies.gap.decide.inclusion.find_inclusions`), and without them odds of `MIN_TWIN_ODDS`.
 
     Parameters
@@ -293,11 +299,12 @@ def find_doubt(base: Model, best: Choice, choices: Sequence[Choice]) -> ReasonKi
     >>> find_doubt(explanation.calibrated, choices[0], choices).name
     'SECOND_IS_FAINT'
     """
+    effects = set(list_named_effects(best))
     for each in find_inclusions(base, choices):
-        if not set(each.names) & set(best.names):
+        if not set(each.names) & effects:
             continue
         if each.log_odds < MIN_LOG_ODDS:
-            return ReasonKind.SECOND_IS_FAINT
+            return ReasonKind.SECOND_IS_FAINT if len(effects) > 1 else ReasonKind.EFFECT_IS_FAINT
         if len(each.names) > 1 and find_log_odds(base, choices, each.names[:1]) < log(MIN_TWIN_ODDS):
             return ReasonKind.SEVERAL_PAIRS
     return None

@@ -96,7 +96,7 @@ def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Pat
     lines = [
         _write_title(data),
         data["sentence"],
-        *(f"{row['key']} = {row['text']}, {format_interval(row, 4)}" for row in effects),
+        *(f"{row['key']} = {row['text']}, {format_interval(row, 4)}" for row in (*effects, *data["numbers"])),
     ]
     if explanation.tabulated:
         lines.append(f"{data['tabulated']['kind']} added, no name")

@@ -74,9 +74,10 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     said = [each._asdict() | {"probability": find_probability(each)} for each in statements]
     cells = explanation.cells if explanation.gap_test.alarm else []
     named = decision.verdict in NAMING
-    effects = describe_effects(decision.best.model) if decision.best else []
+    added = describe_effects(decision.best.model) if decision.best else []
     if decision.verdict == Verdict.MEASUREMENT:
-        effects = [row for row in effects if row["file"]]  # effects beside the fault: see what the other files say
+        added = [row for row in added if row["file"]]  # effects beside the fault: see what the other files say
+    effects, numbers = _split_numbers(added, decision.best.model if decision.best else None)
     rivals = [
         {
             "effects": list(choice.names),
@@ -90,11 +91,12 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "sentence": write_sentence(explanation),
         "reason": str(decision.reason),
         "effects": effects if named else [],
+        "numbers": numbers if named else [],
         "files": find_files(decision.best.model.candidates) if decision.best and named else [],
         "rest": describe_rest(explanation.rest) if explanation.rest else None,
         "odd_channels": [channel._asdict() for channel in explanation.odd],
-        "nearest": [] if named else effects,
-        "likely_cause": describe_cause(explanation, describe_added(effects)),
+        "nearest": [] if named else added,
+        "likely_cause": describe_cause(explanation, describe_added(added)),
         "class": list_class(decision) if named else [],
         "alternatives": rivals,
         "probability": said[0]["probability"] if said and not is_tie else None,
@@ -129,6 +131,17 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     }
 
 
+def _split_numbers(
+    rows: list[dict[str, Any]], model: Model | None
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Rows of what is missing, and rows of numbers of the machine that are wrong besides.
+
+    A number is what the first holds where nothing else is wrong.
+    """
+    beside = set(model.released) if model and model.candidates else set()
+    return [row for row in rows if row["name"] not in beside], [row for row in rows if row["name"] in beside]
+
+
 def list_class(decision: Decision) -> list[str]:
     """What is named, and all that these data do not distinguish from it, each once; errors of the record last.
 
@@ -148,7 +161,9 @@ def list_class(decision: Decision) -> list[str]:
     >>> list_class(explain_example().decision)
     ['side_force']
     """
-    names = dict.fromkeys(name for choice in (_best(decision), *decision.rivals) for name in choice.names)
+    choices = (_best(decision), *decision.rivals)
+    every = (tuple(each.name for each in choice.model.candidates) or choice.names for choice in choices)
+    names = dict.fromkeys(name for names in every for name in names)
     return [*names, *_list_same_in_record(decision)]
 
 
@@ -207,8 +222,8 @@ def describe_rest(rest: "Explanation") -> dict[str, Any]:
     ('NAMED', 'side_force')
     """
     described = describe(rest)
-    shared = ["verdict", "sentence", "reason", "effects", "nearest", "class", "alternatives", "gap", "files", "rest"]
-    shared += ["probability", "inclusion", "statements", "models"]
+    shared = ["verdict", "sentence", "reason", "effects", "numbers", "nearest", "class", "alternatives", "gap", "files"]
+    shared += ["rest", "probability", "inclusion", "statements", "models"]
     return {name: described[name] for name in shared}
 
 
@@ -435,8 +450,10 @@ def write_sentence(explanation: "Explanation") -> str:
         return f"There is a gap, and these data do not show what closes it: {_list_alternatives(decision)}."
     best = _best(decision).model
     rows = describe_effects(best)
+    rows, numbers = _split_numbers(rows, best)
     texts = _format_effects(rows)
     said = " and ".join(texts.values())
+    wrong = _write_numbers(numbers)
     if decision.verdict == Verdict.CALIBRATION:
         wrong = "reading" if rows[0]["key"].startswith(READINGS) else "number"
         record = "".join(f", or the {name.replace('_', ' ')} of the record" for name in _list_same_in_record(decision))
@@ -452,13 +469,23 @@ def write_sentence(explanation: "Explanation") -> str:
     if decision.verdict == Verdict.NAMED_CLASS:
         others = " or ".join([_list_choices(decision.rivals), *_list_same_in_record(decision)]).replace("_", " ")
         opening = "The gap is" if recorded else "The model lacks"
-        return f"{opening} {said}, or what these data do not distinguish from it: {others}."
+        return f"{opening} {said}, or what these data do not distinguish from it: {others}.{wrong}"
     if not lacks:
-        return f"The model lacks nothing that these data show, but the record has {recorded}."
+        return f"The model lacks nothing that these data show, but the record has {recorded}.{wrong}"
     if recorded:
-        return f"The model lacks {lacks}, and the record has {recorded}."
+        return f"The model lacks {lacks}, and the record has {recorded}.{wrong}"
     number = {Verdict.TWO_EFFECTS: "two effects: ", Verdict.SEVERAL: "several effects: "}.get(decision.verdict, "")
-    return f"The model lacks {number}{lacks}."
+    return f"The model lacks {number}{lacks}.{wrong}"
+
+
+def _write_numbers(rows: list[dict[str, Any]]) -> str:
+    """A sentence on numbers that are wrong besides, after another one; "" where there are none."""
+    if not rows:
+        return ""
+    kinds = {"reading" if row["key"].startswith(READINGS) else "number" for row in rows}
+    [kind] = kinds if len(kinds) == 1 else ["number"]
+    opening = f"a {kind} is" if len(rows) == 1 else f"{len(rows)} {kind}s are"
+    return f" Besides, {opening} wrong: {' and '.join(_format_effects(rows).values())}."
 
 
 def format_fault(row: dict[str, Any]) -> str:

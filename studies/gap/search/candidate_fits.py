@@ -11,6 +11,7 @@ from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
 from apesim.studies.gap.search.model_selection import (
     Choice,
+    fit_beside_numbers,
     fit_faults,
     fit_pairs,
     fit_released,
@@ -34,7 +35,7 @@ def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Ch
 
     The best single effects and faults of single files by their score, and the numbers of the machine that were pulled
     far, come first; the other effects and pairs follow where the best of these is doubtful, and sets of three where the
-    best pair leaves more than noise.
+    best pair leaves more than noise. At the end models with effects are freed of priors that they defy.
 
     Parameters
     ----------
@@ -71,6 +72,7 @@ def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Ch
                 fits += refit_each_alone(base, couples[0], library_size, work)
                 if compare_model_with_noise(couples[0].model, gap).alarm:
                     fits += fit_triples(base, sensitivities, couples, library_size, work)
+    fits += fit_beside_numbers(base, fits, library_size, work)
     best: dict[frozenset[str], Choice] = {}
     for choice in sorted(fits, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)

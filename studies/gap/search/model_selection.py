@@ -10,6 +10,7 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
+from apesim.studies.gap.search.plausibility import find_pulled
 from apesim.studies.gap.search.refit import probe_large_sizes, refit, refit_one, release
 from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities, project_for_model
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, TERM_CHANCE
@@ -35,6 +36,10 @@ NEGLIGIBLE_SHARE = 0.1
 """Share of what the best model takes off the calibrated machine's sum of squares that a model has to be behind, too."""
 MIN_RELEASED_PULL = 2.5
 """Prior standard deviations from which a wrong nuisance is one of the explanations."""
+MAX_RELEASED = 3
+"""Numbers of a machine that lose their priors beside effects."""
+MAX_FREED = 6
+"""Models with effects from which numbers that they pull far are freed."""
 MATERIAL_KEYS = ("air.heat_capacity_ratio",)
 """Nuisances that are no number of a machine: not tried as the explanation in place of an effect."""
 Pair = tuple[tuple[Any, ...], tuple[Any, ...]]
@@ -167,12 +172,12 @@ def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) 
     [('side_force',)]
     """
     wanted = {score.name: score for score in ranked[:MAX_SINGLES] if score.n_sigma > 0.0}
-    tasks = _guess_singles(wanted.values())
+    tasks = _guess_singles(base, wanted.values())
     others = [score.sensitivity.probe.candidate for score in ranked if score.name not in wanted]
     large = work.each("scoring", probe_large_sizes, [(base, candidate) for candidate in others])
     work.simulations.add(sum(simulations for *_, simulations in large))
     near = sorted(zip(large, others, strict=True), key=lambda pair: pair[0][0])
-    tasks += [((candidate,), (x,)) for (cost, x, _), candidate in near[:MAX_LARGE] if cost < base.cost]
+    tasks += [(base, (candidate,), (x,)) for (cost, x, _), candidate in near[:MAX_LARGE] if cost < base.cost]
     return _fit_all(base, refit, tasks, (), library, work, "fitting effects")
 
 
@@ -203,7 +208,7 @@ def fit_faults(base: Model, ranked: Sequence[Score], fits: Iterable[Choice], lib
     []
     """
     wanted = [score for score in ranked[:MAX_FAULTS] if score.n_sigma > 0.0]
-    return _fit_all(base, refit, _guess_singles(wanted), fits, library, work, "fitting files")
+    return _fit_all(base, refit, _guess_singles(base, wanted), fits, library, work, "fitting files")
 
 
 def fit_triples(
@@ -250,7 +255,7 @@ def fit_triples(
             guesses = (*(tuple(model.own(number)) for number in range(len(model.candidates))), score.guess)
             names = frozenset((*model.names, third.name))
             within = [other.model for other in pairs if set(other.names) < names]
-            wanted.setdefault(names, ((*model.candidates, third), guesses, within))
+            wanted.setdefault(names, (base, (*model.candidates, third), guesses, within))
     return _fit_all(base, refit, wanted.values(), pairs, library, work, "fitting sets of three")
 
 
@@ -289,7 +294,7 @@ def fit_remaining(
     fitted = list(fits)
     names = {choice.names for choice in fitted}
     rest = [score for score in ranked if (score.name,) not in names]
-    return _fit_all(base, refit, _guess_singles(rest), fitted, library, work, "fitting effects")
+    return _fit_all(base, refit, _guess_singles(base, rest), fitted, library, work, "fitting effects")
 
 
 def fit_released(base: Model, fits: Iterable[Choice], library: int, work: Work) -> list[Choice]:
@@ -319,8 +324,67 @@ def fit_released(base: Model, fits: Iterable[Choice], library: int, work: Work) 
     []
     """
     pulled = np.flatnonzero(base.residuals.known & (np.abs(base.fitted.x) > MIN_RELEASED_PULL))
-    wanted = [(int(j),) for j in pulled if base.residuals.parameters[j].key not in MATERIAL_KEYS]
+    wanted = [(base, int(j)) for j in pulled if base.residuals.parameters[j].key not in MATERIAL_KEYS]
     return _fit_all(base, release, wanted, fits, library, work, "fitting effects")
+
+
+def fit_beside_numbers(base: Model, fits: Sequence[Choice], library: int, work: Work) -> list[Choice]:
+    """Fit models with effects without the priors of the numbers that they pull beyond `MAX_PULL` prior sigmas.
+
+    The laboratory may know a number of its rig less well than is said, and lack an effect besides. The number that a
+    model pulls farthest loses its prior, then the next one, up to `MAX_RELEASED` of them. Those `MAX_FREED` models are
+    tried that cost least once their far pulls are paid for as terms, and that are not more than `NEGLIGIBLE` behind the
+    best.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    fits : sequence of Choice
+        Models that were fitted.
+    library : int
+        Number of candidates.
+    work : apesim.studies.gap.work.Work
+
+    Returns
+    -------
+    list of Choice
+        The best first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> explanation = explain_example()
+    >>> fit_beside_numbers(explanation.calibrated, explanation.fits, 3, Work())  # no number is pulled far
+    []
+    """
+    found: list[Choice] = []
+    pulling = [choice for choice in fits if choice.model.candidates]
+    for _ in range(MAX_RELEASED):
+        least = min((choice.cost for choice in [*fits, *found]), default=np.inf)
+        foreseen = [(_foresee_cost(choice, library), choice.model) for choice in pulling]
+        near = sorted(
+            (pair for pair in foreseen if _find_releasable(pair[1]) and pair[0] < least + NEGLIGIBLE),
+            key=lambda pair: pair[0],
+        )
+        tasks = [(model, _find_releasable(model)[0]) for _, model in near[:MAX_FREED]]
+        pulling = _fit_all(base, release, tasks, [*fits, *found], library, work, "fitting numbers")
+        found += pulling
+    return sorted(found, key=lambda choice: choice.cost)
+
+
+def _find_releasable(model: Model) -> list[int]:
+    """Places of the numbers of the machine that a model pulls beyond `MAX_PULL`, the farthest first."""
+    return [j for j in find_pulled(model) if model.residuals.parameters[j].key not in MATERIAL_KEYS]
+
+
+def _foresee_cost(choice: Choice, library: int) -> float:
+    """Penalised cost of a model once the numbers that it pulls far have lost their priors, if they stay where they are.
+
+    It is the largest that it can be, as a fit then moves them.
+    """
+    pulls = choice.model.fitted.x[_find_releasable(choice.model)]
+    return choice.cost + len(pulls) * find_term_penalty(library) - float(pulls @ pulls)
 
 
 def fit_pairs(
@@ -371,7 +435,7 @@ def fit_pairs(
         wanted.setdefault(frozenset((first.name, second.name)), ((first, second), guesses))
 
     def fitted(pairs: Iterable[Pair], fits: Sequence[Choice]) -> list[Choice]:
-        tasks = [(*pair, [c.model for c in alone if c.names[0] in _name_candidates(pair)]) for pair in pairs]
+        tasks = [(base, *pair, [c.model for c in alone if c.names[0] in _name_candidates(pair)]) for pair in pairs]
         return _fit_all(base, refit, tasks, fits, library, work, "fitting pairs")
 
     fits = fitted(wanted.values(), alone)
@@ -408,7 +472,7 @@ def refit_each_alone(base: Model, pair: Choice, library: int, work: Work) -> lis
     >>> [choice.names for choice in refit_each_alone(explanation.calibrated, pair, 3, Work())]
     [('side_force',), ('coulomb_friction',)]
     """
-    wanted = [(pair.model, number) for number in range(len(pair.model.candidates))]
+    wanted = [(base, pair.model, number) for number in range(len(pair.model.candidates))]
     return _fit_all(base, refit_one, wanted, (), library, work, "fitting pairs")
 
 
@@ -439,9 +503,9 @@ def project_beside(sensitivities: Iterable[Sensitivity], model: Model) -> list[S
     return project_for_model(others, model.fitted, model.added)
 
 
-def _guess_singles(scores: Iterable[Score]) -> list[Pair]:
+def _guess_singles(base: Model, scores: Iterable[Score]) -> list[tuple[Any, ...]]:
     """Candidates alone with the sizes that their scores suggest, as `refit` wants them."""
-    return [((score.sensitivity.probe.candidate,), (score.guess,)) for score in scores]
+    return [(base, (score.sensitivity.probe.candidate,), (score.guess,)) for score in scores]
 
 
 def _fit_all(
@@ -462,7 +526,7 @@ def _fit_all(
     models: list[Model] = []
     for part in (tasks[:LEADERS], tasks[LEADERS:]):
         limit = least + max(NEGLIGIBLE, NEGLIGIBLE_SHARE * (base.cost - least))
-        found = work.each(stage, unless_ended, [(partial(fit, limit=limit), base, *how) for how in part])
+        found = work.each(stage, unless_ended, [(partial(fit, limit=limit), *how) for how in part])
         models += [model for model in found if model]
         least = min([least, *(model.cost for model in models)])
     work.simulations.add(sum(model.residuals.simulations for model in models))

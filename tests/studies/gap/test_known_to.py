@@ -67,6 +67,24 @@ def test_a_number_far_beyond_what_it_is_known_to_is_a_finding(tmp_path):
     assert row["interval_95"][0] < 8.91 < row["interval_95"][1]
 
 
+def test_an_effect_is_named_beside_a_number_far_beyond_what_it_is_known_to(tmp_path):
+    stated = ['"sensor.lift.gain" = "0.05 %"', '"valve.stroke" = "0.1 %"']
+    found = explained(tmp_path, stated, stroke=8.91e-3, dry_friction=12.0, breakaway=12.0)
+    data = found.to_dict()
+    assert (found.verdict, [row["name"] for row in data["effects"]][0]) == ("NAMED", "coulomb_friction")
+    low, high = data["effects"][0]["interval_95"]
+    assert low < 12.0 < high
+    (row,) = data["numbers"]
+    assert row["key"] == "valve.stroke"
+    assert row["interval_95"][0] < 8.91 < row["interval_95"][1]
+    assert "Besides, a number is wrong: valve, stroke (8.9" in found.sentence
+    found.write(tmp_path / "found")
+    extended = Machine.load(tmp_path / "found" / "machine.toml")
+    assert extended.valve.stroke == pytest.approx(8.91e-3, abs=0.01e-3)
+    assert extended.effects.coulomb_friction.force == pytest.approx(12.0, abs=1.0)
+    assert "valve stroke corrected" in (tmp_path / "found" / "report.html").read_text().replace(", ", " ")
+
+
 def test_a_number_and_the_effect_that_says_the_same_are_one_finding(tmp_path):
     found = explained(tmp_path, ['"valve.spring_rate" = "2 %"'], spring_rate=2400.0)
     assert (found.verdict, found.best.names) == ("NAMED", ("spring_rate_error",))

@@ -192,7 +192,7 @@ def test_pairs_of_the_straight_screen_are_fitted_whatever_partners_the_best_sing
     monkeypatch.setattr(model_selection, "_fit_all", lambda base, fit, wanted, *_: fitted.extend(wanted) or [])
     base = SimpleNamespace(fitted=SimpleNamespace(residuals=None, data_residuals=None))
     assert model_selection.fit_pairs(base, [], [], [], 40, None) == []
-    names = [{candidate.name for candidate in one[0]} for one in fitted]
+    names = [{candidate.name for candidate in one[1]} for one in fitted]
     assert names == [{*"ab"}, {*"ac"}, {*"bc"}, {*"bd"}, {*"cd"}, {*"ce"}, {*"de"}, {*"ef"}]
 
 
@@ -210,7 +210,7 @@ def test_pairs_are_fitted_whose_effects_add_up_however_little_their_sensitivitie
     both = alone("a", 3.0 * SHAPE, [0.7]), alone("b", 2.0 * OTHER, [0.2, 0.9])
     base = SimpleNamespace(fitted=SimpleNamespace(residuals=np.zeros(N), data_residuals=gap))
     model_selection.fit_pairs(base, [], [], [best, *both, alone("d", SHAPE**2, [0.1])], 40, None)
-    names, guesses = [candidate.name for candidate in fitted[0][0]], fitted[0][1]
+    names, guesses = [candidate.name for candidate in fitted[0][1]], fitted[0][2]
     assert (names, guesses) == (["a", "b"], ((0.7,), (0.2, 0.9)))
 
 
@@ -225,7 +225,54 @@ def test_all_others_are_fitted_alone_where_scores_and_probes_led_nowhere(monkeyp
     model_selection.fit_remaining(
         BASE, ranked, [choice(100.0, "a"), choice(90.0, "c"), choice(80.0, "b", "d")], 4, None
     )
-    assert asked == [(("b",), ((0.1,),)), (("d",), ((0.1,),))]
+    assert asked == [(BASE, ("b",), ((0.1,),)), (BASE, ("d",), ((0.1,),))]
+
+
+FAR = (5.0, 0.5)
+"""Values x of a model that pulls a number of the machine by five prior sigmas."""
+
+
+def test_an_effect_is_named_beside_a_number_whose_prior_it_defies():
+    alone, freed = choice(100.0, "a", gap=SHAPE, x=FAR), choice(92.0, "a", gap=SHAPE, released=("supply.pressure",))
+    assert verdict_of(alone) == "REFUSED"
+    found = rules.decide_with_alarm(BASE, [freed, alone], 1.0, GOOD)
+    assert (found.verdict, found.best, found.rivals) == ("NAMED", freed, ())
+    # As good, but by the one a number is far from what is known of it, and by the other nothing is.
+    assert rules.decide_with_alarm(BASE, [alone, freed._replace(cost=102.0)], 1.0, GOOD).best.names == freed.names
+
+
+def test_what_a_wrong_number_alone_explains_as_well_is_not_named():
+    freed = choice(92.0, "a", gap=SHAPE, released=("supply.pressure",))
+    number = choice(110.0, released=("supply.pressure",), gap=SHAPE)
+    found = rules.decide_with_alarm(BASE, [freed, number], 1.0, GOOD)
+    assert (found.verdict, found.reason.kind) == (Verdict.AMBIGUOUS, ReasonKind.EFFECT_IS_FAINT)
+    assert found.rivals == (number,)
+    assert verdict_of(freed, number._replace(cost=95.0)) == "AMBIGUOUS"
+    assert verdict_of(freed, number._replace(cost=113.0)) == "NAMED"
+
+
+def test_effects_beside_a_wrong_number_rival_as_they_do_alone():
+    freed = choice(92.0, "a", gap=SHAPE, released=("supply.pressure",))
+    alike = choice(95.0, "b", gap=SHAPE + 0.1 * OTHER, released=("valve.viscous_friction",))
+    assert verdict_of(freed, alike) == "NAMED_CLASS"
+    assert verdict_of(freed, choice(95.0, "b", gap=OTHER, released=("supply.pressure",))) == "AMBIGUOUS"
+    pair = choice(60.0, "a", "c", gap=SHAPE, released=("supply.pressure",))
+    assert verdict_of(pair, freed) == "TWO_EFFECTS"
+
+
+def test_of_models_that_defy_what_is_known_those_are_freed_that_cost_least_once_it_is_paid_for(monkeypatch):
+    asked = []
+
+    def fit_all(base, fit, wanted, *_):
+        asked.append([(model.names, place) for model, place in wanted])
+        return []
+
+    monkeypatch.setattr(model_selection, "_fit_all", fit_all)
+    plain = choice(80.0, "a", x=(3.0, 0.5))
+    fits = [plain, choice(95.0, "b", x=FAR), choice(90.0, "c", x=(-4.5, 0.5)), choice(170.0, "d", x=FAR)]
+    fits.append(choice(70.0, released=("supply.pressure",), x=FAR))
+    model_selection.fit_beside_numbers(BASE, fits, 35, None)
+    assert asked[0] == [(("c",), 0), (("b",), 0)]  # 90 - 20.25 and 95 - 25, and a term for each
 
 
 def test_without_anything_held_out_nothing_is_named():

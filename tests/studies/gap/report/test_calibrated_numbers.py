@@ -37,7 +37,7 @@ def explanation_of(model):
 
 
 def data_of(verdict):
-    data = {"verdict": verdict, "sentence": "", "effects": [], "gap": {"before": 1.0}, "held_out": None}
+    data = {"verdict": verdict, "sentence": "", "effects": [], "numbers": [], "gap": {"before": 1.0}, "held_out": None}
     return data | {"p_value": 0.5, "lineage": {}}
 
 

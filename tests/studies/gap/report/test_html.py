@@ -168,6 +168,7 @@ def page_of(**more):
         "scatter": [],
         "p_value": 0.001,
         "effects": [],
+        "numbers": [],
         "alternatives": [],
         "nearest": [],
         "warnings": ["<i>p.csv</i>"],

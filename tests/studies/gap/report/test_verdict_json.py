@@ -110,6 +110,15 @@ def test_effects_of_the_record_are_never_called_physics():
     )
 
 
+def test_a_wrong_number_is_told_beside_what_is_missing_and_not_as_a_part_of_it():
+    force = with_effects(("side_force", -0.5))
+    free = nuisance(machine(), GAUGE)._replace(prior=False)
+    beside = fitted(machine(), RUNS, [free, *force.residuals.parameters], [-8.0, -0.5], force.candidates, (GAUGE.key,))
+    assert said(Verdict.NAMED, beside) == (
+        "The model lacks side force (force -6 N). Besides, a reading is wrong: supply pressure reads 8.7 % too high."
+    )
+
+
 def test_what_is_refused_as_too_faint_is_told_with_its_explanations():
     either = with_effects(("quadratic_drag", 0.25)), with_effects(("side_force", -0.5))
     assert said(Verdict.REFUSED, *either) == "There is a gap, and nothing in the library closes it."
