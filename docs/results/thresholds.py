@@ -29,6 +29,7 @@ def compute():
         "faults": model_selection.MAX_FAULTS,
         "files": run_faults.MIN_FILES,
         "released_pull": model_selection.MIN_RELEASED_PULL,
+        "most_released": model_selection.MAX_RELEASED,
         "negligible": model_selection.NEGLIGIBLE,
         "starts": calibration.STARTS,
         "windows": thresholds.WINDOWS,

@@ -106,12 +106,10 @@ class Scored(NamedTuple):
 
     @property
     def first(self):
-        """Names of the explanation that stands first, named or not, without faults of files, and without numbers of the
-        rig that are wrong beside effects."""
+        """Names of the explanation that stands first, named or not; faults of files are none of them."""
         found = self.verdict.get("effects") or self.verdict.get("nearest")
         if found:
-            names = [one["name"] for one in found if not one.get("file")]
-            return [name for name in names if "." not in name] or names
+            return [one["name"] for one in found if not one.get("file")]
         return next((list(one["effects"]) for one in self.verdict.get("alternatives", ())), [])
 
     @property
@@ -182,7 +180,7 @@ class Scored(NamedTuple):
         if self.said == "MEASUREMENT":
             blames = set(self.files)
             return bool(self.fault) and blames == {self.fault["file"]} and (self.rest is None or not self.rest.wrong)
-        if not all(self.is_off(one["key"]) for one in self.verdict.get("numbers", ())):
+        if not all(self.is_off(one["name"]) or self.is_off(one["key"]) for one in self.verdict.get("numbers", ())):
             return False
         first, hidden = set(self.first) - (self.geometric - set(self.hidden)), set(self.hidden)
         if self.kind == NONE:

@@ -57,11 +57,10 @@ def describe_effects(model: Model) -> list[dict[str, Any]]:
         key, value = next(iter(corrections(machine, parameter, x, runs).items()))
         declared = parameter.declaration if key == parameter.key else DECLARED[key]
         fault = next((c for c in model.candidates if c.file and parameter in c.parameters), None)
-        name = parameter.key.split(".")[1] if parameter.key.startswith("effects.") else parameter.key
         interval = sorted((corrections(machine, parameter, end.at, runs)[key], end.is_open) for end in ends)
         rows.append(
             {
-                "name": str(fault.kind) if fault else name,
+                "name": str(fault.kind) if fault else name_effect(parameter.key),
                 "file": parameter.file or None,
                 "parameter": key.split(".")[-1],
                 "key": key,
@@ -73,6 +72,26 @@ def describe_effects(model: Model) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def name_effect(key: str) -> str:
+    """The name under which a parameter is reported: that of its effect, or the key of a number of the machine.
+
+    Parameters
+    ----------
+    key : str
+        Key of the machine file.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> name_effect("effects.side_force.force"), name_effect("valve.stroke")
+    ('side_force', 'valve.stroke')
+    """
+    return key.split(".")[1] if key.startswith("effects.") else key
 
 
 def find_ends(model: Model, j: int) -> Sequence[End]:

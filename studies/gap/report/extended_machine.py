@@ -93,10 +93,11 @@ def extend_machine(explanation: "Explanation", data: dict[str, Any], folder: Pat
     True
     """
     effects = data["effects"]
+    changed = [*effects, *data["numbers"]] if effects else []
     lines = [
         _write_title(data),
         data["sentence"],
-        *(f"{row['key']} = {row['text']}, {format_interval(row, 4)}" for row in (*effects, *data["numbers"])),
+        *(f"{row['key']} = {row['text']}, {format_interval(row, 4)}" for row in changed),
     ]
     if explanation.tabulated:
         lines.append(f"{data['tabulated']['kind']} added, no name")

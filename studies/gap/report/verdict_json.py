@@ -18,7 +18,7 @@ from apesim.studies.gap.decide.reliability import describe_inclusion, find_proba
 from apesim.studies.gap.decide.verdict import Decision, find_refusal
 from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
 from apesim.studies.gap.report.calibrated_numbers import describe_value
-from apesim.studies.gap.report.effect_rows import describe_effects, format_value
+from apesim.studies.gap.report.effect_rows import describe_effects, format_value, name_effect
 from apesim.studies.gap.report.likely_cause import describe_cause
 from apesim.studies.gap.report.rounding import find_error, round_to_error
 from apesim.studies.gap.report.run_scatter import describe_scatter
@@ -91,11 +91,11 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "sentence": write_sentence(explanation),
         "reason": str(decision.reason),
         "effects": effects if named else [],
-        "numbers": numbers if named else [],
+        "numbers": numbers,
         "files": find_files(decision.best.model.candidates) if decision.best and named else [],
         "rest": describe_rest(explanation.rest) if explanation.rest else None,
         "odd_channels": [channel._asdict() for channel in explanation.odd],
-        "nearest": [] if named else added,
+        "nearest": [] if named else effects,
         "likely_cause": describe_cause(explanation, describe_added(added)),
         "class": list_class(decision) if named else [],
         "alternatives": rivals,
@@ -138,7 +138,7 @@ def _split_numbers(
 
     A number is what the first holds where nothing else is wrong.
     """
-    beside = set(model.released) if model and model.candidates else set()
+    beside = {name_effect(key) for key in model.released} if model and model.candidates else set()
     return [row for row in rows if row["name"] not in beside], [row for row in rows if row["name"] in beside]
 
 

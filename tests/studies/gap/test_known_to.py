@@ -71,7 +71,7 @@ def test_an_effect_is_named_beside_a_number_far_beyond_what_it_is_known_to(tmp_p
     stated = ['"sensor.lift.gain" = "0.05 %"', '"valve.stroke" = "0.1 %"']
     found = explained(tmp_path, stated, stroke=8.91e-3, dry_friction=12.0, breakaway=12.0)
     data = found.to_dict()
-    assert (found.verdict, [row["name"] for row in data["effects"]][0]) == ("NAMED", "coulomb_friction")
+    assert (found.verdict, data["effects"][0]["name"]) == ("NAMED", "coulomb_friction")
     low, high = data["effects"][0]["interval_95"]
     assert low < 12.0 < high
     (row,) = data["numbers"]
