@@ -174,7 +174,7 @@ def find_twins(base: Model, choices: Sequence[Choice]) -> dict[str, tuple[str, .
     best = choices[0]
     near = [choice for choice in choices[1:] if choice.cost - best.cost < AMBIGUOUS_COST]
     effects = list_effects_of(best)
-    return {effect: tuple(_find_twins_of(effect, base, best, near, choices)) for effect in effects}
+    return {effect: tuple(dict.fromkeys(_find_twins_of(effect, base, best, near, choices))) for effect in effects}
 
 
 def _find_twins_of(
@@ -182,7 +182,7 @@ def _find_twins_of(
 ) -> Iterable[str]:
     """Names of what may stand in the place of one effect of the best choice."""
     others = set(list_effects_of(best)) - {effect}
-    # Beside effects it makes no difference which numbers have lost their priors, but where they are compared themselves.
+    # Which numbers have lost their priors makes a difference only where numbers are compared.
     list_parts = list_effects_of if effect in best.model.released else list_named_effects
     without = next((choice.model for choice in choices if set(list_effects_of(choice)) == others), base)
     taken = without.fitted.data_residuals - best.model.fitted.data_residuals

@@ -139,7 +139,12 @@ def _find_best_and_rivals(choices: list[Choice]) -> tuple[Choice, tuple[Choice, 
     effects = set(list_named_effects(near[0]))
     same = [choice for choice in near if set(list_named_effects(choice)) == effects]
     best = min(same, key=lambda choice: (bool(find_pulled(choice.model)), len(choice.model.released)))
-    return best, tuple(choice for choice in near if not effects <= set(list_named_effects(choice)))
+    rivals: dict[frozenset[str], Choice] = {}
+    for choice in near:
+        named = frozenset(list_named_effects(choice))
+        if not effects <= named:
+            rivals.setdefault(named, choice)
+    return best, tuple(rivals.values())
 
 
 def decide_with_alarm(
