@@ -10,7 +10,7 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
 from apesim.studies.estimation.residuals import Counter, WhitenedResiduals, unless_ended
-from apesim.studies.estimation.scatter import find_changes, find_scatter, is_repeated
+from apesim.studies.estimation.scatter import Scatter, find_changes, find_scatter, is_repeated
 from apesim.studies.estimation.starts import starts_at
 from apesim.studies.measured import CHECK, FIT, GATE, Measured
 
@@ -63,7 +63,9 @@ def uncalibrated(
     return WhitenedResiduals(machine, measured.of(FIT), nuisances, noise, counter=counter), warnings
 
 
-def calibrate(machine: Machine, measured: Measured, counter: Counter | None = None) -> tuple[Model, list[str]]:
+def calibrate(
+    machine: Machine, measured: Measured, counter: Counter | None = None, known: Scatter | None = None
+) -> tuple[Model, list[str]]:
     """Calibrate a machine: fit its nuisances to measured data under their priors.
 
     It minimises ``|e(x)|^2 + |x|^2`` from x = 0, with the whitened residuals e and the nuisances x in prior standard
@@ -78,6 +80,8 @@ def calibrate(machine: Machine, measured: Measured, counter: Counter | None = No
     measured : apesim.studies.measured.Measured
     counter : apesim.studies.estimation.residuals.Counter, optional
         Counter of the simulations of the residuals; without it one of their own.
+    known : apesim.studies.estimation.scatter.Scatter, optional
+        Scatter between runs that more repeats than these have told.
 
     Returns
     -------
@@ -111,7 +115,7 @@ def calibrate(machine: Machine, measured: Measured, counter: Counter | None = No
     """
     residuals, warnings = uncalibrated(machine, measured, counter)
     fitted = descend(residuals, np.zeros(len(residuals.parameters)))
-    if is_repeated(measured):
+    if known or is_repeated(measured):
         runs, checks = (
             residuals.with_runs(group, starts_at(machine, group, residuals.parameters, fitted.x))
             for group in (measured.of(FIT) + measured.of(GATE), measured.of(CHECK))
@@ -120,7 +124,7 @@ def calibrate(machine: Machine, measured: Measured, counter: Counter | None = No
         changes = find_changes(runs, fitted.x, predicted)
         noise, warnings = noise_of(runs.blocks, predicted, measured.noise, changes)
         runs, checks = runs.with_noise(noise), checks.with_noise(noise)
-        scatter = find_scatter(Model((), residuals, fitted), runs, checks)
+        scatter = find_scatter(Model((), residuals, fitted), runs, checks, known)
         residuals.counter.add(runs.simulations + checks.simulations)
         residuals = residuals.with_noise(noise).with_scatter(scatter)
         fitted = descend(residuals, fitted.x, steps=fitted.steps)
@@ -159,7 +163,7 @@ def elsewhere(base: Model, work: Any) -> Model:
     ended = [one for one in found if one]
     work.simulations.add(sum(simulations for _, simulations in ended))
     fitted = min((fitted for fitted, _ in ended), key=lambda one: one.cost, default=base.fitted)
-    if fitted.cost > base.cost - DEEPER:
+    if fitted.cost > base.fitted.cost - DEEPER:
         return base
     return _restarted(residuals, fitted)
 

@@ -231,10 +231,25 @@ class WhitenedResiduals:
         self.change, self.scatter = change, scatter
         # Runs are identified by what was measured: once, and not in each of thousands of evaluations.
         self._scattering = list(zip(map(identify, self.runs), self.run_slices(), strict=True)) if scatter else []
+        self._moves, self._taken = self._list_moves()
         self._whitenings: list[Whitening] = []
         self._own = [[number for number, p in enumerate(self.parameters) if p.is_of(run)] for run in self.runs]
         self._marched = [[number for number in own if self.parameters[number].is_marched] for own in self._own]
         self._memory: dict[tuple[int, bytes, float], Memory] = {}
+
+    def _list_moves(self) -> tuple[list[np.ndarray], np.ndarray]:
+        """How far its own scatter has moved the parameters of each run, and what that does to its white samples."""
+        if self.scatter is None:
+            return [], np.zeros(())
+        keys = [p.key for p in self.parameters]
+        places = [keys.index(key) for key in self.scatter.keys]
+        moves, taken = [], []
+        for run, rows in self._scattering:
+            own, parts = self.scatter.find_move(run, rows.stop - rows.start)
+            moves.append(np.zeros(len(keys)))
+            moves[-1][places] = own
+            taken.append(parts)
+        return moves, np.concatenate([np.zeros(0), *taken])
 
     def __getstate__(self) -> dict[str, Any]:
         """State for another process, where what was marched is of no use."""
@@ -384,6 +399,57 @@ class WhitenedResiduals:
         other._memory = dict(self._memory)
         return other
 
+    def change_scatter(self, whitened: np.ndarray, scatter: Scatter) -> np.ndarray:
+        """Whiten sensitivities by another scatter than the one of these residuals.
+
+        Parameters
+        ----------
+        whitened : (n, k) float array
+            Rows of all blocks, whitened by the own scatter [standard deviations].
+        scatter : apesim.studies.estimation.scatter.Scatter
+
+        Returns
+        -------
+        (n, k) float array
+            The same, whitened by the other one; as they are where these residuals have no scatter.
+
+        Examples
+        --------
+        >>> from apesim.studies.gap.example_bench import explain_example
+        >>> model = explain_example().best
+        >>> rows = model.fitted.jacobian[: len(model.fitted.data_residuals)]
+        >>> np.array_equal(model.residuals.change_scatter(rows, Scatter((), (), 0, {})), rows)
+        True
+        """
+        if self.scatter is None:
+            return whitened
+        parts = ((run, self.scatter.colour(run, whitened[rows])) for run, rows in self._scattering)
+        return np.concatenate([scatter.whiten(run, part) for run, part in parts])
+
+    def find_relief(self, errors: np.ndarray) -> float:
+        """Find by how much all runs together are more likely than if their scatter were normal.
+
+        Parameters
+        ----------
+        errors : (n,) float array
+            Whitened residuals without the pulls of the priors [standard deviations].
+
+        Returns
+        -------
+        float
+            Fall of twice the negative log likelihood; 0 where nothing scatters.
+
+        Examples
+        --------
+        >>> from apesim.studies.gap.example_bench import explain_example
+        >>> model = explain_example().best
+        >>> model.residuals.find_relief(model.fitted.data_residuals)  # no run is repeated
+        0.0
+        """
+        if self.scatter is None:
+            return 0.0
+        return sum(self.scatter.find_relief(run, errors[rows]) for run, rows in self._scattering)
+
     def by_block(self, whole: np.ndarray) -> list[np.ndarray]:
         """Split an array over all blocks: residuals, without or with the pulls behind them.
 
@@ -446,7 +512,7 @@ class WhitenedResiduals:
         x = np.asarray(x, dtype=float)
         for number, run in enumerate(self.runs):
             self.counter.add(1)
-            memory = self._remembered(number, x[self._marched[number]].tobytes(), tolerance)
+            memory = self._remembered(number, self._key(number, x), tolerance)
             machine = self._machine(number, x)
             prediction = predict(machine, run, None, self.starts.near(number, machine), tolerance, memory)
             if prediction.failed:
@@ -455,8 +521,18 @@ class WhitenedResiduals:
 
     def _machine(self, number: int, x: np.ndarray) -> Machine:
         """Machine of a run."""
-        own = self._own[number]
+        own, x = self._own[number], self._moved(number, x)
         return put(run_of(self.machine, self.runs[number]), [self.parameters[j] for j in own], x[own])
+
+    def _moved(self, number: int, x: np.ndarray) -> np.ndarray:
+        """Parameters of a run, where its own scatter has moved them."""
+        if not self._moves:
+            return x
+        return np.clip(x + self._moves[number], self.low, self.high)
+
+    def _key(self, number: int, x: np.ndarray) -> bytes:
+        """What the march of a run depends on."""
+        return self._moved(number, x)[self._marched[number]].tobytes()
 
     def _around(self, x: np.ndarray) -> Self:
         """These residuals, an engine's runs marched from their periodic states at x: the way from there is short."""
@@ -466,7 +542,7 @@ class WhitenedResiduals:
         other = copy(self)
         other.starts = self.starts.around([self._machine(number, x) for number in range(len(known))], known)
         # What is marched from other starts has other last digits, so each keeps its own, but for what both have at x.
-        at_x = [(number, x[marched].tobytes(), TOLERANCE) for number, marched in enumerate(self._marched)]
+        at_x = [(number, self._key(number, x), TOLERANCE) for number in range(len(self.runs))]
         other._memory = {key: self._memory[key] for key in at_x}
         return other
 
@@ -601,7 +677,7 @@ class WhitenedResiduals:
         [-2.0, 1.0, 0.5]
         """
         differences = [v - b.values for b, v in zip(self.blocks, self.predicted(x), strict=True)]
-        return np.append(self.whiten(differences)[:, 0], self.pulls(x))
+        return np.append(self.whiten(differences)[:, 0] - self._taken, self.pulls(x))
 
     def pulls(self, x: np.ndarray) -> np.ndarray:
         """Find the pull of each parameter's prior: x where it has one, else 0.

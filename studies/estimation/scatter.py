@@ -4,14 +4,14 @@ Repeats of a run tell it: what the model leaves of one less what it leaves of an
 What scatters is then noise that all samples of a run have in common, and is whitened like other noise.
 """
 
-from collections.abc import Mapping, Sequence
-from math import sqrt
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 from zlib import crc32
 
 import numpy as np
 
-from apesim.studies.estimation.scatter_sizes import find_sizes, list_contrasts
+from apesim.studies.estimation.scatter_sizes import find_relief, find_sizes, list_contrasts
+from apesim.studies.estimation.starts import starts_at
 from apesim.studies.measured import FIT, GATE, Measured, MeasuredRun
 
 if TYPE_CHECKING:
@@ -24,8 +24,10 @@ SCATTERING = "supply.pressure", "supply.temperature", "valve.viscous_friction", 
 """What may scatter: the supply by its regulator and its store, friction by grease and seals, dead time by the coil."""
 APART = 0.5
 """Prior standard deviations to both sides over which is found how repeats may differ."""
-REACH = 2.0
+REACH = 0.5
 """Standard deviations to both sides over which the effect of a scatter is taken."""
+ROUNDS = 2
+"""Steps towards where its scatter has moved a run."""
 
 
 class Spread(NamedTuple):
@@ -35,6 +37,10 @@ class Spread(NamedTuple):
     """Orthonormal columns, (n, k)."""
     shares: np.ndarray
     """Share by which what lies along each of them is shortened, (k,)."""
+    moves: np.ndarray
+    """How far the scattering numbers of the run have been moved, (m,) [prior standard deviations]."""
+    taken: np.ndarray
+    """What that does to the samples, whitened, as far as it is straight, (n,) [standard deviations]."""
 
 
 class Scatter(NamedTuple):
@@ -74,9 +80,89 @@ class Scatter(NamedTuple):
         [[1.0, 1.0], [1.0, -1.0]]
         """
         spread = self.spreads.get(run)
+        return rows if spread is None else shorten(spread, rows)
+
+    def find_move(self, run: Identity, samples: int) -> tuple[np.ndarray, np.ndarray]:
+        """Find how far its own scatter has moved a run.
+
+        Parameters
+        ----------
+        run : tuple
+            See `identify`.
+        samples : int
+            Number of its samples.
+
+        Returns
+        -------
+        moves : (m,) float array
+            Of each number that scatters [prior standard deviations]; zeros where nothing is known of the run.
+        taken : (samples,) float array
+            What that does to the samples, whitened, as far as it is straight [standard deviations].
+
+        Examples
+        --------
+        >>> Scatter(("supply.pressure",), (0.3,), 1, {}).find_move(("p040", "p040.csv", 0), 2)
+        (array([0.]), array([0., 0.]))
+        """
+        spread = self.spreads.get(run)
+        return (spread.moves, spread.taken) if spread else (np.zeros(len(self.keys)), np.zeros(samples))
+
+    def colour(self, run: Identity, rows: np.ndarray) -> np.ndarray:
+        """Take the whitening of what is common to the samples of a run back, see `whiten`.
+
+        Parameters
+        ----------
+        run : tuple
+            See `identify`.
+        rows : (n, k) float array
+            White samples of the run [standard deviations].
+
+        Returns
+        -------
+        (n, k) float array
+            Samples with the scatter in them [standard deviations of their noise].
+
+        Examples
+        --------
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {"lift": np.zeros(2)})
+        >>> scatter = Scatter(("supply.pressure",), (0.3,), 1, {identify(run): find_spread(np.full((2, 1), sqrt(4.0)))})
+        >>> scatter.colour(identify(run), np.array([[1.0, 1.0], [1.0, -1.0]])).round(3).tolist()
+        [[3.0, 1.0], [3.0, -1.0]]
+        """
+        spread = self.spreads.get(run)
         if spread is None:
             return rows
-        return rows - spread.directions @ (spread.shares[:, None] * (spread.directions.T @ rows))
+        longer = spread.shares / (1.0 - spread.shares)
+        return rows + spread.directions @ (longer[:, None] * (spread.directions.T @ rows))
+
+    def find_relief(self, run: Identity, errors: np.ndarray) -> float:
+        """Find by how much a run is more likely than if its scatter were normal, see `scatter_sizes.find_relief`.
+
+        Parameters
+        ----------
+        run : tuple
+            See `identify`.
+        errors : (n,) float array
+            White samples of the run [standard deviations].
+
+        Returns
+        -------
+        float
+            Fall of twice the negative log likelihood; 0 where nothing is known of the run.
+
+        Examples
+        --------
+        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {"lift": np.zeros(2)})
+        >>> scatter = Scatter(("supply.pressure",), (0.3,), 1, {identify(run): find_spread(np.full((2, 1), 9.0))})
+        >>> round(scatter.find_relief(identify(run), np.full(2, 5.0)))  # both far off together
+        37
+        >>> scatter.find_relief(identify(run), np.array([5.0, -5.0])) < 0.0
+        True
+        """
+        spread = self.spreads.get(run)
+        if spread is None:
+            return 0.0
+        return find_relief(spread.directions.T @ errors, 1.0 - (1.0 - spread.shares) ** 2)
 
 
 def identify(run: MeasuredRun) -> Identity:
@@ -110,7 +196,7 @@ def find_spread(columns: np.ndarray) -> Spread:
     Parameters
     ----------
     columns : (n, k) float array
-        G, whitened [standard deviations of noise].
+        G, whitened [standard deviations of noise], about a run that has not been moved.
 
     Returns
     -------
@@ -122,10 +208,35 @@ def find_spread(columns: np.ndarray) -> Spread:
     [0.5]
     """
     directions, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    return Spread(directions, 1.0 - 1.0 / np.sqrt(1.0 + sizes**2))
+    shares = 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
+    return Spread(directions, shares, np.zeros(columns.shape[1]), np.zeros(len(columns)))
 
 
-def find_scatter(model: "Model", runs: "WhitenedResiduals", others: "WhitenedResiduals") -> Scatter | None:
+def shorten(spread: Spread, rows: np.ndarray) -> np.ndarray:
+    """Shorten what lies along the directions of a scatter.
+
+    Parameters
+    ----------
+    spread : Spread
+    rows : (n, k) float array
+        [standard deviations of noise]
+
+    Returns
+    -------
+    (n, k) float array
+        [standard deviations of noise and scatter]
+
+    Examples
+    --------
+    >>> shorten(find_spread(np.array([[0.0], [sqrt(3.0)]])), np.array([[1.0], [1.0]])).round(3).tolist()
+    [[1.0], [0.5]]
+    """
+    return rows - spread.directions @ (spread.shares[:, None] * (spread.directions.T @ rows))
+
+
+def find_scatter(
+    model: "Model", runs: "WhitenedResiduals", others: "WhitenedResiduals", known: Scatter | None = None
+) -> Scatter | None:
     """Find what scatters between the repeats of runs.
 
     Its sizes are those of `find_sizes`: larger where few repeats tell them. A repeat that differs by more than scatter
@@ -139,6 +250,8 @@ def find_scatter(model: "Model", runs: "WhitenedResiduals", others: "WhitenedRes
         Residuals of the runs that tell the scatter as a function of the model's parameters, without scatter.
     others : apesim.studies.estimation.residuals.WhitenedResiduals
         Those of further runs that scatter as much.
+    known : Scatter, optional
+        A scatter that more repeats than these have told: its sizes are taken.
 
     Returns
     -------
@@ -156,15 +269,59 @@ def find_scatter(model: "Model", runs: "WhitenedResiduals", others: "WhitenedRes
     places, x = find_scattering(runs), model.fitted.x
     if not places:
         return None
-    errors = runs.at(x)
-    columns, _ = runs.jacobian(x, errors, model.fitted.steps, only=places)
-    rows = runs.run_slices()
-    sizes, kept = find_sizes(list_contrasts(runs.runs, [errors[own] for own in rows], [columns[own] for own in rows]))
-    if not sizes.any():
-        return None
-    by_place = dict(zip(places, sizes.tolist(), strict=True))
-    spreads = {key: one for each in (runs, others) if each.runs for key, one in find_spreads(each, x, by_place).items()}
-    return Scatter(tuple(runs.parameters[place].key for place in places), tuple(sizes.tolist()), kept, spreads)
+    if known is None:
+        errors = runs.at(x)
+        columns, _ = runs.jacobian(x, errors, model.fitted.steps, only=places)
+        rows = runs.run_slices()
+        contrasts = list_contrasts(runs.runs, [errors[own] for own in rows], [columns[own] for own in rows])
+        sizes, kept = find_sizes(contrasts)
+        if not sizes.any():
+            return None
+        keys = tuple(runs.parameters[place].key for place in places)
+        known = Scatter(keys, tuple(sizes.tolist()), kept, {})
+    spreads = {key: one for each in (runs, others) if each.runs for key, one in find_spreads(each, x, known).items()}
+    return known._replace(spreads=spreads)
+
+
+def find_scatter_at(model: "Model", others: Sequence[MeasuredRun]) -> Scatter:
+    """Find what a scatter does to each run of another machine, by the sizes that are known.
+
+    What is missing in a machine changes how supply, friction and dead time move its samples: directions that are taken
+    without it leave a part of the scatter, which looks like faults of single files.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+        A machine with effects whose residuals know a scatter.
+    others : sequence of apesim.studies.measured.MeasuredRun
+        Further runs that scatter as much.
+
+    Returns
+    -------
+    Scatter
+
+    Raises
+    ------
+    apesim.studies.estimation.residuals.EndedEarly
+        The simulation of a run does not come to its end.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example, read_example
+    >>> model = explain_example().best
+    >>> known = Scatter(("supply.pressure",), (0.3,), 1, {})
+    >>> model = model._replace(residuals=model.residuals.with_scatter(known))
+    >>> len(find_scatter_at(model, read_example().of("check")).spreads)  # two runs are fitted
+    3
+    """
+    scatter, x = model.residuals.scatter, model.fitted.x
+    assert scatter is not None
+    runs = model.residuals.with_scatter(None)
+    spreads = find_spreads(runs, x, scatter)
+    if others:
+        starts = starts_at(runs.machine, others, runs.parameters, x)
+        spreads |= find_spreads(runs.with_runs(others, starts), x, scatter)
+    return scatter._replace(spreads=spreads)
 
 
 def find_scattering(residuals: "WhitenedResiduals") -> list[int]:
@@ -249,19 +406,22 @@ def is_repeated(measured: Measured) -> bool:
     return len({(run.name, run.role) for run in runs}) < len(runs)
 
 
-def find_spreads(residuals: "WhitenedResiduals", x: np.ndarray, sizes: Mapping[int, float]) -> dict[Identity, Spread]:
-    """Find how the samples of each run vary, from differences over `REACH` standard deviations to both sides.
+def find_spreads(residuals: "WhitenedResiduals", x: np.ndarray, scatter: Scatter) -> dict[Identity, Spread]:
+    """Find how the samples of each run vary, about where its own scatter has most probably moved it.
 
-    A number that is off by z standard deviations moves the samples by ``G z + H z^2``, and z^2 has the root mean square
-    ``sqrt(3)``: the curvature H is a direction of its own.
+    A run whose numbers are off by z standard deviations shows ``e(z)``, which is not straight: a dead time that is long
+    by four of them moves an impact by more samples than the noise hides. So z is sought that has least
+    ``|e(z)|^2 + |z|^2``, by `ROUNDS` steps of Gauss and Newton, and ``e(z) + G (z' - z)`` taken for what other z' show
+    (conditional linearisation [1]_).
 
     Parameters
     ----------
     residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+        Without scatter.
     x : (p,) float array
         Their parameters.
-    sizes : mapping of int to float
-        Standard deviation of each scattering number, in those of the priors, by its place among the parameters.
+    scatter : Scatter
+        Its sizes count alone.
 
     Returns
     -------
@@ -273,22 +433,47 @@ def find_spreads(residuals: "WhitenedResiduals", x: np.ndarray, sizes: Mapping[i
     apesim.studies.estimation.residuals.EndedEarly
         The simulation of a run does not come to its end.
 
+    References
+    ----------
+    .. [1] M. J. Lindstrom and D. M. Bates, "Nonlinear mixed effects models for repeated measures data", Biometrics 46,
+       1990, pp. 673-687, doi 10.2307/2532087.
+
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> model = explain_example().calibrated
-    >>> (friction, *_) = find_spreads(model.residuals, model.fitted.x, {0: 0.3}).values()
+    >>> scatter = Scatter(("valve.viscous_friction",), (0.3,), 1, {})
+    >>> (friction, *_) = find_spreads(model.residuals, model.fitted.x, scatter).values()
     >>> friction.directions.shape, bool(friction.shares[0] > 0.9)
-    ((160, 2), True)
+    ((160, 1), True)
     """
-    errors, columns = residuals.at(x), []
-    for place, size in sizes.items():
-        if not size:
-            continue
-        step = np.zeros(len(x))
-        step[place] = REACH * size
-        above, below = (residuals.at(np.clip(x + way * step, residuals.low, residuals.high)) for way in (1.0, -1.0))
-        columns.append((above - below) / (2.0 * REACH))
-        columns.append(sqrt(3.0) * (above + below - 2.0 * errors) / (2.0 * REACH**2))
-    whole, rows = np.column_stack(columns), residuals.run_slices()
-    return {identify(run): find_spread(whole[own]) for run, own in zip(residuals.runs, rows, strict=True)}
+    sizes, keys = np.array(scatter.sizes), [p.key for p in residuals.parameters]
+    rows = dict(zip(map(identify, residuals.runs), residuals.run_slices(), strict=True))
+    pulls = {run: np.zeros(len(sizes)) for run in rows}
+    for number in range(ROUNDS + 1):
+        still = {run: _stand(own.stop - own.start, sizes * pulls[run]) for run, own in rows.items()}
+        moved = residuals.with_scatter(scatter._replace(spreads=still))
+        errors, columns = moved.at(x), []
+        for key, size in zip(scatter.keys, scatter.sizes, strict=True):
+            step = np.zeros(len(x))
+            step[keys.index(key)] = REACH * size
+            above, below = (moved.at(x + way * step) for way in (1.0, -1.0))
+            columns.append((above - below) / (2.0 * REACH))
+        whole = np.column_stack(columns)
+        if number == ROUNDS:
+            break
+        for run, own in rows.items():
+            slopes = whole[own]
+            left = errors[own] - slopes @ pulls[run]
+            pulls[run] = -np.linalg.solve(np.eye(len(sizes)) + slopes.T @ slopes, slopes.T @ left)
+    found = {}
+    for run, own in rows.items():
+        spread = find_spread(whole[own])
+        taken = (whole[own] @ pulls[run])[:, None]
+        found[run] = spread._replace(moves=sizes * pulls[run], taken=shorten(spread, taken)[:, 0])
+    return found
+
+
+def _stand(samples: int, moves: np.ndarray) -> Spread:
+    """A run that has been moved, and of which nothing is whitened."""
+    return Spread(np.zeros((samples, 0)), np.zeros(0), moves, np.zeros(samples))

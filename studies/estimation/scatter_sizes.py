@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, minimize
+from scipy.special import logsumexp
 from scipy.stats import chi2, norm, t
 
 from apesim.studies.measured import MeasuredRun
@@ -17,7 +18,7 @@ from apesim.studies.measured import MeasuredRun
 MIN_FALL = 10.0
 """Fall of twice the negative log likelihood from which repeats show a scatter: four sizes that are not there give 9.5
 in one case of twenty."""
-ODD_CHANCE = 0.01
+ODD_CHANCE = 0.05
 """Chance of scatter and noise alone, in one set of repeats, below which the oddest tells nothing of the scatter."""
 FREEDOM = 4.0
 """Degrees of freedom of Student's t for what scatters: the usual choice of robust estimates where data are too few to
@@ -57,6 +58,9 @@ def list_contrasts(
 ) -> list[Contrast]:
     """List what repeats of runs differ by: Helmert's contrasts, along the directions in which scatter moves them.
 
+    Directions in which a scatter of the size `USUAL` moves less than noise are left out: they say little of it, and
+    what is bent of larger ones shows there.
+
     Parameters
     ----------
     runs : sequence of apesim.studies.measured.MeasuredRun
@@ -81,7 +85,11 @@ def list_contrasts(
         groups.setdefault((run.name, run.role, len(errors[number])), []).append(number)
     found = []
     for numbers in groups.values():
-        basis, slopes = np.linalg.qr(np.mean([columns[number] for number in numbers], axis=0))
+        basis, lengths, ways = np.linalg.svd(np.mean([columns[number] for number in numbers], axis=0), False)
+        seen = USUAL * lengths > 1.0
+        if not seen.any():
+            continue
+        basis, slopes = basis[:, seen], lengths[seen, None] * ways[seen]
         along = [basis.T @ errors[number] for number in numbers]
         for k in range(1, len(numbers)):
             values = (np.sum(along[:k], axis=0) - k * along[k]) / sqrt(k * (k + 1.0))
@@ -138,6 +146,32 @@ def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, int]:
     if _fall(kept) < MIN_FALL:
         return np.zeros(sizes.shape[1]), len(kept)
     return np.array([_reach(drawn) for drawn in sizes.T]) / norm.ppf(COVER), len(kept)
+
+
+def find_relief(values: np.ndarray, shares: np.ndarray) -> float:
+    """Find by how much twice the negative log likelihood is smaller if what scatters is Student's t, and not normal.
+
+    Parameters
+    ----------
+    values : (k,) float array
+        White samples along the directions in which scatter moves a run [standard deviations].
+    shares : (k,) float array
+        Share of the variance of each that is scatter, the rest being noise.
+
+    Returns
+    -------
+    float
+        Above 0 where a run lies farther off than normal scatter does.
+
+    Examples
+    --------
+    >>> shares = np.array([0.99, 0.5])
+    >>> [round(find_relief(np.array([far, 0.0]), shares), 1) for far in (0.0, 1.0, 3.0, 10.0)]
+    [-0.1, -0.4, 2.3, 81.0]
+    """
+    variances = 1.0 + (FACTORS[:, None] - 1.0) * shares
+    logs = TAILS - 0.5 * (np.log(variances) + values**2 / variances).sum(axis=1)
+    return float(values @ values + 2.0 * (logsumexp(logs) - logsumexp(TAILS)))
 
 
 def _reach(sizes: np.ndarray) -> float:

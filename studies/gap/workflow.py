@@ -13,6 +13,7 @@ from os import PathLike
 from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
 from apesim.studies.estimation.arguments import Tell, open_measured
+from apesim.studies.estimation.scatter import Scatter
 from apesim.studies.execution.pool import Team
 from apesim.studies.gap.decide.consistency import compare_points, select_significant
 from apesim.studies.gap.decide.held_out import (
@@ -113,16 +114,24 @@ def explain(
 
 
 def _run_workflow(
-    machine: Machine, measured: Measured, without: Sequence[str], tolerance: float, work: Work
+    machine: Machine,
+    measured: Measured,
+    without: Sequence[str],
+    tolerance: float,
+    work: Work,
+    scatter: Scatter | None = None,
 ) -> Explanation:
-    """Run all stages of the workflow, see `explain`."""
+    """Run all stages of the workflow, see `explain`, beside a scatter that more repeats than these have told."""
     check_roles(measured)
     warnings = refuse_faults(machine, measured)
     candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
     faults = find_run_faults(measured)
-    gap, solver_error, more = find_gap(machine, measured, candidates, work, faults)
+    gap, solver_error, more = find_gap(machine, measured, candidates, work, faults, scatter)
     odd = find_odd_channels(gap.calibrated.residuals, gap.calibrated.fitted.data_residuals)
     is_searched = gap.gap_test.alarm or bool(odd)
+    fits: list[Choice] = []
+    if is_searched:
+        gap, fits = fit_candidates(gap, len(candidates) + len(faults), work, measured.of(GATE) + measured.of(CHECK))
     noise_alone = ReasonKind.NOISE_ALONE.with_facts(chance=gap.gap_test.p_value)
     explanation = Explanation(
         measured=measured,
@@ -140,13 +149,13 @@ def _run_workflow(
         warnings=[*more, *warnings],  # what makes all numbers doubtful comes first
     )
     if is_searched:
-        fits = fit_candidates(gap, len(candidates) + len(faults), work)
         explanation = decide(explanation, gap, fits, len(candidates), work)
         explanation = _profile_intervals(explanation, work)
     explanation = refuse_what_is_not_held(explanation, work)
     if explanation.verdict == Verdict.MEASUREMENT:
-        rest = leave_out(measured, find_files(explanation.best.candidates))
-        explanation = _explain_rest(explanation, _run_workflow(machine, rest, without, tolerance, work))
+        others = leave_out(measured, find_files(explanation.best.candidates))
+        rest = _run_workflow(machine, others, without, tolerance, work, explanation.best.residuals.scatter)
+        explanation = _explain_rest(explanation, rest)
     explanation = check_on_unused_runs(explanation, work)
     return replace(explanation, next_test=find_next_test(explanation))
 

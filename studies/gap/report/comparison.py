@@ -92,9 +92,8 @@ def _simulate(
     """Residuals of runs as a function of parameters, with their values at the fit and those made white."""
     own = model.residuals
     residuals = WhitenedResiduals(own.machine, runs, own.parameters, noise, scatter=own.scatter)
-    values = residuals.predicted(model.fitted.x)
-    differences = [simulated - block.values for simulated, block in zip(values, residuals.blocks, strict=True)]
-    return residuals, values, residuals.by_block(residuals.whiten(differences)[:, 0])
+    errors = residuals.at(model.fitted.x)[: -len(own.parameters)]
+    return residuals, residuals.predicted(model.fitted.x), residuals.by_block(errors)
 
 
 def find_rms(arrays: Iterable[np.ndarray]) -> float:

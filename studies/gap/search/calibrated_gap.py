@@ -19,6 +19,7 @@ from apesim.studies.estimation.noise.process import noise_for
 from apesim.studies.estimation.noise.sampling import parts_of
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.residuals import WhitenedResiduals
+from apesim.studies.estimation.scatter import Scatter
 from apesim.studies.gap.input_checks import MAX_SOLVER_ERROR, find_solver_error
 from apesim.studies.gap.search.candidates import Candidate
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
@@ -54,6 +55,7 @@ def find_gap(
     candidates: Sequence[Candidate],
     work: Work,
     faults: Sequence[Candidate] = (),
+    scatter: Scatter | None = None,
 ) -> tuple[CalibratedGap, float, list[str]]:
     """Calibrate a machine to measured data, and test whether it leaves more than noise.
 
@@ -68,6 +70,8 @@ def find_gap(
     work : apesim.studies.gap.work.Work
     faults : sequence of apesim.studies.gap.search.candidates.Candidate
         Faults that single files may have, see `apesim.studies.gap.search.run_faults`.
+    scatter : apesim.studies.estimation.scatter.Scatter, optional
+        Scatter between runs that more repeats than these have told.
 
     Returns
     -------
@@ -89,7 +93,7 @@ def find_gap(
     (True, True, [])
     """
     work.tell("calibrating", 0, 1)
-    calibrated, warnings = calibrate(machine, measured, work.simulations)
+    calibrated, warnings = calibrate(machine, measured, work.simulations, scatter)
     scored = score_candidates(calibrated, candidates, work, faults)
     marks = scored[0].residuals.marks(np.zeros(len(calibrated.fitted.x)))
     gap = check_against_noise(*scored, marks)

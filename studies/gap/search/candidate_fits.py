@@ -1,6 +1,6 @@
 """All models that may explain a gap: effects, faults of files and sets of them, fitted through the simulator."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -22,20 +22,25 @@ from apesim.studies.gap.search.model_selection import (
     refit_each_alone,
 )
 from apesim.studies.gap.search.plausibility import find_implausible
-from apesim.studies.gap.search.score_test import find_scores
+from apesim.studies.gap.search.scatter_beside import take_scatter_at_best
+from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores
 from apesim.studies.gap.thresholds import DOUBTFUL
 from apesim.studies.gap.work import Work
+from apesim.studies.measured import MeasuredRun
 
 MAX_PAIRED_FAULTS = 10
 """Faults of single files that are tried beside effects."""
 
 
-def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Choice]:
+def fit_candidates(
+    gap: CalibratedGap, library_size: int, work: Work, others: Sequence[MeasuredRun] = ()
+) -> tuple[CalibratedGap, list[Choice]]:
     """Fit all models that may explain a gap.
 
     The best single effects and faults of single files by their score, and the numbers of the machine that were pulled
     far, come first; the other effects and pairs follow where the best of these is doubtful, and sets of three where the
-    best pair leaves more than noise. At the end models with effects are freed of priors that they defy.
+    best pair leaves more than noise. At the end models with effects are freed of priors that they defy. What scatters
+    between runs is taken at the best single effect, and again at the best pair, see `take_scatter_at_best`.
 
     Parameters
     ----------
@@ -43,22 +48,26 @@ def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Ch
     library_size : int
         Number of candidates.
     work : apesim.studies.gap.work.Work
+    others : sequence of apesim.studies.measured.MeasuredRun
+        Runs that are held out, which scatter as much.
 
     Returns
     -------
-    list of Choice
+    gap : CalibratedGap
+        The gap as all models see it: with its scatter taken anew, where runs scatter.
+    fits : list of Choice
         Penalised, the best first; the best of each set of effects.
 
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import find_example_gap
-    >>> fit_candidates(find_example_gap(), library_size=3, work=Work())[0].names
+    >>> _, fits = fit_candidates(find_example_gap(), library_size=3, work=Work())
+    >>> fits[0].names
     ('side_force',)
     """
-    base, ranked = gap.calibrated, gap.scores
-    fault_scores = find_scores(gap.faults, base.fitted.residuals)[:MAX_PAIRED_FAULTS]
-    sensitivities = [*gap.sensitivities, *(score.sensitivity for score in fault_scores)]
-    fits = fit_singles(base, ranked, library_size, work)
+    fits = fit_singles(gap.calibrated, gap.scores, library_size, work)
+    gap, fits = take_scatter_at_best(gap, fits, others, work)
+    base, ranked, fault_scores = gap.calibrated, gap.scores, _score_faults(gap)
     fits += fit_released(base, fits, library_size, work)
     fits += fit_faults(base, fault_scores, fits, library_size, work)
     if is_doubtful(fits, gap):
@@ -66,17 +75,29 @@ def fit_candidates(gap: CalibratedGap, library_size: int, work: Work) -> list[Ch
         if is_doubtful(fits, gap):
             singles = select_with_effects(fits)
             every_score = sorted([*ranked, *fault_scores], key=lambda score: -score.n_sigma)
-            couples = fit_pairs(base, sensitivities, every_score, singles, library_size, work)
+            couples = fit_pairs(base, _list_paired(gap), every_score, singles, library_size, work)
             fits += couples
             if couples and couples[0].cost < singles[0].cost:
                 fits += refit_each_alone(base, couples[0], library_size, work)
-                if compare_model_with_noise(couples[0].model, gap).alarm:
-                    fits += fit_triples(base, sensitivities, couples, library_size, work)
-    fits += fit_beside_numbers(base, fits, library_size, work)
+                gap, fits = take_scatter_at_best(gap, fits, others, work)
+                couples = [choice for choice in fits if len(choice.model.candidates) == 2]
+                if couples and compare_model_with_noise(couples[0].model, gap).alarm:
+                    fits += fit_triples(gap.calibrated, _list_paired(gap), couples, library_size, work)
+    fits += fit_beside_numbers(gap.calibrated, fits, library_size, work)
     best: dict[frozenset[str], Choice] = {}
     for choice in sorted(fits, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)
-    return list(best.values())
+    return gap, list(best.values())
+
+
+def _score_faults(gap: CalibratedGap) -> list[Score]:
+    """Scores of the faults of single files that are tried, the largest first."""
+    return find_scores(gap.faults, gap.calibrated.fitted.residuals)[:MAX_PAIRED_FAULTS]
+
+
+def _list_paired(gap: CalibratedGap) -> list[Sensitivity]:
+    """Sensitivities of what is tried in sets: all effects, and the faults of single files with the largest scores."""
+    return [*gap.sensitivities, *(score.sensitivity for score in _score_faults(gap))]
 
 
 def is_doubtful(fits: list[Choice], gap: CalibratedGap) -> bool:

@@ -177,7 +177,7 @@ def fit_singles(base: Model, ranked: Sequence[Score], library: int, work: Work) 
     large = work.each("scoring", probe_large_sizes, [(base, candidate) for candidate in others])
     work.simulations.add(sum(simulations for *_, simulations in large))
     near = sorted(zip(large, others, strict=True), key=lambda pair: pair[0][0])
-    tasks += [(base, (candidate,), (x,)) for (cost, x, _), candidate in near[:MAX_LARGE] if cost < base.cost]
+    tasks += [(base, (candidate,), (x,)) for (cost, x, _), candidate in near[:MAX_LARGE] if cost < base.fitted.cost]
     return _fit_all(base, refit, tasks, (), library, work, "fitting effects")
 
 
@@ -525,12 +525,37 @@ def _fit_all(
     least = min((choice.model.cost for choice in known), default=np.inf)
     models: list[Model] = []
     for part in (tasks[:LEADERS], tasks[LEADERS:]):
-        limit = least + max(NEGLIGIBLE, NEGLIGIBLE_SHARE * (base.cost - least))
+        limit = find_limit(base, least)
         found = work.each(stage, unless_ended, [(partial(fit, limit=limit), *how) for how in part])
         models += [model for model in found if model]
         least = min([least, *(model.cost for model in models)])
     work.simulations.add(sum(model.residuals.simulations for model in models))
     return sorted((price_model(model, library) for model in models), key=lambda choice: choice.cost)
+
+
+def find_limit(base: Model, least: float) -> float:
+    """Find the sum of squares above which a model is so far behind the best one that its fit is not sharpened.
+
+    Parameters
+    ----------
+    base : apesim.studies.estimation.model.Model
+        The calibrated machine.
+    least : float
+        Sum of squares of the best model.
+
+    Returns
+    -------
+    float
+        It is `NEGLIGIBLE` above the least one, or `NEGLIGIBLE_SHARE` of what the best model takes away.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> calibrated = explain_example().calibrated
+    >>> find_limit(calibrated, calibrated.cost - 1000.0) - calibrated.cost
+    -900.0
+    """
+    return least + max(NEGLIGIBLE, NEGLIGIBLE_SHARE * (base.cost - least))
 
 
 def _name_candidates(pair: Pair) -> list[str]:

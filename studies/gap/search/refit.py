@@ -76,8 +76,8 @@ def refit(
             continue
         if best is None or fitted.cost < best.cost - SAME:
             best = fitted
-    smaller = min((base, *within), key=lambda model: model.cost)
-    if best is None or best.cost > smaller.cost:
+    smaller = min((base, *within), key=lambda model: model.fitted.cost)
+    if best is None or best.cost > smaller.fitted.cost:
         off = _start_from(base, smaller, candidates, [np.zeros(len(candidate.parameters)) for candidate in candidates])
         errors = residuals.at(off)
         columns, steps = residuals.jacobian(off, errors, steps, range(old, len(off)))

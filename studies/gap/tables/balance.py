@@ -256,9 +256,9 @@ def fit_table(base: Model, balance: Balance, min_gain: float = 0.0) -> Balance:
             balance = before
             break
         residuals = balance.residuals
-        start, limit = balance.fitted, base.cost - min_gain + ROUGH
+        start, limit = balance.fitted, base.fitted.cost - min_gain + ROUGH
         fitted = descend(residuals, start.x, start.jacobian, start.steps, limit=limit)
-        balance = balance._replace(fall=base.cost - fitted.cost, fitted=fitted)
+        balance = balance._replace(fall=base.fitted.cost - fitted.cost, fitted=fitted)
         if not fitted.converged:
             break
     nodes = tuple(residuals.parameters[-len(residuals.root) :])

@@ -8,7 +8,7 @@ import numpy as np
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
 from apesim.studies.gap.decide.held_out import HeldOut, find_all_held_out_residuals, judge_by_runs, leave_one_out
-from apesim.studies.gap.search.model_selection import find_term_penalty, price_model
+from apesim.studies.gap.search.model_selection import find_penalty, find_term_penalty
 from apesim.studies.gap.tables.balance import Balance, fit_table
 from apesim.studies.gap.tables.suggest import suggest_form
 from apesim.studies.gap.thresholds import TABLE_MARGIN
@@ -159,5 +159,6 @@ def find_likelier_table(tables: Tables, model: Model, library: int) -> Balance |
     >>> find_likelier_table(tables, explanation.best, library=3) is None
     True
     """
-    min_gain = tables.base.cost - price_model(model, library).cost + find_term_penalty(library) + TABLE_MARGIN
+    gain = tables.base.fitted.cost - model.fitted.cost - find_penalty(model, library)
+    min_gain = gain + find_term_penalty(library) + TABLE_MARGIN
     return next(iter(tables.fit(MAX_COMPARED, min_gain)), None)

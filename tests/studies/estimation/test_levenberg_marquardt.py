@@ -184,6 +184,9 @@ class Torn(Curved):
         super().__init__()
         self.depth = depth
 
+    def find_relief(self, errors):
+        return 0.0
+
     def at(self, x):
         if 0.4 < x[0] < 0.6:
             raise EndedEarly("no steady state")

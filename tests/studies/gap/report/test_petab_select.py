@@ -40,7 +40,7 @@ def found(tmp_path_factory):
     effects = [effect for effect in select_effects("valve") if effect.name in FREED]
     base, columns, _ = score_candidates(base, find_candidates(machine, "valve", effects), Work())
     marks = base.residuals.marks(np.zeros(len(base.fitted.x)))
-    tried = fit_candidates(check_against_noise(base, columns, [], marks), len(effects), Work())
+    _, tried = fit_candidates(check_against_noise(base, columns, [], marks), len(effects), Work())
     return SimpleNamespace(measured=measured, calibrated=base, sensitivities=columns, fits=tried)
 
 

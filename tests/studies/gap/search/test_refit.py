@@ -43,6 +43,9 @@ class Basins:
     def with_parameters(self, parameters):
         return Basins(parameters, self.fails_beyond)
 
+    def find_relief(self, errors):
+        return 0.0
+
     def at(self, x):
         size = dict(zip((p.key.split(".")[1] for p in self.parameters), x, strict=True))
         bent, plain = size.get(BENT.name, 0.0), size.get(PLAIN.name, 0.0)
@@ -155,6 +158,7 @@ class TooFar(Basins):
 
     blocks = ()
     """Its noise is known."""
+    scatter = None
 
     def block_slices(self):
         return []
@@ -177,6 +181,6 @@ def test_pairs_are_tried_where_the_best_explanation_is_beyond_its_range(end, tri
     columns = find_sensitivities(residuals, base.fitted, candidates, Work())
     ranked = find_scores(columns, base.fitted.residuals)
     gap = CalibratedGap(base, columns, [], [], ranked, np.zeros((len(base.fitted.residuals), 0)), None)
-    found = fit_candidates(gap, 2, Work())
+    _, found = fit_candidates(gap, 2, Work())
     assert found[0].names == (PLAIN.name,)
     assert {len(choice.names) for choice in found} == tried
