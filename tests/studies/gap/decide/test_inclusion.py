@@ -56,6 +56,13 @@ def test_a_twin_in_a_pair_takes_the_part_that_its_partner_leaves():
     assert find_twins(base, [best, alike, single]) == {"a": ("c",), "b": ()}
 
 
+def test_a_twin_is_listed_once_whatever_numbers_lost_their_priors_beside_it():
+    gap = BASE.fitted.data_residuals
+    best, twin = choice(60.0, "a", left=gap - 3.0 * SHAPE), choice(61.0, "b", left=gap - 2.9 * SHAPE)
+    freed = Choice(model(("b", "supply.pressure"), gap - 2.9 * SHAPE, ("supply.pressure",)), 62.0)
+    assert find_twins(BASE, [best, twin, freed]) == {"a": ("b",)}
+
+
 def test_a_number_of_the_machine_counts_as_the_effect_that_says_the_same():
     number = Choice(model(("valve.spring_rate",), 0.0 * SHAPE, ("valve.spring_rate",)), 60.0)
     assert find_log_odds(BASE, [number], ["spring_rate_error"]) == pytest.approx(20.0)

@@ -260,6 +260,14 @@ def test_effects_beside_a_wrong_number_rival_as_they_do_alone():
     assert verdict_of(pair, freed) == "TWO_EFFECTS"
 
 
+def test_a_rival_stands_once_whatever_numbers_lost_their_priors_beside_it():
+    first = choice(92.0, "a", gap=SHAPE)
+    rival = choice(93.0, "b", gap=OTHER)
+    freed = choice(94.0, "b", gap=OTHER, released=("supply.pressure",))
+    found = rules.decide_with_alarm(BASE, [first, rival, freed], 1.0, GOOD)
+    assert (found.verdict, found.rivals) == ("AMBIGUOUS", (rival,))
+
+
 def test_of_models_that_defy_what_is_known_those_are_freed_that_cost_least_once_it_is_paid_for(monkeypatch):
     asked = []
 
