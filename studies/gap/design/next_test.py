@@ -71,12 +71,14 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
         return rank_experiments(explanation) | _isolate(explanation, [score.name for score in explanation.scores])
     if explanation.rest:
         files = " and ".join(find_files(explanation.best.candidates))
-        rest = find_next_test(explanation.rest)
-        return rest | {"text": f"Record {files} again, or leave it out. Then: {rest['text']}"}
+        rest, again = find_next_test(explanation.rest), f"Record {files} again, or leave it out."
+        if explanation.rest.verdict == Verdict.NO_GAP:
+            return rest | {"text": again}
+        return rest | {"text": f"{again} Then: {rest['text'][0].lower()}{rest['text'][1:]}"}
     names = list(decision.best.names) if decision.best else []
     if decision.verdict == Verdict.CALIBRATION:
-        key = names[0]
-        return {"text": f"Measure {key} with another instrument, or by another way.", "isolate": []}
+        number = names[0].removeprefix("effects.").replace("_", " ").replace(".", ", ")
+        return {"text": f"Measure it with another instrument, or in another way: {number}.", "isolate": []}
     if decision.verdict == Verdict.NO_GAP:
         names = [
             name for name, limit in find_detection_limits(explanation.sensitivities).items() if limit["limit"] is None

@@ -42,6 +42,8 @@ ARTICLES = {
 """Balances with their articles, for a sentence."""
 READINGS = "effects.sensor_offset.", "effects.sensor_gain."
 """Beginnings of the keys for what an instrument reads too much."""
+MAX_LISTED = 4
+"""Explanations that a sentence lists: ``alternatives`` has all."""
 
 
 def _best(decision: Decision) -> Choice:
@@ -461,13 +463,14 @@ def write_sentence(explanation: "Explanation") -> str:
     if decision.verdict == Verdict.MEASUREMENT:
         faults = [row for row in rows if row["file"]]
         wrong = "; ".join(f"{row['file']}: {format_fault(row)}" for row in faults)
-        rest = f" Without it: {write_sentence(explanation.rest)}" if explanation.rest else ""
+        others = write_sentence(explanation.rest) if explanation.rest else ""
+        rest = others and f" Without it, {others[0].lower()}{others[1:]}"
         return f"The record of one file is wrong ({wrong}).{rest}"
     sensed = SENSED | {p.key.split(".")[1] for p in best.residuals.parameters if p.is_sensed}
     lacks = " and ".join(text for name, text in texts.items() if name not in sensed)
     recorded = " and ".join(text for name, text in texts.items() if name in sensed)
     if decision.verdict == Verdict.NAMED_CLASS:
-        others = " or ".join([_list_choices(decision.rivals), *_list_same_in_record(decision)]).replace("_", " ")
+        others = " or ".join([_list_choices(decision.rivals), *map(_format_part, _list_same_in_record(decision))])
         opening = "The gap is" if recorded else "The model lacks"
         return f"{opening} {said}, or what these data do not distinguish from it: {others}.{wrong}"
     if not lacks:
@@ -529,8 +532,17 @@ def _list_alternatives(decision: Decision) -> str:
 
 
 def _list_choices(choices: Sequence[Choice]) -> str:
-    """Explanations in words."""
-    return ", or ".join(" with ".join(choice.names) for choice in choices).replace("_", " ")
+    """Explanations in words; of many the first, and how many others there are."""
+    listed = [" with ".join(map(_format_part, choice.names)) for choice in choices[:MAX_LISTED]]
+    if len(choices) > MAX_LISTED:
+        listed.append(f"one of {len(choices) - MAX_LISTED} others")
+    return ", or ".join(listed)
+
+
+def _format_part(name: str) -> str:
+    """An effect, a fault of a file or a key of the machine in words."""
+    kind, found, file = name.partition(" in ")
+    return kind.removeprefix("effects.").replace(".", " ").replace("_", " ") + found + file
 
 
 def describe_added(rows: list[dict[str, Any]]) -> dict[str, str]:
@@ -571,6 +583,6 @@ def _format_effect(name: str, rows: list[dict[str, Any]]) -> str:
         factor, unit = (1.0, row["unit"]) if row["unit"] else (100.0, "%")
         way = "high" if row["value"] > 0.0 else "low"
         return f"{row['parameter'].replace('_', ' ')} reads {_format_shift(row, factor)} {unit} too {way}"
-    values = [("" if each["key"] == name else f"{each['parameter']} ", format_value(each)) for each in rows]
+    values = [("" if one["key"] == name else f"{_format_part(one['parameter'])} ", format_value(one)) for one in rows]
     said = ", ".join(parameter + value for parameter, value in values if value)
     return f"{name.replace('_', ' ').replace('.', ', ')} ({said})"

@@ -65,6 +65,8 @@ def test_a_fault_of_one_file_is_found_and_the_rest_is_explained_without_it(measu
     assert row["value"] == pytest.approx(size, rel=0.2)
     assert data["rest"]["verdict"] == "NO_GAP"
     assert "1.csv" in found.sentence
+    assert "Without it, the model explains the data" in found.sentence
+    assert data["next_test"]["text"] == "Record 1.csv again, or leave it out."
 
 
 def test_an_effect_beside_a_faulty_file_is_named_without_the_file(measure):

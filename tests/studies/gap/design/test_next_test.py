@@ -284,7 +284,7 @@ def test_runs_that_there_are_are_not_offered_again(rivals):
         (Verdict.REFUSED, "settle"),
         (Verdict.NO_GAP, "None is due"),
         (Verdict.NAMED, "side force"),
-        (Verdict.CALIBRATION, "side_force"),
+        (Verdict.CALIBRATION, "another instrument, or in another way: side force"),
     ],
 )
 def test_every_verdict_has_its_next_test(rivals, verdict, says):

@@ -128,11 +128,20 @@ def test_what_is_refused_as_too_faint_is_told_with_its_explanations():
     )
 
 
+def test_of_many_explanations_the_first_are_listed_in_words():
+    names = ("run_offset of lift in run_02.csv", "effects.tdc_error.angle", "valve.spring_rate", "bounce", "blow_by")
+    rivals = [with_effects(("side_force", 0.1))._replace(candidates=(), released=(name,)) for name in names]
+    assert said(Verdict.AMBIGUOUS, with_effects(("side_force", -0.5)), *rivals) == (
+        "There is a gap, and these data do not show what closes it: side force, or run offset of lift in run_02.csv, "
+        "or tdc error angle, or valve spring rate, or one of 2 others."
+    )
+
+
 def test_parameters_of_one_effect_are_one_thing_in_a_sentence():
     (shape,) = {c.name: c for c in find_candidates(machine(), "valve", VALVE_EFFECTS)}["supply_droop"].shapes
     told = said(Verdict.NAMED, with_effects(("supply_droop", 0.1, 0.5)))
     assert shape.key.endswith("volume")
-    assert told.startswith("The model lacks supply droop (feed_area ")
+    assert told.startswith("The model lacks supply droop (feed area ")
     assert told.count("supply droop") == 1
     assert ", volume " in told
 
@@ -178,7 +187,7 @@ def test_a_wrong_dead_time_may_be_a_wrong_zero_of_the_recorders_time():
     dead_time = released(machine(), Prior("valve.solenoid.dead_time", 0.1e-3), 6.0)
     assert said("CALIBRATION", dead_time).endswith(", or the time zero of the record.")
     ramp = with_effects(("slow_ramp", 0.5))
-    assert said("NAMED_CLASS", ramp, dead_time).endswith("valve.solenoid.dead time or time zero.")
+    assert said("NAMED_CLASS", ramp, dead_time).endswith("valve solenoid dead time or time zero.")
     assert "time zero" not in said("NAMED", ramp)
     decision = SimpleNamespace(best=Choice(ramp, 0.0), rivals=(Choice(dead_time, 1.0),))
     assert list_class(decision) == ["slow_ramp", "valve.solenoid.dead_time", "time_zero"]
