@@ -10,7 +10,7 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
 from apesim.studies.estimation.residuals import Counter, WhitenedResiduals, unless_ended
-from apesim.studies.estimation.scatter import Scatter, find_changes, find_scatter, is_repeated
+from apesim.studies.estimation.scatter import Scatter, find_changes, find_scatter, is_repeated, warn_of_odd_repeats
 from apesim.studies.estimation.starts import starts_at
 from apesim.studies.measured import CHECK, FIT, GATE, Measured
 
@@ -88,7 +88,8 @@ def calibrate(
     model : apesim.studies.estimation.model.Model
         The calibrated machine, without candidates.
     warnings : list of str
-        See `apesim.studies.estimation.noise.estimation.noise_of`.
+        See `apesim.studies.estimation.noise.estimation.noise_of`, and
+        `apesim.studies.estimation.scatter.warn_of_odd_repeats`.
 
     Raises
     ------
@@ -125,6 +126,7 @@ def calibrate(
         noise, warnings = noise_of(runs.blocks, predicted, measured.noise, changes)
         runs, checks = runs.with_noise(noise), checks.with_noise(noise)
         scatter = find_scatter(Model((), residuals, fitted), runs, checks, known)
+        warnings = [*warnings, *([] if known else warn_of_odd_repeats(scatter))]
         residuals.counter.add(runs.simulations + checks.simulations)
         residuals = residuals.with_noise(noise).with_scatter(scatter)
         fitted = descend(residuals, fitted.x, steps=fitted.steps)

@@ -54,6 +54,8 @@ class Scatter(NamedTuple):
     """Number of independent differences of repeats that tell it."""
     spreads: dict[Identity, Spread]
     """How the samples of each run vary; runs by their name, their file and a checksum, see `identify`."""
+    odd: tuple[tuple[str, ...], ...] = ()
+    """Files of the differences of repeats that the others do not explain, of each the one that differs last."""
 
     def whiten(self, run: Identity, rows: np.ndarray) -> np.ndarray:
         """Whiten what is common to the samples of a run.
@@ -278,9 +280,35 @@ def find_scatter(
         if not sizes.any():
             return None
         keys = tuple(runs.parameters[place].key for place in places)
-        known = Scatter(keys, tuple(sizes.tolist()), kept, {})
+        odd = tuple(contrast.files for contrast in contrasts if not any(contrast is each for each in kept))
+        known = Scatter(keys, tuple(sizes.tolist()), len(kept), {}, odd)
     spreads = {key: one for each in (runs, others) if each.runs for key, one in find_spreads(each, x, known).items()}
     return known._replace(spreads=spreads)
+
+
+def warn_of_odd_repeats(scatter: Scatter | None) -> list[str]:
+    """Warnings of repeats that differ by more than the others scatter.
+
+    Parameters
+    ----------
+    scatter : Scatter or None
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> warn_of_odd_repeats(Scatter(("supply.pressure",), (0.3,), 4, {}, (("a.csv", "b.csv"),)))
+    ['b.csv differs from a.csv by more than the scatter of the other repeats explains: one of them may be wrong']
+    >>> warn_of_odd_repeats(None)
+    []
+    """
+    return [
+        f"{files[-1]} differs from {' and '.join(files[:-1])} by more than the scatter of the other repeats explains: "
+        "one of them may be wrong"
+        for files in (scatter.odd if scatter else ())
+    ]
 
 
 def find_scatter_at(model: "Model", others: Sequence[MeasuredRun]) -> Scatter:

@@ -97,7 +97,7 @@ def list_contrasts(
     return found
 
 
-def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, int]:
+def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, list[Contrast]]:
     """Find how much each number scatters.
 
     Beforehand a size is half a normal number of the standard deviation `USUAL`, which also says what scatters where the
@@ -113,8 +113,8 @@ def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, int]:
     -------
     sizes : (p,) float array
         In prior standard deviations; zeros where the contrasts are no more than noise.
-    kept : int
-        Number of contrasts that tell it: without those that scatter does not explain.
+    kept : list of Contrast
+        The contrasts that tell it: without those that scatter does not explain.
 
     References
     ----------
@@ -127,11 +127,11 @@ def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, int]:
     >>> slopes, wide = np.diag([9.0, 0.0]), np.array([3.0, 1.0])  # 3.0^2 = 1 + (9.0 x 0.314)^2
     >>> drawn = [Contrast(("a", "b"), wide * rng.normal(size=2), slopes) for _ in range(99)]
     >>> sizes, kept = find_sizes(drawn)
-    >>> round(float(sizes[0]), 1), kept  # Student's t has a narrower middle and wider tails
+    >>> round(float(sizes[0]), 1), len(kept)  # Student's t has a narrower middle and wider tails
     (0.3, 99)
     """
     if not contrasts:
-        return np.zeros(0), 0
+        return np.zeros(0), []
     kept = list(contrasts)
     while True:
         sizes = _draw_sizes(kept)
@@ -144,8 +144,8 @@ def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, int]:
             break
         kept = others
     if _fall(kept) < MIN_FALL:
-        return np.zeros(sizes.shape[1]), len(kept)
-    return np.array([_reach(drawn) for drawn in sizes.T]) / norm.ppf(COVER), len(kept)
+        return np.zeros(sizes.shape[1]), kept
+    return np.array([_reach(drawn) for drawn in sizes.T]) / norm.ppf(COVER), kept
 
 
 def find_relief(values: np.ndarray, shares: np.ndarray) -> float:
