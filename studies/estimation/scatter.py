@@ -77,7 +77,7 @@ class Scatter(NamedTuple):
         Both samples of a run go up and down together, by 3 standard deviations of their noise in all:
 
         >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {"lift": np.zeros(2)})
-        >>> scatter = Scatter(("supply.pressure",), (0.3,), 1, {identify(run): find_spread(np.full((2, 1), sqrt(4.0)))})
+        >>> scatter = Scatter(("supply.pressure",), (0.3,), 1, {identify(run): find_spread(np.full((2, 1), 2.0))})
         >>> scatter.whiten(identify(run), np.array([[3.0, 1.0], [3.0, -1.0]])).round(3).tolist()
         [[1.0, 1.0], [1.0, -1.0]]
         """
@@ -127,7 +127,7 @@ class Scatter(NamedTuple):
         Examples
         --------
         >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {"lift": np.zeros(2)})
-        >>> scatter = Scatter(("supply.pressure",), (0.3,), 1, {identify(run): find_spread(np.full((2, 1), sqrt(4.0)))})
+        >>> scatter = Scatter(("supply.pressure",), (0.3,), 1, {identify(run): find_spread(np.full((2, 1), 2.0))})
         >>> scatter.colour(identify(run), np.array([[1.0, 1.0], [1.0, -1.0]])).round(3).tolist()
         [[3.0, 1.0], [3.0, -1.0]]
         """
@@ -206,7 +206,7 @@ def find_spread(columns: np.ndarray) -> Spread:
 
     Examples
     --------
-    >>> find_spread(np.array([[0.0], [sqrt(3.0)]])).shares.round(6).tolist()
+    >>> find_spread(np.array([[0.0], [3.0**0.5]])).shares.round(6).tolist()
     [0.5]
     """
     directions, sizes, _ = np.linalg.svd(columns, full_matrices=False)
@@ -230,7 +230,7 @@ def shorten(spread: Spread, rows: np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> shorten(find_spread(np.array([[0.0], [sqrt(3.0)]])), np.array([[1.0], [1.0]])).round(3).tolist()
+    >>> shorten(find_spread(np.array([[0.0], [3.0**0.5]])), np.array([[1.0], [1.0]])).round(3).tolist()
     [[1.0], [0.5]]
     """
     return rows - spread.directions @ (spread.shares[:, None] * (spread.directions.T @ rows))

@@ -76,9 +76,9 @@ def list_contrasts(
     Examples
     --------
     >>> runs = [MeasuredRun("p", f"{i}.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {}) for i in range(2)]
-    >>> (contrast,) = list_contrasts(runs, [np.array([3.0, 0.0]), np.array([1.0, 0.0])], [np.array([[2.0], [0.0]])] * 2)
+    >>> (contrast,) = list_contrasts(runs, [np.array([3.0, 0.0]), np.array([1.0, 0.0])], [np.array([[4.0], [0.0]])] * 2)
     >>> contrast.files, abs(contrast.values.round(3)).tolist(), abs(contrast.slopes.round(3)).tolist()
-    (('0.csv', '1.csv'), [1.414], [[2.0]])
+    (('0.csv', '1.csv'), [1.414], [[4.0]])
     """
     groups: dict[Any, list[int]] = {}
     for number, run in enumerate(runs):
