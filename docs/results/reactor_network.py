@@ -16,11 +16,11 @@ def compute():
         found = compared(rpm, options)
         parts = {name: 1e6 * getattr(found, name) for name in largest}
         largest = {name: max(largest[name], parts[name]) for name in largest}
-        rows.append([WORDS[case].format(rpm=rpm), *(Number(part, error=0.05) for part in parts.values())])
+        rows.append([WORDS[case].format(rpm=rpm), *(Number(part, error=0.5) for part in parts.values())])
     heads = ["case", *(f"{name} [10⁻⁶]" for name in largest)]
     return {
         "cases": Table(heads, rows),
-        **{f"largest_{name}": Number(part, "·\u00a010⁻⁶", error=0.05) for name, part in largest.items()},
+        **{f"largest_{name}": Number(part, "·\u00a010⁻⁶", error=0.5) for name, part in largest.items()},
         "flow_step": Number(STEP, "°", error=0.005),
         "overexpanded_supply": Number(OVEREXPANDED["supply"], "MPa gauge", error=0.05),
     }
