@@ -23,6 +23,11 @@ NOTEBOOKS = ["first_run", "own_valve_from_discharge_test", "laboratory_data", "o
 OWN_MARCHES = {"own_effect", "own_machine"}
 """Examples that compile marches of their own, a minute in all: slow. By default test_outside_machine marches an effect
 from outside and test_adaptive machines of its own; the site's build runs every example."""
+LONG = {
+    *("what_limits_30_hz", "paper_in_one_page", "sweep_on_a_cluster", "missing_effect_found"),
+    *("soft_landing", "sweep_over_pressure", "optimum", "timing_map_to_header"),
+}
+"""Examples of studies that the tests of the studies run, a minute in all: slow, too."""
 UNIT = re.compile(r"\[[^\[\]]+\]")
 """Unit in a label; that of a dimensionless quantity is [-], [1] or [%]."""
 
@@ -60,7 +65,7 @@ def slow_if(is_slow, name):
     return pytest.param(name, marks=pytest.mark.slow) if is_slow else name
 
 
-@pytest.mark.parametrize("name", [slow_if(name in OWN_MARCHES, name) for name in SCRIPTS])
+@pytest.mark.parametrize("name", [slow_if(name in OWN_MARCHES | LONG, name) for name in SCRIPTS])
 def test_an_example_runs_without_warnings_and_its_figures_have_units(name, examples):
     figures, error = run_in(examples, "example_run.py", f"{name}.py", "-W", "error", MPLBACKEND="Agg")
     assert "Warning" not in error

@@ -31,6 +31,7 @@ def swept(tmp_path_factory):
     settings = [f"effects.files={effect}", "effects.tapered_bore.friction=60 N s/m"]
     variation = vary(["effects.tapered_bore.friction=0:120:60 N s/m"], None, settings)
     machine = Machine.load(None, settings)
+    run_steady(machine, SPEED, max_cycles=1)  # compiled once, and not in each of the processes
     done = run_sweep(machine, [SPEED], [EPV], folder / "sweep.h5", variation=variation, jobs=2)
     effect.unlink()
     return done
