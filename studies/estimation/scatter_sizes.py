@@ -37,6 +37,8 @@ FACTORS = np.logspace(-1.0, 3.0, 60)
 """Factors among which that of the variances of one contrast is drawn."""
 TAILS = chi2.logpdf(FREEDOM / FACTORS, FREEDOM) - np.log(FACTORS)
 """Logarithm of the weight of each factor by Student's t, but for a constant."""
+NARROWER = float((norm.ppf(COVER) / t.ppf(COVER, FREEDOM)) ** 2)
+"""Variance of Student's t, but for its factor, over that of the normal number that reaches as far at `COVER`."""
 CHAINS, SWEEPS = 256, 8
 """Sets of sizes that are drawn, and rounds of drawing one size of each after the other."""
 SEED = 8302
@@ -151,6 +153,8 @@ def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, list[Contrast
 def find_relief(values: np.ndarray, shares: np.ndarray) -> float:
     """Find by how much twice the negative log likelihood is smaller if what scatters is Student's t, and not normal.
 
+    The normal number is the one of `find_sizes`, which reaches as far as Student's t does at `COVER`.
+
     Parameters
     ----------
     values : (k,) float array
@@ -167,9 +171,9 @@ def find_relief(values: np.ndarray, shares: np.ndarray) -> float:
     --------
     >>> shares = np.array([0.99, 0.5])
     >>> [round(find_relief(np.array([far, 0.0]), shares), 1) for far in (0.0, 1.0, 3.0, 10.0)]
-    [-0.1, -0.4, 2.3, 81.0]
+    [0.8, -0.3, 0.4, 78.4]
     """
-    variances = 1.0 + (FACTORS[:, None] - 1.0) * shares
+    variances = 1.0 + (NARROWER * FACTORS[:, None] - 1.0) * shares
     logs = TAILS - 0.5 * (np.log(variances) + values**2 / variances).sum(axis=1)
     return float(values @ values + 2.0 * (logsumexp(logs) - logsumexp(TAILS)))
 

@@ -107,7 +107,8 @@ def test_what_repeats_have_in_common_is_in_no_contrast():
 
 def test_a_run_that_lies_far_off_is_as_likely_as_by_students_t():
     for far in (0.0, 2.0, 6.0):
-        wanted = 2.0 * (t.logpdf(far, 4.0) - norm.logpdf(far))
+        scale = norm.ppf(0.975) / t.ppf(0.975, 4.0)  # both reach as far
+        wanted = 2.0 * (t.logpdf(far, 4.0, scale=scale) - norm.logpdf(far))
         assert find_relief(np.array([far]), np.array([1.0])) == pytest.approx(wanted, abs=0.02 + 0.01 * abs(wanted))
     assert find_relief(np.array([6.0]), np.array([0.0])) == pytest.approx(0.0, abs=1e-12)  # noise has no heavy tails
 
