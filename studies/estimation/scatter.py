@@ -241,8 +241,8 @@ def find_scatter(
 ) -> Scatter | None:
     """Find what scatters between the repeats of runs.
 
-    Its sizes are those of `find_sizes`: larger where few repeats tell them. A repeat that differs by more than scatter
-    explains is left out there: it is a fault of its file.
+    Its sizes are those of `find_sizes`: larger where few repeats tell them. A repeat that differs by more than the
+    others explain is left out there, see `warn_of_odd_repeats`.
 
     Parameters
     ----------

@@ -10,6 +10,7 @@ from apesim.studies.gap.design.experiments import describe_run, list_experiments
 from apesim.studies.gap.design.forecasts import Alternative, Preview, list_alternatives, preview_experiment
 from apesim.studies.gap.design.outcomes import describe_outcomes, write_outcomes
 from apesim.studies.gap.reasons import ReasonKind, Verdict
+from apesim.studies.gap.report.words import format_key
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.library import list_effects
 from apesim.studies.gap.search.run_faults import find_files
@@ -77,8 +78,8 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
         return rest | {"text": f"{again} Then: {rest['text'][0].lower()}{rest['text'][1:]}"}
     names = list(decision.best.names) if decision.best else []
     if decision.verdict == Verdict.CALIBRATION:
-        number = names[0].removeprefix("effects.").replace("_", " ").replace(".", ", ")
-        return {"text": f"Measure it with another instrument, or in another way: {number}.", "isolate": []}
+        text = f"Measure it with another instrument, or in another way: {format_key(names[0])}."
+        return {"text": text, "isolate": []}
     if decision.verdict == Verdict.NO_GAP:
         names = [
             name for name, limit in find_detection_limits(explanation.sensitivities).items() if limit["limit"] is None

@@ -19,6 +19,7 @@ from apesim.studies.gap.report.extended_machine import is_explained
 from apesim.studies.gap.report.likely_cause import describe_change
 from apesim.studies.gap.report.rounding import format_chance, format_sigmas, format_size, round_to_error
 from apesim.studies.gap.report.run_scatter import write_scatter
+from apesim.studies.gap.report.words import format_key, format_name
 from apesim.studies.gap.search.detection_limits import format_limit
 from apesim.studies.gap.search.gap_test import DRAWS
 from apesim.studies.gap.search.library import list_effects
@@ -241,25 +242,6 @@ def _format_decimals(value: float | None, decimals: int) -> str:
     return "-" if value is None else f"{value:.{decimals}f}"
 
 
-def format_name(name: str) -> str:
-    """A name without underscores.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> format_name("side_force")
-    'side force'
-    """
-    return name.replace("_", " ")
-
-
 def format_unit(text: str) -> str:
     """A unit, or a text with units, with powers as they are printed.
 
@@ -282,25 +264,6 @@ def format_unit(text: str) -> str:
 def _name(row: dict[str, Any]) -> str:
     """Name of the effect of a row."""
     return row["effect"]
-
-
-def format_key(key: str) -> str:
-    """A key of the machine in words.
-
-    Parameters
-    ----------
-    key : str
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> format_key("effects.side_force.force")
-    'side force, force'
-    """
-    return format_name(key.removeprefix("effects.").replace(".", ", "))
 
 
 def find_check_sizes(compared: Iterable[ComparedSignal]) -> tuple[float, float | None, int] | None:

@@ -22,6 +22,7 @@ from apesim.studies.gap.report.effect_rows import describe_effects, format_value
 from apesim.studies.gap.report.likely_cause import describe_cause
 from apesim.studies.gap.report.rounding import find_error, round_to_error
 from apesim.studies.gap.report.run_scatter import describe_scatter
+from apesim.studies.gap.report.words import format_key
 from apesim.studies.gap.search.candidates import SAME_IN_RECORD
 from apesim.studies.gap.search.detection_limits import find_detection_limits
 from apesim.studies.gap.search.model_selection import Choice
@@ -542,7 +543,7 @@ def _list_choices(choices: Sequence[Choice]) -> str:
 def _format_part(name: str) -> str:
     """An effect, a fault of a file or a key of the machine in words."""
     kind, found, file = name.partition(" in ")
-    return kind.removeprefix("effects.").replace(".", " ").replace("_", " ") + found + file
+    return format_key(kind).replace(",", "") + found + file
 
 
 def describe_added(rows: list[dict[str, Any]]) -> dict[str, str]:
@@ -585,4 +586,4 @@ def _format_effect(name: str, rows: list[dict[str, Any]]) -> str:
         return f"{row['parameter'].replace('_', ' ')} reads {_format_shift(row, factor)} {unit} too {way}"
     values = [("" if one["key"] == name else f"{_format_part(one['parameter'])} ", format_value(one)) for one in rows]
     said = ", ".join(parameter + value for parameter, value in values if value)
-    return f"{name.replace('_', ' ').replace('.', ', ')} ({said})"
+    return f"{format_key(name)} ({said})"
