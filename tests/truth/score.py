@@ -182,16 +182,17 @@ class Scored(NamedTuple):
             return bool(self.fault) and blames == {self.fault["file"]} and (self.rest is None or not self.rest.wrong)
         if not all(self.is_off(one["name"]) or self.is_off(one["key"]) for one in self.verdict.get("numbers", ())):
             return False
-        first, hidden = set(self.first) - (self.geometric - set(self.hidden)), set(self.hidden)
+        first = set(self.first) - (self.geometric - set(self.hidden))
         if self.kind == NONE:
             return bool(self.first) and not first
         if self.kind not in (SINGLE, DOUBLE, TRIPLE, FAULTY):
             return False
-        if first == hidden:
-            return True
-        if len(hidden) == 1 and self.said == "NAMED_CLASS":
-            return self.hidden[0] in self.verdict.get("class", ())
-        return bool(first) and first < hidden and self.unseen(first)
+        members = self.verdict.get("class", ()) if self.said == "NAMED_CLASS" else ()
+        return any(self.is_enough(names) for names in (first, *({name} for name in members)))
+
+    def is_enough(self, names):
+        """Whether some names are all that is hidden, or all of it that would be seen if they were known."""
+        return names == set(self.hidden) or (bool(names) and names < set(self.hidden) and self.unseen(names))
 
     @property
     def rightly_refused(self):

@@ -319,6 +319,17 @@ def test_no_gap_of_a_pair_is_wrong_where_the_pair_is_plain_though_its_smaller_ef
     assert masking.right
 
 
+def test_a_class_is_right_where_one_of_its_effects_alone_would_leave_nothing_that_is_seen():
+    hidden, cosine = [("bounce", 30.0), ("side_force", 10.0)], {"cosine": 0.96}
+    alone = scored(DOUBLE, "NAMED", hidden, first=["side_force"], facts=cosine)
+    assert not alone.right  # 8 sigmas of the other one are left
+    other, third = ["side_force", "bounce"], ["side_force", "blow_by"]
+    for members, right in ((other, True), (third, False)):
+        told = {"facts": cosine, "class": members}
+        assert scored(DOUBLE, "NAMED_CLASS", hidden, first=members[:1], **told).right is right
+    assert scored(SINGLE, "NAMED_CLASS", hidden[:1], first=["side_force"], **{"class": other}).right
+
+
 def test_intervals_of_strengths_and_of_second_parameters_are_counted_apart():
     effects = [
         {"name": "supply_droop", "parameter": "feed_area", "unit": "mm^2", "interval_95": [4.5, 5.0]},
