@@ -12,7 +12,7 @@ from apesim.march.adaptive import TOLERANCE
 from apesim.results import NotConverged
 from apesim.studies.estimation.noise.process import Noise, Whitening, noise_for
 from apesim.studies.estimation.parameters import Parameter, put
-from apesim.studies.estimation.scatter import Scatter, identify
+from apesim.studies.estimation.scatter import Scatter, Spread, identify
 from apesim.studies.estimation.starts import Starts, starts_at
 from apesim.studies.measured import ENGINE, MeasuredRun
 from apesim.studies.measured.prediction import Memory, Prediction, predict, run_of
@@ -425,6 +425,22 @@ class WhitenedResiduals:
             return whitened
         parts = ((run, self.scatter.colour(run, whitened[rows])) for run, rows in self._scattering)
         return np.concatenate([scatter.whiten(run, part) for run, part in parts])
+
+    def list_spreads(self) -> list[tuple[Spread, slice]]:
+        """List how each run varies by scatter, with its rows.
+
+        Returns
+        -------
+        list of (apesim.studies.estimation.scatter.Spread, slice)
+            Empty where nothing scatters.
+
+        Examples
+        --------
+        >>> WhitenedResiduals(Machine(), [], []).list_spreads()
+        []
+        """
+        spreads = self.scatter.spreads if self.scatter else {}
+        return [(spreads[run], rows) for run, rows in self._scattering if run in spreads]
 
     def find_relief(self, errors: np.ndarray) -> float:
         """Find by how much all runs together are more likely than if their scatter were normal.

@@ -42,6 +42,11 @@ class Spread(NamedTuple):
     taken: np.ndarray
     """What that does to the samples, whitened, as far as it is straight, (n,) [standard deviations]."""
 
+    @property
+    def parts(self) -> np.ndarray:
+        """Share of the variance along each direction that is scatter, the rest being noise, (k,)."""
+        return 1.0 - (1.0 - self.shares) ** 2
+
 
 class Scatter(NamedTuple):
     """What scatters between runs, and what it does to each of them."""
@@ -164,7 +169,7 @@ class Scatter(NamedTuple):
         spread = self.spreads.get(run)
         if spread is None:
             return 0.0
-        return find_relief(spread.directions.T @ errors, 1.0 - (1.0 - spread.shares) ** 2)
+        return find_relief(spread.directions.T @ errors, spread.parts)
 
 
 def identify(run: MeasuredRun) -> Identity:

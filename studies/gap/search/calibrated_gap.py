@@ -230,6 +230,7 @@ def check_against_noise(
     """
     errors = calibrated.fitted.residuals
     local = find_local_shapes(calibrated.residuals, marks, find_nuisance_space(calibrated.fitted.jacobian))
-    test = compare_with_noise([*sensitivities, *faults], local, errors, parts_of(calibrated.residuals))
+    parts, spreads = parts_of(calibrated.residuals), calibrated.residuals.list_spreads()
+    test = compare_with_noise([*sensitivities, *faults], local, errors, parts, spreads)
     scores = find_scores(sensitivities, errors)
     return CalibratedGap(calibrated, sensitivities, faults, marks, scores, local, test)

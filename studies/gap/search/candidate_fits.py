@@ -177,4 +177,5 @@ def compare_model_with_noise(model: Model, gap: CalibratedGap) -> GapTest:
     wider = find_nuisance_space(model.fitted.jacobian).project_out(
         np.vstack([local, np.zeros((model.added, local.shape[1]))])
     )
-    return compare_with_noise(again, wider, model.fitted.residuals, parts_of(model.residuals))
+    left = model.residuals
+    return compare_with_noise(again, wider, model.fitted.residuals, parts_of(left), left.list_spreads())

@@ -8,6 +8,8 @@ import numpy as np
 
 from apesim.studies.estimation.noise.process import Noise
 from apesim.studies.estimation.noise.sampling import scatter
+from apesim.studies.estimation.scatter import Spread
+from apesim.studies.estimation.scatter_sizes import draw_stretches
 from apesim.studies.gap.search.score_test import Sensitivity
 from apesim.studies.gap.thresholds import ALARM
 
@@ -42,13 +44,18 @@ class GapTest(NamedTuple):
 
 
 def compare_with_noise(
-    sensitivities: Sequence[Sensitivity], local: np.ndarray, errors: np.ndarray, parts: list[tuple[Noise, slice]]
+    sensitivities: Sequence[Sensitivity],
+    local: np.ndarray,
+    errors: np.ndarray,
+    parts: list[tuple[Noise, slice]],
+    spreads: Sequence[tuple[Spread, slice]] = (),
 ) -> GapTest:
     """Compare the largest of all scores with the largest that noise alone gives, by Monte Carlo.
 
     The scores are ``-S'e`` over shapes S of length 1, those of the candidates and local ones. Noise alone gives them
-    the covariance ``S'S``; each draw is scaled by what the noise may be, as it is known from so many samples only. With
-    k of D draws at or above the largest score, the chance is ``(1 + k) / (1 + D)`` (Monte Carlo test [1]_).
+    the covariance ``S'S``; each draw is scaled by what the noise may be, as it is known from so many samples only. What
+    scatters from run to run is Student's t, see `apesim.studies.estimation.scatter_sizes.draw_stretches`. With k of D
+    draws at or above the largest score, the chance is ``(1 + k) / (1 + D)`` (Monte Carlo test [1]_).
 
     Two effects that mask each other have small scores alone and a large one together. So the largest score of two
     effects of the library together is compared as well, see `score_pairs`, and of both chances the smaller one counts:
@@ -64,6 +71,8 @@ def compare_with_noise(
         Residuals of the model at its optimum [standard deviations].
     parts : list of (Noise, slice)
         Noise of each block's rows, see `apesim.studies.estimation.noise.sampling.parts_of`.
+    spreads : sequence of (apesim.studies.estimation.scatter.Spread, slice)
+        How each run varies by scatter, and its rows.
 
     Returns
     -------
@@ -88,13 +97,8 @@ def compare_with_noise(
     one_sided = np.array([c.probe.one_sided for c in sensitivities] + [False] * local.shape[1])[lengths > 0.0]
     seen = -(shapes.T @ errors)
     largest = float(np.max(np.where(one_sided, seen, np.abs(seen))))
-    # Scores of white noise have the correlations of the shapes.
     correlations = shapes.T @ shapes
-    values, vectors = np.linalg.eigh(correlations)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    rng = np.random.default_rng(SEED)
-    draws = rng.standard_normal((DRAWS, len(values))) @ root.T
-    draws *= np.repeat(scatter(parts, shapes, NOISE_DRAWS, rng), SCORE_DRAWS, axis=0)
+    draws = _draw_scores(shapes, correlations, parts, spreads)
     highest = np.max(np.where(one_sided, draws, np.abs(draws)), axis=1)
     limit = float(np.quantile(highest, 1.0 - ALARM))
     pairs = list_pairs(sensitivities, correlations)
@@ -108,6 +112,27 @@ def compare_with_noise(
     p_value = float((1.0 + np.sum(smaller_by_noise <= smaller)) / (1.0 + DRAWS))
     names = tuple(sensitivities[number].probe.candidate.name for number in pairs[best])
     return GapTest(p_value, largest, limit, names, float(together[best]))
+
+
+def _draw_scores(
+    shapes: np.ndarray,
+    correlations: np.ndarray,
+    parts: list[tuple[Noise, slice]],
+    spreads: Sequence[tuple[Spread, slice]],
+) -> np.ndarray:
+    """Scores that noise and scatter alone give shapes, (DRAWS, m)."""
+    rng = np.random.default_rng(SEED)
+    along = [(spread, spread.directions.T @ shapes[rows]) for spread, rows in spreads]
+    # Scores of white noise have the correlations of the shapes.
+    of_noise = correlations - sum((part.T @ part for _, part in along), np.zeros_like(correlations))
+    values, vectors = np.linalg.eigh(of_noise)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    draws = rng.standard_normal((DRAWS, len(values))) @ root.T
+    factors = np.repeat(scatter(parts, shapes, NOISE_DRAWS, rng), SCORE_DRAWS, axis=0)
+    for spread, part in along:
+        stretches = draw_stretches(spread.parts, DRAWS, rng)
+        draws += (stretches * rng.standard_normal(stretches.shape)) @ part
+    return draws * factors
 
 
 def _find_chances(highest: np.ndarray, seen: "np.ndarray | float") -> Any:

@@ -5,6 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from apesim.studies.estimation.scatter import find_spread
+from apesim.studies.estimation.scatter_sizes import NARROWER
 from apesim.studies.gap.search.gap_test import compare_with_noise
 from apesim.studies.gap.search.score_test import Sensitivity
 
@@ -63,3 +65,20 @@ def test_noise_alone_raises_an_alarm_as_often_as_is_said():
     shapes = effects(*(rng.standard_normal(N) / np.sqrt(N) for _ in range(12)))
     chances = [compare_with_noise(shapes, local(), rng.standard_normal(N), []).p_value for _ in range(60)]
     assert np.mean(np.array(chances) < 0.5) == pytest.approx(0.5, abs=0.2)
+
+
+def test_runs_that_scatter_with_heavy_tails_are_odd_as_often_as_is_said():
+    rng = np.random.default_rng(11)
+    # Six runs, each moved along one direction of its own by nine standard deviations of its noise.
+    rows = [slice(start, start + 60) for start in range(0, 360, 60)]
+    spreads = [(find_spread(9.0 * np.linalg.qr(rng.standard_normal((60, 1)))[0]), own) for own in rows]
+    shapes = []
+    for spread, own in spreads:
+        shapes.append(np.zeros(N))
+        shapes[-1][own] = spread.directions[:, 0]
+    faults, errors = effects(*shapes, file="a.csv"), rng.standard_normal(N)
+    known, normal = (compare_with_noise(faults, np.zeros((N, 0)), errors, [], told).limit for told in (spreads, ()))
+    moved = rng.standard_normal((20000, 6)) / 9.0 + np.sqrt(NARROWER) * rng.standard_t(4.0, (20000, 6))
+    largest = np.abs(moved).max(axis=1) / np.sqrt(1.0 + 1.0 / 81.0)
+    assert np.mean(largest > known) == pytest.approx(0.01, abs=0.003)
+    assert np.mean(largest > normal) > 0.05  # were it normal

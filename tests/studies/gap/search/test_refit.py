@@ -163,6 +163,9 @@ class TooFar(Basins):
     def block_slices(self):
         return []
 
+    def list_spreads(self):
+        return []
+
     def with_parameters(self, parameters):
         return TooFar(parameters)
 
