@@ -4,7 +4,7 @@ import ast
 from math import exp
 from pathlib import Path
 
-from apesim.studies.estimation import calibration
+from apesim.studies.estimation import calibration, scatter_sizes
 from apesim.studies.gap import thresholds
 from apesim.studies.gap.search import candidates, gap_test, model_selection, run_faults
 from apesim.studies.gap.tables import suggest, tabulate
@@ -37,6 +37,7 @@ def compute():
     }.items():
         values[name] = Number(value)
     values["reach"] = Number(round(100.0 * (candidates.MAX_REACH - 1.0)), "%")
+    values["odd_chance"] = Number(100.0 * scatter_sizes.ODD_CHANCE, "%")
     values["suggested"] = Number(100.0 * suggest.MIN_EXPLAINED, "%")
     return values
 

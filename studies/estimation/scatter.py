@@ -287,6 +287,8 @@ def find_scatter(
         keys = tuple(runs.parameters[place].key for place in places)
         odd = tuple(contrast.files for contrast in contrasts if not any(contrast is each for each in kept))
         known = Scatter(keys, tuple(sizes.tolist()), len(kept), {}, odd)
+    names = {run.data for run in runs.runs}
+    known = known._replace(odd=tuple(files for files in known.odd if names.issuperset(files)))
     spreads = {key: one for each in (runs, others) if each.runs for key, one in find_spreads(each, x, known).items()}
     return known._replace(spreads=spreads)
 
@@ -314,6 +316,39 @@ def warn_of_odd_repeats(scatter: Scatter | None) -> list[str]:
         "one of them may be wrong"
         for files in (scatter.odd if scatter else ())
     ]
+
+
+def list_odd_repeats(scatter: Scatter | None) -> list[str]:
+    """List the files that differ from their repeats by more than the others scatter.
+
+    Parameters
+    ----------
+    scatter : Scatter or None
+
+    Returns
+    -------
+    list of str
+        A file each, or all of which one is odd, with "or" between them, where no third one tells which.
+
+    Examples
+    --------
+    >>> a_third_tells, two_alone = ("a.csv", "b.csv", "c.csv"), ("a.csv", "b.csv")
+    >>> scatter = Scatter(("supply.pressure",), (0.3,), 4, {})
+    >>> [list_odd_repeats(scatter._replace(odd=odd)) for odd in ((a_third_tells,), (two_alone,))]
+    [['c.csv'], ['a.csv or b.csv']]
+    >>> list_odd_repeats(scatter._replace(odd=(two_alone, a_third_tells)))
+    ['a.csv or b.csv or c.csv']
+    >>> list_odd_repeats(None)
+    []
+    """
+    odd = scatter.odd if scatter else ()
+    found = []
+    for files in odd:
+        if any(set(files) < set(others) for others in odd):
+            continue
+        agreed = len(files) > 2 and not any(set(others) < set(files) for others in odd)
+        found.append(files[-1] if agreed else " or ".join(files))
+    return found
 
 
 def find_scatter_at(model: "Model", others: Sequence[MeasuredRun]) -> Scatter:

@@ -13,7 +13,7 @@ from os import PathLike
 from apesim.engine.machine import Machine
 from apesim.quantities import Quantity
 from apesim.studies.estimation.arguments import Tell, open_measured
-from apesim.studies.estimation.scatter import Scatter
+from apesim.studies.estimation.scatter import Scatter, list_odd_repeats
 from apesim.studies.execution.pool import Team
 from apesim.studies.gap.decide.consistency import compare_points, select_significant
 from apesim.studies.gap.decide.held_out import (
@@ -172,10 +172,12 @@ def _explain_rest(explanation: Explanation, rest: Explanation) -> Explanation:
 
 
 def refuse_what_is_not_held(explanation: Explanation, work: Work) -> Explanation:
-    """Refuse NO_GAP and CALIBRATION where a channel of one file is odd, or where runs held out contradict.
+    """Refuse NO_GAP and CALIBRATION where one file is odd, or where runs held out contradict.
 
     Every channel of every run that is fitted or a gate has to pass `find_odd_channels`. A number of the machine that is
-    said to be wrong has to hold on the gate runs, or on operating points left out one at a time, like a name.
+    said to be wrong has to hold on the gate runs, or on operating points left out one at a time, like a name. Where a
+    file differs from its repeats by more than the scatter of the others explains, neither is said: a faulty record and
+    runs that scatter more than these few show are AMBIGUOUS.
 
     Parameters
     ----------
@@ -209,8 +211,12 @@ def refuse_what_is_not_held(explanation: Explanation, work: Work) -> Explanation
         judged = judged or leave_one_out(calibrated, best, work)
         if judged and judged.size_after > max(explanation.tolerance, MAX_LEFT * judged.size_before):
             reason = ReasonKind.GAP_LEFT.with_facts(size=judged.size_after)
+    repeats = list_odd_repeats(best.residuals.scatter)
     if reason:
         decision = decision._replace(verdict=Verdict.REFUSED, reason=reason)
+    elif repeats:
+        reason = ReasonKind.ODD_REPEAT.with_facts(file=" and ".join(repeats))
+        decision = Decision(Verdict.AMBIGUOUS, None, (), reason)
     return replace(explanation, decision=decision, judged=judged, odd=odd)
 
 

@@ -5,6 +5,7 @@ from math import ceil
 from typing import TYPE_CHECKING, Any
 
 from apesim.studies.estimation.residuals import unless_ended
+from apesim.studies.estimation.scatter import list_odd_repeats
 from apesim.studies.gap.design.expected_information import find_entropy, find_information, find_separation
 from apesim.studies.gap.design.experiments import describe_run, list_experiments
 from apesim.studies.gap.design.forecasts import Alternative, Preview, list_alternatives, preview_experiment
@@ -66,6 +67,9 @@ def find_next_test(explanation: "Explanation") -> dict[str, Any]:
     decision = explanation.decision
     if not explanation.scores:
         return {"text": "The same again, with the library: nothing of it was tried.", "isolate": []}
+    if decision.reason.kind is ReasonKind.ODD_REPEAT:
+        files = " and ".join(list_odd_repeats(explanation.best.residuals.scatter))
+        return {"text": f"Look at the record of {files}, and record its operating point once more.", "isolate": []}
     if decision.verdict in (Verdict.AMBIGUOUS, Verdict.NAMED_CLASS):
         return rank_experiments(explanation)
     if decision.verdict == Verdict.REFUSED:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from apesim.studies.estimation.model import Model
-from apesim.studies.gap.reasons import Verdict
+from apesim.studies.gap.reasons import ReasonKind, Verdict
 from apesim.studies.gap.report.rounding import format_size
 
 if TYPE_CHECKING:
@@ -60,6 +60,8 @@ def describe_cause(explanation: "Explanation", texts: dict[str, str]) -> dict[st
     text, model = " with ".join(texts.values()), decision.best.model if decision.best else None
     if model and not _is_telling(explanation.calibrated, model):
         text, model = "", None
+    elif decision.reason.kind is ReasonKind.ODD_REPEAT:
+        text = "a fault in the record of that file, or runs that scatter more than these few repeats show"
     elif model is None and explanation.odd:
         channel = max(explanation.odd, key=lambda each: each.size)
         text = f"something that is in {channel.file} alone, in its {channel.sensor.replace('_', ' ')}"

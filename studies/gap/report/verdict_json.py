@@ -449,6 +449,8 @@ def write_sentence(explanation: "Explanation") -> str:
         if explanation.tabulated:
             answer += f"; a table of {ARTICLES[explanation.tabulated.balance.balance]} takes it best"
         return f"There is a gap, and {answer}."
+    if decision.reason.kind is ReasonKind.ODD_REPEAT:
+        return f"The model explains the data if their records are right, but {decision.reason}."
     if decision.verdict == Verdict.AMBIGUOUS:
         return f"There is a gap, and these data do not show what closes it: {_list_alternatives(decision)}."
     best = _best(decision).model

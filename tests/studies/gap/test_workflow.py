@@ -9,8 +9,11 @@ from apesim.engine.machine import Machine
 from apesim.quantities.settings import load
 from apesim.studies.estimation.parameters import DECLARED, shown, value_of
 from apesim.studies.gap.report.effect_rows import describe_effects
+from apesim.studies.gap.report.likely_cause import describe_cause
+from apesim.studies.gap.report.verdict_json import write_sentence
 from apesim.studies.gap.workflow import explain
-from apesim.studies.measured import read_measured
+from apesim.studies.measured import Measured, MeasuredRun, read_measured
+from apesim.studies.measured.prediction import predict, run_of, with_value
 from apesim.valve.effects import VALVE_EFFECTS
 from tests.gap_bench import BUT_RIVALS
 from tests.studies.gap.conftest import SEED
@@ -95,6 +98,26 @@ def test_a_nuisance_that_takes_all_of_a_gap_is_a_finding_though_little_is_left(m
     assert found.gap_size < 0.15
     assert found.verdict == "CALIBRATION"
     assert found.decision.best.names == ("valve.solenoid.dead_time",)
+
+
+@pytest.mark.parametrize(("late", "verdict"), [(0.0, "NO_GAP"), (4e-4, "AMBIGUOUS")])
+def test_a_file_that_differs_from_its_repeats_stops_the_all_clear(late, verdict):
+    times, rng = np.arange(0.0, 0.05, 5e-5), np.random.default_rng(3)
+    runs = []
+    for name, supply in ("p040", 0.4e6), ("p050", 0.5e6), ("p060", 0.6e6):
+        for number, more in enumerate((3e-5, -4e-5, late if name == "p060" else 0.0)):
+            data = f"{name}_{number}.csv"
+            one = MeasuredRun(name, data, supply, 293.15, 30e-3, "fit", times, {"lift": 0.0 * times})
+            rig = with_value(Machine(), "valve.solenoid.dead_time", Machine().valve.solenoid.dead_time + more)
+            lift = predict(run_of(rig, one), one).channels["lift"] + rng.normal(0.0, 3e-5, len(times))
+            runs.append(one._replace(channels={"lift": lift}))
+    found = explain(Machine(), Measured("", {"lift": 3e-5}, tuple(runs), "valve"), without=BUT_RIVALS)
+    assert found.verdict == verdict
+    if late:
+        assert str(found.reason).startswith("p060_2.csv differs from its repeats")
+        assert write_sentence(found).endswith(f"but {found.reason}.")
+        assert "p060_2.csv" in found.next_test["text"]
+        assert describe_cause(found, {})["text"].startswith("a fault in the record")
 
 
 def test_one_operating_point_alone_names_nothing(measure):
