@@ -255,7 +255,8 @@ def decide(
         chance = compare_model_with_noise(ranked[0].model, gap).p_value
     size = max(cell.size for cell in cells)
     odd = find_odd_channels(ranked[0].model.residuals, ranked[0].model.fitted.data_residuals) if ranked else []
-    decision = decide_with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance, odd)
+    before = find_odd_channels(calibrated.residuals, calibrated.fitted.data_residuals)
+    decision = decide_with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance, odd, before)
     tables = Tables(calibrated, weigh_balances(calibrated, select_effects(measured.bench), work), work)
     if decision.verdict in BLAMING and (judged or decision.verdict == Verdict.MEASUREMENT):
         decision = _refuse_for_table(decision, tables, library_size)

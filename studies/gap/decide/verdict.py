@@ -155,13 +155,15 @@ def decide_with_alarm(
     p_value: float = 1.0,
     tolerance: float = TOLERANCE,
     odd: Sequence[OddChannel] = (),
+    odd_before: Sequence[OddChannel] = (),
 ) -> Decision:
     """The verdict where noise alone does not explain what the calibrated machine leaves.
 
     The first rule that applies decides:
 
     1. The gap is smaller than the tolerance: CALIBRATION where a nuisance is pulled beyond `MAX_PULL` prior standard
-       deviations, else NO_GAP.
+       deviations, else NO_GAP. The gap of all runs together does not matter where the best choice has a fault of a file
+       that was odd by itself.
     2. No choice has a penalised cost below the cost of the calibrated machine: REFUSED.
     3. The best choice has a fault of a file: MEASUREMENT where each rival has a fault of the same file, the best choice
        leaves no more than noise, and nothing of the file is odd any more; else AMBIGUOUS or REFUSED.
@@ -192,6 +194,8 @@ def decide_with_alarm(
         Size of a gap, over the noise, that does not matter.
     odd : sequence of apesim.studies.gap.decide.odd_files.OddChannel
         Channels of single files that the best choice still leaves odd.
+    odd_before : sequence of apesim.studies.gap.decide.odd_files.OddChannel
+        Channels of single files that the calibrated machine leaves odd.
 
     Returns
     -------
@@ -207,7 +211,8 @@ def decide_with_alarm(
     >>> str(decide_with_alarm(explanation.calibrated, fits, size=0.5, judged=judged, tolerance=1.0).verdict)
     'NO_GAP'
     """
-    if size < tolerance:
+    blamed = find_files(choices[0].model.candidates) if choices else []
+    if size < tolerance and not set(blamed) & set(list_odd_files(odd_before)):
         if find_pulled(base):
             return _blame_calibration(base)
         return Decision(Verdict.NO_GAP, None, (), ReasonKind.TOO_SMALL.with_facts(size=size))

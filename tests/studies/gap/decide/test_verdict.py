@@ -327,6 +327,13 @@ def test_a_file_that_stays_odd_is_named_in_a_refusal():
     assert "a.csv" in found.reason.text
 
 
+@pytest.mark.parametrize(("file", "verdict"), [("a.csv", "MEASUREMENT"), ("other.csv", "NO_GAP")])
+def test_a_gap_too_small_to_matter_in_all_runs_may_be_a_fault_of_the_one_that_is_odd(file, verdict):
+    odd, slip = [OddChannel(file, "lift", 1.1, 0.4, 12.0)], fault(100.0, "slip")
+    assert rules.decide_with_alarm(BASE, [slip], 0.1, None, odd_before=odd).verdict == verdict
+    assert verdict_of(slip, size=0.1) == "NO_GAP"
+
+
 def test_three_that_hold_are_several():
     three, two, one = choice(60.0, "a", "b", "c", gap=SHAPE), choice(120.0, "a", "b"), choice(200.0, "a", gap=SHAPE)
     assert verdict_of(three, two, one) == "SEVERAL"
