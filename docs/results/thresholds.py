@@ -6,6 +6,7 @@ from pathlib import Path
 
 from apesim.studies.estimation import calibration, scatter_sizes
 from apesim.studies.gap import thresholds
+from apesim.studies.gap.decide.reliability import load_reliability
 from apesim.studies.gap.search import candidates, gap_test, model_selection, run_faults
 from apesim.studies.gap.tables import suggest, tabulate
 from docs.results import Number, Table
@@ -37,6 +38,9 @@ def compute():
     }.items():
         values[name] = Number(value)
     values["reach"] = Number(round(100.0 * (candidates.MAX_REACH - 1.0)), "%")
+    told = load_reliability()
+    values["sealed_cases"] = Number(told["cases"].get("number", 0))
+    values["reliability"] = list_reliability(told["kinds"])
     values["odd_chance"] = Number(100.0 * scatter_sizes.ODD_CHANCE, "%")
     values["suggested"] = Number(100.0 * suggest.MIN_EXPLAINED, "%")
     return values
@@ -54,3 +58,12 @@ def list_thresholds():
             text = " ".join(ast.literal_eval(reason.value).split()).split(", see `")[0].rstrip(".")
             rows.append([", ".join(f"`{name}`" for name in names), shown, f"{text}."])
     return Table(["threshold", "value", "what it is, and why it has this value"], rows)
+
+
+def list_reliability(kinds):
+    """What sealed cases tell of each kind of statement; "–" where they are too few for a probability."""
+    rows = []
+    for kind, counted in kinds.items():
+        brier = Number(round(counted["brier_apart"], 2)) if "brier_apart" in counted else "–"
+        rows.append([kind, Number(counted["statements"]), Number(counted["right"]), brier])
+    return Table(["statement", "made", "right", "Brier score"], rows or [["–", "–", "–", "–"]])

@@ -42,21 +42,22 @@ def fit(features, right):
 
     Parameters
     ----------
-    features : (n, 3) float array
+    features : (n, k) float array
     right : (n,) bool array
 
     Returns
     -------
-    (4,) float array
+    (1 + k,) float array
     """
     columns, signs = np.column_stack([np.ones(len(features)), features]), np.where(right, 1.0, -1.0)
+    spreads = np.array(SPREADS[: columns.shape[1]])
 
     def price(coefficients):
         scores = signs * (columns @ coefficients)
         slopes = -signs / (1.0 + np.exp(np.clip(scores, -500.0, 500.0)))
-        pulls = coefficients / np.array(SPREADS)
+        pulls = coefficients / spreads
         value = np.sum(np.logaddexp(0.0, -scores)) + 0.5 * pulls @ pulls
-        return value, columns.T @ slopes + pulls / np.array(SPREADS)
+        return value, columns.T @ slopes + pulls / spreads
 
     return minimize(price, np.zeros(columns.shape[1]), jac=True, method="BFGS").x
 
@@ -77,7 +78,7 @@ def calibrate(cases):
     -------
     dict
         What ``reliability.json`` holds; by kind also the Brier score of each statement by coefficients that were fitted
-        without its case.
+        without its case. Where a constant alone has a better one, the features count for nothing.
     """
     kinds = {}
     for number, case in enumerate(cases):
@@ -89,9 +90,14 @@ def calibrate(cases):
         owners, features, right = (np.array(column) for column in zip(*rows, strict=True))
         found[kind] = {"statements": len(rows), "right": int(right.sum())}
         if len(rows) >= MIN_STATEMENTS:
-            found[kind]["coefficients"] = [float(f"{value:.6g}") for value in fit(features, right)]
-            apart = probabilities_apart(owners, features, right)
-            found[kind]["brier_apart"] = float(f"{np.mean((apart - right) ** 2):.3g}")
+            briers = {
+                count: float(np.mean((probabilities_apart(owners, features[:, :count], right) - right) ** 2))
+                for count in (0, len(FEATURES))
+            }
+            count = min(briers, key=briers.get)
+            coefficients = [*fit(features[:, :count], right), *np.zeros(len(FEATURES) - count)]
+            found[kind]["coefficients"] = [float(f"{value:.6g}") for value in coefficients]
+            found[kind]["brier_apart"] = float(f"{briers[count]:.3g}")
     seeds = [case.answer["seed"] for case in cases]
     return {"cases": {"number": len(cases), "first_seed": min(seeds), "last_seed": max(seeds)}, "kinds": found}
 

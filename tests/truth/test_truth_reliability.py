@@ -91,3 +91,20 @@ def test_a_kind_of_few_statements_has_no_coefficients():
     assert found["cases"] == {"number": MIN_STATEMENTS + 1, "first_seed": 0, "last_seed": 100}
     assert found["kinds"]["name"] == {"statements": 1, "right": 1}
     assert len(found["kinds"]["no gap"]["coefficients"]) == 4
+
+
+def count_features(slope, seed):
+    """Whether features count, of forty names whose evidence tells by some slope whether they are right."""
+    rng = np.random.default_rng(seed)
+    evidence = rng.normal(size=40)
+    right = rng.uniform(size=40) < probabilities(np.array([1.0, slope]), evidence[:, None])
+    cases = [
+        case(number, told, [], [statement("name", [], value) | {"shortfall": rng.normal(), "pull": rng.normal()}])
+        for number, (told, value) in enumerate(zip(right, evidence, strict=True))
+    ]
+    return any(calibrate(cases)["kinds"]["name"]["coefficients"][1:])
+
+
+def test_features_count_where_they_tell_more_than_a_constant_does():
+    assert sum(count_features(0.0, seed) for seed in range(10)) < 4
+    assert sum(count_features(2.0, seed) for seed in range(10)) > 8
