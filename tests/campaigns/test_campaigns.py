@@ -1,0 +1,84 @@
+"""The campaigns themselves, and a short form of each."""
+
+import json
+import random
+
+import numpy as np
+import pytest
+
+from tests.campaigns import inputs, probes
+from tests.campaigns.campaign import DIES, HANGS, Outcome, find_most_memory, forget_most_memory, run_campaign, summarise
+from tests.campaigns.mutations import VALUES, draw, spoil_bytes, spoil_toml
+from tests.campaigns.probes import ENDING, KILLED
+
+TRIALS = 24
+"""Trials of a short form."""
+
+
+def test_what_a_trial_does_to_its_process_is_told(tmp_path):
+    found = run_campaign(probes.__name__, range(6), tmp_path, longest=2.0)
+    assert [found[seed].word for seed in range(6)] == ["well", HANGS, DIES, DIES, "well", "well"]
+    assert [found[seed].detail for seed in (KILLED, ENDING)] == ["signal SIGKILL", "exit code 7"]
+    assert summarise(found)[0] == (DIES, 2, [KILLED, ENDING], True)
+
+
+def test_a_campaign_goes_on_where_it_was_interrupted(tmp_path):
+    run_campaign(probes.__name__, (0, 4), tmp_path)
+    path = tmp_path / "probes.jsonl"
+    path.write_text(path.read_text().replace("well", "as it was") + "[5, ")  # cut off as it was written
+    found = run_campaign(probes.__name__, (0, 4, 5), tmp_path)
+    assert [found[seed].word for seed in (0, 4, 5)] == ["as it was", "as it was", "well"]
+
+
+@pytest.mark.skipif(not find_most_memory(), reason="memory is counted on Linux alone")
+def test_memory_is_counted_anew_for_each_trial():
+    forget_most_memory()
+    before = find_most_memory()
+    held = np.ones(30_000_000)
+    assert find_most_memory() > before + 0.9 * held.nbytes
+    del held
+    forget_most_memory()
+    assert find_most_memory() < before + 0.5 * 240e6
+
+
+@pytest.mark.parametrize(
+    ("code", "out", "err", "broken"),
+    [
+        (0, '{"a": 1}', "", False),
+        (0, '{"a": NaN}', "", True),
+        (0, '{"a": 1} {}', "", True),
+        (1, "", "Traceback", True),
+        ("KeyError", "", "'bore'", True),
+        (2, "", "f.toml: bore: no number", False),
+        (2, '{"faults": [{"file": "f.toml"}]}', "", False),
+        (2, "", "no number", True),
+        (2, "", "f.toml: \x1b[2J", True),
+        (3, "", "f.toml", False),
+    ],
+)
+def test_a_promise_that_is_broken_is_seen(code, out, err, broken):
+    assert inputs.judge("machine file", ["machine", "--json"], ["f.toml"], code, out, err).is_broken is broken
+
+
+def test_what_is_spoilt_follows_from_its_seed():
+    for spoil, whole in ((spoil_bytes, bytes(range(256))), (spoil_toml, inputs.whole_machine())):
+        spoilt = [spoil(whole, random.Random(seed)) for seed in range(20)]
+        assert spoilt == [spoil(whole, random.Random(seed)) for seed in range(20)]
+        assert sum(one != whole for one in spoilt) > 17
+    assert draw(VALUES, 5) == draw(VALUES, 5)
+    assert len({draw(VALUES, seed) for seed in range(20)}) > 10
+
+
+@pytest.mark.parametrize("make", inputs.MAKERS)
+def test_inputs_that_are_not_spoilt_are_read(make, tmp_path, monkeypatch):
+    monkeypatch.setattr(inputs, "spoil", lambda text, rng: text.encode())
+    monkeypatch.setattr(inputs, "spoil_bytes", lambda data, rng: data)
+    monkeypatch.chdir(tmp_path)
+    kind, arguments, names = make(tmp_path, random.Random(7))
+    assert inputs.judge(kind, arguments, names, *inputs.run(arguments)) == Outcome(f"{kind}: done")
+
+
+def test_whatever_a_file_holds_it_is_read_or_refused(tmp_path):
+    found = run_campaign(inputs.__name__, range(TRIALS), tmp_path)
+    assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
+    assert len(json.loads((tmp_path / "inputs.jsonl").read_text().splitlines()[0])) == 1 + len(Outcome._fields)
