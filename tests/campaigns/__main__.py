@@ -20,7 +20,7 @@ def main():
     start = time.monotonic()
 
     def tell(done, number):
-        left = (time.monotonic() - start) / max(done, 1) * (number - done)
+        left = (time.monotonic() - start) / done * (number - done)
         print(f"\r{done} of {number}, some {left / 60.0:.0f} min left ", end="", file=sys.stderr, flush=True)
 
     seeds = range(given.first, given.first + given.trials)

@@ -49,7 +49,7 @@ def run_campaign(name, seeds, out, jobs=1, longest=LONGEST, tell=None):
     longest : float
         That a trial may take [s].
     tell : function, optional
-        Called with what is done, and what there is in all.
+        Called with how many trials are done, and how many there were to do.
 
     Returns
     -------
@@ -59,8 +59,8 @@ def run_campaign(name, seeds, out, jobs=1, longest=LONGEST, tell=None):
     path = Path(out) / f"{name.rpartition('.')[2]}.jsonl"
     path.parent.mkdir(parents=True, exist_ok=True)
     found = read_outcomes(path)
-    waiting = iter([seed for seed in seeds if seed not in found])
-    workers = []
+    missing = [seed for seed in seeds if seed not in found]
+    waiting, workers, done = iter(missing), [], 0
     with path.open("a", encoding="utf-8") as file:
         try:
             workers = [worker for worker in (Worker(name).take(waiting) for _ in range(jobs)) if worker]
@@ -73,8 +73,9 @@ def run_campaign(name, seeds, out, jobs=1, longest=LONGEST, tell=None):
                     found[worker.seed] = outcome
                     file.write(json.dumps([worker.seed, *outcome]) + "\n")
                     file.flush()
+                    done += 1
                     if tell:
-                        tell(sum(seed in found for seed in seeds), len(seeds))
+                        tell(done, len(missing))
                     workers.remove(worker)
                     following = (worker if worker.is_fit() else Worker(name)).take(waiting)
                     workers += [following] if following else []
