@@ -462,9 +462,7 @@ class WhitenedResiduals:
         >>> model.residuals.find_relief(model.fitted.data_residuals)  # no run is repeated
         0.0
         """
-        if self.scatter is None:
-            return 0.0
-        return sum(self.scatter.find_relief(run, errors[rows]) for run, rows in self._scattering)
+        return sum((spread.find_relief(errors[rows]) for spread, rows in self.list_spreads()), 0.0)
 
     def by_block(self, whole: np.ndarray) -> list[np.ndarray]:
         """Split an array over all blocks: residuals, without or with the pulls behind them.

@@ -47,6 +47,29 @@ class Spread(NamedTuple):
         """Share of the variance along each direction that is scatter, the rest being noise, (k,)."""
         return 1.0 - (1.0 - self.shares) ** 2
 
+    def find_relief(self, errors: np.ndarray) -> float:
+        """Find by how much the run is more likely than if its scatter were normal, see `scatter_sizes.find_relief`.
+
+        Parameters
+        ----------
+        errors : (n,) float array
+            White samples of the run [standard deviations].
+
+        Returns
+        -------
+        float
+            Fall of twice the negative log likelihood.
+
+        Examples
+        --------
+        >>> spread = find_spread(np.full((2, 1), 9.0))
+        >>> round(spread.find_relief(np.full(2, 5.0)))  # both far off together
+        34
+        >>> spread.find_relief(np.array([5.0, -5.0])) < 1.0  # noise has no heavy tails
+        True
+        """
+        return find_relief(self.directions.T @ errors, self.parts)
+
 
 class Scatter(NamedTuple):
     """What scatters between runs, and what it does to each of them."""
@@ -141,35 +164,6 @@ class Scatter(NamedTuple):
             return rows
         longer = spread.shares / (1.0 - spread.shares)
         return rows + spread.directions @ (longer[:, None] * (spread.directions.T @ rows))
-
-    def find_relief(self, run: Identity, errors: np.ndarray) -> float:
-        """Find by how much a run is more likely than if its scatter were normal, see `scatter_sizes.find_relief`.
-
-        Parameters
-        ----------
-        run : tuple
-            See `identify`.
-        errors : (n,) float array
-            White samples of the run [standard deviations].
-
-        Returns
-        -------
-        float
-            Fall of twice the negative log likelihood; 0 where nothing is known of the run.
-
-        Examples
-        --------
-        >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", np.zeros(2), {"lift": np.zeros(2)})
-        >>> scatter = Scatter(("supply.pressure",), (0.3,), 1, {identify(run): find_spread(np.full((2, 1), 9.0))})
-        >>> round(scatter.find_relief(identify(run), np.full(2, 5.0)))  # both far off together
-        34
-        >>> scatter.find_relief(identify(run), np.array([5.0, -5.0])) < 1.0  # noise has no heavy tails
-        True
-        """
-        spread = self.spreads.get(run)
-        if spread is None:
-            return 0.0
-        return find_relief(spread.directions.T @ errors, spread.parts)
 
 
 def identify(run: MeasuredRun) -> Identity:

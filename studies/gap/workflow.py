@@ -24,7 +24,7 @@ from apesim.studies.gap.decide.held_out import (
     leave_one_out,
     settle,
 )
-from apesim.studies.gap.decide.odd_files import find_odd_channels
+from apesim.studies.gap.decide.odd_files import OddChannel, find_odd_channels
 from apesim.studies.gap.decide.operating_points import find_points, label_point
 from apesim.studies.gap.decide.verdict import Decision, decide_with_alarm, decide_without_alarm, find_explained_gap
 from apesim.studies.gap.design.next_test import find_next_test
@@ -149,7 +149,7 @@ def _run_workflow(
         warnings=[*more, *warnings],  # what makes all numbers doubtful comes first
     )
     if is_searched:
-        explanation = decide(explanation, gap, fits, len(candidates), work)
+        explanation = decide(explanation, gap, fits, odd, len(candidates), work)
         explanation = _profile_intervals(explanation, work)
     explanation = refuse_what_is_not_held(explanation, work)
     if explanation.verdict == Verdict.MEASUREMENT:
@@ -221,7 +221,12 @@ def refuse_what_is_not_held(explanation: Explanation, work: Work) -> Explanation
 
 
 def decide(
-    explanation: Explanation, gap: CalibratedGap, fits: list[Choice], library_size: int, work: Work
+    explanation: Explanation,
+    gap: CalibratedGap,
+    fits: list[Choice],
+    odd: list[OddChannel],
+    library_size: int,
+    work: Work,
 ) -> Explanation:
     """Judge the models that were fitted by runs held out, and name what is missing, or add a table in its place.
 
@@ -231,6 +236,8 @@ def decide(
     gap : apesim.studies.gap.search.calibrated_gap.CalibratedGap
     fits : list of apesim.studies.gap.search.model_selection.Choice
         The best first.
+    odd : list of apesim.studies.gap.decide.odd_files.OddChannel
+        Channels of single files that the calibrated machine leaves odd.
     library_size : int
         Number of candidates.
     work : apesim.studies.gap.work.Work
@@ -242,7 +249,7 @@ def decide(
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example, find_example_gap
-    >>> decided = decide(explain_example(), find_example_gap(), explain_example().fits, 3, Work())
+    >>> decided = decide(explain_example(), find_example_gap(), explain_example().fits, [], 3, Work())
     >>> decided.decision.best.names, decided.gap_size > 0.15
     (('side_force',), True)
     """
@@ -254,9 +261,8 @@ def decide(
         )
         chance = compare_model_with_noise(ranked[0].model, gap).p_value
     size = max(cell.size for cell in cells)
-    odd = find_odd_channels(ranked[0].model.residuals, ranked[0].model.fitted.data_residuals) if ranked else []
-    before = find_odd_channels(calibrated.residuals, calibrated.fitted.data_residuals)
-    decision = decide_with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance, odd, before)
+    left = find_odd_channels(ranked[0].model.residuals, ranked[0].model.fitted.data_residuals) if ranked else []
+    decision = decide_with_alarm(calibrated, ranked, size, judged, chance, explanation.tolerance, left, odd)
     tables = Tables(calibrated, weigh_balances(calibrated, select_effects(measured.bench), work), work)
     if decision.verdict in BLAMING and (judged or decision.verdict == Verdict.MEASUREMENT):
         decision = _refuse_for_table(decision, tables, library_size)
