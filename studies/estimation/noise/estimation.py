@@ -24,8 +24,9 @@ LIKE = 1.5
 """Ratio of sampling intervals that count as one."""
 STILL = 0.005
 """Share of the noise that the model may move by from one sample to the next at rest."""
-OF_A_MEAN = 0.01
-"""Share of a mean over the cycle that its noise is taken for, where nothing tells it."""
+OF_A_MEAN = 0.05
+"""Share of a mean over the cycle that its noise is taken for, where nothing tells it: more than a usual brake or flow
+meter has, as what is only assumed must not make a gap, nor a fault of a file."""
 FEWEST_CONTRASTS = 4
 MIN_FAULT, CLEAR_FAULT = 0.2, 5.0
 """Energy of a fault in what repeats differ by, from which it is taken off: over that of the noise, and over what noise

@@ -204,7 +204,7 @@ def test_the_noise_of_a_mean_is_stated_or_from_repeats_or_taken_for_a_share():
     assert not warnings
     assert noise_for(noise_of(blocks, model, {"torque": 0.5})[0], blocks[0]).deviation == 0.5
     taken, warnings = noise_of(blocks[:1], model[:1], {})
-    assert noise_for(taken, blocks[0]).deviation == pytest.approx(0.2, rel=0.1)
+    assert noise_for(taken, blocks[0]).deviation == pytest.approx(1.0, rel=0.1)  # 5 % of 20 N m
     assert "[sensor.torque]" in warnings[0]
 
 
