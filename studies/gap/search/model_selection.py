@@ -41,7 +41,7 @@ MAX_RELEASED = 3
 MAX_FREED = 6
 """Models with effects from which numbers that they pull far are freed."""
 MATERIAL_KEYS = ("air.heat_capacity_ratio",)
-"""Nuisances that are no number of a machine: not tried as the explanation in place of an effect."""
+"""Nuisances that are no number of a machine: freed beside an effect, and not tried as the explanation in its place."""
 Pair = tuple[tuple[Any, ...], tuple[Any, ...]]
 """Candidates with the values x from which each starts."""
 
@@ -364,18 +364,13 @@ def fit_beside_numbers(base: Model, fits: Sequence[Choice], library: int, work: 
         least = min((choice.cost for choice in [*fits, *found]), default=np.inf)
         foreseen = [(_foresee_cost(choice, library), choice.model) for choice in pulling]
         near = sorted(
-            (pair for pair in foreseen if _find_releasable(pair[1]) and pair[0] < least + NEGLIGIBLE),
+            (pair for pair in foreseen if find_pulled(pair[1]) and pair[0] < least + NEGLIGIBLE),
             key=lambda pair: pair[0],
         )
-        tasks = [(model, _find_releasable(model)[0]) for _, model in near[:MAX_FREED]]
+        tasks = [(model, find_pulled(model)[0]) for _, model in near[:MAX_FREED]]
         pulling = _fit_all(base, release, tasks, [*fits, *found], library, work, "fitting numbers")
         found += pulling
     return sorted(found, key=lambda choice: choice.cost)
-
-
-def _find_releasable(model: Model) -> list[int]:
-    """Places of the numbers of the machine that a model pulls beyond `MAX_PULL`, the farthest first."""
-    return [j for j in find_pulled(model) if model.residuals.parameters[j].key not in MATERIAL_KEYS]
 
 
 def _foresee_cost(choice: Choice, library: int) -> float:
@@ -383,7 +378,7 @@ def _foresee_cost(choice: Choice, library: int) -> float:
 
     It is the largest that it can be, as a fit then moves them.
     """
-    pulls = choice.model.fitted.x[_find_releasable(choice.model)]
+    pulls = choice.model.fitted.x[find_pulled(choice.model)]
     return choice.cost + len(pulls) * find_term_penalty(library) - float(pulls @ pulls)
 
 
