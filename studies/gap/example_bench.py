@@ -129,6 +129,4 @@ def find_example_gap() -> CalibratedGap:
     True
     """
     explanation = explain_example()
-    calibrated = explanation.calibrated
-    marks = calibrated.residuals.marks(np.zeros(len(calibrated.fitted.x)))
-    return check_against_noise(calibrated, explanation.sensitivities, [], marks)
+    return check_against_noise(explanation.calibrated, explanation.sensitivities, [])

@@ -267,7 +267,7 @@ def decide(
     if decision.verdict in BLAMING and (judged or decision.verdict == Verdict.MEASUREMENT):
         decision = _refuse_for_table(decision, tables, library_size)
     tabulated = tabulate(tables, measured, explanation.noise) if decision.verdict == Verdict.REFUSED else None
-    if tabulated:
+    if tabulated and not (ranked and ranked[0].model.cost < tabulated.model.cost):
         cells = localise(
             calibrated.residuals, gap.marks, find_explained_gap(calibrated, tabulated.model), holds_noise=False
         )

@@ -38,7 +38,7 @@ class CalibratedGap(NamedTuple):
     faults: list[Sensitivity]
     """What each fault of one file would do to the data, see `apesim.studies.gap.search.run_faults`."""
     marks: list[dict[str, Any]]
-    """Instants that divide each run, as the machine file says.
+    """Instants that divide each run, as the calibrated machine moves.
 
     See `apesim.studies.estimation.residuals.WhitenedResiduals.marks`.
     """
@@ -95,11 +95,10 @@ def find_gap(
     work.tell("calibrating", 0, 1)
     calibrated, warnings = calibrate(machine, measured, work.simulations, scatter)
     scored = score_candidates(calibrated, candidates, work, faults)
-    marks = scored[0].residuals.marks(np.zeros(len(calibrated.fitted.x)))
-    gap = check_against_noise(*scored, marks)
+    gap = check_against_noise(*scored)
     deeper = elsewhere(gap.calibrated, work) if gap.gap_test.alarm else gap.calibrated
     if deeper is not gap.calibrated:
-        gap = check_against_noise(*score_candidates(deeper, candidates, work, faults), marks)
+        gap = check_against_noise(*score_candidates(deeper, candidates, work, faults))
     calibrated = gap.calibrated
     doubts = [] if calibrated.fitted.converged else ["the calibration did not converge"]
     solver_error = find_solver_error(calibrated.residuals, calibrated.fitted.x)
@@ -204,7 +203,7 @@ def find_fault_sensitivities(
 
 
 def check_against_noise(
-    calibrated: Model, sensitivities: list[Sensitivity], faults: list[Sensitivity], marks: list[dict[str, Any]]
+    calibrated: Model, sensitivities: list[Sensitivity], faults: list[Sensitivity]
 ) -> CalibratedGap:
     """Compare what the calibrated machine leaves with what noise alone would leave.
 
@@ -213,8 +212,6 @@ def check_against_noise(
     calibrated : apesim.studies.estimation.model.Model
     sensitivities, faults : list of apesim.studies.gap.search.score_test.Sensitivity
         Of the effects of the library, and of faults of single files.
-    marks : list of dict
-        Instants that divide each run.
 
     Returns
     -------
@@ -224,11 +221,11 @@ def check_against_noise(
     --------
     >>> from apesim.studies.gap.example_bench import find_example_gap
     >>> gap = find_example_gap()
-    >>> again = check_against_noise(gap.calibrated, gap.sensitivities, gap.faults, gap.marks)
+    >>> again = check_against_noise(gap.calibrated, gap.sensitivities, gap.faults)
     >>> again.scores[0].name, again.gap_test.alarm
     ('side_force', True)
     """
-    errors = calibrated.fitted.residuals
+    errors, marks = calibrated.fitted.residuals, calibrated.residuals.marks(calibrated.fitted.x)
     local = find_local_shapes(calibrated.residuals, marks, find_nuisance_space(calibrated.fitted.jacobian))
     parts, spreads = parts_of(calibrated.residuals), calibrated.residuals.list_spreads()
     test = compare_with_noise([*sensitivities, *faults], local, errors, parts, spreads)
