@@ -26,6 +26,7 @@ from apesim.engine.effects.outside import (
     installed_effects,
     load_again,
     load_effect,
+    loaded_effect,
     refuse_twins,
 )
 from apesim.engine.machine import Machine
@@ -192,21 +193,10 @@ def with_effects(machine: Machine, *given: Effect | str | PathLike[str]) -> Mach
     >>> with_effects(Machine(), "docs/examples/data/tapered_bore.py").effects.tapered_bore
     TaperedBore(friction=0.0)
     """
-    found = [load_effect(_file_of(one) if isinstance(one, Effect) else one) for one in given]
+    found = [loaded_effect(one) if isinstance(one, Effect) else load_effect(one) for one in given]
     cls = machine_class([*outside_effects_of(machine), *found])
     effects = type(cls().effects)(**machine.effects._asdict())
     return cls(**machine._asdict() | {"effects": effects})
-
-
-def _file_of(effect: Effect) -> Path:
-    """The file that an effect stands in."""
-    module = sys.modules.get(getattr(effect.parameters, "__module__", ""))
-    file = getattr(module, "__file__", None)
-    if not file:
-        raise InputError(
-            [Fault("with_effects()", effect.name, "stands in no file", "write it into a file, and give its path")]
-        )
-    return Path(file)
 
 
 def machine_class(outside: Iterable[OutsideEffect]) -> type[Machine]:

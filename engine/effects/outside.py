@@ -120,6 +120,39 @@ def load_again(path: Path, sha256: str) -> OutsideEffect:
     return found
 
 
+def loaded_effect(effect: Effect) -> OutsideEffect:
+    """An effect that stands in a file, with that file.
+
+    Parameters
+    ----------
+    effect : apesim.effect.Effect
+
+    Returns
+    -------
+    OutsideEffect
+        Of an effect that was loaded, the one that is given, whatever has become of its file.
+
+    Raises
+    ------
+    InputError
+        It stands in no file, so that no other process could find it, or not in one that could be loaded.
+
+    Examples
+    --------
+    >>> known = load_effect("docs/examples/data/tapered_bore.py")
+    >>> loaded_effect(known.effect) == known
+    True
+    """
+    module = sys.modules.get(getattr(effect.parameters, "__module__", ""))
+    file = getattr(module, "__file__", None)
+    if not file:
+        raise InputError(
+            [Fault("with_effects()", effect.name, "stands in no file", "write it into a file, and give its path")]
+        )
+    sha256 = getattr(module, "sha256", "")
+    return load_again(Path(file), sha256) if sha256 else load_effect(file)
+
+
 def installed_effects() -> list[OutsideEffect]:
     """Load what installed packages offer as entry points of the group ``apesim.effects``.
 
@@ -165,12 +198,14 @@ def _module(path: Path, content: str, digest: str) -> ModuleType:
     """The module of a file, under a name with the hash of its content: the compile cache finds its classes by it."""
     name = _module_name(digest)
     if name in sys.modules:
+        sys.modules[name].__file__ = str(path)  # where it was loaded first, it may be gone
         return sys.modules[name]
     _refuse_imports(_tree(content))
     _ensure_package()
     spec = importlib.util.spec_from_file_location(name, path, loader=_Loader(name, str(path), content))
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    module.sha256 = digest  # type: ignore[attr-defined]
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)

@@ -74,6 +74,25 @@ def refusal(path):
     return str(fault)
 
 
+# --- which file ---
+
+
+def test_an_effect_that_was_loaded_needs_no_file_any_more(tmp_path):
+    first, second = (written(tmp_path, HEAD + LAW + TAIL, f"{name}.py") for name in ("first", "second"))
+    effect = Machine().with_effects(first).outside_effects[0].effect
+    first.unlink()
+    assert Machine().with_effects(effect).outside_effects[0].effect is effect
+    Machine().with_effects(second)  # the same content
+    assert Machine().with_effects(effect).outside_effects[0].path == second
+
+
+def test_an_effect_is_the_one_that_is_given_though_its_file_was_edited(tmp_path):
+    path = written(tmp_path, HEAD + LAW + TAIL + "# before")
+    effect = Machine().with_effects(path).outside_effects[0].effect
+    path.write_text(HEAD + LAW.replace("+=", "-=") + TAIL)
+    assert Machine().with_effects(effect).outside_effects[0].effect is effect
+
+
 # --- what it does ---
 
 
