@@ -11,6 +11,7 @@ import contextlib
 import functools
 import hashlib
 import importlib.util
+import os
 import platform
 import shutil
 import sys
@@ -31,6 +32,9 @@ LAYERS = ("apesim", "apesim.valve", "apesim.engine")
 UPPER_LAYERS = ("valve", "engine", "studies")
 """Folders that stand within that of `apesim` where it is installed, and beside it in a checkout."""
 FOLDERS_KEPT = 4
+"""Folders of compiled kernels that are kept, each of another version of the sources, the compiler or the processor."""
+OUTSIDE_FOLDERS_KEPT = 16
+"""Folders within it that are kept, each of other effects from outside: who tries several of them goes back to some."""
 config: Any = numba.config
 """Options of Numba, which it sets from the environment."""
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
@@ -79,10 +83,11 @@ def sources_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-def _prune(root: Path, keep: Path, pattern: str) -> None:
-    folders = [f for f in root.glob(pattern) if f != keep]
-    folders.sort(key=lambda f: f.stat().st_mtime, reverse=True)
-    for old in folders[FOLDERS_KEPT - 1 :]:
+def _prune(keep: Path, pattern: str, kept: int) -> None:
+    """Delete the folders beside one that were made or used longest ago, so that so many are kept."""
+    others = [f for f in keep.parent.glob(pattern) if f != keep]
+    others.sort(key=lambda f: f.stat().st_mtime, reverse=True)
+    for old in others[kept - 1 :]:
         shutil.rmtree(old, ignore_errors=True)
 
 
@@ -111,7 +116,7 @@ def cache_folder() -> Path:
     if folder is None:
         return temporary_folder(name)
     if is_new:
-        _prune(folder.parent, keep=folder, pattern="kernels-*")
+        _prune(folder, "kernels-*", FOLDERS_KEPT)
     return folder
 
 
@@ -177,9 +182,11 @@ def outside_folder(outside_hash: str) -> Path:
     'outside-0123abcd'
     """
     folder = cache_folder() / f"outside-{outside_hash}"
-    if not folder.exists():
+    if folder.exists():
+        os.utime(folder)  # the one that is unused for longest goes first
+    else:
         folder.mkdir(mode=0o700, exist_ok=True)
-        _prune(cache_folder(), keep=folder, pattern="outside-*")
+        _prune(folder, "outside-*", OUTSIDE_FOLDERS_KEPT)
     return folder
 
 

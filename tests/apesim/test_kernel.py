@@ -12,7 +12,15 @@ import numpy as np
 import pytest
 
 from apesim import kernel as module
-from apesim.kernel import by_type, cache_folder, entry, kernel, sources_hash
+from apesim.kernel import (
+    OUTSIDE_FOLDERS_KEPT,
+    by_type,
+    cache_folder,
+    entry,
+    kernel,
+    outside_folder,
+    sources_hash,
+)
 from apesim.valve.bench import run_bench
 from tests import folders
 from tests.valve.test_bench import BenchMachine
@@ -185,6 +193,18 @@ def test_only_the_newest_cache_folders_are_kept(root):
         os.utime(old, (1e9 - age, 1e9 - age))
     new = cache_folder.__wrapped__()
     assert sorted(f.name for f in root.iterdir()) == sorted(["kernels-0", "kernels-1", "kernels-2", new.name])
+
+
+def test_of_the_folders_of_outside_effects_the_longest_unused_goes_first(root, monkeypatch):
+    inner = root / "kernels"
+    inner.mkdir(parents=True)
+    monkeypatch.setattr(module, "cache_folder", lambda: inner)
+    for number in range(OUTSIDE_FOLDERS_KEPT):
+        os.utime(outside_folder(f"{number}"), (1e9 + number, 1e9 + number))
+    outside_folder("0")  # used again, so that 1 is the oldest
+    outside_folder("new")
+    kept = {folder.name.removeprefix("outside-") for folder in inner.iterdir()}
+    assert len(kept) == OUTSIDE_FOLDERS_KEPT and {"0", "new"} <= kept and "1" not in kept
 
 
 def test_the_cache_follows_the_xdg_base_directory(tmp_path, monkeypatch):
