@@ -27,6 +27,8 @@ STILL = 0.005
 OF_A_MEAN = 0.05
 """Share of a mean over the cycle that its noise is taken for, where nothing tells it: more than a usual brake or flow
 meter has, as what is only assumed must not make a gap, nor a fault of a file."""
+HARDLY_ANY = 0.1
+"""Share of a noise that is stated, below which what the data show is not that noise."""
 FEWEST_CONTRASTS = 4
 MIN_FAULT, CLEAR_FAULT = 0.2, 5.0
 """Energy of a fault in what repeats differ by, from which it is taken off: over that of the noise, and over what noise
@@ -114,6 +116,8 @@ def noise_of(
             if known and not 0.7 < deviation / stated[sensor] < 1.4:
                 shown = f"{noise.source} show {deviation:.3g} (SI)"
                 warnings.append(f"{sensor}: the noise is stated as {stated[sensor]:.3g}, but {shown}")
+            if deviation < HARDLY_ANY * stated[sensor]:  # the colour of something else, as of the simulator's own error
+                noise = white(stated[sensor], "stated")
             deviation, noise = max(stated[sensor], FLOOR[sensor]), noise._replace(is_stated=True)
         interval = float(np.median([block.interval for block, _ in pairs]))
         found.setdefault(sensor, {})[interval] = noise._replace(deviation=deviation)

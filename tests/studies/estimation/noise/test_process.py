@@ -191,6 +191,15 @@ def test_a_stated_deviation_binds_and_a_contradiction_is_told():
     assert len(warnings) == 1 and "lift" in warnings[0]
 
 
+def test_what_data_without_noise_show_is_not_the_colour_of_the_one_that_is_stated():
+    times = np.linspace(0.0, 0.1, 1001)
+    blocks = [block(1e-9 * np.sin(3.0 * np.pi * times / 0.1 + phase), times) for phase in (0.0, 1.0)]
+    found, warnings = noise_of(blocks, [np.zeros(1001)] * 2, {"lift": DEVIATION})
+    noise = noise_for(found, blocks[0])
+    assert (noise.deviation, noise.order, noise.hums) == (DEVIATION, 0, ())
+    assert "show" in warnings[0]
+
+
 def mean(value, name):
     return Block(0, run(name, "fit"), "torque", np.zeros(1), np.array([value]), 0.0)
 
