@@ -60,8 +60,9 @@ def models(folder, problem):
 
 
 def fitted_of(found):
-    """The fitted models by what they add, the calibrated machine under nothing."""
-    known = {frozenset(choice.names): choice.model for choice in found.fits if choice.names[0] in FREED}
+    """The fitted models of the space by what they add, the calibrated machine under nothing."""
+    models = [choice.model for choice in found.fits if choice.model.candidates and not choice.model.released]
+    known = {frozenset(model.names): model for model in models}
     return {frozenset(): found.calibrated} | known
 
 
