@@ -38,6 +38,10 @@ def compute():
         "gate_chance": Number(100.0 * gate.CHANCE, "%"),
         "max_masked": Number(100.0 * thresholds.MAX_MASKED, "%"),
         "max_stretch": Number(1e3 * thresholds.MAX_STRETCH["time"], "ms"),
+        "resolved": Number(1e3 * thresholds.MAX_RESOLVED["time"], "ms"),
+        "fine": Number(1e3 * thresholds.MAX_FINE["time"], "ms"),
+        "spike_share": Number(100.0 * thresholds.MIN_SPIKE_SHARE, "%"),
+        "single_share": Number(100.0 * thresholds.MIN_SINGLE_SHARE, "%"),
         "check": check_broken(),
     }
 

@@ -11,11 +11,13 @@ import numpy as np
 from apesim.studies.measured.plausibility.signals import WIDTH, fill, find_levels, find_noise, smooth
 from apesim.studies.measured.plausibility.thresholds import (
     BESIDE_CLIPPED,
+    MAX_FINE,
     MAX_MASKED,
     MAX_REPEATS,
     MAX_RESOLVED,
     MAX_STRETCH,
     MIN_SAMPLES,
+    MIN_SINGLE_SHARE,
     MIN_SPIKE_NOISES,
     MIN_SPIKE_SHARE,
     MIN_STUCK,
@@ -106,7 +108,8 @@ def find_disturbances(
     """
     if np.isfinite(values).sum() < MIN_SAMPLES or np.median(np.diff(places)) > MAX_RESOLVED[axis]:
         return
-    spikes = find_spikes(values, max(noise, find_noise(values)))
+    is_fine = np.median(np.diff(places)) <= MAX_FINE[axis] and has_noise(values, np.zeros(len(values), bool))
+    spikes = find_spikes(values, max(noise, find_noise(values)), is_fine=bool(is_fine))
     if spikes.any():
         yield Disturbance.SPIKES, spikes
     for disturbance, flags in _find_stretches(np.where(spikes, np.nan, values)):
@@ -138,8 +141,11 @@ def is_short(places: np.ndarray, flags: np.ndarray, axis: str) -> bool:
     return bool(np.mean(flags) <= MAX_MASKED and longest <= MAX_STRETCH[axis])
 
 
-def find_spikes(values: np.ndarray, noise: float) -> np.ndarray:
+def find_spikes(values: np.ndarray, noise: float, *, is_fine: bool = False) -> np.ndarray:
     """Find single samples, or pairs of them, that lie far from those on both sides.
+
+    Far is `MIN_SPIKE_NOISES` of the noise and `MIN_SPIKE_SHARE` of the span; for single samples of a fine record
+    `MIN_SINGLE_SHARE` of it is enough, as nothing true is as short as one of them.
 
     Parameters
     ----------
@@ -147,6 +153,8 @@ def find_spikes(values: np.ndarray, noise: float) -> np.ndarray:
         NaN where a sample is missing.
     noise : float
         Standard deviation of its noise.
+    is_fine : bool
+        Whether its samples are at most `MAX_FINE` apart, and have noise.
 
     Returns
     -------
@@ -161,10 +169,14 @@ def find_spikes(values: np.ndarray, noise: float) -> np.ndarray:
     filled = fill(values)
     low, high = find_levels(values)
     height = np.where(known, np.abs(filled - fill(smooth(values))), 0.0)
-    limit = max(MIN_SPIKE_NOISES * noise, MIN_SPIKE_SHARE * (high - low))
     flags = np.zeros(len(values), bool)
-    for place in np.flatnonzero(height > limit):
-        flags[place] = _is_spike(filled, int(place), 0.5 * limit)
+    found = [(height, MIN_SPIKE_SHARE)]
+    if is_fine:
+        found.append((_find_single_heights(filled, known), MIN_SINGLE_SHARE))
+    for heights, share in found:
+        limit = max(MIN_SPIKE_NOISES * noise, share * (high - low))
+        for place in np.flatnonzero((heights > limit) & ~flags):
+            flags[place] = _is_spike(filled, int(place), 0.5 * limit)
     return flags
 
 
@@ -219,6 +231,19 @@ def find_runs(flags: np.ndarray) -> list[tuple[int, int]]:
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
     return [(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _find_single_heights(values: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Height of each sample over a cubic through the two on either side, 0 where one beside it is higher.
+
+    It is a sixth of the fourth difference, which a smooth peak hardly has, and a kink a third of what its slope changes
+    by.
+    """
+    heights = np.zeros(len(values))
+    if len(values) > 4:
+        heights[2:-2] = np.where(known[2:-2], np.abs(np.diff(values, 4)) / 6.0, 0.0)
+    beside = np.maximum(np.append(heights[1:], 0.0), np.append(0.0, heights[:-1]))
+    return np.where(heights > beside, heights, 0.0)
 
 
 def _is_spike(values: np.ndarray, place: int, limit: float) -> bool:

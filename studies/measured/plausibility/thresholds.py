@@ -106,9 +106,15 @@ MIN_STEP_SHARE = 0.002
 """Step over the span below which it does not matter."""
 MIN_SPIKE_NOISES, MIN_SPIKE_SHARE = 10.0, 0.10
 """Height of a spike over the noise and over the span, by which it leaves the samples beside it."""
+MIN_SINGLE_SHARE = 0.03
+"""Height over the span of a single sample that is a spike in a fine record: where the valve lands and rebounds between
+two of its samples, the one at the peak lies half as high."""
 MAX_RESOLVED = {"time": 0.5e-3, "crank_angle": radians(1.5)}
 """Step between samples [s, rad] up to which two samples are too short for anything the valve or the air does: a stroke
 takes 5 ms."""
+MAX_FINE = {"time": 0.2e-3, "crank_angle": radians(0.6)}
+"""Step between samples [s, rad] up to which one sample is too short for a rebound as high as a spike: pressed on by
+1 kN, the piston of 0.1 kg takes 0.5 ms to come back from 0.3 mm, ten times a usual noise of the lift."""
 MIN_STUCK = 8
 """Equal samples in a row that a recorder has held, for the reason of `MIN_CLIPPED`."""
 MAX_REPEATS = 0.1

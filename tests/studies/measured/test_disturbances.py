@@ -11,6 +11,7 @@ import pytest
 from apesim.engine.machine import Machine
 from apesim.studies.measured import MeasuredRun, read_measured
 from apesim.studies.measured.plausibility import examine
+from apesim.studies.measured.plausibility.disturbances import find_disturbances
 from apesim.studies.measured.prediction import predict, run_of
 from tests.machines import AMBIENT
 
@@ -81,6 +82,28 @@ def test_spikes_are_masked_and_nothing_else_is(tmp_path, channel, share):
             expected[places] = np.nan
         assert values == pytest.approx(expected, rel=1e-6, abs=1e-8, nan_ok=True)
     assert said(measured) == [("warning", "spikes")]
+
+
+def test_a_small_spike_of_a_single_sample_is_masked_in_a_fine_record(tmp_path):
+    """Twelve times the noise, 4 % of the span, as high as a rebound."""
+    times, channels = noisy(step=0.2e-3)
+    places = [np.searchsorted(times, at) for at in (2e-3, 4e-3, 30e-3, 0.1)]
+    spiked = channels["lift"].copy()
+    spiked[places] += 12.0 * NOISE["lift"] * np.array([1.0, -1.0, -1.0, 1.0])
+    [masked] = folder_of(tmp_path, (times, channels | {"lift": spiked})).masked
+    assert masked.places == pytest.approx(times[places], abs=1e-9)
+
+
+@pytest.mark.parametrize("step", [0.05e-3, 0.1e-3, 0.2e-3])
+def test_a_rebound_is_no_spike(step):
+    machine = MACHINE.with_(**{"effects.bounce.restitution": 0.6})
+    for supply in np.arange(0.2, 1.01, 0.1):
+        times = np.arange(-5e-3, 0.12, step)
+        asked = {"lift": times, "pressure_a": times, "pressure_b": times}
+        run = MeasuredRun("a", "a.csv", supply * 1e6 + AMBIENT, 290.0, 50e-3, "fit", times, asked)
+        for name, trace in predict(run_of(machine, run), run).channels.items():
+            values = trace + 0.1 * NOISE[name] * np.random.default_rng(1).standard_normal(len(times))
+            assert not list(find_disturbances(times, values, "time")), (supply, name)
 
 
 def test_a_pair_of_samples_and_a_spike_in_flight_are_masked(tmp_path):
