@@ -9,6 +9,7 @@ import numpy as np
 import apesim
 from apesim.engine.angles import DEGREE
 from apesim.studies.discharge import opening, records
+from apesim.studies.estimation.noise import estimation
 from apesim.studies.identify import fit, gate
 from apesim.studies.measured import reading, table, thinning, to_and_fro
 from apesim.studies.measured.plausibility import thresholds
@@ -38,6 +39,7 @@ def compute():
         "gate_chance": Number(100.0 * gate.CHANCE, "%"),
         "max_masked": Number(100.0 * thresholds.MAX_MASKED, "%"),
         "max_stretch": Number(1e3 * thresholds.MAX_STRETCH["time"], "ms"),
+        "of_a_mean": Number(100.0 * estimation.OF_A_MEAN, "%"),
         "resolved": Number(1e3 * thresholds.MAX_RESOLVED["time"], "ms"),
         "fine": Number(1e3 * thresholds.MAX_FINE["time"], "ms"),
         "spike_share": Number(100.0 * thresholds.MIN_SPIKE_SHARE, "%"),
