@@ -10,7 +10,14 @@ from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.noise.estimation import noise_of
 from apesim.studies.estimation.priors import nuisances_of
 from apesim.studies.estimation.residuals import Counter, WhitenedResiduals, unless_ended
-from apesim.studies.estimation.scatter import Scatter, find_changes, find_scatter, is_repeated, warn_of_odd_repeats
+from apesim.studies.estimation.scatter import (
+    Scatter,
+    find_changes,
+    find_scatter,
+    find_stated_sizes,
+    is_repeated,
+    warn_of_odd_repeats,
+)
 from apesim.studies.estimation.starts import starts_at
 from apesim.studies.measured import CHECK, FIT, GATE, Measured
 
@@ -69,8 +76,9 @@ def calibrate(
     """Calibrate a machine: fit its nuisances to measured data under their priors.
 
     It minimises ``|e(x)|^2 + |x|^2`` from x = 0, with the whitened residuals e and the nuisances x in prior standard
-    deviations. Where runs are repeated, their noise is found anew beside what may scatter between them, and what they
-    differ by beyond it is whitened like noise, see `apesim.studies.estimation.scatter.find_scatter`.
+    deviations. Where runs are repeated, their noise is found anew beside what may scatter between them. What they
+    differ by beyond it, and what the user states, is whitened like noise, see
+    `apesim.studies.estimation.scatter.find_scatter`.
 
     It is the most probable point under Gaussian noise and priors [1]_.
 
@@ -116,7 +124,8 @@ def calibrate(
     """
     residuals, warnings = uncalibrated(machine, measured, counter)
     fitted = descend(residuals, np.zeros(len(residuals.parameters)))
-    if known or is_repeated(measured):
+    stated = find_stated_sizes(machine, measured, residuals.parameters)
+    if known or stated or is_repeated(measured):
         runs, checks = (
             residuals.with_runs(group, starts_at(machine, group, residuals.parameters, fitted.x))
             for group in (measured.of(FIT) + measured.of(GATE), measured.of(CHECK))
@@ -125,7 +134,7 @@ def calibrate(
         changes = find_changes(runs, fitted.x, predicted)
         noise, warnings = noise_of(runs.blocks, predicted, measured.noise, changes)
         runs, checks = runs.with_noise(noise), checks.with_noise(noise)
-        scatter = find_scatter(Model((), residuals, fitted), runs, checks, known)
+        scatter = find_scatter(Model((), residuals, fitted), runs, checks, known, stated)
         warnings = [*warnings, *([] if known else warn_of_odd_repeats(scatter))]
         residuals.counter.add(runs.simulations + checks.simulations)
         residuals = residuals.with_noise(noise).with_scatter(scatter)

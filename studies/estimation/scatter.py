@@ -1,27 +1,34 @@
 """Scatter between runs: supply, friction and dead time are a little other ones in each run, and no record says it.
 
-Repeats of a run tell it: what the model leaves of one less what it leaves of another holds no error that both have.
+The user states it, or repeats of a run tell it: what the model leaves of one less what it leaves of another holds no
+error that both have.
 What scatters is then noise that all samples of a run have in common, and is whitened like other noise.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from zlib import crc32
 
 import numpy as np
 
+from apesim.engine.known_to import KNOWN_TO, find_odd_share
+from apesim.engine.machine import Machine
+from apesim.quantities import Fault, InputError
+from apesim.studies.estimation.parameters import INSTRUMENTS, Parameter, value_of
 from apesim.studies.estimation.scatter_sizes import find_relief, find_sizes, list_contrasts
 from apesim.studies.estimation.starts import starts_at
 from apesim.studies.measured import FIT, GATE, Measured, MeasuredRun
+from apesim.studies.measured.scatter import SCATTER, SCATTERING
+from apesim.studies.measured.sensors import FILE
 
 if TYPE_CHECKING:
     from apesim.studies.estimation.model import Model
     from apesim.studies.estimation.residuals import WhitenedResiduals
 
+NONE_STATED: dict[str, float] = {}
 Identity = tuple[str, str, int]
 """Name and file of a run, with a checksum of what was measured."""
-SCATTERING = "supply.pressure", "supply.temperature", "valve.viscous_friction", "valve.solenoid.dead_time"
-"""What may scatter: the supply by its regulator and its store, friction by grease and seals, dead time by the coil."""
 APART = 0.5
 """Prior standard deviations to both sides over which is found how repeats may differ."""
 REACH = 0.5
@@ -84,6 +91,8 @@ class Scatter(NamedTuple):
     """How the samples of each run vary; runs by their name, their file and a checksum, see `identify`."""
     odd: tuple[tuple[str, ...], ...] = ()
     """Files of the differences of repeats that the others do not explain, of each the one that differs last."""
+    stated: tuple[str, ...] = ()
+    """Keys whose sizes the user states."""
 
     def whiten(self, run: Identity, rows: np.ndarray) -> np.ndarray:
         """Whiten what is common to the samples of a run.
@@ -235,10 +244,97 @@ def shorten(spread: Spread, rows: np.ndarray) -> np.ndarray:
     return rows - spread.directions @ (spread.shares[:, None] * (spread.directions.T @ rows))
 
 
-def find_scatter(
-    model: "Model", runs: "WhitenedResiduals", others: "WhitenedResiduals", known: Scatter | None = None
+def find_stated_sizes(machine: Machine, measured: Measured, parameters: Sequence[Parameter]) -> dict[str, float]:
+    """Find the sizes of the scatter that the user states.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+    measured : apesim.studies.measured.Measured
+    parameters : sequence of apesim.studies.estimation.parameters.Parameter
+        The nuisances of the data.
+
+    Returns
+    -------
+    dict of str to float
+        In prior standard deviations, by key.
+
+    Raises
+    ------
+    apesim.quantities.InputError
+        A number is stated that counts as exact, or of which no share can be taken.
+
+    Examples
+    --------
+    >>> from apesim.quantities.uncertainties import Uncertainty
+    >>> from apesim.studies.estimation.priors import nuisances_of
+    >>> stated = {"supply.pressure": Uncertainty(0.003, True), "valve.solenoid.dead_time": Uncertainty(0.02, True)}
+    >>> measured = Measured("", {}, (), "valve", scatter=stated)
+    >>> sizes = find_stated_sizes(Machine(), measured, nuisances_of(Machine(), measured))
+    >>> {key: round(size, 3) for key, size in sizes.items()}  # the dead time is 1.5 ms, and known to 0.1 ms
+    {'supply.pressure': 0.3, 'valve.solenoid.dead_time': 0.3}
+    """
+    by_key = {parameter.key: parameter for parameter in parameters}
+    sizes, faults = {}, []
+    for key, uncertainty in measured.scatter.items():
+        place = str(Path(measured.folder, FILE)), f"{SCATTER}.{key}"
+        if fault := find_odd_share(machine, key, uncertainty):
+            faults.append(Fault(*place, *fault))
+        elif key not in by_key:
+            faults.append(Fault(*place, f"counts as exact by [{KNOWN_TO}]", "leave one of both out"))
+        else:
+            own = 1.0 if key in INSTRUMENTS else value_of(machine, key)
+            prior = by_key[key].scale * (own if by_key[key].relative else 1.0)
+            sizes[key] = uncertainty.deviation * (own if uncertainty.is_share else 1.0) / prior
+    if faults:
+        raise InputError(faults)
+    return sizes
+
+
+def find_scatter_of_changes(
+    residuals: "WhitenedResiduals", columns: np.ndarray, sizes: Mapping[str, float]
 ) -> Scatter | None:
-    """Find what scatters between the repeats of runs.
+    """Find how runs vary by a scatter that is known, about where the machine has them.
+
+    Parameters
+    ----------
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+        Without scatter.
+    columns : (n + p, p) float array
+        Their sensitivities.
+    sizes : mapping of str to float
+        Prior standard deviations by key, see `find_stated_sizes`.
+
+    Returns
+    -------
+    Scatter or None
+        None where nothing is stated.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> model = explain_example().calibrated
+    >>> find_scatter_of_changes(model.residuals, model.fitted.jacobian, {"supply.pressure": 0.3}).keys
+    ('supply.pressure',)
+    """
+    if not any(sizes.values()):
+        return None
+    keys = [p.key for p in residuals.parameters]
+    whole = columns[:, [keys.index(key) for key in sizes]] * list(sizes.values())
+    spreads = {
+        identify(run): find_spread(whole[own]) for run, own in zip(residuals.runs, residuals.run_slices(), strict=True)
+    }
+    return Scatter(tuple(sizes), tuple(sizes.values()), 0, spreads, stated=tuple(sizes))
+
+
+def find_scatter(
+    model: "Model",
+    runs: "WhitenedResiduals",
+    others: "WhitenedResiduals",
+    known: Scatter | None = None,
+    stated: Mapping[str, float] = NONE_STATED,
+) -> Scatter | None:
+    """Find what scatters between runs: what the user states, and what repeats tell of the rest.
 
     Its sizes are those of `find_sizes`: larger where few repeats tell them. A repeat that differs by more than the
     others explain is left out there, see `warn_of_odd_repeats`.
@@ -253,11 +349,13 @@ def find_scatter(
         Those of further runs that scatter as much.
     known : Scatter, optional
         A scatter that more repeats than these have told: its sizes are taken.
+    stated : mapping of str to float
+        Sizes that the user states, in prior standard deviations, see `find_stated_sizes`.
 
     Returns
     -------
     Scatter or None
-        None where there are no repeats, or where they differ by no more than noise.
+        None where nothing is stated and there are no repeats, or where they differ by no more than noise.
 
     Examples
     --------
@@ -275,12 +373,12 @@ def find_scatter(
         columns, _ = runs.jacobian(x, errors, model.fitted.steps, only=places)
         rows = runs.run_slices()
         contrasts = list_contrasts(runs.runs, [errors[own] for own in rows], [columns[own] for own in rows])
-        sizes, kept = find_sizes(contrasts)
+        keys = tuple(runs.parameters[place].key for place in places)
+        sizes, kept = find_sizes(contrasts, np.array([stated.get(key, np.nan) for key in keys]))
         if not sizes.any():
             return None
-        keys = tuple(runs.parameters[place].key for place in places)
         odd = tuple(contrast.files for contrast in contrasts if not any(contrast is each for each in kept))
-        known = Scatter(keys, tuple(sizes.tolist()), len(kept), {}, odd)
+        known = Scatter(keys, tuple(sizes.tolist()), len(kept), {}, odd, tuple(stated))
     names = {run.data for run in runs.runs}
     known = known._replace(odd=tuple(files for files in known.odd if names.issuperset(files)))
     spreads = {key: one for each in (runs, others) if each.runs for key, one in find_spreads(each, x, known).items()}

@@ -99,7 +99,7 @@ def list_contrasts(
     return found
 
 
-def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, list[Contrast]]:
+def find_sizes(contrasts: Sequence[Contrast], stated: np.ndarray | None = None) -> tuple[np.ndarray, list[Contrast]]:
     """Find how much each number scatters.
 
     Beforehand a size is half a normal number of the standard deviation `USUAL`, which also says what scatters where the
@@ -110,11 +110,13 @@ def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, list[Contrast
     Parameters
     ----------
     contrasts : sequence of Contrast
+    stated : (p,) float array, optional
+        Sizes that are known, in prior standard deviations; NaN where the contrasts are to tell them.
 
     Returns
     -------
     sizes : (p,) float array
-        In prior standard deviations; zeros where the contrasts are no more than noise.
+        In prior standard deviations; zeros where none is stated and the contrasts are no more than noise, or none.
     kept : list of Contrast
         The contrasts that tell it: without those that scatter does not explain.
 
@@ -131,23 +133,30 @@ def find_sizes(contrasts: Sequence[Contrast]) -> tuple[np.ndarray, list[Contrast
     >>> sizes, kept = find_sizes(drawn)
     >>> round(float(sizes[0]), 1), len(kept)  # Student's t has a narrower middle and wider tails
     (0.3, 99)
+    >>> find_sizes(drawn, np.array([0.2, 0.0]))[0].tolist()
+    [0.2, 0.0]
     """
     if not contrasts:
-        return np.zeros(0), []
+        return np.zeros(0) if stated is None else np.nan_to_num(stated), []
+    if stated is None:
+        stated = np.full(contrasts[0].slopes.shape[1], np.nan)
     kept = list(contrasts)
     while True:
-        sizes = _draw_sizes(kept)
+        sizes = _draw_sizes(kept, stated)
         if len(kept) < 2:
             break
         chances = [_chance(each, sizes) for each in kept]
         odd = int(np.argmin(chances))
         others = kept[:odd] + kept[odd + 1 :]
-        if _chance(kept[odd], _draw_sizes(others)) * len(kept) > ODD_CHANCE:
+        if _chance(kept[odd], _draw_sizes(others, stated)) * len(kept) > ODD_CHANCE:
             break
         kept = others
-    if _fall(kept) < MIN_FALL:
-        return np.zeros(sizes.shape[1]), kept
-    return np.array([_reach(drawn) for drawn in sizes.T]) / norm.ppf(COVER), kept
+    told = np.isnan(stated)
+    if not told.any() or _fall(kept, stated) < MIN_FALL:
+        return np.nan_to_num(stated), kept
+    found = stated.copy()
+    found[told] = np.array([_reach(drawn) for drawn in sizes.T[told]]) / norm.ppf(COVER)
+    return found, kept
 
 
 def find_relief(values: np.ndarray, shares: np.ndarray) -> float:
@@ -211,13 +220,16 @@ def _reach(sizes: np.ndarray) -> float:
     return float(brentq(lambda end: np.mean(t.sf(end / sizes, FREEDOM)) - (1.0 - COVER), *ends))
 
 
-def _draw_sizes(contrasts: Sequence[Contrast]) -> np.ndarray:
-    """Sizes that are possible by the contrasts, (CHAINS, p), from Gibbs' sampler."""
+def _draw_sizes(contrasts: Sequence[Contrast], stated: np.ndarray) -> np.ndarray:
+    """Sizes that are possible by the contrasts, (CHAINS, p), from Gibbs' sampler, and those that are stated.
+
+    Of a size that is stated the normal number reaches as far as what is drawn, see `find_relief`.
+    """
     rng = np.random.default_rng(SEED)
-    numbers = contrasts[0].slopes.shape[1]
-    sizes, factors = np.full((CHAINS, numbers), 0.3), np.ones((CHAINS, len(contrasts)))
+    sizes = np.tile(np.where(np.isnan(stated), 0.3, stated * sqrt(NARROWER)), (CHAINS, 1))
+    factors = np.ones((CHAINS, len(contrasts)))
     for _ in range(SWEEPS):
-        for number in range(numbers):
+        for number in np.flatnonzero(np.isnan(stated)).tolist():
             others = sizes.copy()
             others[:, number] = 0.0
             logs = (
@@ -268,16 +280,22 @@ def _chance(contrast: Contrast, sizes: np.ndarray) -> float:
     return float(np.mean(chi2.sf(whole, len(contrast.values)) @ weights) / weights.sum())
 
 
-def _fall(contrasts: Sequence[Contrast]) -> float:
-    """Fall of twice the negative log likelihood from no scatter to the most probable one."""
-    number = contrasts[0].slopes.shape[1]
+def _fall(contrasts: Sequence[Contrast], stated: np.ndarray) -> float:
+    """Fall of twice the negative log likelihood from no scatter but the stated one to the most probable one."""
+    told = np.isnan(stated)
+    least, number = np.nan_to_num(stated) ** 2, int(told.sum())
+
+    def variances(sizes: np.ndarray) -> np.ndarray:
+        whole = least.copy()
+        whole[told] = sizes**2
+        return whole
 
     def price(sizes: np.ndarray) -> float:
-        return float(sizes @ sizes) / USUAL**2 + sum(_price(each, sizes**2) for each in contrasts)
+        return float(sizes @ sizes) / USUAL**2 + sum(_price(each, variances(sizes)) for each in contrasts)
 
     ends = [minimize(price, np.full(number, start), bounds=[(0.0, LARGEST)] * number) for start in (0.1, 1.0)]
-    best = min(ends, key=lambda end: end.fun).x ** 2
-    return sum(_price(each, np.zeros(number)) - _price(each, best) for each in contrasts)
+    best = variances(min(ends, key=lambda end: end.fun).x)
+    return sum(_price(each, least) - _price(each, best) for each in contrasts)
 
 
 def _price(contrast: Contrast, variances: np.ndarray) -> float:

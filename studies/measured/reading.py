@@ -32,13 +32,14 @@ from apesim.studies.measured.runs import (
     Measured,
     MeasuredRun,
 )
+from apesim.studies.measured.scatter import SCATTER, read_scatter
 from apesim.studies.measured.sensors import ANGLE, EXAMPLES, FILE, SENSORS, Sensors
 from apesim.studies.measured.thinning import thin
 from apesim.studies.measured.to_and_fro import split_record
 
 STANDARD_AMBIENT = Machine().ambient.pressure
 """Pressure that gauge pressures stand above in the default machine [Pa abs]."""
-TOP_KEYS = ("bench", "sensor", "known_to", "run", "read")
+TOP_KEYS = ("bench", "sensor", KNOWN_TO, SCATTER, "run", "read")
 """Keys at the top of the file."""
 TEXT_KEYS = ("data", "name")
 """Keys of a run that are texts."""
@@ -108,7 +109,8 @@ def read_measured(
     sensors = SENSORS[known]
     noise = _noise(file, data.get("sensor", {}), sensors.traces | sensors.means, all_faults)
     known_to, known_to_faults = read_table(file, data.get(KNOWN_TO, {}), known)
-    all_faults += known_to_faults
+    scatter, scatter_faults = read_scatter(file, data.get(SCATTER, {}), known)
+    all_faults += known_to_faults + scatter_faults
     read = _read_table(file, READ, data, all_faults)
     common, dialect_faults = _dialect(file, READ, read, sensors)
     all_faults += dialect_faults
@@ -140,7 +142,7 @@ def read_measured(
         raise InputError(all_faults)
     hints += find_absent_sensors(known_to, repeats)
     said = tuple(dict.fromkeys(hints))
-    return Measured(str(folder), noise, tuple(repeats), known, ambient_pressure, said, known_to, tuple(masked))
+    return Measured(str(folder), noise, tuple(repeats), known, ambient_pressure, said, known_to, tuple(masked), scatter)
 
 
 def _read_table(file: str, section: str, data: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, Any]:

@@ -41,6 +41,8 @@ NO_GIVEN: dict[str, np.ndarray] = {}
 """What is given of a run of the valve or the engine besides its supply and commands."""
 ALL_DEFAULT: dict[str, Uncertainty] = {}
 """What is known of the rig where nothing is stated."""
+NONE_STATED: dict[str, Uncertainty] = {}
+"""What scatters between runs where nothing is stated."""
 
 
 class MeasuredRun(NamedTuple):
@@ -135,6 +137,8 @@ class Measured(NamedTuple):
     the user states them."""
     masked: tuple[Masked, ...] = ()
     """Samples that a disturbance of the recorder made: NaN in the channels, and used by nothing."""
+    scatter: dict[str, Uncertainty] = NONE_STATED
+    """Standard deviations between runs, by the key of the machine file, where the user states them."""
 
     def __repr__(self) -> str:
         roles = ", ".join(f"{len(runs)} {role}" for role in ROLES if (runs := self.of(role)))

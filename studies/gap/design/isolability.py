@@ -2,7 +2,7 @@
 
 import html
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
@@ -16,6 +16,7 @@ from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.priors import describe_priors
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
+from apesim.studies.estimation.scatter import find_scatter_of_changes, find_stated_sizes
 from apesim.studies.gap.design.experiments import Experiment, list_experiments, make_residuals
 from apesim.studies.gap.input_checks import check_roles
 from apesim.studies.gap.report.verdict_json import describe_noise
@@ -197,6 +198,10 @@ def _isolability(
     residuals, warnings = uncalibrated(machine, measured, work.simulations)
     nominal = np.zeros(len(residuals.parameters))
     errors, jacobian, steps = _find_slopes(residuals, nominal)
+    stated = find_stated_sizes(machine, measured, residuals.parameters)
+    if scatter := find_scatter_of_changes(residuals, jacobian, stated):
+        residuals = residuals.with_scatter(scatter)
+        errors, jacobian, steps = _find_slopes(residuals, nominal)
     candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
     fitted = Fitted(nominal, errors, jacobian, True, steps)
     columns = find_sensitivities(residuals, fitted, candidates, work, "effects")
@@ -212,7 +217,7 @@ def _isolability(
     experiments = list_experiments(measured, machine.ambient.pressure) if wanted else []
     for done, experiment in enumerate(experiments, 1):
         try:
-            wider = _add_experiment(experiment, residuals, jacobian[:n], probes)
+            wider = _add_experiment(experiment, residuals, jacobian[:n], probes, stated)
         except EndedEarly:
             continue
         for name in wanted:
@@ -237,6 +242,7 @@ def _add_experiment(
     residuals: WhitenedResiduals,
     jacobian: np.ndarray,
     wanted: dict[str, tuple[Probe, np.ndarray]],
+    stated: Mapping[str, float],
 ) -> dict[str, np.ndarray]:
     """Changes of the data and of an experiment together by effects, nuisances projected out.
 
@@ -249,6 +255,8 @@ def _add_experiment(
         Sensitivities of those data.
     wanted : dict
         Probes, and the changes of those data by them, (n,), by name.
+    stated : mapping of str to float
+        Scatter between runs, see `apesim.studies.estimation.scatter.find_stated_sizes`.
 
     Returns
     -------
@@ -257,6 +265,9 @@ def _add_experiment(
     more = make_residuals(experiment, residuals.machine, residuals.parameters, residuals.noise)
     x = np.zeros(len(more.parameters))
     errors, slopes, _ = _find_slopes(more, x)
+    if scatter := find_scatter_of_changes(more, slopes, stated):
+        more = more.with_scatter(scatter)
+        errors, slopes, _ = _find_slopes(more, x)
     samples = len(errors) - len(x)
     old = np.column_stack([jacobian, np.zeros((len(jacobian), len(x) - jacobian.shape[1]))])
     space = find_nuisance_space(np.vstack([old, slopes[:samples], np.diag(more.known.astype(float))]))

@@ -12,7 +12,7 @@ LEAST = 0.01
 
 
 def describe_scatter(residuals: WhitenedResiduals) -> list[dict[str, Any]]:
-    """Describe what differs from run to run, as their repeats show it.
+    """Describe what differs from run to run, as the user states it or as repeats show it.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def describe_scatter(residuals: WhitenedResiduals) -> list[dict[str, Any]]:
     -------
     list of dict
         ``key`` as ``[known_to]`` has it, ``deviation`` between runs as text, and ``differences``, how many of repeats
-        tell it; [] where runs do not scatter, or none is repeated.
+        tell it: None where the user states it; [] where runs do not scatter, or nothing tells.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def describe_scatter(residuals: WhitenedResiduals) -> list[dict[str, Any]]:
             "deviation": format_known_to(
                 key, Uncertainty(float(f"{size * known[key].scale:.2g}"), known[key].relative)
             ),
-            "differences": scatter.contrasts,
+            "differences": None if key in scatter.stated else scatter.contrasts,
         }
         for key, size in zip(scatter.keys, scatter.sizes, strict=True)
         if size > LEAST
@@ -58,16 +58,24 @@ def write_scatter(data: Mapping[str, Any]) -> list[str]:
     Returns
     -------
     list of str
-        One sentence, or [] where runs do not scatter.
+        Sentences, [] where runs do not scatter.
 
     Examples
     --------
-    >>> write_scatter({"scatter": [{"key": "valve.viscous_friction", "deviation": "3 %", "differences": 4}]})[0]
-    'Repeats differ by more than noise, counted as scatter: valve.viscous_friction 3 %, by 4 differences.'
+    >>> rows = [{"key": "valve.viscous_friction", "deviation": "3 %", "differences": 4}]
+    >>> write_scatter({"scatter": rows})
+    ['Repeats differ by more than noise, counted as scatter: valve.viscous_friction 3 %, by 4 differences.']
+    >>> write_scatter({"scatter": [rows[0] | {"differences": None}]})
+    ['Runs scatter, as is stated: valve.viscous_friction 3 %.']
     """
-    rows = data["scatter"]
-    if not rows:
-        return []
-    listed = ", ".join(f"{row['key']} {row['deviation']}" for row in rows)
-    told = rows[0]["differences"]
-    return [f"Repeats differ by more than noise, counted as scatter: {listed}, by {told} difference{'s' * (told > 1)}."]
+    stated, told = ([row for row in data["scatter"] if (row["differences"] is None) is way] for way in (True, False))
+    found = [f"Runs scatter, as is stated: {_list(stated)}."] if stated else []
+    if told:
+        number = told[0]["differences"]
+        by = f"by {number} difference{'s' * (number > 1)}"
+        found.append(f"Repeats differ by more than noise, counted as scatter: {_list(told)}, {by}.")
+    return found
+
+
+def _list(rows: list[dict[str, Any]]) -> str:
+    return ", ".join(f"{row['key']} {row['deviation']}" for row in rows)

@@ -5,6 +5,8 @@ import pytest
 from scipy.stats import norm, t
 
 from apesim.engine.machine import Machine
+from apesim.quantities import InputError
+from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.estimation import scatter as scatters
 from apesim.studies.estimation.calibration import calibrate, uncalibrated
 from apesim.studies.estimation.scatter import Scatter, find_spread, find_spreads, identify
@@ -144,6 +146,46 @@ def test_a_run_far_from_the_others_is_white_about_where_its_own_scatter_has_move
     assert left_of(KNOWN._replace(spreads=spreads), residuals) == pytest.approx(1.0, abs=0.05)
     monkeypatch.setattr(scatters, "ROUNDS", 0)
     assert left_of(KNOWN._replace(spreads=find_spreads(residuals, x, KNOWN)), residuals) > 1.1  # 6 sigmas
+
+
+def test_a_size_that_is_stated_stays_and_the_other_is_told_beside_it():
+    drawn = draw(np.random.default_rng(2), (0.3, 0.1), 100)
+    free, _ = find_sizes(drawn)
+    sizes, _ = find_sizes(drawn, np.array([np.nan, free[1]]))
+    assert sizes == pytest.approx(free, rel=0.05)
+    assert sizes[1] == free[1]
+
+
+def test_beside_what_is_stated_noise_alone_is_no_further_scatter():
+    rng = np.random.default_rng(3)
+    stated = np.array([np.nan, 0.1])
+    found = [find_sizes(draw(rng, (0.0, 0.1), 4), stated)[0] for _ in range(30)]
+    assert np.mean([sizes[0] > 0.0 for sizes in found]) < 0.05
+    assert {sizes[1] for sizes in found} == {0.1}
+
+
+def test_a_stated_scatter_needs_no_repeats():
+    stated = {DEAD_TIME: Uncertainty(0.03e-3)}
+    measured = Measured("", {"lift": 1e-5}, (lift_of(4e-5), lift_of(-4e-5, "p050")), "valve", scatter=stated)
+    scatter = calibrate(Machine(), measured)[0].residuals.scatter
+    assert dict(zip(scatter.keys, scatter.sizes, strict=True))[DEAD_TIME] == pytest.approx(0.3)  # of 0.1 ms
+    assert scatter.stated == (DEAD_TIME,)
+    assert set(scatter.spreads) == {identify(run) for run in measured.runs}
+
+
+@pytest.mark.parametrize(
+    "known_to, machine, right",
+    [
+        ({DEAD_TIME: Uncertainty(0.0)}, Machine(), "counts as exact by [known_to]; leave one of both out"),
+        ({}, with_value(Machine(), DEAD_TIME, 0.0), "is a share of 0; write a number of ms"),
+    ],
+)
+def test_a_scatter_of_what_cannot_scatter_is_refused(known_to, machine, right):
+    stated = {DEAD_TIME: Uncertainty(0.02, True)}
+    measured = Measured("folder", {}, (lift_of(0.0),), "valve", known_to=known_to, scatter=stated)
+    with pytest.raises(InputError) as caught:
+        calibrate(machine, measured)
+    assert str(caught.value) == f"folder/measured.toml: scatter.{DEAD_TIME}: {right}"
 
 
 def test_what_more_repeats_have_told_of_a_scatter_is_taken_where_few_are_left():

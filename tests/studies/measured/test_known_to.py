@@ -122,3 +122,37 @@ def test_a_section_that_is_refused_on_the_valves_bench_changes_nothing_there(sec
     plain, moved = (predict(each, run).channels for each in (machine, changed))
     for sensor in run.channels:  # where the groove opens is located, which moves the steps of the march
         assert moved[sensor] == pytest.approx(plain[sensor], rel=1e-6, abs=1e-6 * np.abs(plain[sensor]).max())
+
+
+# --- scatter ---
+
+
+def test_a_scatter_is_read_like_what_is_known_of_a_number(folder):
+    stated = folder("[scatter]", '"supply.pressure" = "0.3 %"', 'valve.solenoid.dead_time = "0.03 ms"')
+    assert read_measured(stated, AMBIENT).scatter == {
+        "supply.pressure": Uncertainty(0.003, True),
+        "valve.solenoid.dead_time": Uncertainty(0.03e-3),
+    }
+    assert read_measured(folder(), AMBIENT).scatter == {}
+
+
+def test_every_fault_of_a_scatter_is_named(folder):
+    keys = "supply.pressure, supply.temperature, valve.viscous_friction or valve.solenoid.dead_time"
+    lines = [
+        ('"valve.stroke" = "1 %"', f"valve.stroke: is no number that may scatter; write {keys}"),
+        ('"supply.pressure" = "3 kPa"', None),
+        ('"supply.temperature" = "1 %"', None),
+        ('"valve.viscous_friction" = "-3 %"', None),
+    ]
+    found = faults(folder("[scatter]", *(line for line, _ in lines)))
+    assert found[0] == f"measured.toml: scatter.{lines[0][1]}"
+    assert [text.split(": ")[1] for text in found[1:]] == [
+        "scatter.supply.pressure",
+        "scatter.supply.temperature",
+        "scatter.valve.viscous_friction",
+    ]
+    twice = folder("[scatter]", '"supply.pressure" = "1 %"', 'supply.pressure = "2 %"')
+    assert faults(twice) == ["measured.toml: scatter.supply.pressure: is given twice; give it once"]
+    assert faults(folder('scatter = "1 %"')) == [
+        'measured.toml: scatter: \'1 %\' is no table; write [scatter] and "supply.pressure" = "0.3 %"'
+    ]

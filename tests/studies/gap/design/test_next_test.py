@@ -11,6 +11,7 @@ from apesim.studies.estimation.levenberg_marquardt import descend
 from apesim.studies.estimation.noise.process import noise_for, white
 from apesim.studies.estimation.parameters import put
 from apesim.studies.estimation.residuals import WhitenedResiduals
+from apesim.studies.estimation.scatter import Scatter
 from apesim.studies.gap.design.expected_information import find_separation
 from apesim.studies.gap.design.experiments import list_experiments, make_residuals
 from apesim.studies.gap.design.forecasts import (
@@ -109,6 +110,22 @@ def test_an_unknown_effect_is_as_large_as_the_gap_and_of_no_known_shape(rivals):
     assert len(sizes) == 2 * len(np.unique(find_phases(block, preview.marks)))  # a constant and a slope in each phase
     assert sizes == pytest.approx([findings.gap_size] * len(sizes))
     assert preview.forecasts[-1].mean == pytest.approx(preview.base.mean)
+
+
+def test_a_run_to_come_scatters_as_those_that_there_are(rivals):
+    measured, base, force, leak = rivals
+    full, pair = preview_pair(rivals, "a run at 0.10 MPa gauge, 12 ms")
+    scatter = Scatter(("valve.viscous_friction",), (0.3,), 1, {})
+    scattering = [model._replace(residuals=model.residuals.with_scatter(scatter)) for model in (base, force, leak)]
+    findings = findings_of(Verdict.AMBIGUOUS, measured, *scattering[:2], scattering[2:])
+    pair = [each._replace(model=model) for each, model in zip(pair, scattering[1:], strict=True)]
+    preview = preview_experiment(full.experiment, findings, pair)
+    scattered = preview.base.spread[:, -1]
+    slopes = full.residuals.jacobian(base.fitted.x, full.residuals.at(base.fitted.x))[0][: len(scattered)]
+    number = [p.key for p in full.residuals.parameters].index("valve.viscous_friction")
+    left = scattered - 0.3 * slopes[:, number]
+    assert np.linalg.norm(left) < 0.1 * np.linalg.norm(scattered)  # found by other steps at the ends of the stroke
+    assert find_separation(*preview.forecasts) < find_separation(*full.forecasts)
 
 
 def test_weights_are_those_of_the_penalised_costs_and_what_a_rule_keeps_is_not_without(rivals):

@@ -1,0 +1,61 @@
+"""Table ``[scatter]`` of measured data: by how much numbers of a rig differ from run to run."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from apesim.engine.known_to import read_known_to
+from apesim.quantities import Fault, quoted
+from apesim.quantities.uncertainties import Uncertainty, flatten
+from apesim.studies.measured.runs import CYLINDER, Bench
+
+SCATTER = "scatter"
+"""Name of the table."""
+SCATTERING = "supply.pressure", "supply.temperature", "valve.viscous_friction", "valve.solenoid.dead_time"
+"""What may scatter: the supply by its regulator and its store, friction by grease and seals, dead time by the coil."""
+EXAMPLE = '"supply.pressure" = "0.3 %"'
+
+
+def read_scatter(file: str, table: Any, bench: Bench) -> tuple[dict[str, Uncertainty], list[Fault]]:
+    """Read the table of a folder.
+
+    Parameters
+    ----------
+    file : str
+        File that it stands in.
+    table : object
+        Its contents: standard deviations between runs by key, as ``[known_to]`` has them.
+    bench : Bench
+        Bench of the data; the cylinder's has nothing that scatters.
+
+    Returns
+    -------
+    scatter : dict of str to apesim.quantities.uncertainties.Uncertainty
+        By the key of the machine file.
+    faults : list of apesim.quantities.Fault
+
+    Examples
+    --------
+    >>> read_scatter("measured.toml", {"supply.pressure": "0.3 %"}, Bench.VALVE)[0]
+    {'supply.pressure': Uncertainty(deviation=0.003, is_share=True)}
+    >>> print(*read_scatter("measured.toml", {"valve.stroke": "1 %"}, Bench.VALVE)[1])  # doctest: +ELLIPSIS
+    measured.toml: scatter.valve.stroke: is no number that may scatter; write supply.pressure, ...
+    """
+    if not isinstance(table, Mapping):
+        return {}, [Fault(file, SCATTER, f"{quoted(table)} is no table", f"write [{SCATTER}] and {EXAMPLE}")]
+    scatter: dict[str, Uncertainty] = {}
+    faults = []
+    if table and bench == CYLINDER:
+        return {}, [Fault(file, SCATTER, f"cannot matter on the {bench}'s bench", "leave it out")]
+    for name, raw in flatten(table):
+        place = f"{SCATTER}.{name}"
+        if name not in SCATTERING:
+            *others, last = SCATTERING
+            right = f"write {', '.join(others)} or {last}"
+            faults.append(Fault(file, place, "is no number that may scatter", right))
+        elif name in scatter:
+            faults.append(Fault(file, place, "is given twice", "give it once"))
+        else:
+            read, wrong = read_known_to({name: raw})
+            faults += [Fault(file, place, each.wrong, each.right) for _, each in wrong]
+            scatter |= read
+    return scatter, faults
