@@ -6,7 +6,7 @@ import time
 
 from .campaign import run_campaign, summarise
 
-NAMES = ("inputs",)
+NAMES = ("inputs", "archives")
 
 
 def main():

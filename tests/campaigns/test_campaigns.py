@@ -6,7 +6,7 @@ import random
 import numpy as np
 import pytest
 
-from tests.campaigns import inputs, probes
+from tests.campaigns import archives, inputs, probes
 from tests.campaigns.campaign import DIES, HANGS, Outcome, find_most_memory, forget_most_memory, run_campaign, summarise
 from tests.campaigns.mutations import VALUES, draw, spoil_bytes, spoil_toml
 from tests.campaigns.probes import ENDING, KILLED
@@ -82,3 +82,40 @@ def test_whatever_a_file_holds_it_is_read_or_refused(tmp_path):
     found = run_campaign(inputs.__name__, range(TRIALS), tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
     assert len(json.loads((tmp_path / "inputs.jsonl").read_text().splitlines()[0])) == 1 + len(Outcome._fields)
+
+
+# --- archives ---
+
+
+@pytest.mark.parametrize("damage", archives.DAMAGES)
+def test_a_damage_changes_a_file_and_follows_from_its_seed(damage, tmp_path):
+    whole = archives.archives()[2]
+    for seed in range(8):
+        found = []
+        for _ in range(2):
+            (tmp_path / "f.h5").write_bytes(whole)
+            damage(tmp_path / "f.h5", random.Random(seed))
+            found.append((tmp_path / "f.h5").read_bytes())
+        assert damage is archives.rewrite or found[0] == found[1]  # which says when it was written
+        if found[0] != whole:
+            return
+    raise AssertionError(damage.__name__)
+
+
+def test_a_value_that_is_changed_unseen_is_told(tmp_path, monkeypatch):
+    whole, damaged = tmp_path / "whole.h5", tmp_path / "damaged.h5"
+    for path in (whole, damaged):
+        path.write_bytes(archives.archives()[2])
+    assert archives.judge("flip_bit", whole, damaged) == Outcome("flip_bit: reads as before")
+    archives.rewrite(damaged, random.Random(1))
+    assert archives.judge("rewrite", whole, damaged) == Outcome("rewrite: the root digest is another one")
+    assert archives.judge("flip_bit", whole, damaged) == Outcome("flip_bit: changed unseen", True)
+    damaged.write_bytes(b"no archive")
+    monkeypatch.setattr(archives, "verify", lambda path: [])
+    assert archives.judge("cut_off", whole, damaged).is_broken
+
+
+def test_no_damage_of_an_archive_changes_what_is_read_unseen(tmp_path):
+    found = run_campaign(archives.__name__, range(4 * len(archives.DAMAGES)), tmp_path)
+    assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
+    assert len({one.word.partition(":")[0] for one in found.values()}) == len(archives.DAMAGES)
