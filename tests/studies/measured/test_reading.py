@@ -98,7 +98,7 @@ name = ""
 """
     lines = faults(folder(toml, a="time [ms],lft [mm]\n1,2\n"))
     assert lines == [
-        "measured.toml: colour: unknown key; valid here: bench, sensor, known_to, run, read",
+        "measured.toml: colour: unknown key; valid here: bench, sensor, known_to, scatter, run, read",
         'measured.toml: bench: \'valv\' is no bench known here; write bench = "valve", "engine" or "cylinder"',
         "measured.toml: sensor.lfit: unknown key; did you mean lift?",
         "measured.toml: sensor.lift.nose: unknown key; did you mean noise?",

@@ -1,4 +1,4 @@
-"""Where a gap lives: its energy by signal and phase of the stroke."""
+"""Energy of a gap by signal and phase: the phases are those of the calibrated machine."""
 
 import numpy as np
 
