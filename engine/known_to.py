@@ -1,7 +1,7 @@
 """How far numbers of a machine are known: the table ``[known_to]`` of a machine file, or of measured data."""
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from math import isfinite, isnan
@@ -98,24 +98,54 @@ def read_known_to(table: Any) -> tuple[dict[str, Uncertainty], list[tuple[str, I
     >>> faults[0][1].right
     'did you mean valve.stroke?'
     """
+    return read_deviations(table, f"write [{KNOWN_TO}] and {EXAMPLE}", list_leaves(), _find_unknown)
+
+
+def read_deviations(
+    table: Any, right: str, keys: Iterable[str], find_unknown: Callable[[str, Mapping[str, str]], InvalidValue]
+) -> tuple[dict[str, Uncertainty], list[tuple[str, InvalidValue]]]:
+    """Read a table of standard deviations of numbers of a machine file.
+
+    Parameters
+    ----------
+    table : object
+        Its contents: standard deviations by key, the dots of a key in quotes or not.
+    right : str
+        What to write where it is no table.
+    keys : iterable of str
+        Keys of the machine file that it takes.
+    find_unknown : function
+        Finds what is wrong with another key, from it and from the right ones by their names.
+
+    Returns
+    -------
+    deviations : dict of str to apesim.quantities.uncertainties.Uncertainty
+        By the key of the machine file.
+    faults : list of tuple
+        Key as the table has it, and what is wrong with it.
+
+    Examples
+    --------
+    >>> read_deviations({"valve": {"stroke": "1 %"}}, "write [known_to]", ["valve.stroke"], _find_unknown)
+    ({'valve.stroke': Uncertainty(deviation=0.01, is_share=True)}, [])
+    """
     if not isinstance(table, Mapping):
-        return {}, [("", InvalidValue(f"{quoted(table)} is no table", f"write [{KNOWN_TO}] and {EXAMPLE}"))]
-    leaves = list_leaves()
-    named = {name_key(key): key for key in leaves}
-    known_to: dict[str, Uncertainty] = {}
+        return {}, [("", InvalidValue(f"{quoted(table)} is no table", right))]
+    leaves, named = list_leaves(), {name_key(key): key for key in keys}
+    deviations: dict[str, Uncertainty] = {}
     faults = []
     for name, raw in flatten(table):
         key = named.get(name)
         if key is None:
-            faults.append((name, _find_unknown(name, named)))
-        elif key in known_to:
+            faults.append((name, find_unknown(name, named)))
+        elif key in deviations:
             faults.append((name, InvalidValue("is given twice", "give it once")))
         else:
             try:
-                known_to[key] = _read_one(key, raw, leaves[key])
+                deviations[key] = _read_one(key, raw, leaves[key])
             except InvalidValue as wrong:
                 faults.append((name, wrong))
-    return known_to, faults
+    return deviations, faults
 
 
 def _read_one(key: str, raw: Any, leaf: Leaf) -> Uncertainty:

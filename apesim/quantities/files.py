@@ -58,7 +58,7 @@ def path_below(folder: str | PathLike[str], name: str) -> Path:
     Raises
     ------
     InvalidValue
-        Links followed, it lies outside of the folder.
+        Links followed, it lies outside of the folder, or is a folder itself.
 
     Examples
     --------
@@ -78,6 +78,8 @@ def path_below(folder: str | PathLike[str], name: str) -> Path:
         raise InvalidValue(
             f"{quoted(name)} leads out of the folder", "put the file into the folder, and give its path there"
         )
+    if path.is_dir():
+        raise InvalidValue(f"{quoted(name)} is a folder", "give the path of a file")
     return path
 
 

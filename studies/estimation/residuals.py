@@ -405,13 +405,13 @@ class WhitenedResiduals:
         Parameters
         ----------
         whitened : (n, k) float array
-            Rows of all blocks, whitened by the own scatter [standard deviations].
+            Rows of all blocks, whitened by the own scatter if there is one [standard deviations].
         scatter : apesim.studies.estimation.scatter.Scatter
 
         Returns
         -------
         (n, k) float array
-            The same, whitened by the other one; as they are where these residuals have no scatter.
+            The same, whitened by the other one.
 
         Examples
         --------
@@ -421,10 +421,11 @@ class WhitenedResiduals:
         >>> np.array_equal(model.residuals.change_scatter(rows, Scatter((), (), 0, {})), rows)
         True
         """
-        if self.scatter is None:
-            return whitened
-        parts = ((run, self.scatter.colour(run, whitened[rows])) for run, rows in self._scattering)
-        return np.concatenate([scatter.whiten(run, part) for run, part in parts])
+        changed = []
+        for run, rows in self._scattering or zip(map(identify, self.runs), self.run_slices(), strict=True):
+            part = self.scatter.colour(run, whitened[rows]) if self.scatter else whitened[rows]
+            changed.append(scatter.whiten(run, part))
+        return np.concatenate(changed)
 
     def list_spreads(self) -> list[tuple[Spread, slice]]:
         """List how each run varies by scatter, with its rows.

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from apesim.studies.estimation.model import Model
     from apesim.studies.estimation.residuals import WhitenedResiduals
 
-NONE_STATED: dict[str, float] = {}
+NO_SIZES: Mapping[str, float] = {}
 Identity = tuple[str, str, int]
 """Name and file of a run, with a checksum of what was measured."""
 APART = 0.5
@@ -93,6 +93,28 @@ class Scatter(NamedTuple):
     """Files of the differences of repeats that the others do not explain, of each the one that differs last."""
     stated: tuple[str, ...] = ()
     """Keys whose sizes the user states."""
+
+    def scale_slopes(self, parameters: Sequence[Parameter], slopes: np.ndarray) -> np.ndarray:
+        """Find what each number that scatters does to data at its standard deviation.
+
+        Parameters
+        ----------
+        parameters : sequence of apesim.studies.estimation.parameters.Parameter
+        slopes : (n, p) float array
+            Sensitivities of the data to them.
+
+        Returns
+        -------
+        (n, m) float array
+
+        Examples
+        --------
+        >>> pressure = Parameter("supply.pressure", 0.01, -5.0, 5.0, relative=True, prior=True)
+        >>> Scatter(("supply.pressure",), (0.3,), 1, {}).scale_slopes([pressure], np.full((2, 1), 10.0)).tolist()
+        [[3.0], [3.0]]
+        """
+        keys = [parameter.key for parameter in parameters]
+        return slopes[:, [keys.index(key) for key in self.keys]] * np.array(self.sizes)
 
     def whiten(self, run: Identity, rows: np.ndarray) -> np.ndarray:
         """Whiten what is common to the samples of a run.
@@ -291,16 +313,16 @@ def find_stated_sizes(machine: Machine, measured: Measured, parameters: Sequence
     return sizes
 
 
-def find_scatter_of_changes(
-    residuals: "WhitenedResiduals", columns: np.ndarray, sizes: Mapping[str, float]
+def find_stated_scatter(
+    residuals: "WhitenedResiduals", slopes: np.ndarray, sizes: Mapping[str, float]
 ) -> Scatter | None:
-    """Find how runs vary by a scatter that is known, about where the machine has them.
+    """Find how runs vary by a scatter that is stated, about where the machine has them.
 
     Parameters
     ----------
     residuals : apesim.studies.estimation.residuals.WhitenedResiduals
         Without scatter.
-    columns : (n + p, p) float array
+    slopes : (n + p, p) float array
         Their sensitivities.
     sizes : mapping of str to float
         Prior standard deviations by key, see `find_stated_sizes`.
@@ -314,17 +336,15 @@ def find_scatter_of_changes(
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> model = explain_example().calibrated
-    >>> find_scatter_of_changes(model.residuals, model.fitted.jacobian, {"supply.pressure": 0.3}).keys
+    >>> find_stated_scatter(model.residuals, model.fitted.jacobian, {"supply.pressure": 0.3}).keys
     ('supply.pressure',)
     """
     if not any(sizes.values()):
         return None
-    keys = [p.key for p in residuals.parameters]
-    whole = columns[:, [keys.index(key) for key in sizes]] * list(sizes.values())
-    spreads = {
-        identify(run): find_spread(whole[own]) for run, own in zip(residuals.runs, residuals.run_slices(), strict=True)
-    }
-    return Scatter(tuple(sizes), tuple(sizes.values()), 0, spreads, stated=tuple(sizes))
+    scatter = Scatter(tuple(sizes), tuple(sizes.values()), 0, {}, stated=tuple(sizes))
+    whole = scatter.scale_slopes(residuals.parameters, slopes)
+    rows = zip(map(identify, residuals.runs), residuals.run_slices(), strict=True)
+    return scatter._replace(spreads={run: find_spread(whole[own]) for run, own in rows})
 
 
 def find_scatter(
@@ -332,7 +352,7 @@ def find_scatter(
     runs: "WhitenedResiduals",
     others: "WhitenedResiduals",
     known: Scatter | None = None,
-    stated: Mapping[str, float] = NONE_STATED,
+    stated: Mapping[str, float] = NO_SIZES,
 ) -> Scatter | None:
     """Find what scatters between runs: what the user states, and what repeats tell of the rest.
 

@@ -140,10 +140,10 @@ def find_sizes(contrasts: Sequence[Contrast], stated: np.ndarray | None = None) 
         return np.zeros(0) if stated is None else np.nan_to_num(stated), []
     if stated is None:
         stated = np.full(contrasts[0].slopes.shape[1], np.nan)
-    kept = list(contrasts)
+    told, kept = np.isnan(stated), list(contrasts)
     while True:
         sizes = _draw_sizes(kept, stated)
-        if len(kept) < 2:
+        if len(kept) < (2 if told.any() else 1):
             break
         chances = [_chance(each, sizes) for each in kept]
         odd = int(np.argmin(chances))
@@ -151,7 +151,6 @@ def find_sizes(contrasts: Sequence[Contrast], stated: np.ndarray | None = None) 
         if _chance(kept[odd], _draw_sizes(others, stated)) * len(kept) > ODD_CHANCE:
             break
         kept = others
-    told = np.isnan(stated)
     if not told.any() or _fall(kept, stated) < MIN_FALL:
         return np.nan_to_num(stated), kept
     found = stated.copy()

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from apesim.engine.known_to import read_known_to
-from apesim.quantities import Fault, quoted
-from apesim.quantities.uncertainties import Uncertainty, flatten
+from apesim.engine.known_to import read_deviations
+from apesim.quantities import Fault, InvalidValue
+from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.measured.runs import CYLINDER, Bench
 
 SCATTER = "scatter"
@@ -40,22 +40,12 @@ def read_scatter(file: str, table: Any, bench: Bench) -> tuple[dict[str, Uncerta
     >>> print(*read_scatter("measured.toml", {"valve.stroke": "1 %"}, Bench.VALVE)[1])  # doctest: +ELLIPSIS
     measured.toml: scatter.valve.stroke: is no number that may scatter; write supply.pressure, ...
     """
-    if not isinstance(table, Mapping):
-        return {}, [Fault(file, SCATTER, f"{quoted(table)} is no table", f"write [{SCATTER}] and {EXAMPLE}")]
-    scatter: dict[str, Uncertainty] = {}
-    faults = []
     if table and bench == CYLINDER:
         return {}, [Fault(file, SCATTER, f"cannot matter on the {bench}'s bench", "leave it out")]
-    for name, raw in flatten(table):
-        place = f"{SCATTER}.{name}"
-        if name not in SCATTERING:
-            *others, last = SCATTERING
-            right = f"write {', '.join(others)} or {last}"
-            faults.append(Fault(file, place, "is no number that may scatter", right))
-        elif name in scatter:
-            faults.append(Fault(file, place, "is given twice", "give it once"))
-        else:
-            read, wrong = read_known_to({name: raw})
-            faults += [Fault(file, place, each.wrong, each.right) for _, each in wrong]
-            scatter |= read
-    return scatter, faults
+    scatter, wrong = read_deviations(table, f"write [{SCATTER}] and {EXAMPLE}", SCATTERING, _find_unknown)
+    return scatter, [Fault(file, f"{SCATTER}.{name}".rstrip("."), each.wrong, each.right) for name, each in wrong]
+
+
+def _find_unknown(_: str, named: Mapping[str, str]) -> InvalidValue:
+    *others, last = named
+    return InvalidValue("is no number that may scatter", f"write {', '.join(others)} or {last}")

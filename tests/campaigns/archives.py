@@ -6,7 +6,6 @@ made.
 """
 
 import random
-import shutil
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -19,7 +18,7 @@ from apesim.archive.file import read, read_digest, write
 from apesim.archive.inspection import verify
 from tests.archive_samples import VERSION_2, VERSION_2_SWEEP, same, sample
 
-from .campaign import Outcome
+from .campaign import Outcome, trial_folder
 
 BLOCK = 512
 """Bytes that a disk writes at once."""
@@ -41,14 +40,11 @@ def trial(seed):
     rng = random.Random(seed)
     damage = DAMAGES[seed % len(DAMAGES)]
     content = rng.choice(archives())
-    folder = Path(tempfile.mkdtemp(prefix="apesim_trial_"))
-    try:
+    with trial_folder() as folder:
         (folder / "whole.h5").write_bytes(content)
         (folder / "f.h5").write_bytes(content)
         damage(folder / "f.h5", rng)
         return judge(damage.__name__, folder / "whole.h5", folder / "f.h5")
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def judge(kind, whole, damaged):

@@ -3,10 +3,13 @@
 import importlib
 import json
 import multiprocessing
+import shutil
 import signal
 import sys
+import tempfile
 import time
 from collections import Counter
+from contextlib import contextmanager
 from multiprocessing.connection import wait
 from pathlib import Path
 from typing import NamedTuple
@@ -95,6 +98,16 @@ def read_outcomes(path):
             continue
         found[seed] = Outcome(*outcome)
     return found
+
+
+@contextmanager
+def trial_folder():
+    """A folder for one trial, which is removed after it."""
+    folder = Path(tempfile.mkdtemp(prefix="apesim_trial_"))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 class Worker:

@@ -7,9 +7,7 @@ Whatever a file holds, a command does its work or refuses it: with exit code 2 a
 import contextlib
 import io
 import json
-import os
 import random
-import shutil
 import sys
 import tempfile
 from functools import cache
@@ -27,7 +25,7 @@ from apesim.studies.measured.prediction import predict, run_of
 from tests.archive_samples import VERSION_1, VERSION_2, VERSION_2_SWEEP, sample
 from tests.folders import ROOT
 
-from .campaign import Outcome
+from .campaign import Outcome, trial_folder
 from .mutations import spoil_bytes, spoil_toml
 
 EXAMPLES = ROOT / "docs" / "examples" / "data"
@@ -49,14 +47,9 @@ def trial(seed):
     """
     rng = random.Random(seed)
     make = MAKERS[seed % len(MAKERS)]
-    before, folder = Path.cwd(), Path(tempfile.mkdtemp(prefix="apesim_trial_"))
-    try:
-        os.chdir(folder)
+    with trial_folder() as folder, contextlib.chdir(folder):
         kind, arguments, names = make(folder, rng)
         return judge(kind, arguments, names, *run(arguments))
-    finally:
-        os.chdir(before)
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def run(arguments):

@@ -184,15 +184,9 @@ def _foresee(
     information = block_diag(model.fitted.jacobian.T @ model.fitted.jacobian + np.diag(spans**2), np.eye(new))
     root = np.linalg.cholesky(information)
     spread = solve_triangular(root, slopes.T, lower=True).T  # its covariance is that of the fit
-    return Forecast(errors[:n], np.column_stack([spread, _scattered(model, slopes)])), values, residuals, slopes
-
-
-def _scattered(model: Model, slopes: np.ndarray) -> np.ndarray:
-    """Changes of an experiment by what scatters from run to run, (n, k): the run to come has its own."""
-    scatter, keys = model.residuals.scatter, [p.key for p in model.residuals.parameters]
-    if scatter is None:
-        return np.zeros((len(slopes), 0))
-    return slopes[:, [keys.index(key) for key in scatter.keys]] * np.array(scatter.sizes)
+    if scatter := model.residuals.scatter:  # the run to come has its own
+        spread = np.column_stack([spread, scatter.scale_slopes(residuals.parameters, slopes)])
+    return Forecast(errors[:n], spread), values, residuals, slopes
 
 
 def _spread_unknown(residuals: WhitenedResiduals, marks: dict[str, Any], size: float) -> np.ndarray:

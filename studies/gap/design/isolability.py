@@ -16,7 +16,7 @@ from apesim.studies.estimation.levenberg_marquardt import Fitted
 from apesim.studies.estimation.nuisance_space import find_nuisance_space
 from apesim.studies.estimation.priors import describe_priors
 from apesim.studies.estimation.residuals import EndedEarly, WhitenedResiduals
-from apesim.studies.estimation.scatter import find_scatter_of_changes, find_stated_sizes
+from apesim.studies.estimation.scatter import find_stated_scatter, find_stated_sizes
 from apesim.studies.gap.design.experiments import Experiment, list_experiments, make_residuals
 from apesim.studies.gap.input_checks import check_roles
 from apesim.studies.gap.report.verdict_json import describe_noise
@@ -197,11 +197,8 @@ def _isolability(
     """Rows, noise and warnings of `Isolability`."""
     residuals, warnings = uncalibrated(machine, measured, work.simulations)
     nominal = np.zeros(len(residuals.parameters))
-    errors, jacobian, steps = _find_slopes(residuals, nominal)
     stated = find_stated_sizes(machine, measured, residuals.parameters)
-    if scatter := find_scatter_of_changes(residuals, jacobian, stated):
-        residuals = residuals.with_scatter(scatter)
-        errors, jacobian, steps = _find_slopes(residuals, nominal)
+    residuals, errors, jacobian, steps = _find_slopes(residuals, stated)
     candidates = find_candidates(machine, measured.bench, select_effects(measured.bench, without, machine))
     fitted = Fitted(nominal, errors, jacobian, True, steps)
     columns = find_sensitivities(residuals, fitted, candidates, work, "effects")
@@ -230,11 +227,37 @@ def _isolability(
     return rows, residuals.noise, warnings
 
 
-def _find_slopes(residuals: WhitenedResiduals, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Residuals at x, their sensitivities by steps that are adapted to them, and the steps for the next."""
+def _find_slopes(
+    residuals: WhitenedResiduals, stated: Mapping[str, float]
+) -> tuple[WhitenedResiduals, np.ndarray, np.ndarray, np.ndarray]:
+    """Residuals with the scatter that is stated, and at the machine as it is their values, sensitivities and steps.
+
+    Parameters
+    ----------
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+        Without scatter.
+    stated : mapping of str to float
+        Scatter between runs, see `apesim.studies.estimation.scatter.find_stated_sizes`.
+
+    Returns
+    -------
+    residuals : apesim.studies.estimation.residuals.WhitenedResiduals
+    errors : (n + p,) float array
+    jacobian : (n + p, p) float array
+        By steps that are adapted to them.
+    steps : (p,) float array
+    """
+    x = np.zeros(len(residuals.parameters))
     errors = residuals.at(x)
     _, steps = residuals.jacobian(x, errors)
-    return errors, *residuals.jacobian(x, errors, steps)
+    jacobian, steps = residuals.jacobian(x, errors, steps)
+    scatter = find_stated_scatter(residuals, jacobian, stated)
+    if scatter is None:
+        return residuals, errors, jacobian, steps
+    n = len(errors) - len(x)
+    rows = residuals.change_scatter(np.column_stack([errors, jacobian])[:n], scatter)
+    errors, jacobian = np.append(rows[:, 0], errors[n:]), np.vstack([rows[:, 1:], jacobian[n:]])
+    return residuals.with_scatter(scatter), errors, jacobian, steps
 
 
 def _add_experiment(
@@ -264,10 +287,7 @@ def _add_experiment(
     """
     more = make_residuals(experiment, residuals.machine, residuals.parameters, residuals.noise)
     x = np.zeros(len(more.parameters))
-    errors, slopes, _ = _find_slopes(more, x)
-    if scatter := find_scatter_of_changes(more, slopes, stated):
-        more = more.with_scatter(scatter)
-        errors, slopes, _ = _find_slopes(more, x)
+    more, errors, slopes, _ = _find_slopes(more, stated)
     samples = len(errors) - len(x)
     old = np.column_stack([jacobian, np.zeros((len(jacobian), len(x) - jacobian.shape[1]))])
     space = find_nuisance_space(np.vstack([old, slopes[:samples], np.diag(more.known.astype(float))]))

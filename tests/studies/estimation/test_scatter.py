@@ -9,7 +9,7 @@ from apesim.quantities import InputError
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.studies.estimation import scatter as scatters
 from apesim.studies.estimation.calibration import calibrate, uncalibrated
-from apesim.studies.estimation.scatter import Scatter, find_spread, find_spreads, identify
+from apesim.studies.estimation.scatter import Scatter, find_spread, find_spreads, find_stated_scatter, identify
 from apesim.studies.estimation.scatter_sizes import ODD_CHANCE, Contrast, find_relief, find_sizes, list_contrasts
 from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of, with_value
@@ -162,6 +162,28 @@ def test_beside_what_is_stated_noise_alone_is_no_further_scatter():
     found = [find_sizes(draw(rng, (0.0, 0.1), 4), stated)[0] for _ in range(30)]
     assert np.mean([sizes[0] > 0.0 for sizes in found]) < 0.05
     assert {sizes[1] for sizes in found} == {0.1}
+
+
+def test_one_pair_of_repeats_is_judged_by_a_scatter_that_is_stated():
+    stated, pair = np.array([0.3, 0.1]), Contrast(("a.csv", "b.csv"), SLOPES @ [0.4, 0.1], SLOPES)
+    assert find_sizes([pair], stated)[1] == [pair]
+    far = pair._replace(values=SLOPES @ [40.0, 0.0])
+    assert find_sizes([far], stated)[1] == []
+    assert len(find_sizes([far], np.array([0.3, np.nan]))[1]) == 1  # nothing else would tell the other size
+
+
+def test_sensitivities_whitened_by_a_scatter_are_those_that_are_found_with_it():
+    measured = Measured("", {"lift": 1e-5}, (lift_of(4e-5), lift_of(-4e-5, "p050")), "valve")
+    residuals, _ = uncalibrated(Machine(), measured)
+    x = np.zeros(len(residuals.parameters))
+    jacobian, _ = residuals.jacobian(x, residuals.at(x))
+    scatter = find_stated_scatter(residuals, jacobian, {DEAD_TIME: 0.3})
+    again = residuals.with_scatter(scatter)
+    found, _ = again.jacobian(x, again.at(x))
+    n = len(found) - len(x)
+    changed = residuals.change_scatter(jacobian[:n], scatter)
+    assert changed == pytest.approx(found[:n], abs=1e-9)
+    assert abs(changed - jacobian[:n]).max() > 1.0
 
 
 def test_a_stated_scatter_needs_no_repeats():

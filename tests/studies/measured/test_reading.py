@@ -310,6 +310,13 @@ def test_a_folder_reads_nothing_outside_of_itself(folder, tmp_path_factory, name
     assert line.startswith("measured.toml: run 1.data: ") and "leads out of the folder; put the file into" in line
 
 
+@pytest.mark.parametrize("name", [".", "more"])
+def test_a_folder_in_place_of_a_file_is_refused_with_its_key(folder, name):
+    where = folder(f'bench = "valve"\n{RUN}'.replace("a.csv", name))
+    (where / "more").mkdir()
+    assert faults(where) == [f"measured.toml: run 1.data: '{name}' is a folder; give the path of a file"]
+
+
 def test_a_folder_reached_by_a_link_is_read_with_all_below_it(folder, tmp_path_factory):
     where = folder(f'bench = "valve"\n{RUN}'.replace("a.csv", "runs/../runs/b.csv"))
     (where / "runs").mkdir()
