@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from apesim.studies.estimation.noise.hum import Record, Records, going_on, mains_in, with_hum
-from apesim.studies.estimation.noise.process import ENOUGH, STRETCH, Noise, noise_for, white
+from apesim.studies.estimation.noise.process import ENOUGH, STRETCH, Noise, noise_for, take_deviation, white
 
 Pair = tuple[Any, np.ndarray]
 """A block, `apesim.studies.estimation.residuals.Block`, with an array of as many samples."""
@@ -118,7 +118,8 @@ def noise_of(
                 warnings.append(f"{sensor}: the noise is stated as {stated[sensor]:.3g}, but {shown}")
             if deviation < HARDLY_ANY * stated[sensor]:  # the colour of something else, as of the simulator's own error
                 noise = white(stated[sensor], "stated")
-            deviation, noise = max(stated[sensor], FLOOR[sensor]), noise._replace(is_stated=True)
+            deviation = max(stated[sensor], FLOOR[sensor])
+            noise = noise if noise.is_stated else take_deviation(noise, deviation)
         interval = float(np.median([block.interval for block, _ in pairs]))
         found.setdefault(sensor, {})[interval] = noise._replace(deviation=deviation)
     return found, warnings
@@ -304,7 +305,12 @@ def from_what_nothing_explains(
         by_interval = noise[group[0][0].sensor]
         interval = next(at for at, each in by_interval.items() if each is known)
         found = with_hum(records, mains)
-        by_interval[interval] = found._replace(deviation=max(found.deviation, known.deviation))
+        is_less = known.is_stated and found.deviation < known.deviation
+        by_interval[interval] = (
+            take_deviation(found, known.deviation)
+            if is_less
+            else found._replace(deviation=max(found.deviation, known.deviation))
+        )
     for by_interval in noise.values():
         sure = {interval: each for interval, each in by_interval.items() if each.source != TAKEN_FOR_WHITE}
         for interval in set(by_interval) - set(sure) if sure else ():

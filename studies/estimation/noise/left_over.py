@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from apesim.studies.estimation.noise.estimation import FLOOR
-from apesim.studies.estimation.noise.process import Noise, autoregressive, white
+from apesim.studies.estimation.noise.process import Noise, autoregressive, take_deviation, white
 
 BELIEVED = 1.1
 """Times its standard deviation, up to which a noise is believed to be no more than that."""
@@ -91,7 +91,7 @@ def find_noise_left_over(
         contrasts = _repeat_contrasts(pairs)
         pure = autoregressive(contrasts, "repeats") if contrasts else left_over
         known = max(stated.get(sensor, pure.deviation), FLOOR[sensor])
-        own = pure._replace(deviation=known, is_stated=sensor in stated)
+        own = take_deviation(pure, known) if sensor in stated else pure._replace(deviation=known)
         # Colour makes a standard deviation less certain: by this share.
         colour = left_over.colour
         chance = np.sqrt((1.0 + colour**2) / (1.0 - colour**2) / (2.0 * sum(len(d) for _, d in pairs)))

@@ -23,7 +23,8 @@ def draws_of(noise: Noise, number: int, rng: np.random.Generator) -> tuple[np.nd
 
     Of an autoregressive process that is known from n samples, the variance of its innovations has n degrees of freedom,
     and its weights have the covariance of large samples, their variance times the inverse of the process's own
-    covariance over n (Brockwell and Davis [1]_).
+    covariance over n (Brockwell and Davis [1]_). Where the deviation is known, the weights w alone are in doubt, and
+    the variance of the innovations tells them, too: ``(d ln v / dw)^2 / 2`` more for each sample.
 
     Parameters
     ----------
@@ -60,7 +61,12 @@ def draws_of(noise: Noise, number: int, rng: np.random.Generator) -> tuple[np.nd
     if noise.order and not known:
         response = _response(weights)
         powers = [response[lag:] @ response[: MEMORY - lag] for lag in range(noise.order)]
-        covariance = np.linalg.inv(toeplitz(powers)) / noise.samples
+        information = toeplitz(powers)
+        if noise.is_stated:  # the size of the errors of prediction tells the weights, too
+            twice = np.convolve(response, response)[:MEMORY]
+            slope = 2.0 * np.array([response[lag:] @ twice[: MEMORY - lag] for lag in range(1, noise.order + 1)])
+            information = information + 0.5 * np.outer(slope, slope) / powers[0] ** 2
+        covariance = np.linalg.inv(information) / noise.samples
         shift = rng.multivariate_normal(shift[0], covariance, size=number)
         for draw in shift:
             while draw.any() and not _ends(weights + draw):

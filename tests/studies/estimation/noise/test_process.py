@@ -191,6 +191,21 @@ def test_a_stated_deviation_binds_and_a_contradiction_is_told():
     assert len(warnings) == 1 and "lift" in warnings[0]
 
 
+@pytest.mark.parametrize("is_rest", [False, True])
+def test_beside_a_stated_deviation_the_colour_is_one_by_which_new_noise_is_white(is_rest):
+    rng, sizes = np.random.default_rng(8), []
+    times = np.linspace(0.0, 0.1, 361)
+    new = process(rng, 20_000, 0.9)[:, None]
+    for _ in range(40):
+        blocks = [block(process(rng, 361, 0.9), times, name) for name in ("ab" if is_rest else "aa")]
+        found, _ = noise_of(blocks, [np.zeros(361)] * 2, {"lift": DEVIATION})
+        noise = noise_for(found, blocks[0])
+        assert noise.deviation == DEVIATION and noise.is_stated
+        sizes.append(np.mean(Whitening(noise, np.arange(20_000.0)).whiten(new) ** 2))
+    assert np.std(sizes) < 0.11  # by the samples' own correlations 0.2 and more
+    assert np.mean(sizes) == pytest.approx(1.0, abs=0.05)
+
+
 def test_what_data_without_noise_show_is_not_the_colour_of_the_one_that_is_stated():
     times = np.linspace(0.0, 0.1, 1001)
     blocks = [block(1e-9 * np.sin(3.0 * np.pi * times / 0.1 + phase), times) for phase in (0.0, 1.0)]

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import norm
 
-from apesim.studies.estimation.noise.process import Noise, Whitening, autoregressive, white
+from apesim.studies.estimation.noise.process import Noise, Whitening, autoregressive, take_deviation, white
 from apesim.studies.estimation.noise.sampling import draws_of, scatter
 
 N = 300
@@ -62,7 +62,23 @@ def test_a_stated_deviation_leaves_the_colour_in_doubt():
     variance, shift = draws_of(coloured(0.7, 200.0, is_stated=True), 2000, rng)
     size = variance / (1.0 - (0.7 + shift[:, 0]) ** 2)
     assert size == pytest.approx(np.full(2000, 1.0 / (1.0 - 0.7**2)))
-    assert np.std(shift) == pytest.approx(np.sqrt((1.0 - 0.7**2) / 200.0), rel=0.05)
+    assert np.std(shift) == pytest.approx((1.0 - 0.7**2) / np.sqrt(200.0 * (1.0 + 0.7**2)), rel=0.05)
+
+
+@pytest.mark.parametrize("weights", [[0.9], [1.2, -0.4]])
+def test_what_is_drawn_beside_a_stated_deviation_is_what_estimates_differ_by(weights):
+    rng, found = np.random.default_rng(2), []
+    poles = np.append(1.0, -np.array(weights))
+    deviation = float(np.linalg.norm(lfilter([1.0], poles, np.eye(1, 2000)[0])))
+    for _ in range(200):
+        noise = autoregressive([lfilter([1.0], poles, rng.normal(size=1000))[300:]], "")
+        if noise.order == len(weights):
+            found.append(take_deviation(noise, deviation))
+    assert len(found) > 190
+    _, shift = draws_of(found[0], 2000, rng)
+    estimates = np.array([noise.predictors[-1] for noise in found])
+    assert estimates.mean(axis=0) == pytest.approx(weights, abs=0.01)
+    assert np.std(shift, axis=0) == pytest.approx(np.std(estimates, axis=0), rel=0.25)
 
 
 def test_rows_of_one_noise_share_what_it_may_be_and_others_are_their_own():
