@@ -22,11 +22,12 @@ from apesim.studies.measured.plausibility.misreadings import FLOW_FACTORS, TORQU
 from apesim.studies.measured.plausibility.motion import check_swapped
 from apesim.studies.measured.plausibility.signals import find_correlation, select_judged, smooth
 from apesim.studies.measured.plausibility.thresholds import (
+    MAX_APART,
     MAX_DOUBTED,
     MAX_LEFT_AFTER_TURN,
     MAX_OFF_UNIT,
     MIN_ALIKE,
-    MIN_ANGLE_REFUSED,
+    MIN_ANGLE_ALONE,
     MIN_ANGLE_WARNED,
     MIN_FLOW_FACTOR,
     MIN_TORQUE_PRESSURE,
@@ -39,8 +40,6 @@ TURNS = np.radians(np.arange(-179.0, 181.0))
 """Errors of the crank angle that are tried [rad]."""
 ANGLED = ("cylinder_pressure", "lift", "pressure_a", "pressure_b")
 """Channels that tell the crank angle, the surest first: compression and expansion follow the crank itself."""
-MAX_APART = 10.0
-"""Difference of the errors of two channels up to which they have one reason, the crank angle [deg]."""
 
 
 def check_engine_run(machine: Machine, run: MeasuredRun, number: int) -> tuple[list[Finding], Expected | None]:
@@ -109,13 +108,13 @@ def check_crank_angle(run: MeasuredRun, number: int, expected: Expected) -> tupl
     size = abs(np.degrees(error))
     if size < MIN_ANGLE_WARNED or not agree:
         return None, 0.0
-    kind = Kind.FAULT if size >= MIN_ANGLE_REFUSED else Kind.WARNING
+    kind = Kind.FAULT if size >= MIN_ANGLE_ALONE else Kind.WARNING
     when = "later" if error > 0.0 else "earlier"
     seen = f"the {channel.replace('_', ' ')} comes {size:.0f} deg {when} than the machine's"
     reason = "0 deg at bottom dead centre?" if size > 180.0 - MAX_APART else f"top dead centre {size:.0f} deg off?"
     right = f"{'take' if error > 0.0 else 'add'} {size:.0f} deg {'off' if error > 0.0 else 'to'} the crank angles: "
     right += "0 deg is top dead centre"
-    return Finding(kind, Check.CRANK_ANGLE, run.data, "crank_angle", seen, reason, right, number), error
+    return Finding(kind, Check.CRANK_ANGLE, run.data, "crank_angle", seen, reason, right, number, error), error
 
 
 def check_torque(machine: Machine, run: MeasuredRun, number: int, expected: Expected) -> Finding | None:

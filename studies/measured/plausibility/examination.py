@@ -9,7 +9,7 @@ from apesim.studies.measured.plausibility.cylinder_bench import check_cylinder_r
 from apesim.studies.measured.plausibility.engine_bench import check_engine_run
 from apesim.studies.measured.plausibility.expected import Expected
 from apesim.studies.measured.plausibility.findings import Check, Finding, Kind, group_findings
-from apesim.studies.measured.plausibility.folder import check_folder, escalate_still
+from apesim.studies.measured.plausibility.folder import check_folder, escalate_crank_angle, escalate_still
 from apesim.studies.measured.plausibility.records import check_ends, check_masked, check_record
 from apesim.studies.measured.plausibility.valve_bench import check_valve_run
 from apesim.studies.measured.runs import CYLINDER, ENGINE, VALVE, Measured
@@ -100,6 +100,7 @@ def examine(
     if measured.bench == CYLINDER:
         findings = drop_repeated(findings)
     findings = escalate_still([*_drop_followers(findings), *check_masked(measured), *check_folder(measured)], measured)
+    findings = escalate_crank_angle(findings, measured)
     order = list(Kind)
     return Examination(sorted(findings, key=lambda one: (order.index(one.kind), one.run)), expected)
 

@@ -71,6 +71,8 @@ class Finding(NamedTuple):
     """What would be right."""
     run: int = -1
     """Number of the run in the folder, from 0; -1: none."""
+    size: float = float("nan")
+    """Size of what was seen, where runs are compared by it: of a crank angle [rad]."""
 
     def __str__(self) -> str:
         return str(self.to_fault(""))

@@ -4,8 +4,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from apesim.studies.measured.plausibility.engine_bench import ANGLED
 from apesim.studies.measured.plausibility.findings import Check, Finding, Kind
-from apesim.studies.measured.plausibility.thresholds import MIN_SAMPLES
+from apesim.studies.measured.plausibility.thresholds import MAX_APART, MIN_ANGLE_REFUSED, MIN_SAMPLES
 from apesim.studies.measured.runs import Measured, MeasuredRun
 from apesim.studies.measured.sensors import FILE
 
@@ -76,6 +77,44 @@ def escalate_still(findings: Sequence[Finding], measured: Measured) -> list[Find
     return [
         finding._replace(kind=Kind.FAULT) if finding.check == Check.STILL and finding.channel in useless else finding
         for finding in findings
+    ]
+
+
+def escalate_crank_angle(findings: Sequence[Finding], measured: Measured) -> list[Finding]:
+    """Findings in which an error of the crank angle is a fault where all runs show it.
+
+    The sensor of the crank angle is one for all runs. What the machine lacks turns the course of the pressure, too, but
+    not by as much at each speed and pressure.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+    measured : apesim.studies.measured.Measured
+
+    Returns
+    -------
+    list of Finding
+
+    Examples
+    --------
+    >>> angles = np.radians(np.arange(360.0))
+    >>> run = MeasuredRun("n600", "n600.csv", 1.1e6, 287.0, float("nan"), "fit", angles,
+    ...     {"cylinder_pressure": np.zeros(360)}, bench="engine", angles=angles)
+    >>> off = Finding(Kind.WARNING, Check.CRANK_ANGLE, "n600.csv", "crank_angle", "", "", "", 0, np.radians(20.0))
+    >>> for runs in ((run,), (run, run)):
+    ...     print(*(str(one.kind) for one in escalate_crank_angle([off], Measured("measured", {}, runs))))
+    fault
+    warning
+    """
+    sizes = {finding.run: np.degrees(finding.size) for finding in findings if finding.check == Check.CRANK_ANGLE}
+    telling = {number for number, run in enumerate(measured.runs) if any(name in run.channels for name in ANGLED)}
+    if not sizes or sizes.keys() != telling:
+        return list(findings)
+    low, middle, high = np.quantile(list(sizes.values()), [0.0, 0.5, 1.0])
+    if high - low > MAX_APART or abs(middle) < MIN_ANGLE_REFUSED:
+        return list(findings)
+    return [
+        finding._replace(kind=Kind.FAULT) if finding.check == Check.CRANK_ANGLE else finding for finding in findings
     ]
 
 

@@ -144,7 +144,13 @@ MIN_MISSING_WARNED = 0.1
 MIN_VELOCITY_FACTOR = 5.0
 """Factor by which the fastest motion may differ from the machine's: friction and leaks make up to two."""
 MIN_ANGLE_WARNED, MIN_ANGLE_REFUSED = 8.0, 15.0
-"""Error of the crank angle [deg]: usual sensors err by two degrees, and a speed that ripples by 4 % looks like five."""
+"""Error of the crank angle [deg] that is warned of, and one that is refused where all runs show it: usual sensors err
+by two degrees, and a speed that ripples by 4 % looks like five."""
+MIN_ANGLE_ALONE = 45.0
+"""Error of the crank angle from which one run is refused by itself [deg]: an intake that is late by 3 ms and an exhaust
+that is held up make 20 at some speeds, and none at others."""
+MAX_APART = 10.0
+"""Difference of errors of the crank angle up to which they have one reason [deg]."""
 MAX_LEFT_AFTER_TURN = 0.4
 """Share of what the correlation lacks to 1 that may be left once the crank angle is turned."""
 MIN_TORQUE_PRESSURE = 100e3
