@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from apesim.studies.estimation.noise.hum import Record, Records, going_on, mains_in, with_hum
-from apesim.studies.estimation.noise.process import ENOUGH, STRETCH, Noise, noise_for, take_deviation, white
+from apesim.studies.estimation.noise.process import ENOUGH, SAME, STRETCH, Noise, noise_for, take_deviation, white
 
 Pair = tuple[Any, np.ndarray]
 """A block, `apesim.studies.estimation.residuals.Block`, with an array of as many samples."""
@@ -129,7 +129,8 @@ def _of_a_mean(sensor: str, pairs: Sequence[Pair], stated: Mapping[str, float], 
     """Noise of a mean over the cycle: stated, from repeats, or taken for a share of it."""
     if sensor in stated:
         return white(max(stated[sensor], FLOOR[sensor]), "stated")
-    contrasts = np.concatenate([[], *(values for record in _contrasts(pairs, {}) for values, _ in record)])
+    records, _ = _contrasts(pairs, {})
+    contrasts = np.concatenate([[], *(values for record in records for values, _ in record)])
     if len(contrasts) >= FEWEST_CONTRASTS:
         return white(max(float(np.sqrt(np.mean(contrasts**2))), FLOOR[sensor]), "repeats", float(len(contrasts)))
     size = float(np.median([abs(block.values[0]) for block, _ in pairs]))
@@ -142,9 +143,9 @@ def _of_a_mean(sensor: str, pairs: Sequence[Pair], stated: Mapping[str, float], 
 
 def _records(pairs: Sequence[Pair], stated: float, changes: Changes) -> Records | None:
     """What tells the noise of a channel: repeats, else stretches at rest; None: there is too little of both."""
-    contrasts, rest = _contrasts(pairs, changes), _at_rest(pairs)
+    (contrasts, taken), rest = _contrasts(pairs, changes), _at_rest(pairs)
     for found in (
-        Records(contrasts, "repeats", rest, False, stated),
+        Records(contrasts, "repeats", rest, False, stated, taken=tuple(taken)),
         Records(rest, AT_REST, [], True, stated),
     ):
         if sum(len(values) for record in found.noise for values, _ in record) >= ENOUGH:
@@ -152,10 +153,18 @@ def _records(pairs: Sequence[Pair], stated: float, changes: Changes) -> Records 
     return None
 
 
-def _contrasts(pairs: Sequence[Pair], changes: Changes) -> list[Record]:
-    """What repeats of runs differ by: Helmert's contrasts, independent series of the noise's own deviation."""
+def _contrasts(pairs: Sequence[Pair], changes: Changes) -> tuple[list[Record], list[np.ndarray]]:
+    """What repeats of runs differ by: Helmert's contrasts, independent series of the noise's own deviation.
+
+    Returns
+    -------
+    records : list of Record
+    taken : list of (n, k) float array
+        Orthonormal columns that were taken off each, see `_take_changes_off`.
+    """
     groups: dict[tuple[Any, ...], list[Pair]] = {}
     records: list[Record] = []
+    taken: list[np.ndarray] = []
     for block, predicted in pairs:
         key = block.run.name, block.run.role, len(block.values), block.times.tobytes()
         groups.setdefault(key, []).append((block, predicted))
@@ -163,39 +172,45 @@ def _contrasts(pairs: Sequence[Pair], changes: Changes) -> list[Record]:
         values, (first, _) = np.array([block.values for block, _ in repeats]), repeats[0]
         for k in range(1, len(repeats)):
             contrast = (values[:k].sum(axis=0) - k * values[k]) / np.sqrt(k * (k + 1.0))
+            columns = np.empty((len(contrast), 0))
             # What two parts of one file differ by is no fault of a file.
             if repeats[k][0].run.file != first.run.file:
-                contrast = _take_changes_off(contrast, first.times, values[: k + 1], changes.get(id(first)))
+                contrast, columns = _take_changes_off(contrast, first.times, values[: k + 1], changes.get(id(first)))
             records.append([(contrast, first.times)])
-    return records
+            taken.append(columns)
+    return records, taken
 
 
 def _take_changes_off(
     contrast: np.ndarray, times: np.ndarray, repeats: np.ndarray, changes: np.ndarray | None
-) -> np.ndarray:
+) -> tuple[np.ndarray, np.ndarray]:
     """A contrast of repeats without what a fault of one of them does, and other changes, where there clearly are some.
+
+    The second array has the orthonormal columns that were taken off, (n, k).
 
     An offset, a gain, a late trigger and a fast clock change a record in proportion to 1, x, dx/dt and t dx/dt, and a
     slow stroke to x dx/dt. Were they taken for noise, they would hide themselves, and all that is as slow. The mean of
     the repeats is x: it has the noise of none of their contrasts, and a model may be far away.
     """
+    none = np.empty((len(contrast), 0))
     if len(contrast) < ENOUGH:
-        return contrast
+        return contrast, none
     mean = repeats.mean(axis=0)
     slope = np.gradient(mean, times)
     others = np.empty((len(times), 0)) if changes is None else changes
     shapes = np.column_stack([np.ones(len(times)), mean, slope, times * slope, mean * slope, others])
     shapes = shapes[:, np.linalg.norm(shapes, axis=0) > 0.0]
     shapes = shapes / np.linalg.norm(shapes, axis=0)
-    weights, *_ = np.linalg.lstsq(shapes, contrast, rcond=None)
-    left = contrast - shapes @ weights
+    base, sizes, _ = np.linalg.svd(shapes, full_matrices=False)
+    base = base[:, sizes > SAME * sizes[0]]
+    left = contrast - base @ (base.T @ contrast)
     energy = float(left @ left)
     if energy == 0.0:
-        return contrast
+        return contrast, none
     colour = float(np.clip(left[1:] @ left[:-1] / energy, 0.0, 0.99))
-    by_noise = shapes.shape[1] * (1.0 + colour) / (1.0 - colour) / len(contrast)
+    by_noise = base.shape[1] * (1.0 + colour) / (1.0 - colour) / len(contrast)
     is_clear = float(contrast @ contrast) / energy - 1.0 > max(MIN_FAULT, CLEAR_FAULT * by_noise)
-    return left if is_clear else contrast
+    return (left, base) if is_clear else (contrast, none)
 
 
 def _at_rest(pairs: Sequence[Pair]) -> list[Record]:

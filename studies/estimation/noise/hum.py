@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import detrend
 
-from apesim.studies.estimation.noise.process import Noise, autoregressive, beside, drifting, sines
+from apesim.studies.estimation.noise.process import Noise, apart, autoregressive, beside, drifting, sines
 
 MAINS = (50.0, 60.0)
 """Frequencies at which hum is looked for [Hz]."""
@@ -35,6 +35,9 @@ class Records(NamedTuple):
     explained: tuple[np.ndarray, ...] = ()
     """For each record, of one stretch, its rows of columns that were taken off all of them together, (n, k) float
     arrays; none: nothing was."""
+    taken: tuple[np.ndarray, ...] = ()
+    """For each record, of one stretch, orthonormal columns that were taken off it alone, (n, k) float arrays; none:
+    nothing was."""
 
 
 def mains_in(channels: Sequence[Records]) -> tuple[float, ...]:
@@ -149,6 +152,8 @@ def _noise_of_stretches(stretches: Sequence[np.ndarray], records: Records, fitte
     """Estimate the noise of stretches as their records want it."""
     if records.explained:
         return beside(stretches, records.explained, records.source, fitted)
+    if any(columns.size for columns in records.taken):
+        return apart(stretches, records.taken, records.source, fitted, records.stated)
     if not records.drifts:
         return autoregressive(stretches, records.source, fitted)
     return drifting(stretches, records.source, fitted, records.stated)

@@ -302,8 +302,48 @@ def drifting(
     """
     straight = [_straight(len(values)) for values in stretches]
     bare = [values - line @ (line.T @ values) for values, line in zip(stretches, straight, strict=True)]
-    groups = [[pair] for pair in zip(bare, straight, strict=True)]
-    return _coloured(bare, groups, source, fitted or straight, stated)
+    return apart(bare, straight, source, fitted, stated)
+
+
+def apart(
+    records: Sequence[np.ndarray],
+    columns: Sequence[np.ndarray],
+    source: str,
+    fitted: Sequence[np.ndarray] = (),
+    stated: float = np.nan,
+) -> Noise:
+    """Estimate noise from records of each of which columns of its own were taken off.
+
+    Columns that vary slowly take more from slow noise than from white; see `drifting`.
+
+    Parameters
+    ----------
+    records : sequence of (n,) float array
+        What is left of each record [SI].
+    columns : sequence of (n, k) float array
+        Orthonormal columns that were taken off each record.
+    source : str
+        Source of the noise, for reports.
+    fitted : sequence of (n, m) float array
+        All orthonormal columns that were fitted to each record, where there are more.
+    stated : float
+        Standard deviation that is known [SI]; NaN: it is estimated.
+
+    Returns
+    -------
+    Noise
+
+    Examples
+    --------
+    White noise less its mean:
+
+    >>> values = np.random.default_rng(1).normal(0.0, 2.0, 5000)
+    >>> noise = apart([values - values.mean()], [np.full((5000, 1), 5000**-0.5)], "repeats")
+    >>> noise.order, round(noise.deviation, 1)
+    (0, 2.0)
+    """
+    groups = [[pair] for pair in zip(records, columns, strict=True)]
+    return _coloured(records, groups, source, fitted or columns, stated)
 
 
 def beside(
