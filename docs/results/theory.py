@@ -2,6 +2,7 @@
 
 from apesim.engine.known_to import name_key
 from apesim.flow_function import choked_flow_function, critical_ratio
+from apesim.studies.estimation.model import MAX_PULL
 from apesim.studies.estimation.parameters import DECLARED, shown
 from apesim.studies.estimation.priors import CYLINDER, ENGINE, VALVE
 from apesim.studies.gap import thresholds as t
@@ -22,7 +23,7 @@ def compute():
     decided = [
         ["first condition: chance of noise alone", f"below {t.ALARM:g}"],
         ["second condition: size of the gap, over the noise", f"{t.TOLERANCE:g} or more"],
-        ["a nuisance is itself a finding", f"beyond {t.MAX_PULL:g} prior standard deviations"],
+        ["a nuisance is itself a finding", f"beyond {MAX_PULL:g} prior standard deviations"],
         ["two models are indistinguishable", f"penalised costs within {t.AMBIGUOUS_COST:.3g}"],
         ["two effects are of one class", f"cosine above {t.ALIKE:g}"],
         ["share of the gap removed on held-out runs", f"{t.MIN_REMOVED:g} or more"],

@@ -4,7 +4,8 @@ import ast
 from math import exp
 from pathlib import Path
 
-from apesim.studies.estimation import calibration, scatter_sizes
+from apesim.studies.estimation import calibration, model, scatter_sizes
+from apesim.studies.estimation.parameters import find_pull
 from apesim.studies.gap import thresholds
 from apesim.studies.gap.decide.reliability import load_reliability
 from apesim.studies.gap.search import candidates, gap_test, model_selection, run_faults
@@ -29,14 +30,15 @@ def compute():
         "large": model_selection.MAX_LARGE,
         "faults": model_selection.MAX_FAULTS,
         "files": run_faults.MIN_FILES,
-        "released_pull": model_selection.MIN_RELEASED_PULL,
-        "most_released": model_selection.MAX_RELEASED,
+        "most_corrected": thresholds.MAX_CORRECTED,
+        "max_pull": model.MAX_PULL,
         "negligible": model_selection.NEGLIGIBLE,
         "starts": calibration.STARTS,
         "windows": thresholds.WINDOWS,
         "tables_fitted": tabulate.MAX_FITTED,
     }.items():
         values[name] = Number(value)
+    values["cost_of_six"] = Number(round(float(find_pull(6.0)) ** 2, 1))
     values["reach"] = Number(round(100.0 * (candidates.MAX_REACH - 1.0)), "%")
     told = load_reliability()
     values["sealed_cases"] = Number(told["cases"].get("number", 0))

@@ -10,6 +10,9 @@ from apesim.studies.estimation.parameters import corrections
 from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.measured.prediction import with_value
 
+MAX_PULL = 4.0
+"""Prior standard deviations beyond which a number of the machine is itself a finding: noise alone pulls one of thirty
+numbers that are known as well as is said so far in one of 500 cases."""
 MIN_SENSITIVITY = 1e-6
 """Standard deviations over a parameter's range, below which the data do not depend on it."""
 
@@ -23,16 +26,26 @@ class Model(NamedTuple):
     """Residuals as a function of the nuisances and of the parameters of the candidates, in this order."""
     fitted: Fitted
     """Fit of the residuals."""
-    released: tuple[str, ...] = ()
-    """Keys of nuisances whose priors were taken away."""
     profiles: dict[str, Any] | None = None
     """Both ends of the intervals of effects that have a shape, `apesim.studies.estimation.profile_likelihood.End` in x,
     by key; None: not sought, see `apesim.studies.gap.search.intervals`."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the candidates, and keys of the nuisances released."""
-        return (*(candidate.name for candidate in self.candidates), *self.released)
+        """Names of the candidates."""
+        return tuple(candidate.name for candidate in self.candidates)
+
+    @property
+    def pulled(self) -> list[int]:
+        """Places of the nuisances that are pulled beyond `MAX_PULL`, the farthest first."""
+        x = self.fitted.x
+        far = np.flatnonzero(self.residuals.known & (np.abs(x) > MAX_PULL))
+        return sorted(far.tolist(), key=lambda place: -abs(x[place]))
+
+    @property
+    def corrected(self) -> tuple[str, ...]:
+        """Keys of the numbers of the machine that are pulled beyond `MAX_PULL`, the farthest first."""
+        return tuple(self.residuals.parameters[place].key for place in self.pulled)
 
     @property
     def cost(self) -> float:
@@ -110,7 +123,7 @@ class Model(NamedTuple):
         return range(first, first + len(self.candidates[number].parameters))
 
     def machine(self) -> Machine:
-        """The machine with the effects that were added, its nuisances as they were.
+        """The machine with the effects that were added and its numbers corrected, its other nuisances as they were.
 
         Parameters that the data do not depend on are left as they were, and values beyond the range of a machine file
         become the end of it.
@@ -130,9 +143,9 @@ class Model(NamedTuple):
         >>> model.machine().effects.side_force.force
         3.0
         """
-        machine, runs = self.residuals.machine, self.residuals.runs
+        machine, runs, corrected = self.residuals.machine, self.residuals.runs, self.corrected
         for p, x, told in zip(self.residuals.parameters, self.fitted.x, self.identifiable, strict=True):
-            if told and not p.prior and not p.file:
+            if told and not p.file and (not p.prior or p.key in corrected):
                 for key, value in corrections(self.residuals.machine, p, np.clip(x, *p.ends), runs).items():
                     machine = with_value(machine, key, value)
         return machine

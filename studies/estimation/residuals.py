@@ -11,7 +11,7 @@ from apesim.engine.machine import Machine
 from apesim.march.adaptive import TOLERANCE
 from apesim.results import NotConverged
 from apesim.studies.estimation.noise.process import Noise, Whitening, noise_for
-from apesim.studies.estimation.parameters import Parameter, put
+from apesim.studies.estimation.parameters import Parameter, find_pull, put
 from apesim.studies.estimation.scatter import Scatter, Spread, identify
 from apesim.studies.estimation.starts import Starts, starts_at
 from apesim.studies.measured import ENGINE, MeasuredRun
@@ -688,14 +688,14 @@ class WhitenedResiduals:
         >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 50e-3, "fit", times, {"lift": np.array([6e-5, -3e-5])})
         >>> known = Parameter("valve.moving_mass", 0.01, -5.0, 5.0, 0.1, shifts=True, prior=True)
         >>> residuals = WhitenedResiduals(Machine(), [run], [known], {"lift": {1e-3: white(3e-5, "stated")}})
-        >>> residuals.at(np.array([0.5])).round(6).tolist()  # two samples at rest, and the pull of the prior
-        [-2.0, 1.0, 0.5]
+        >>> residuals.at(np.array([0.5])).round(2).tolist()  # two samples at rest, and the pull of the prior
+        [-2.0, 1.0, 0.49]
         """
         differences = [v - b.values for b, v in zip(self.blocks, self.predicted(x), strict=True)]
         return np.append(self.whiten(differences)[:, 0] - self._taken, self.pulls(x))
 
     def pulls(self, x: np.ndarray) -> np.ndarray:
-        """Find the pull of each parameter's prior: x where it has one, else 0.
+        """Find the pull of each parameter's prior, see `find_pull`: 0 where it has none.
 
         Parameters
         ----------
@@ -710,10 +710,10 @@ class WhitenedResiduals:
         --------
         >>> known = Parameter("valve.moving_mass", 0.01, -5.0, 5.0, 0.1, shifts=True, prior=True)
         >>> free = Parameter("valve.viscous_friction", 100.0, 0.0, 10.0)
-        >>> WhitenedResiduals(Machine(), [], [known, free]).pulls(np.array([0.5, 1.1])).tolist()
-        [0.5, 0.0]
+        >>> WhitenedResiduals(Machine(), [], [known, free]).pulls(np.array([0.5, 1.1])).round(2).tolist()
+        [0.49, 0.0]
         """
-        return np.where(self.known, x, 0.0)
+        return np.where(self.known, find_pull(x), 0.0)
 
     def column(self, x: np.ndarray, j: int, step: float, residuals: np.ndarray | None = None) -> np.ndarray:
         """Find the sensitivity of the residuals to one parameter, by a difference of a given step.

@@ -13,6 +13,7 @@ from scipy.optimize import brentq, minimize
 from scipy.special import logsumexp
 from scipy.stats import chi2, norm, t
 
+from apesim.studies.estimation.parameters import FREEDOM
 from apesim.studies.measured import MeasuredRun
 
 MIN_FALL = 10.0
@@ -20,10 +21,6 @@ MIN_FALL = 10.0
 in one case of twenty."""
 ODD_CHANCE = 0.05
 """Chance of scatter and noise alone, in one set of repeats, below which the oddest tells nothing of the scatter."""
-FREEDOM = 4.0
-"""Degrees of freedom of Student's t for what scatters: the usual choice of robust estimates where data are too few to
-tell (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. Am. Stat. Assoc. 84, 1989, pp. 881-896,
-doi 10.1080/01621459.1989.10478852)."""
 USUAL = 0.3
 """Size of a scatter before repeats are seen, in prior standard deviations: what is not known of a number is mostly the
 same in all runs, or it would have been noticed."""

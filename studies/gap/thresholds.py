@@ -11,10 +11,9 @@ ALARM = 0.01
 TOLERANCE = 0.15
 """Size of a gap over the noise, where it is largest, below which it does not matter, unless the user says otherwise: it
 adds 1 % to the noise of a sample. Too tight a tolerance leads to refusals, not to wrong names."""
-MAX_PULL = 4.0
-"""Prior standard deviations beyond which a nuisance is itself a finding: noise alone pulls one of thirty nuisances so
-far in one of 500 cases. Where there is no alarm, or the gap is below the tolerance, the verdict is then CALIBRATION,
-not NO_GAP."""
+MAX_CORRECTED = 3
+"""Numbers of the machine that an explanation may pull beyond `apesim.studies.estimation.model.MAX_PULL`: with more of
+them it is the machine file that does not fit the rig."""
 MAX_EXCESS = 3.0
 """Standard deviations by which a size has to be beyond its range to be implausible."""
 MIN_REMOVED = 0.6

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from apesim.studies.estimation.model import Model
-from apesim.studies.gap.search.candidates import TWINS
 from apesim.studies.gap.search.model_selection import Choice
 from apesim.studies.gap.search.score_test import find_cosine
 from apesim.studies.gap.thresholds import ALIKE, AMBIGUOUS_COST
@@ -44,8 +43,7 @@ def find_inclusions(base: Model, choices: Sequence[Choice]) -> list[Inclusion]:
     Returns
     -------
     list of Inclusion
-        Effects of the best choice first, then those of the next ones; [] where nothing was fitted. A number of the
-        machine whose prior was taken away stands under its key, or under the effect that says the same.
+        Effects of the best choice first, then those of the next ones; [] where nothing was fitted.
 
     References
     ----------
@@ -64,7 +62,7 @@ def find_inclusions(base: Model, choices: Sequence[Choice]) -> list[Inclusion]:
         return []
     twins = find_twins(base, choices)
     groups: list[tuple[str, ...]] = []
-    for name in (name for choice in choices for name in list_effects_of(choice)):
+    for name in (name for choice in choices for name in choice.names):
         if not any(name in group for group in groups):
             groups.append((name, *twins.get(name, ())))
     return [Inclusion(group, find_log_odds(base, choices, group)) for group in groups]
@@ -93,57 +91,9 @@ def find_log_odds(base: Model, choices: Sequence[Choice], names: Sequence[str]) 
     5.0
     """
     log_weights = -0.5 * np.array([base.cost, *(choice.cost for choice in choices)])
-    has_it = np.array([False, *(bool(set(list_effects_of(choice)) & set(names)) for choice in choices)])
+    has_it = np.array([False, *(bool(set(choice.names) & set(names)) for choice in choices)])
     with_it, without_it = (np.logaddexp.reduce(log_weights[each], initial=-np.inf) for each in (has_it, ~has_it))
     return float(np.clip(with_it - without_it, -MAX_LOG_ODDS, MAX_LOG_ODDS))
-
-
-def list_effects_of(choice: Choice) -> tuple[str, ...]:
-    """The effects of a model; a number of the machine that says the same as an effect counts as that effect.
-
-    Parameters
-    ----------
-    choice : apesim.studies.gap.search.model_selection.Choice
-
-    Returns
-    -------
-    tuple of str
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> best = explain_example().best
-    >>> list_effects_of(Choice(best._replace(released=("valve.spring_rate",)), 0.0))
-    ('side_force', 'spring_rate_error')
-    """
-    return tuple(TWINS.get(name, name) for name in choice.names)
-
-
-def list_named_effects(choice: Choice) -> tuple[str, ...]:
-    """What a model says is missing: its effects, without the numbers whose priors it takes away beside them.
-
-    A number that says the same as an effect counts as that effect.
-
-    Parameters
-    ----------
-    choice : apesim.studies.gap.search.model_selection.Choice
-
-    Returns
-    -------
-    tuple of str
-        Where there is no effect, the numbers.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> best = explain_example().best._replace(released=("supply.pressure", "valve.spring_rate"))
-    >>> list_named_effects(Choice(best, 0.0))
-    ('side_force', 'spring_rate_error')
-    >>> list_named_effects(Choice(best._replace(candidates=(), released=("supply.pressure",)), 0.0))
-    ('supply.pressure',)
-    """
-    released, every = set(choice.model.released), list_effects_of(choice)
-    return tuple(name for name in every if name not in released) or every
 
 
 def find_twins(base: Model, choices: Sequence[Choice]) -> dict[str, tuple[str, ...]]:
@@ -173,7 +123,7 @@ def find_twins(base: Model, choices: Sequence[Choice]) -> dict[str, tuple[str, .
     """
     best = choices[0]
     near = [choice for choice in choices[1:] if choice.cost - best.cost < AMBIGUOUS_COST]
-    effects = list_effects_of(best)
+    effects = best.names
     return {effect: tuple(dict.fromkeys(_find_twins_of(effect, base, best, near, choices))) for effect in effects}
 
 
@@ -181,14 +131,12 @@ def _find_twins_of(
     effect: str, base: Model, best: Choice, near: Iterable[Choice], choices: Sequence[Choice]
 ) -> Iterable[str]:
     """Names of what may stand in the place of one effect of the best choice."""
-    others = set(list_effects_of(best)) - {effect}
-    # Which numbers have lost their priors makes a difference only where numbers are compared.
-    list_parts = list_effects_of if effect in best.model.released else list_named_effects
-    without = next((choice.model for choice in choices if set(list_effects_of(choice)) == others), base)
+    others = set(best.names) - {effect}
+    without = next((choice.model for choice in choices if set(choice.names) == others), base)
     taken = without.fitted.data_residuals - best.model.fitted.data_residuals
     for choice in near:
-        rest = set(list_parts(choice)) - others
-        if len(rest) != 1 or effect in rest or len(list_parts(choice)) != len(list_parts(best)):
+        rest = set(choice.names) - others
+        if len(rest) != 1 or effect in rest or len(choice.names) != len(best.names):
             continue
         if find_cosine(taken, without.fitted.data_residuals - choice.model.fitted.data_residuals) > ALIKE:
             yield rest.pop()

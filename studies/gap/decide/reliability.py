@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from apesim.studies.gap.decide.inclusion import MIN_LISTED, Inclusion, find_inclusions, list_named_effects
+from apesim.studies.gap.decide.inclusion import MIN_LISTED, Inclusion, find_inclusions
 from apesim.studies.gap.reasons import Verdict
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def list_statements(explanation: "Explanation") -> list[Statement]:
 
 def _list_named(explanation: "Explanation") -> tuple[str, ...]:
     best = explanation.decision.best
-    return list_named_effects(best) if best else ()
+    return best.names if best else ()
 
 
 def _find_evidence(kind: StatementKind, about: tuple[str, ...], inclusions: list[Inclusion]) -> float:

@@ -17,12 +17,11 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.gap.decide.held_out import HeldOut
-from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds, list_named_effects
+from apesim.studies.gap.decide.inclusion import find_inclusions, find_log_odds
 from apesim.studies.gap.decide.odd_files import OddChannel, list_odd_files
 from apesim.studies.gap.reasons import Reason, ReasonKind, Verdict
 from apesim.studies.gap.search.model_selection import Choice
-from apesim.studies.gap.search.plausibility import find_implausible, find_pulled
-from apesim.studies.gap.search.refit import release
+from apesim.studies.gap.search.plausibility import find_implausible
 from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.search.score_test import find_cosine
 from apesim.studies.gap.thresholds import (
@@ -99,30 +98,27 @@ def decide_without_alarm(base: Model, p_value: float) -> Decision:
     >>> str(decision.verdict), str(decision.reason)
     ('NO_GAP', 'noise alone leaves as much with a chance of 0.4')
     """
-    if find_pulled(base):
+    if base.pulled:
         return _blame_calibration(base)
     return Decision(Verdict.NO_GAP, None, (), ReasonKind.NOISE_ALONE.with_facts(chance=p_value))
 
 
 def _blame_calibration(base: Model) -> Decision:
-    """The verdict CALIBRATION, for the nuisance that the fit pulls farthest from its prior.
+    """The verdict CALIBRATION, for the nuisances that the fit pulls far from their priors.
 
     It is given where what is left is noise, or is too small to matter, but only because a nuisance went beyond
-    `MAX_PULL` prior standard deviations. Its explanation is the machine fitted anew without the prior of that nuisance.
+    `MAX_PULL` prior standard deviations.
     """
-    number = find_pulled(base)[0]
+    number = base.pulled[0]
     key, x = base.residuals.parameters[number].key, base.fitted.x[number]
     reason = ReasonKind.FAR_NUISANCE.with_facts(key=key, x=x)
-    return Decision(Verdict.CALIBRATION, Choice(release(base, number), 0.0), (), reason)
+    return Decision(Verdict.CALIBRATION, Choice(base, 0.0), (), reason)
 
 
 def _find_best_and_rivals(choices: list[Choice]) -> tuple[Choice, tuple[Choice, ...]]:
     """Find the best choice, and its rivals: the choices that the data do not distinguish from it.
 
     A rival is within `AMBIGUOUS_COST` of the least penalised cost. A model that contains the best one and more is none.
-    Models of the same effects are one choice, whatever numbers of the machine have lost their priors beside them: the
-    best is one that pulls no number far, and of these one that takes fewest priors away. Some nuisances say the same as
-    an effect of the library, see `list_named_effects`, so that the effect goes before the nuisance, which is no rival.
 
     Parameters
     ----------
@@ -135,16 +131,9 @@ def _find_best_and_rivals(choices: list[Choice]) -> tuple[Choice, tuple[Choice, 
     rivals : tuple of apesim.studies.gap.search.model_selection.Choice
         The least penalised cost first; empty where the best choice is distinguishable from all others.
     """
-    near = [choice for choice in choices if choice.cost - choices[0].cost < AMBIGUOUS_COST]
-    effects = set(list_named_effects(near[0]))
-    same = [choice for choice in near if set(list_named_effects(choice)) == effects]
-    best = min(same, key=lambda choice: (bool(find_pulled(choice.model)), len(choice.model.released)))
-    rivals: dict[frozenset[str], Choice] = {}
-    for choice in near:
-        named = frozenset(list_named_effects(choice))
-        if not effects <= named:
-            rivals.setdefault(named, choice)
-    return best, tuple(rivals.values())
+    best, *others = choices
+    near = (choice for choice in others if choice.cost - best.cost < AMBIGUOUS_COST)
+    return best, tuple(choice for choice in near if not set(best.names) <= set(choice.names))
 
 
 def decide_with_alarm(
@@ -170,11 +159,10 @@ def decide_with_alarm(
     4. No runs can be held out: AMBIGUOUS.
     5. The best choice fails on the runs held out (see `find_refusal`), needs implausible numbers, leaves more than
        noise (a chance below `ALARM`), or is less than `AMBIGUOUS_COST` better than the calibrated machine: REFUSED.
-    6. The best choice is a nuisance without its prior: CALIBRATION, or AMBIGUOUS where it has rivals.
-    7. The best choice is one effect: NAMED without rivals, NAMED_CLASS where all rivals are effects and explain the
-       same part of the gap (a cosine above `ALIKE`), else AMBIGUOUS. Where nuisances have lost their priors beside it,
-       the effect has to be sure over all models, see `find_doubt`.
-    8. The best choice is a pair of effects: TWO_EFFECTS where its rivals share an effect with it and explain the same
+    6. The best choice is one effect: NAMED without rivals, NAMED_CLASS where all rivals are effects and explain the
+       same part of the gap (a cosine above `ALIKE`), else AMBIGUOUS. Where nuisances are pulled far beside it, the
+       effect has to be sure over all models, see `find_doubt`.
+    7. The best choice is a pair of effects: TWO_EFFECTS where its rivals share an effect with it and explain the same
        part of the gap, and where each of its effects is sure over all models, see `find_doubt`; else AMBIGUOUS. A set
        of three is SEVERAL by the same rules; its rivals share two effects with it.
 
@@ -183,7 +171,7 @@ def decide_with_alarm(
     base : apesim.studies.estimation.model.Model
         The calibrated machine.
     choices : list of apesim.studies.gap.search.model_selection.Choice
-        Single effects, pairs and nuisances without their priors, the least penalised cost first.
+        Single effects, faults of files, and sets of them, the least penalised cost first.
     size : float
         Root mean square of the gap over the noise, in the signal and phase where it is largest.
     judged : apesim.studies.gap.decide.held_out.HeldOut or None
@@ -213,7 +201,7 @@ def decide_with_alarm(
     """
     blamed = find_files(choices[0].model.candidates) if choices else []
     if size < tolerance and not set(blamed) & set(list_odd_files(odd_before)):
-        if find_pulled(base):
+        if base.pulled:
             return _blame_calibration(base)
         return Decision(Verdict.NO_GAP, None, (), ReasonKind.TOO_SMALL.with_facts(size=size))
     if not choices or choices[0].cost >= base.cost:
@@ -231,27 +219,24 @@ def decide_with_alarm(
         refused = ReasonKind.FAINT.with_facts()
     if refused:
         return Decision(Verdict.REFUSED, best, rivals, refused)
-    if not best.model.candidates:
-        verdict = Verdict.CALIBRATION if not rivals else Verdict.AMBIGUOUS
-        return Decision(verdict, best, rivals, ReasonKind.WRONG_NUMBER.with_facts())
     explained = find_explained_gap(base, best.model)
     alike = all(find_cosine(explained, find_explained_gap(base, choice.model)) > ALIKE for choice in rivals)
     if any(find_files(choice.model.candidates) for choice in rivals):
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.FILE_OR_EFFECT.with_facts())
-    effects = set(list_named_effects(best))
-    doubt = find_doubt(base, best, choices) if len(best.names) > 1 else None
+    effects = set(best.names)
+    doubt = find_doubt(base, best, choices) if len(effects) > 1 or best.model.pulled else None
     if len(effects) == 1:
         if rivals and not alike:
             return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_SINGLES.with_facts())
         if doubt is ReasonKind.EFFECT_IS_FAINT:
-            others = [choice for choice in choices if not effects & set(list_named_effects(choice))]
+            others = [choice for choice in choices if not effects & set(choice.names)]
             rivals = (*others[:1], *(choice for choice in rivals if choice not in others[:1]))
             return Decision(Verdict.AMBIGUOUS, best, rivals, doubt.with_facts())
         if rivals:
             return Decision(Verdict.NAMED_CLASS, best, rivals, ReasonKind.ONE_OF_A_CLASS.with_facts())
         return Decision(Verdict.NAMED, best, (), ReasonKind.DISTINGUISHABLE.with_facts())
     shared = len(effects) - 1
-    if rivals and not (alike and all(len(effects & set(list_named_effects(choice))) >= shared for choice in rivals)):
+    if rivals and not (alike and all(len(effects & set(choice.names)) >= shared for choice in rivals)):
         return Decision(Verdict.AMBIGUOUS, best, rivals, ReasonKind.SEVERAL_PAIRS.with_facts())
     if doubt:
         smaller = [choice for choice in choices if len(choice.names) == shared]
@@ -283,7 +268,7 @@ def _blame_files(
 def find_doubt(base: Model, best: Choice, choices: Sequence[Choice]) -> ReasonKind | None:
     """The reason for which a set of effects is not named: one of them is not sure enough over all models.
 
-    Numbers without priors need not be sure. With its twins each effect has to have log odds of `MIN_LOG_ODDS` (see
+    With its twins each effect has to have log odds of `MIN_LOG_ODDS` (see
     `apesim.studies.gap.decide.inclusion.find_inclusions`), and without them odds of `MIN_TWIN_ODDS`.
 
     Parameters
@@ -309,7 +294,7 @@ def find_doubt(base: Model, best: Choice, choices: Sequence[Choice]) -> ReasonKi
     >>> find_doubt(explanation.calibrated, choices[0], choices).name
     'SECOND_IS_FAINT'
     """
-    effects = set(list_named_effects(best))
+    effects = set(best.names)
     for each in find_inclusions(base, choices):
         if not set(each.names) & effects:
             continue

@@ -7,7 +7,7 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.quantities.declarations import Quantity
-from apesim.studies.estimation.model import Model
+from apesim.studies.estimation.model import MAX_PULL, Model
 from apesim.studies.estimation.parameters import DECLARED, SENSED, Parameter, corrections, value_at, value_of
 from apesim.studies.gap.report.rounding import round_to_error
 from apesim.studies.measured import MeasuredRun
@@ -70,7 +70,7 @@ def find_calibrated_numbers(model: Model) -> list[CalibratedNumber]:
     Returns
     -------
     list of CalibratedNumber
-        Without a number whose prior was taken away, which the verdict names.
+        Without the numbers that are corrected, which the verdict names.
 
     Examples
     --------
@@ -85,7 +85,7 @@ def find_calibrated_numbers(model: Model) -> list[CalibratedNumber]:
     return [
         CalibratedNumber(key, value_of(machine, key), float(np.clip(value, *DECLARED[key].ends)), _find_pull(p, key, x))
         for p, x in zip(model.residuals.parameters, model.fitted.x, strict=True)
-        if p.prior and abs(x) > MIN_PULL
+        if p.prior and MIN_PULL < abs(x) <= MAX_PULL
         for key, value in corrections(machine, p, np.clip(x, *p.ends), runs).items()
     ]
 

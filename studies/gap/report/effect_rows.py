@@ -1,6 +1,6 @@
 """What is said of each parameter that a model adds: its value, and the interval that the data leave it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import StrEnum
 from typing import Any
 
@@ -26,7 +26,7 @@ SIDES = tuple(Side)
 
 
 def describe_effects(model: Model) -> list[dict[str, Any]]:
-    """Parameters of the effects that a model adds, or of the nuisance that it frees, with their intervals.
+    """Parameters of what a model adds, or where it adds nothing of the numbers that it corrects, with their intervals.
 
     Parameters
     ----------
@@ -47,10 +47,36 @@ def describe_effects(model: Model) -> list[dict[str, Any]]:
     >>> row["key"], row["unit"], low < 3.0 < high
     ('effects.side_force.force', 'N', True)
     """
+    added = [j for j, parameter in enumerate(model.residuals.parameters) if not parameter.prior]
+    return _describe(model, added or model.pulled)
+
+
+def describe_numbers(model: Model) -> list[dict[str, Any]]:
+    """Numbers of the machine that a model corrects beside what it adds, see `Model.corrected`, with their intervals.
+
+    Parameters
+    ----------
+    model : apesim.studies.estimation.model.Model
+
+    Returns
+    -------
+    list of dict
+        As `describe_effects` has them, the number that is pulled farthest first.
+
+    Examples
+    --------
+    >>> from apesim.studies.gap.example_bench import explain_example
+    >>> describe_numbers(explain_example().best)
+    []
+    """
+    return _describe(model, model.pulled) if model.candidates else []
+
+
+def _describe(model: Model, places: Iterable[int]) -> list[dict[str, Any]]:
+    """Rows of the parameters at some places, see `describe_effects`."""
     machine, runs, rows = model.residuals.machine, model.residuals.runs, []
-    for j, (parameter, x) in enumerate(zip(model.residuals.parameters, model.fitted.x, strict=True)):
-        if parameter.prior:
-            continue
+    for j in places:
+        parameter, x = model.residuals.parameters[j], model.fitted.x[j]
         ends = find_ends(model, j)
         if not model.identifiable[j] and all(end.is_open for end in ends):
             continue

@@ -108,7 +108,7 @@ def describe_added(explanation: "Explanation") -> str:
     """
     model = explanation.best
     added = [format_name(each.name) for each in model.candidates]
-    return f"with {' and '.join([*added, *(f'{format_key(key)} corrected' for key in model.released)])}"
+    return f"with {' and '.join([*added, *(f'{format_key(key)} corrected' for key in model.corrected)])}"
 
 
 def format_pull(row: Mapping[str, Any]) -> str:

@@ -60,7 +60,7 @@ def export_model_space(explanation: "Explanation") -> dict[str, str]:
     freed = [parameter for candidate in candidates for parameter in candidate.parameters]
     nominal = {format_id(p): value_of(base.residuals.machine, p.key) for p in freed}
     # A fault of one file is no model of the rig.
-    tried = [c.model for c in explanation.fits if not c.model.released and not find_files(c.model.candidates)]
+    tried = [c.model for c in explanation.fits if not find_files(c.model.candidates)]
     fitted = [base, *tried]
     models: list[tuple[Candidate, ...]] = [
         (),

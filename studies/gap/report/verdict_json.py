@@ -18,7 +18,7 @@ from apesim.studies.gap.decide.reliability import describe_inclusion, find_proba
 from apesim.studies.gap.decide.verdict import Decision, find_refusal
 from apesim.studies.gap.reasons import NAMING, ReasonKind, Verdict
 from apesim.studies.gap.report.calibrated_numbers import describe_value
-from apesim.studies.gap.report.effect_rows import describe_effects, format_value, name_effect
+from apesim.studies.gap.report.effect_rows import describe_effects, describe_numbers, format_value
 from apesim.studies.gap.report.likely_cause import describe_cause
 from apesim.studies.gap.report.rounding import find_error, round_to_error
 from apesim.studies.gap.report.run_scatter import describe_scatter
@@ -77,15 +77,15 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     said = [each._asdict() | {"probability": find_probability(each)} for each in statements]
     cells = explanation.cells if explanation.gap_test.alarm else []
     named = decision.verdict in NAMING
-    added = describe_effects(decision.best.model) if decision.best else []
-    if decision.verdict == Verdict.MEASUREMENT:
-        added = [row for row in added if row["file"]]  # effects beside the fault: see what the other files say
-    effects, numbers = _split_numbers(added, decision.best.model if decision.best else None)
+    effects = describe_effects(decision.best.model) if decision.best else []
+    numbers = describe_numbers(decision.best.model) if decision.best else []
+    if decision.verdict == Verdict.MEASUREMENT:  # of the rig the other files speak
+        effects, numbers = [row for row in effects if row["file"]], []
     rivals = [
         {
             "effects": list(choice.names),
             "cost": choice.cost - _best(decision).cost,
-            "parameters": describe_effects(choice.model),
+            "parameters": [*describe_effects(choice.model), *describe_numbers(choice.model)],
         }
         for choice in decision.rivals
     ]
@@ -99,7 +99,7 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
         "rest": describe_rest(explanation.rest) if explanation.rest else None,
         "odd_channels": [channel._asdict() for channel in explanation.odd],
         "nearest": [] if named else effects,
-        "likely_cause": describe_cause(explanation, describe_added(added)),
+        "likely_cause": describe_cause(explanation, describe_added(effects)),
         "class": list_class(decision) if named else [],
         "alternatives": rivals,
         "probability": said[0]["probability"] if said and not is_tie else None,
@@ -134,17 +134,6 @@ def describe(explanation: "Explanation") -> dict[str, Any]:
     }
 
 
-def _split_numbers(
-    rows: list[dict[str, Any]], model: Model | None
-) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Rows of what is missing, and rows of numbers of the machine that are wrong besides.
-
-    A number is what the first holds where nothing else is wrong.
-    """
-    beside = {name_effect(key) for key in model.released} if model and model.candidates else set()
-    return [row for row in rows if row["name"] not in beside], [row for row in rows if row["name"] in beside]
-
-
 def list_class(decision: Decision) -> list[str]:
     """What is named, and all that these data do not distinguish from it, each once; errors of the record last.
 
@@ -165,8 +154,7 @@ def list_class(decision: Decision) -> list[str]:
     ['side_force']
     """
     choices = (_best(decision), *decision.rivals)
-    every = (tuple(each.name for each in choice.model.candidates) or choice.names for choice in choices)
-    names = dict.fromkeys(name for names in every for name in names)
+    names = dict.fromkeys(name for choice in choices for name in choice.names)
     return [*names, *_list_same_in_record(decision)]
 
 
@@ -455,14 +443,12 @@ def write_sentence(explanation: "Explanation") -> str:
         return f"There is a gap, and these data do not show what closes it: {_list_alternatives(decision)}."
     best = _best(decision).model
     rows = describe_effects(best)
-    rows, numbers = _split_numbers(rows, best)
     texts = _format_effects(rows)
     said = " and ".join(texts.values())
-    wrong = _write_numbers(numbers)
+    wrong = _write_numbers(describe_numbers(best))
     if decision.verdict == Verdict.CALIBRATION:
-        wrong = "reading" if rows[0]["key"].startswith(READINGS) else "number"
         record = "".join(f", or the {name.replace('_', ' ')} of the record" for name in _list_same_in_record(decision))
-        return f"Nothing is missing, but a {wrong} is wrong: {said}{record}."
+        return f"Nothing is missing, but {_say_wrong(rows)}: {said}{record}."
     if decision.verdict == Verdict.MEASUREMENT:
         faults = [row for row in rows if row["file"]]
         wrong = "; ".join(f"{row['file']}: {format_fault(row)}" for row in faults)
@@ -488,10 +474,14 @@ def _write_numbers(rows: list[dict[str, Any]]) -> str:
     """A sentence on numbers that are wrong besides, after another one; "" where there are none."""
     if not rows:
         return ""
+    return f" Besides, {_say_wrong(rows)}: {' and '.join(_format_effects(rows).values())}."
+
+
+def _say_wrong(rows: list[dict[str, Any]]) -> str:
+    """That readings or numbers are wrong, in words."""
     kinds = {"reading" if row["key"].startswith(READINGS) else "number" for row in rows}
     [kind] = kinds if len(kinds) == 1 else ["number"]
-    opening = f"a {kind} is" if len(rows) == 1 else f"{len(rows)} {kind}s are"
-    return f" Besides, {opening} wrong: {' and '.join(_format_effects(rows).values())}."
+    return f"a {kind} is wrong" if len(rows) == 1 else f"{len(rows)} {kind}s are wrong"
 
 
 def format_fault(row: dict[str, Any]) -> str:

@@ -1,6 +1,6 @@
 """All models that may explain a gap: effects, faults of files and sets of them, fitted through the simulator."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,10 +11,8 @@ from apesim.studies.gap.search.calibrated_gap import CalibratedGap
 from apesim.studies.gap.search.gap_test import GapTest, compare_with_noise
 from apesim.studies.gap.search.model_selection import (
     Choice,
-    fit_beside_numbers,
     fit_faults,
     fit_pairs,
-    fit_released,
     fit_remaining,
     fit_singles,
     fit_triples,
@@ -37,9 +35,8 @@ def fit_candidates(
 ) -> tuple[CalibratedGap, list[Choice]]:
     """Fit all models that may explain a gap.
 
-    The best single effects and faults of single files by their score, and the numbers of the machine that were pulled
-    far, come first; the other effects and pairs follow where the best of these is doubtful, and sets of three where the
-    best pair leaves more than noise. At the end models with effects are freed of priors that they defy. What scatters
+    The best single effects and faults of single files by their score come first; the other effects and pairs follow
+    where the best of these is doubtful, and sets of three where the best pair leaves more than noise. What scatters
     between runs is taken at the best single effect, and again at the best pair, see `take_scatter_at_best`.
 
     Parameters
@@ -68,12 +65,11 @@ def fit_candidates(
     fits = fit_singles(gap.calibrated, gap.scores, library_size, work)
     gap, fits = take_scatter_at_best(gap, fits, others, work)
     base, ranked, fault_scores = gap.calibrated, gap.scores, _score_faults(gap)
-    fits += fit_released(base, fits, library_size, work)
     fits += fit_faults(base, fault_scores, fits, library_size, work)
     if is_doubtful(fits, gap):
         fits += fit_remaining(base, ranked, fits, library_size, work)
         if is_doubtful(fits, gap):
-            singles = select_with_effects(fits)
+            singles = sorted(fits, key=lambda choice: choice.cost)
             every_score = sorted([*ranked, *fault_scores], key=lambda score: -score.n_sigma)
             couples = fit_pairs(base, _list_paired(gap), every_score, singles, library_size, work)
             fits += couples
@@ -83,7 +79,6 @@ def fit_candidates(
                 couples = [choice for choice in fits if len(choice.model.candidates) == 2]
                 if couples and compare_model_with_noise(couples[0].model, gap).alarm:
                     fits += fit_triples(gap.calibrated, _list_paired(gap), couples, library_size, work)
-    fits += fit_beside_numbers(gap.calibrated, fits, library_size, work)
     best: dict[frozenset[str], Choice] = {}
     for choice in sorted(fits, key=lambda choice: choice.cost):
         best.setdefault(frozenset(choice.names), choice)
@@ -101,9 +96,9 @@ def _list_paired(gap: CalibratedGap) -> list[Sensitivity]:
 
 
 def is_doubtful(fits: list[Choice], gap: CalibratedGap) -> bool:
-    """Whether the best model is implausible, or the best one with an effect leaves more than noise may well leave.
+    """Whether the best model is implausible, or pulls a number far, or leaves more than noise may well leave.
 
-    The second holds where noise alone leaves as much with a chance below `DOUBTFUL`.
+    The last holds where noise alone leaves as much with a chance below `DOUBTFUL`.
 
     Parameters
     ----------
@@ -114,7 +109,7 @@ def is_doubtful(fits: list[Choice], gap: CalibratedGap) -> bool:
     Returns
     -------
     bool
-        False where no model adds an effect.
+        False where no model was fitted.
 
     Examples
     --------
@@ -123,34 +118,10 @@ def is_doubtful(fits: list[Choice], gap: CalibratedGap) -> bool:
     >>> is_doubtful([choice for choice in fits if choice.names == ("coulomb_friction",)], find_example_gap())
     True
     """
-    with_effects = select_with_effects(fits)
-    if not with_effects:
+    if not fits:
         return False
-    best = min(fits, key=lambda choice: choice.cost)
-    return bool(find_implausible(best.model)) or compare_model_with_noise(with_effects[0].model, gap).p_value < DOUBTFUL
-
-
-def select_with_effects(fits: Iterable[Choice]) -> list[Choice]:
-    """The choices that add effects, without those that only take the prior of a nuisance away.
-
-    Parameters
-    ----------
-    fits : iterable of Choice
-
-    Returns
-    -------
-    list of Choice
-        The least penalised cost first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> bare = Choice(explanation.calibrated, 0.0)
-    >>> [choice.names for choice in select_with_effects([bare, *explanation.fits])][0]
-    ('side_force',)
-    """
-    return sorted((choice for choice in fits if choice.model.candidates), key=lambda choice: choice.cost)
+    best = min(fits, key=lambda choice: choice.cost).model
+    return bool(best.pulled or find_implausible(best)) or compare_model_with_noise(best, gap).p_value < DOUBTFUL
 
 
 def compare_model_with_noise(model: Model, gap: CalibratedGap) -> GapTest:

@@ -27,16 +27,6 @@ SEARCHED_STRENGTHS = {"cylinder_wall_heat": ("h",), "coulomb_friction": ("force"
 """Strengths that are searched for, where they are not all."""
 NUISANCES = ("sensor_gain", "sensor_offset", "time_zero", "channel_swap")
 """Effects of the library that are no physics to be named, but known within a prior."""
-TWINS = {
-    "valve.solenoid.release_dead_time": "release_delay",
-    "groove.effective_area": "groove_area_error",
-    "engine.exhaust.effective_area": "exhaust_restriction",
-    "engine.friction.constant": "friction_torque",
-    "effects.tdc_error.angle": "tdc_error",
-    "valve.spring_rate": "spring_rate_error",
-    "valve.moving_mass": "moving_mass_error",
-}
-"""Nuisances that, far from their prior, are an effect of the library by another name."""
 SAME_IN_RECORD = {"valve.solenoid.dead_time": "time_zero"}
 """Numbers of the machine that do the same to every signal of a valve's bench as an error of the record: both edges come
 later, whether the solenoids or the recorder are late."""

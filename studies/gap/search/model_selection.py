@@ -10,8 +10,7 @@ import numpy as np
 
 from apesim.studies.estimation.model import Model
 from apesim.studies.estimation.residuals import unless_ended
-from apesim.studies.gap.search.plausibility import find_pulled
-from apesim.studies.gap.search.refit import probe_large_sizes, refit, refit_one, release
+from apesim.studies.gap.search.refit import probe_large_sizes, refit, refit_one
 from apesim.studies.gap.search.score_test import Score, Sensitivity, find_scores, find_sensitivities, project_for_model
 from apesim.studies.gap.thresholds import AMBIGUOUS_COST, TERM_CHANCE
 from apesim.studies.gap.work import Work
@@ -34,14 +33,6 @@ NEGLIGIBLE = 60.0
 """Sum of squares above the best model's from which a model counts for nothing: odds of 1e13 to 1."""
 NEGLIGIBLE_SHARE = 0.1
 """Share of what the best model takes off the calibrated machine's sum of squares that a model has to be behind, too."""
-MIN_RELEASED_PULL = 2.5
-"""Prior standard deviations from which a wrong nuisance is one of the explanations."""
-MAX_RELEASED = 3
-"""Numbers of a machine that lose their priors beside effects."""
-MAX_FREED = 6
-"""Models with effects from which numbers that they pull far are freed."""
-MATERIAL_KEYS = ("air.heat_capacity_ratio",)
-"""Nuisances that are no number of a machine: freed beside an effect, and not tried as the explanation in its place."""
 Pair = tuple[tuple[Any, ...], tuple[Any, ...]]
 """Candidates with the values x from which each starts."""
 
@@ -55,12 +46,12 @@ class Choice(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the effects that it adds, and keys of the nuisances whose priors it takes away."""
-        return self.model.names
+        """Names of what it adds; where it adds nothing, the keys of the numbers that it corrects."""
+        return self.model.names or self.model.corrected
 
 
 def find_term_penalty(library: int) -> float:
-    """The penalty of one effect, or of one nuisance without its prior: ``2 ln(n / p)``.
+    """The penalty of one effect: ``2 ln(n / p)``.
 
     It is the price of one term among n, with the chance p = `TERM_CHANCE` of a term that is not there (PASTIS [1]_).
 
@@ -89,7 +80,8 @@ def find_term_penalty(library: int) -> float:
 def find_penalty(model: Model, library: int) -> float:
     """The penalty of a model: that of a term for each effect, and 2 for each parameter beyond one an effect.
 
-    See `find_term_penalty`.
+    See `find_term_penalty`. A number that is off costs what its prior says, see
+    `apesim.studies.estimation.parameters.find_pull`.
 
     The price of a term is that of PASTIS [1]_, that of a further parameter is Akaike's [2]_.
 
@@ -116,7 +108,7 @@ def find_penalty(model: Model, library: int) -> float:
     >>> round(find_penalty(explain_example().best, library=35), 2)  # one effect of one parameter
     16.32
     """
-    terms = len(model.names)
+    terms = len(model.candidates)
     return terms * find_term_penalty(library) + 2.0 * max(0, model.added - terms)
 
 
@@ -295,91 +287,6 @@ def fit_remaining(
     names = {choice.names for choice in fitted}
     rest = [score for score in ranked if (score.name,) not in names]
     return _fit_all(base, refit, _guess_singles(base, rest), fitted, library, work, "fitting effects")
-
-
-def fit_released(base: Model, fits: Iterable[Choice], library: int, work: Work) -> list[Choice]:
-    """Fit the calibrated machine without one prior, for each nuisance that is pulled by more than `MIN_RELEASED_PULL`.
-
-    Nuisances that are no number of the machine (`MATERIAL_KEYS`) are left out.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    fits : iterable of Choice
-        Models that were fitted.
-    library : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    list of Choice
-        The best first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> fit_released(explain_example().best, [], 3, Work())  # no nuisance is pulled far
-    []
-    """
-    pulled = np.flatnonzero(base.residuals.known & (np.abs(base.fitted.x) > MIN_RELEASED_PULL))
-    wanted = [(base, int(j)) for j in pulled if base.residuals.parameters[j].key not in MATERIAL_KEYS]
-    return _fit_all(base, release, wanted, fits, library, work, "fitting effects")
-
-
-def fit_beside_numbers(base: Model, fits: Sequence[Choice], library: int, work: Work) -> list[Choice]:
-    """Fit models with effects without the priors of the numbers that they pull beyond `MAX_PULL` prior sigmas.
-
-    The laboratory may know a number of its rig less well than is said, and lack an effect besides. The number that a
-    model pulls farthest loses its prior, then the next one, up to `MAX_RELEASED` of them. Those `MAX_FREED` models are
-    tried that cost least once their far pulls are paid for as terms, and that are not more than `NEGLIGIBLE` behind the
-    best.
-
-    Parameters
-    ----------
-    base : apesim.studies.estimation.model.Model
-        The calibrated machine.
-    fits : sequence of Choice
-        Models that were fitted.
-    library : int
-        Number of candidates.
-    work : apesim.studies.gap.work.Work
-
-    Returns
-    -------
-    list of Choice
-        The best first.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> explanation = explain_example()
-    >>> fit_beside_numbers(explanation.calibrated, explanation.fits, 3, Work())  # no number is pulled far
-    []
-    """
-    found: list[Choice] = []
-    pulling = [choice for choice in fits if choice.model.candidates]
-    for _ in range(MAX_RELEASED):
-        least = min((choice.cost for choice in [*fits, *found]), default=np.inf)
-        foreseen = [(_foresee_cost(choice, library), choice.model) for choice in pulling]
-        near = sorted(
-            (pair for pair in foreseen if find_pulled(pair[1]) and pair[0] < least + NEGLIGIBLE),
-            key=lambda pair: pair[0],
-        )
-        tasks = [(model, find_pulled(model)[0]) for _, model in near[:MAX_FREED]]
-        pulling = _fit_all(base, release, tasks, [*fits, *found], library, work, "fitting numbers")
-        found += pulling
-    return sorted(found, key=lambda choice: choice.cost)
-
-
-def _foresee_cost(choice: Choice, library: int) -> float:
-    """Penalised cost of a model once the numbers that it pulls far have lost their priors, if they stay where they are.
-
-    It is the largest that it can be, as a fit then moves them.
-    """
-    pulls = choice.model.fitted.x[find_pulled(choice.model)]
-    return choice.cost + len(pulls) * find_term_penalty(library) - float(pulls @ pulls)
 
 
 def fit_pairs(

@@ -170,45 +170,6 @@ def refit_one(base: Model, model: Model, number: int, *, limit: float = np.inf) 
     return Model((retained,), residuals, descend(residuals, model.fitted.x[kept], jacobian, steps, limit=limit))
 
 
-def release(model: Model, number: int, *, limit: float = np.inf) -> Model:
-    """Fit a model anew without the prior of one more nuisance.
-
-    Parameters
-    ----------
-    model : apesim.studies.estimation.model.Model
-        The calibrated machine, or a model with effects.
-    number : int
-        Place of the nuisance among the parameters.
-    limit : float
-        Sum of squares above which a fit is not sharpened, see `descend`.
-
-    Returns
-    -------
-    apesim.studies.estimation.model.Model
-        The same candidates, with the key of the nuisance in ``released``.
-
-    Raises
-    ------
-    apesim.studies.estimation.residuals.EndedEarly
-        The simulation does not come to its end at the start.
-
-    Examples
-    --------
-    >>> from apesim.studies.gap.example_bench import explain_example
-    >>> calibrated = explain_example().calibrated
-    >>> model = release(calibrated, 0)
-    >>> model.released == (calibrated.residuals.parameters[0].key,), model.cost < calibrated.cost
-    (True, True)
-    """
-    parameters = list(model.residuals.parameters)
-    parameters[number] = parameters[number]._replace(prior=False)
-    residuals, before = model.residuals.with_parameters(parameters), model.fitted
-    jacobian = before.jacobian.copy()
-    jacobian[len(before.data_residuals) + number] = 0.0
-    fitted = descend(residuals, before.x, jacobian, before.steps, is_exact=before.converged, limit=limit)
-    return Model(model.candidates, residuals, fitted, (*model.released, parameters[number].key))
-
-
 def _start_from(
     base: Model, smaller: Model, candidates: Sequence[Candidate], others: Iterable[Sequence[float] | np.ndarray]
 ) -> np.ndarray:

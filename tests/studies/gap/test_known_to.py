@@ -19,11 +19,14 @@ WITHOUT = [effect.name for effect in VALVE_EFFECTS if effect.name not in LIBRARY
 SENSOR = '"sensor.lift.gain" = "0.1 %"'
 
 
-def explained(folder, known_to, **rig):
+RUNS = (0.16, "fit"), (0.40, "fit"), (0.60, "fit"), (0.49, "check")
+
+
+def explained(folder, known_to, runs=RUNS, **rig):
     """Explanation of the lift of a rig, with what measured.toml says of its numbers."""
     rng = np.random.default_rng(11)
     lines = ['bench = "valve"', "[known_to]", *known_to]
-    for pressure, role in ((0.16, "fit"), (0.40, "fit"), (0.60, "fit"), (0.49, "check")):
+    for pressure, role in runs:
         bench = Bench(supply_pressure=pressure * 1e6 + AMBIENT, **rig)
         lift = measured_lift(bench, 0.03, np.maximum(TIMES, 0.0), 2e-5, rng)
         name = f"p{100 * pressure:.0f}.csv"
@@ -49,7 +52,7 @@ def test_a_stroke_off_by_what_it_is_known_to_is_no_finding(tmp_path, stroke):
 
 def test_a_stroke_that_counts_as_exact_is_blamed_on_the_sensor(tmp_path):
     found = explained(tmp_path, [SENSOR], stroke=8.91e-3)
-    assert (found.verdict, found.best.names) == ("CALIBRATION", ("effects.sensor_gain.lift",))
+    assert (found.verdict, found.best.corrected) == ("CALIBRATION", ("effects.sensor_gain.lift",))
 
 
 def test_a_dead_volume_is_named_only_where_the_clearance_volume_counts_as_exact(tmp_path):
@@ -61,7 +64,7 @@ def test_a_dead_volume_is_named_only_where_the_clearance_volume_counts_as_exact(
 
 def test_a_number_far_beyond_what_it_is_known_to_is_a_finding(tmp_path):
     found = explained(tmp_path, ['"sensor.lift.gain" = "0.05 %"', '"valve.stroke" = "0.1 %"'], stroke=8.91e-3)
-    assert (found.verdict, found.best.names) == ("CALIBRATION", ("valve.stroke",))
+    assert (found.verdict, found.best.corrected) == ("CALIBRATION", ("valve.stroke",))
     (row,) = found.to_dict()["effects"]
     assert row["key"] == "valve.stroke"
     assert row["interval_95"][0] < 8.91 < row["interval_95"][1]
@@ -69,7 +72,8 @@ def test_a_number_far_beyond_what_it_is_known_to_is_a_finding(tmp_path):
 
 def test_an_effect_is_named_beside_a_number_far_beyond_what_it_is_known_to(tmp_path):
     stated = ['"sensor.lift.gain" = "0.05 %"', '"valve.stroke" = "0.1 %"']
-    found = explained(tmp_path, stated, stroke=8.91e-3, dry_friction=12.0, breakaway=12.0)
+    runs = *RUNS, (0.25, "fit"), (0.33, "fit")
+    found = explained(tmp_path, stated, runs, stroke=8.91e-3, dry_friction=12.0, breakaway=12.0)
     data = found.to_dict()
     assert (found.verdict, data["effects"][0]["name"]) == ("NAMED", "coulomb_friction")
     low, high = data["effects"][0]["interval_95"]
@@ -85,6 +89,8 @@ def test_an_effect_is_named_beside_a_number_far_beyond_what_it_is_known_to(tmp_p
     assert "valve stroke corrected" in (tmp_path / "found" / "report.html").read_text().replace(", ", " ")
 
 
-def test_a_number_and_the_effect_that_says_the_same_are_one_finding(tmp_path):
+def test_a_number_that_is_known_goes_before_the_effect_that_says_the_same(tmp_path):
     found = explained(tmp_path, ['"valve.spring_rate" = "2 %"'], spring_rate=2400.0)
+    assert (found.verdict, found.best.corrected) == ("CALIBRATION", ("valve.spring_rate",))
+    found = explained(tmp_path, [], spring_rate=2400.0)  # exact, as far as is said
     assert (found.verdict, found.best.names) == ("NAMED", ("spring_rate_error",))

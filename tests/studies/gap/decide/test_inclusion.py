@@ -11,8 +11,8 @@ from apesim.studies.gap.search.model_selection import Choice
 SHAPE, OTHER = np.sin(np.arange(50)), np.cos(np.arange(50))
 
 
-def model(names, left, released=()):
-    return SimpleNamespace(names=names, released=released, fitted=SimpleNamespace(data_residuals=left))
+def model(names, left):
+    return SimpleNamespace(names=names, fitted=SimpleNamespace(data_residuals=left))
 
 
 def choice(cost, *names, left=0.0 * SHAPE):
@@ -54,18 +54,6 @@ def test_a_twin_in_a_pair_takes_the_part_that_its_partner_leaves():
     assert find_twins(base, [best, other, single]) == {"a": (), "b": ()}
     alike = choice(61.0, "c", "b", left=0.2 * SHAPE)
     assert find_twins(base, [best, alike, single]) == {"a": ("c",), "b": ()}
-
-
-def test_a_twin_is_listed_once_whatever_numbers_lost_their_priors_beside_it():
-    gap = BASE.fitted.data_residuals
-    best, twin = choice(60.0, "a", left=gap - 3.0 * SHAPE), choice(61.0, "b", left=gap - 2.9 * SHAPE)
-    freed = Choice(model(("b", "supply.pressure"), gap - 2.9 * SHAPE, ("supply.pressure",)), 62.0)
-    assert find_twins(BASE, [best, twin, freed]) == {"a": ("b",)}
-
-
-def test_a_number_of_the_machine_counts_as_the_effect_that_says_the_same():
-    number = Choice(model(("valve.spring_rate",), 0.0 * SHAPE, ("valve.spring_rate",)), 60.0)
-    assert find_log_odds(BASE, [number], ["spring_rate_error"]) == pytest.approx(20.0)
 
 
 def test_odds_beyond_all_numbers_are_the_largest():

@@ -61,7 +61,7 @@ def models(folder, problem):
 
 def fitted_of(found):
     """The fitted models of the space by what they add, the calibrated machine under nothing."""
-    models = [choice.model for choice in found.fits if choice.model.candidates and not choice.model.released]
+    models = [choice.model for choice in found.fits if choice.model.candidates]
     known = {frozenset(model.names): model for model in models}
     return {frozenset(): found.calibrated} | known
 

@@ -30,18 +30,17 @@ GAUGE, THERMOMETER = Prior("supply.pressure", 0.01, True), Prior("supply.tempera
 RUNS = [valve_run()._replace(supply=gauge + AMBIENT, temperature=t) for gauge, t in ((0.2e6, 281.0), (0.8e6, 293.0))]
 
 
-def fitted(base, runs, parameters, x, candidates=(), released=()):
+def fitted(base, runs, parameters, x, candidates=()):
     """A model at given parameters, as if it had been fitted."""
     jacobian = np.vstack([np.eye(len(x)), np.eye(len(x))])
     residuals = WhitenedResiduals(base, runs, parameters)
     at_optimum = Fitted(np.array(x, dtype=float), np.zeros(2 * len(x)), jacobian, True, first_steps(len(x)))
-    return Model(candidates, residuals, at_optimum, released)
+    return Model(candidates, residuals, at_optimum)
 
 
-def released(base, prior, x, runs=RUNS):
-    """A calibrated machine whose nuisance has lost its prior."""
-    free = nuisance(base, prior)._replace(prior=False)
-    return fitted(base, runs, [free], [x], released=(prior.key,))
+def corrected_by(base, prior, x, runs=RUNS):
+    """A calibrated machine whose nuisance is pulled far."""
+    return fitted(base, runs, [nuisance(base, prior)], [x])
 
 
 def with_effects(*sized):
@@ -65,7 +64,7 @@ def said(word, model, *rivals, reason=ReasonKind.DISTINGUISHABLE, balance=None):
 @pytest.mark.parametrize("prior", [GAUGE, THERMOMETER])
 def test_a_machine_with_the_instrument_put_right_has_the_supply_that_was_found(known, prior):
     base = machine(**{f"effects__{name}": value for name, value in known.items()})
-    model = released(base, prior, 6.0)
+    model = corrected_by(base, prior, 6.0)
     corrected = model.machine()
     assert corrected.supply == base.supply
     for run in RUNS:
@@ -75,21 +74,21 @@ def test_a_machine_with_the_instrument_put_right_has_the_supply_that_was_found(k
 
 def test_a_supply_temperature_that_runs_do_not_state_is_the_machines():
     silent = [run._replace(temperature=np.nan) for run in RUNS]
-    model = released(machine(), THERMOMETER, 6.0, silent)
+    model = corrected_by(machine(), THERMOMETER, 6.0, silent)
     assert model.machine().supply.temperature == pytest.approx(machine().supply.temperature + 12.0)
     assert model.machine().effects == machine().effects
     (row,) = describe_effects(model)
     assert (row["key"], row["value"]) == ("supply.temperature", pytest.approx(machine().supply.temperature + 12.0))
-    both = released(machine(), THERMOMETER, 6.0, [RUNS[0], silent[1]]).machine()
+    both = corrected_by(machine(), THERMOMETER, 6.0, [RUNS[0], silent[1]]).machine()
     assert [run_of(both, run).supply.temperature for run in (RUNS[0], silent[1])] == pytest.approx([293.0, 299.0])
 
 
 def test_readings_are_told_from_numbers_of_the_machine():
-    warm = said(Verdict.CALIBRATION, released(machine(), THERMOMETER, 4.5))
+    warm = said(Verdict.CALIBRATION, corrected_by(machine(), THERMOMETER, 4.5))
     assert warm == "Nothing is missing, but a reading is wrong: supply temperature reads 9 K too low."
-    high = said(Verdict.CALIBRATION, released(machine(), GAUGE, -8.0))
+    high = said(Verdict.CALIBRATION, corrected_by(machine(), GAUGE, -8.0))
     assert high == "Nothing is missing, but a reading is wrong: supply pressure reads 8.7 % too high."
-    late = said(Verdict.CALIBRATION, released(machine(), Prior("valve.solenoid.dead_time", 1e-4), 5.0))
+    late = said(Verdict.CALIBRATION, corrected_by(machine(), Prior("valve.solenoid.dead_time", 1e-4), 5.0))
     assert late.startswith("Nothing is missing, but a number is wrong: valve, solenoid, dead time (")
 
 
@@ -112,8 +111,8 @@ def test_effects_of_the_record_are_never_called_physics():
 
 def test_a_wrong_number_is_told_beside_what_is_missing_and_not_as_a_part_of_it():
     force = with_effects(("side_force", -0.5))
-    free = nuisance(machine(), GAUGE)._replace(prior=False)
-    beside = fitted(machine(), RUNS, [free, *force.residuals.parameters], [-8.0, -0.5], force.candidates, (GAUGE.key,))
+    gauge = nuisance(machine(), GAUGE)
+    beside = fitted(machine(), RUNS, [gauge, *force.residuals.parameters], [-8.0, -0.5], force.candidates)
     assert said(Verdict.NAMED, beside) == (
         "The model lacks side force (force -6 N). Besides, a reading is wrong: supply pressure reads 8.7 % too high."
     )
@@ -129,11 +128,12 @@ def test_what_is_refused_as_too_faint_is_told_with_its_explanations():
 
 
 def test_of_many_explanations_the_first_are_listed_in_words():
-    names = ("run_offset of lift in run_02.csv", "effects.tdc_error.angle", "valve.spring_rate", "bounce", "blow_by")
-    rivals = [with_effects(("side_force", 0.1))._replace(candidates=(), released=(name,)) for name in names]
+    names = ("run_offset of lift in run_02.csv", "seal_friction", "seat_leak", "bounce", "blow_by")
+    plain = with_effects(("side_force", 0.1))
+    rivals = [plain._replace(candidates=(plain.candidates[0]._replace(name=name),)) for name in names]
     assert said(Verdict.AMBIGUOUS, with_effects(("side_force", -0.5)), *rivals) == (
         "There is a gap, and these data do not show what closes it: side force, or run offset of lift in run_02.csv, "
-        "or tdc error angle, or valve spring rate, or one of 2 others."
+        "or seal friction, or seat leak, or one of 2 others."
     )
 
 
@@ -184,7 +184,7 @@ def explanation(model):
 
 def test_a_wrong_dead_time_may_be_a_wrong_zero_of_the_recorders_time():
     """No signal of the valve's bench knows whether the solenoids or the recorder are late."""
-    dead_time = released(machine(), Prior("valve.solenoid.dead_time", 0.1e-3), 6.0)
+    dead_time = corrected_by(machine(), Prior("valve.solenoid.dead_time", 0.1e-3), 6.0)
     assert said("CALIBRATION", dead_time).endswith(", or the time zero of the record.")
     ramp = with_effects(("slow_ramp", 0.5))
     assert said("NAMED_CLASS", ramp, dead_time).endswith("valve solenoid dead time or time zero.")

@@ -69,7 +69,7 @@ def test_a_breakaway_that_does_nothing_below_the_friction_is_held_from_above_alo
 
 
 def test_a_breakaway_is_held_from_above_where_the_best_one_does_nothing():
-    fitted, found = friction(2, 9.0, 9.0)
+    fitted, found = friction(3, 9.0, 9.0)
     assert not fitted.identifiable[-1]
     row = rows_of(found)["breakaway"]
     assert row["open_ends"] == ["low"]
