@@ -59,6 +59,7 @@ class ReasonKind(StrEnum):
     FAINT = "the best explanation hardly earns its place"
     MORE_THAN_NOISE_LEFT = "what the best explanation leaves is more than noise"
     MANY_FAR_NUMBERS = "the best explanation needs {number} numbers of the machine beyond {limit:g} prior sigmas"
+    NUMBER_TOO_FAR = "the best explanation needs {key} more than {limit:g} prior sigmas away"
     BEYOND_ITS_RANGE = "the best explanation needs {key} beyond its range"
     REMOVES_NOTHING = "on runs that it was not fitted to, the best explanation removes nothing"
     GAP_STILL_THERE = "on runs that it was not fitted to, {percent:.0f} % of the gap is still there"

@@ -14,6 +14,9 @@ adds 1 % to the noise of a sample. Too tight a tolerance leads to refusals, not 
 MAX_CORRECTED = 3
 """Numbers of the machine that an explanation may pull beyond `apesim.studies.estimation.model.MAX_PULL`: with more of
 them it is the machine file that does not fit the rig."""
+MAX_CORRECTION = 10.0
+"""Prior standard deviations beyond which a number of the machine is not believed beside a name: where each of twenty
+numbers is Student's t, and known half as well as is said, 6 rigs of 100 have one so far."""
 MAX_EXCESS = 3.0
 """Standard deviations by which a size has to be beyond its range to be implausible."""
 MIN_REMOVED = 0.6

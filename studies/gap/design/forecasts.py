@@ -70,12 +70,12 @@ def list_alternatives(explanation: "Explanation") -> list[Alternative]:
     is_refused = decision.verdict == Verdict.REFUSED
     if not is_refused and decision.verdict not in (Verdict.AMBIGUOUS, Verdict.NAMED_CLASS):
         return []
-    choices = [(choice.names, choice.model, choice.cost) for choice in (decision.best, *decision.rivals) if choice]
+    choices = [choice for choice in (decision.best, *decision.rivals) if choice]
     if is_refused:
-        choices += [(choice.names, choice.model, choice.cost) for choice in explanation.ranked or explanation.fits]
+        choices += explanation.ranked or explanation.fits
     models: dict[str, tuple[Model, float]] = {}
-    for names, model, cost in choices:
-        models.setdefault(" with ".join(names) or AS_IT_IS, (model, cost))
+    for model, cost in choices:
+        models.setdefault(" with ".join(model.names) or AS_IT_IS, (model, cost))
     models = dict(list(models.items())[:MAX_ALTERNATIVES])
     if is_refused or len(models) < 2 or decision.reason.kind is ReasonKind.FAINT:
         models.setdefault(AS_IT_IS, (base, base.cost))

@@ -4,14 +4,14 @@ import numpy as np
 
 from apesim.studies.estimation.model import MAX_PULL, Model
 from apesim.studies.gap.reasons import Reason, ReasonKind
-from apesim.studies.gap.thresholds import MAX_CORRECTED, MAX_EXCESS
+from apesim.studies.gap.thresholds import MAX_CORRECTED, MAX_CORRECTION, MAX_EXCESS
 
 
 def find_implausible(model: Model) -> Reason | None:
     """The reason for which a fitted model is refused by its own numbers.
 
-    More than `MAX_CORRECTED` numbers of the machine are pulled beyond `MAX_PULL`, or a strength is beyond its range by
-    more than `MAX_EXCESS` standard deviations of its estimate.
+    More than `MAX_CORRECTED` numbers of the machine are pulled beyond `MAX_PULL`, or one beyond `MAX_CORRECTION`, or a
+    strength is beyond its range by more than `MAX_EXCESS` standard deviations of its estimate.
 
     Parameters
     ----------
@@ -34,6 +34,8 @@ def find_implausible(model: Model) -> Reason | None:
     """
     if len(model.pulled) > MAX_CORRECTED:
         return ReasonKind.MANY_FAR_NUMBERS.with_facts(number=len(model.pulled), limit=MAX_PULL)
+    if model.pulled and abs(model.fitted.x[model.pulled[0]]) > MAX_CORRECTION:
+        return ReasonKind.NUMBER_TOO_FAR.with_facts(key=model.corrected[0], limit=MAX_CORRECTION)
     sigmas = np.sqrt(np.diag(model.fitted.covariance))
     for parameter, x, sigma in zip(model.residuals.parameters, model.fitted.x, sigmas, strict=True):
         low, high = parameter.ends

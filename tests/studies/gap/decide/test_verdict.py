@@ -22,11 +22,14 @@ GOOD = HeldOut(1000, 1.2, 1.0, 400.0, 5.0, 14.0)
 NO_FILES = {}
 
 
-def model(names, gap=None, cost=0.0, pulled=(), size=0.5, files=NO_FILES):
+def model(names, gap=None, cost=0.0, pulled=(), pull=5.0, size=0.5, files=NO_FILES):
     """A model that takes a gap of some shape away; files: of faults, and their kinds, by name."""
     errors = np.append(np.zeros(N) if gap is None else -np.asarray(gap, dtype=float), np.zeros(2))
     fitted = SimpleNamespace(
-        residuals=errors, data_residuals=errors[:N], x=np.array([0.0, size]), covariance=0.01 * np.eye(2)
+        residuals=errors,
+        data_residuals=errors[:N],
+        x=np.array([pull if pulled else 0.0, size]),
+        covariance=0.01 * np.eye(2),
     )
     effect = Parameter("effects.quadratic_drag.coefficient", 40.0, 0.0, 1.3, reach=1.3)
     nuisance = Parameter("valve.viscous_friction", 0.1, -10.0, 10.0, 111.0, True, True, True)
@@ -37,6 +40,7 @@ def model(names, gap=None, cost=0.0, pulled=(), size=0.5, files=NO_FILES):
         residuals=residuals,
         cost=cost,
         pulled=list(pulled),
+        corrected=["valve.viscous_friction"] * len(pulled),
         added=0,
         candidates=tuple(Candidate(name, (), (), *files.get(name, ())) for name in names),
     )
@@ -225,6 +229,11 @@ def test_an_effect_is_named_beside_few_numbers_that_are_off():
     assert verdict_of(far) == "NAMED"
     found = rules.decide_with_alarm(BASE, [choice(100.0, "a", gap=SHAPE, pulled=range(MAX_CORRECTED + 1))], 1.0, GOOD)
     assert (found.verdict, found.reason.kind) == (Verdict.REFUSED, ReasonKind.MANY_FAR_NUMBERS)
+
+
+@pytest.mark.parametrize(("pull", "word"), [(9.0, "NAMED"), (11.0, "REFUSED")])
+def test_beside_a_number_that_is_off_by_too_much_nothing_is_named(pull, word):
+    assert verdict_of(choice(100.0, "a", gap=SHAPE, pulled=[0], pull=pull)) == word
 
 
 def test_beside_a_number_that_is_off_an_effect_has_to_be_sure_over_all_models():

@@ -87,7 +87,7 @@ def test_deviations_are_what_fitting_the_rival_to_the_experiment_would_cost(riva
     both = WhitenedResiduals(base.residuals.machine, [*base.residuals.runs, run], leak.residuals.parameters, noise)
     refitted = descend(both, leak.fitted.x)
     assert expected > 1.0
-    assert np.sqrt(refitted.cost - leak.cost) == pytest.approx(expected, rel=0.1)
+    assert np.sqrt(refitted.cost - leak.cost) == pytest.approx(expected, rel=0.15)  # straight priors, and bent ones
 
 
 def test_the_cheap_estimate_is_near_the_full_one(rivals):
