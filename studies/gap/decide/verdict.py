@@ -70,7 +70,7 @@ def find_explained_gap(base: Model, model: Model) -> np.ndarray:
     >>> explanation = explain_example()
     >>> gap = find_explained_gap(explanation.calibrated, explanation.best)
     >>> round(float(np.sqrt(gap @ gap)))
-    13
+    12
     """
     return base.fitted.data_residuals - model.fitted.data_residuals
 
@@ -94,7 +94,7 @@ def decide_without_alarm(base: Model, p_value: float) -> Decision:
     Examples
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
-    >>> decision = decide_without_alarm(explain_example().calibrated, p_value=0.4)
+    >>> decision = decide_without_alarm(explain_example().best, p_value=0.4)
     >>> str(decision.verdict), str(decision.reason)
     ('NO_GAP', 'noise alone leaves as much with a chance of 0.4')
     """
@@ -197,7 +197,7 @@ def decide_with_alarm(
     >>> str(decide_with_alarm(explanation.calibrated, fits, size=0.5, judged=judged).verdict)
     'NAMED'
     >>> str(decide_with_alarm(explanation.calibrated, fits, size=0.5, judged=judged, tolerance=1.0).verdict)
-    'NO_GAP'
+    'CALIBRATION'
     """
     blamed = find_files(choices[0].model.candidates) if choices else []
     if size < tolerance and not set(blamed) & set(list_odd_files(odd_before)):
