@@ -70,7 +70,7 @@ def find_explained_gap(base: Model, model: Model) -> np.ndarray:
     >>> explanation = explain_example()
     >>> gap = find_explained_gap(explanation.calibrated, explanation.best)
     >>> round(float(np.sqrt(gap @ gap)))
-    12
+    9
     """
     return base.fitted.data_residuals - model.fitted.data_residuals
 

@@ -354,6 +354,6 @@ def find_gain(explanation: "Explanation", model: Model) -> float:
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> round(find_gain(explain_example(), explain_example().best))
-    13
+    12
     """
     return float(np.sqrt(max(0.0, explanation.calibrated.cost - model.cost)))

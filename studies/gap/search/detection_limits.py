@@ -171,7 +171,7 @@ def find_detection_limits(sensitivities: Iterable[Sensitivity]) -> dict[str, dic
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> limit = find_detection_limits(explain_example().sensitivities)["side_force"]
     >>> f"{limit['limit']:.1f} {limit['unit']}"
-    '1.3 N'
+    '1.5 N'
     """
     limits, best = {}, select_clearest(sensitivities)
     for name, sensitivity in best.items():
