@@ -61,7 +61,7 @@ def compare_points(model: Model) -> list[Inconsistency]:
     --------
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> for each in compare_points(explain_example().best)[:2]:
-    ...     each.parameter.key, f"{each.run.supply / 1e6:.2f} MPa abs", bool(abs(each.n_sigma) < 4.0)
+    ...     each.parameter.key, f"{each.run.supply / 1e6:.2f} MPa abs", bool(abs(each.n_sigma) < 3.0)
     ('supply.pressure', '0.50 MPa abs', True)
     ('valve.viscous_friction', '0.40 MPa abs', True)
     """
