@@ -67,8 +67,9 @@ def find_odd_channels(residuals: WhitenedResiduals, errors: np.ndarray) -> list[
     >>> from apesim.studies.gap.example_bench import explain_example
     >>> explanation = explain_example()
     >>> residuals = explanation.calibrated.residuals
-    >>> [each.file for each in find_odd_channels(residuals, explanation.calibrated.fitted.data_residuals)]
-    []
+    >>> larger = 1.5 * explanation.calibrated.fitted.data_residuals
+    >>> sorted(each.file for each in find_odd_channels(residuals, larger))
+    ['p30.csv', 'p40.csv']
     >>> find_odd_channels(residuals, explanation.best.fitted.data_residuals)
     []
     """
