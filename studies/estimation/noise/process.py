@@ -6,6 +6,7 @@ covariance of the noise, so that nothing has to be fitted; `apesim gap explain` 
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -135,6 +136,12 @@ def _lengthen(weights: np.ndarray, reflection: float) -> np.ndarray:
     return np.append(weights - reflection * weights[::-1], reflection)
 
 
+def _predict_by(reflections: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+    """Predictors of all orders, and the standard deviations of their errors, as `levinson` has them."""
+    predictors = accumulate(reflections, _lengthen, initial=np.zeros(0))
+    return tuple(predictors), np.sqrt(np.cumprod(np.append(1.0, 1.0 - reflections**2)))
+
+
 def autoregressive(
     segments: Sequence[np.ndarray], source: str, fitted: Sequence[np.ndarray] = (), doubt: float = 0.0
 ) -> Noise:
@@ -240,21 +247,14 @@ def take_deviation(noise: Noise, deviation: float) -> Noise:
     energy = (noise.deviation / deviation) ** 2
 
     def price(bends: np.ndarray) -> float:
-        reflections = np.tanh(bends)
-        weights = np.zeros(0)
-        for reflection in reflections:
-            weights = _lengthen(weights, reflection)
-        variance = float(np.prod(1.0 - reflections**2))
+        predictors, spread = _predict_by(np.tanh(bends))
+        weights, variance = predictors[-1], spread[-1] ** 2
         error = 1.0 - 2.0 * weights @ ahead + weights @ among @ weights
         return float(energy * error / variance + np.log(variance))
 
     start = np.arctanh([weights[-1] for weights in noise.predictors[1:]])
-    reflections = np.tanh(minimize(price, start).x)
-    predictors = [np.zeros(0)]
-    for reflection in reflections:
-        predictors.append(_lengthen(predictors[-1], reflection))
-    spread = np.sqrt(np.cumprod(np.append(1.0, 1.0 - reflections**2)))
-    return noise._replace(deviation=deviation, predictors=tuple(predictors), spread=spread, is_stated=True)
+    predictors, spread = _predict_by(np.tanh(minimize(price, start).x))
+    return noise._replace(deviation=deviation, predictors=predictors, spread=spread, is_stated=True)
 
 
 def _lagged(parts: Iterable[np.ndarray], lag: int) -> float:

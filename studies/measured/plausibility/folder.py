@@ -1,6 +1,6 @@
 """Checks of the runs of a folder against each other."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
@@ -74,10 +74,7 @@ def escalate_still(findings: Sequence[Finding], measured: Measured) -> list[Find
         for _, channel in still
         if all((number, channel) in still for number, run in enumerate(measured.runs) if channel in run.channels)
     }
-    return [
-        finding._replace(kind=Kind.FAULT) if finding.check == Check.STILL and finding.channel in useless else finding
-        for finding in findings
-    ]
+    return _escalate(findings, Check.STILL, useless)
 
 
 def escalate_crank_angle(findings: Sequence[Finding], measured: Measured) -> list[Finding]:
@@ -113,8 +110,14 @@ def escalate_crank_angle(findings: Sequence[Finding], measured: Measured) -> lis
     low, middle, high = np.quantile(list(sizes.values()), [0.0, 0.5, 1.0])
     if high - low > MAX_APART or abs(middle) < MIN_ANGLE_REFUSED:
         return list(findings)
+    return _escalate(findings, Check.CRANK_ANGLE, {finding.channel for finding in findings})
+
+
+def _escalate(findings: Sequence[Finding], check: Check, channels: Collection[str]) -> list[Finding]:
+    """Findings in which those of a check at some channels are faults."""
     return [
-        finding._replace(kind=Kind.FAULT) if finding.check == Check.CRANK_ANGLE else finding for finding in findings
+        finding._replace(kind=Kind.FAULT) if finding.check == check and finding.channel in channels else finding
+        for finding in findings
     ]
 
 
