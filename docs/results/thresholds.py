@@ -5,7 +5,7 @@ from math import exp
 from pathlib import Path
 
 from apesim.studies.estimation import calibration, model, scatter_sizes
-from apesim.studies.estimation.parameters import find_pull
+from apesim.studies.estimation.heavy_tails import find_pull
 from apesim.studies.gap import thresholds
 from apesim.studies.gap.decide.reliability import load_reliability
 from apesim.studies.gap.search import candidates, gap_test, model_selection, run_faults

@@ -4,9 +4,6 @@ from collections.abc import Iterable, Sequence
 from math import isnan
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from apesim.engine.effects import ALL_EFFECTS
 from apesim.engine.machine import Machine
 from apesim.quantities.declarations import Declaration
@@ -14,48 +11,6 @@ from apesim.quantities.settings import schema
 from apesim.quantities.units import unit as unit_of
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import with_values
-
-FREEDOM = 4.0
-"""Degrees of freedom of Student's t for numbers of a machine, and for what scatters between runs: the usual choice of
-robust estimates where data are too few to tell (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. Am. Stat. Assoc.
-84, 1989, pp. 881-896, doi 10.1080/01621459.1989.10478852)."""
-SLAB = 5.0
-"""Standard deviations, in those that are stated, of the normal law that ends the tails of a prior: what lies many times
-farther off is another rig. Chosen; at ten it costs a fifth of what Student's t does."""
-
-
-def find_pull(x: ArrayLike) -> np.ndarray:
-    """Find how hard its prior pulls a number back: the root of twice the negative log likelihood, with its sign.
-
-    What a laboratory says of its rig is mostly right, and now and then wrong by much more than it says. So the prior is
-    Student's t of f = `FREEDOM` degrees of freedom, near its middle the normal law of the standard deviation, times a
-    normal law of s = `SLAB` of them, without which a gap that nothing explains drives numbers anywhere (a regularised
-    heavy tail [1]_)::
-
-        pull = sign(x) sqrt((f + 1) ln(1 + x^2 / (f + 1)) + x^2 / s^2)
-
-    Parameters
-    ----------
-    x : array_like
-        Standard deviations.
-
-    Returns
-    -------
-    float array
-        Of the same shape.
-
-    References
-    ----------
-    .. [1] J. Piironen and A. Vehtari, "Sparsity information and regularization in the horseshoe and other shrinkage
-       priors", Electron. J. Statist. 11, 2017, pp. 5018-5051, doi 10.1214/17-EJS1337SI.
-
-    Examples
-    --------
-    >>> find_pull([-0.5, 1.0, 3.0, 6.0]).round(2).tolist()
-    [-0.5, 0.98, 2.35, 3.46]
-    """
-    far, squared = FREEDOM + 1.0, np.square(x)
-    return np.sign(x) * np.sqrt(far * np.log1p(squared / far) + squared / SLAB**2)
 
 
 class Parameter(NamedTuple):
@@ -86,7 +41,7 @@ class Parameter(NamedTuple):
     relative: bool = False
     """Whether its scale is a share."""
     prior: bool = False
-    """Whether x is known beforehand: to its standard deviation, of one, see `find_pull`."""
+    """Whether x is known beforehand: to one, its standard deviation, see `apesim.studies.estimation.heavy_tails`."""
     inverse: bool = False
     """Whether the value is ``scale / x``, as of an area that does the less the larger it is; off at x = 0."""
     reach: float = 1.0

@@ -13,7 +13,7 @@ from scipy.optimize import brentq, minimize
 from scipy.special import logsumexp
 from scipy.stats import chi2, norm, t
 
-from apesim.studies.estimation.parameters import FREEDOM
+from apesim.studies.estimation.heavy_tails import FREEDOM
 from apesim.studies.measured import MeasuredRun
 
 MIN_FALL = 10.0

@@ -81,7 +81,7 @@ def find_penalty(model: Model, library: int) -> float:
     """The penalty of a model: that of a term for each effect, and 2 for each parameter beyond one an effect.
 
     See `find_term_penalty`. A number that is off costs what its prior says, see
-    `apesim.studies.estimation.parameters.find_pull`.
+    `apesim.studies.estimation.heavy_tails.find_pull`.
 
     The price of a term is that of PASTIS [1]_, that of a further parameter is Akaike's [2]_.
 

@@ -7,7 +7,7 @@ from scipy.stats import t
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.quantities.uncertainties import Uncertainty
-from apesim.studies.estimation.parameters import FREEDOM, SLAB, find_pull
+from apesim.studies.estimation.heavy_tails import FREEDOM, SLAB, find_pull
 from apesim.studies.estimation.priors import BENCH_PRIORS, describe_priors, nuisances_of
 from apesim.studies.measured import ENGINE, VALVE, Measured, MeasuredRun
 
@@ -117,6 +117,7 @@ def test_what_the_machine_file_states_of_an_effect_that_is_off_is_passed_over():
 def test_a_pull_squared_is_twice_the_negative_log_likelihood_of_students_t_and_a_wide_normal_law():
     x = np.array([-30.0, -6.0, -1.0, 0.1, 2.0, 5.0])
     law = t(FREEDOM, scale=np.sqrt((FREEDOM + 1.0) / FREEDOM))
-    assert find_pull(x) ** 2 == pytest.approx(-2.0 * (law.logpdf(x) - law.logpdf(0.0)) + (x / SLAB) ** 2)
+    far = -2.0 * (law.logpdf(x) - law.logpdf(0.0))
+    assert find_pull(x) ** 2 == pytest.approx((1.0 - SLAB**-2) * far + (x / SLAB) ** 2)
     assert np.sign(find_pull(x)) == pytest.approx(np.sign(x))
-    assert find_pull(1e-3) == pytest.approx(1e-3, rel=0.03)  # near its middle a normal number's
+    assert find_pull(1e-3) == pytest.approx(1e-3, rel=1e-6)  # near its middle a normal number's
