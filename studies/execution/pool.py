@@ -6,6 +6,7 @@ import multiprocessing.connection
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -18,6 +19,9 @@ MAX_DEATHS = 2
 """Deaths of workers after which a task is set aside: the first may have been chance, as where memory was short."""
 SECONDS_PER_WORKER = 6.0
 """Work that a further process is worth [s]: starting it takes a second or two."""
+SECONDS_ALONE = 3.0
+"""Work of unknown length that is done before further processes start [s]: about what starting them costs, so that at
+most twice the time is spent that was due."""
 
 Task = Callable[[Any], Any]
 """What is done with one item; it stands in a module, so that other processes find it."""
@@ -84,12 +88,14 @@ class Team:
 
     Parameters
     ----------
-    jobs : int
-        Number of processes; with 1 all is done in this one.
+    jobs : int or None
+        Number of processes; with 1 all is done in this one. None: as many as there are processors, once this one has
+        worked for `SECONDS_ALONE`.
     """
 
-    def __init__(self, jobs: int = 1) -> None:
-        self.jobs = jobs
+    def __init__(self, jobs: int | None = 1) -> None:
+        self.jobs = jobs or os.cpu_count() or 1
+        self._alone = 0.0 if jobs else SECONDS_ALONE
         self._pool: _Pool | None = None
         self._gone = False
 
@@ -120,10 +126,16 @@ class Team:
         ...     list(team.run(abs, [-1, 2])), list(team.run(len, ["ab"]))
         ([(-1, 1), (2, 2)], [('ab', 2)])
         """
-        if self.jobs == 1:
-            for item in items:
-                yield item, call_in_thread(task, item).result()
-            return
+        items = iter(items)
+        while self.jobs == 1 or self._alone > 0.0:
+            start = time.monotonic()
+            try:
+                item = next(items)
+            except StopIteration:
+                return
+            result = call_in_thread(task, item).result()
+            self._alone -= time.monotonic() - start
+            yield item, result
         waiting = [(item, 0) for item in items]
         while waiting:
             waiting, suspects = yield from self._until_broken(task, waiting)

@@ -56,7 +56,7 @@ def explain(
     *,
     without: Sequence[str] = (),
     tolerance: float = TOLERANCE,
-    jobs: int = 1,
+    jobs: int | None = 1,
     progress: Tell | None = None,
 ) -> Explanation:
     """Find what is missing between a machine and measured data.
@@ -70,9 +70,9 @@ def explain(
         Effects of the library that are not to be considered.
     tolerance : float
         Size of a gap, over the noise, that does not matter.
-    jobs : int
-        Processes that share the work; what is found does not depend on it. With more than one, a script has to
-        protect its own code by ``if __name__ == "__main__":``.
+    jobs : int, optional
+        Processes that share the work; None: as many as it is worth. What is found does not depend on it. With more than
+        one, a script has to protect its own code by ``if __name__ == "__main__":``.
     progress : callable, optional
         Called with the name of the stage, what is done of it and what there is to do.
 
@@ -108,7 +108,7 @@ def explain(
         tolerance=(tolerance, SIZE),
         jobs=(jobs, JOBS),
     )
-    with Team(int(numbers["jobs"])) as team:
+    with Team(jobs and int(numbers["jobs"])) as team:
         explanation = _run_workflow(machine, measured, without, numbers["tolerance"], Work(team, progress))
     return replace(explanation, wall_time_s=time.perf_counter() - start)
 

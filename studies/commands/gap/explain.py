@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from apesim.studies.gap.explanation import Explanation
 
-MARCHES = 4000
-"""Marches that a search takes, or more."""
 MAX_SHOWN = 8
 """Effects whose scores are shown: those behind them have explained nothing."""
 MAX_WARNINGS = 3
@@ -77,10 +75,9 @@ def explain_gap(
     """
     from dataclasses import replace
 
-    from apesim.studies.commands.gap.inputs import read_inputs, read_parent, time_march
+    from apesim.studies.commands.gap.inputs import compile_march, read_inputs, read_parent
     from apesim.studies.estimation.residuals import EndedEarly
     from apesim.studies.execution.own_thread import call_in_thread
-    from apesim.studies.execution.pool import workers_for
     from apesim.studies.gap.thresholds import TOLERANCE
     from apesim.studies.gap.workflow import explain
     from apesim.studies.output import make_folder
@@ -88,13 +85,13 @@ def explain_gap(
     console = common.console
     machine, measured = read_inputs(common, folder, without or ())
     make_folder(out, overwrite)
-    workers = workers_for(MARCHES * time_march(console, machine, measured), jobs)
+    compile_march(console, machine, measured)
     threshold = TOLERANCE if tolerance is None else tolerance
     parent_text = read_parent(machine, common.machine_file, common.settings)
 
     def explain_and_write(progress: StageReport) -> "tuple[Explanation, dict[str, Any]]":
         explanation = explain(
-            machine, measured, without=without or (), tolerance=threshold, jobs=workers, progress=progress
+            machine, measured, without=without or (), tolerance=threshold, jobs=jobs, progress=progress
         )
         explanation = replace(explanation, parent_text=parent_text)
         return explanation, explanation.write(out, overwrite=overwrite, progress=progress)

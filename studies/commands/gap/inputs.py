@@ -1,6 +1,5 @@
 """What the commands of the missing effect read and march first: the machine, the measured data, one run of them."""
 
-import time
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -85,8 +84,8 @@ def read_inputs(common: Common, folder: str | PathLike[str], without: Sequence[s
     return machine, measured
 
 
-def time_march(console: Console, machine: Machine, measured: Measured) -> float:
-    """Simulate a run, as it is, with an effect and with a table, so that what is timed after it is compiled.
+def compile_march(console: Console, machine: Machine, measured: Measured) -> None:
+    """Simulate a run, as it is, with an effect and with a table, so that what comes after it is compiled.
 
     Parameters
     ----------
@@ -97,19 +96,13 @@ def time_march(console: Console, machine: Machine, measured: Measured) -> float:
     measured : Measured
         Measured data; the first run is simulated.
 
-    Returns
-    -------
-    float
-        Time that a run takes then [s].
-
     Examples
     --------
     >>> import numpy as np
     >>> from apesim.studies.measured import MeasuredRun
     >>> times = np.array([0.0, 5e-3])
     >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 4e-3, "fit", times, {"lift": np.zeros(2)})
-    >>> 0.0 < time_march(Console(quiet=True), Machine(), Measured("measured", {}, (run,))) < 10.0
-    True
+    >>> compile_march(Console(quiet=True), Machine(), Measured("measured", {}, (run,)))
     """
     run = measured.runs[0]
     nominal = run_of(machine, run)
@@ -122,6 +115,3 @@ def time_march(console: Console, machine: Machine, measured: Measured) -> float:
             predict(switched_on(nominal, effect), run)
 
     console.warm_up(march)
-    start = time.perf_counter()
-    predict(nominal, run)
-    return time.perf_counter() - start

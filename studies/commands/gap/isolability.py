@@ -43,14 +43,14 @@ def show_isolability(common: Common, folder: MeasuredFolder, without: Without = 
     >>> print(CliRunner().invoke(app, ["gap", "isolability", "no_folder", "--without", "ring_leak"]).exception)
     command line: --without: 'ring_leak' is no effect; see apesim gap effects
     """
-    from apesim.studies.commands.gap.inputs import read_inputs, time_march
+    from apesim.studies.commands.gap.inputs import compile_march, read_inputs
     from apesim.studies.estimation.residuals import EndedEarly
     from apesim.studies.execution.own_thread import call_in_thread
     from apesim.studies.gap.design.isolability import find_isolability
 
     console, ignored = common.console, without or ()
     machine, measured = read_inputs(common, folder, ignored)
-    time_march(console, machine, measured)
+    compile_march(console, machine, measured)
     try:
         with console.stages("isolability") as progress:
             call = call_in_thread(find_isolability, machine, measured, without=ignored, progress=progress)

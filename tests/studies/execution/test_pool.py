@@ -11,6 +11,7 @@ import pytest
 import typer
 
 from apesim.studies.console import INCOMPLETE, main_of
+from apesim.studies.execution import pool
 from apesim.studies.execution.pool import Died, Team, run_tasks, workers_for
 from tests.folders import ROOT
 
@@ -84,6 +85,22 @@ def test_a_worker_that_is_killed_between_two_stages_costs_nothing():
         os.kill(next(iter(team._pool.executor._processes)), signal.SIGKILL)
         until_broken(team)
         assert team.map(square, [(4,), (5,)], lambda *_: None) == [16, 25]
+
+
+def sleep(seconds):
+    time.sleep(seconds)
+    return os.getpid()
+
+
+def test_work_of_unknown_length_starts_further_processes_once_it_has_taken_long(monkeypatch):
+    monkeypatch.setattr(pool, "SECONDS_ALONE", 0.5)
+    with Team(None) as team:
+        assert team.map(sleep, [(0.0,)] * 5) == [os.getpid()] * 5
+        assert team._pool is None
+        workers = team.map(sleep, [(0.3,)] * 6)
+        assert workers[:2] == [os.getpid()] * 2
+        assert os.getpid() not in workers[2:]
+        assert team.map(sleep, [(0.0,)]) != [os.getpid()]
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

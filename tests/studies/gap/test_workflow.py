@@ -8,6 +8,7 @@ import pytest
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import load
 from apesim.studies.estimation.parameters import DECLARED, shown, value_of
+from apesim.studies.execution import pool
 from apesim.studies.gap.report.effect_rows import describe_effects
 from apesim.studies.gap.report.likely_cause import describe_cause
 from apesim.studies.gap.report.verdict_json import write_sentence
@@ -124,12 +125,14 @@ def test_one_operating_point_alone_names_nothing(measure):
     assert found.verdict in ("AMBIGUOUS", "NO_GAP")
 
 
-def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(measure):
+@pytest.mark.parametrize("jobs", [2, None])
+def test_what_is_found_does_not_depend_on_how_many_processes_share_the_work(measure, monkeypatch, jobs):
     path = measure(Bench(dry_friction=12.0, breakaway=12.0), {0.16e6: "fit", 0.40e6: "fit", 0.55e6: "gate"})
     few = ("quadratic_drag", "leakage_a", "slow_ramp", "spring_rate_error", "tabulated_force")
     without = [effect.name for effect in VALVE_EFFECTS if effect.name not in few]
     alone = explained(path, without=without)
-    shared = explained(path, without=without, jobs=2)
+    monkeypatch.setattr(pool, "SECONDS_ALONE", 0.5)
+    shared = explained(path, without=without, jobs=jobs)
     assert any(len(choice.names) == 2 for choice in alone.fits)
     assert alone.tabulated
     assert shared.to_dict() | {"wall_time_s": 0.0} == alone.to_dict() | {"wall_time_s": 0.0}
