@@ -7,7 +7,7 @@ from apesim.engine.machine import Machine
 from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 from apesim.valve.effects import VALVE_EFFECTS
-from tests.truth.valve import POSITION, PRESSURE_A, PRESSURE_B, noise, simulate
+from tests.truth.simulator.valve import POSITION, PRESSURE_A, PRESSURE_B, noise, simulate
 
 AMBIENT = 101325.0
 STROKE = 9e-3

@@ -3,12 +3,12 @@
 import numpy as np
 
 from tests.folders import ROOT
-from tests.truth.challenge import Case, write
-from tests.truth.effects import EFFECTS
-from tests.truth.library import VALVE
-from tests.truth.nuisances import drawn, nuisances_for
-from tests.truth.observation import Laboratory
-from tests.truth.setting import AMBIENT, WHITE, Noise, Point, Setting
+from tests.truth.sealed.challenge import Case, write
+from tests.truth.sealed.library import VALVE
+from tests.truth.sealed.nuisances import drawn, nuisances_for
+from tests.truth.sealed.observation import Laboratory
+from tests.truth.sealed.setting import AMBIENT, WHITE, Noise, Point, Setting
+from tests.truth.simulator.effects import EFFECTS
 
 FILE = ROOT / "docs" / "examples" / "data" / "late_release.py"
 """The user's file."""

@@ -1,8 +1,8 @@
 """Added runs until a case that is refused or tied is named: chosen by expected information, and drawn at random.
 
 The seeds are development's. Those are taken whose case is likely to be open, by a rule that looks at what the seed
-draws first, and at no verdict, see `tests.truth.active.is_likely_open`: in their order, as many as there was time for.
-Each open case takes up to seven explanations, so that this takes more than an hour.
+draws first, and at no verdict, see `tests.truth.scoring.active.is_likely_open`: in their order, as many as there was
+time for. Each open case takes up to seven explanations, so that this takes more than an hour.
 """
 
 import datetime
@@ -13,8 +13,8 @@ from pathlib import Path
 
 from docs.results import ROOT, Number, Table
 from docs.results.benchmark import hash_sources, load_solver
-from tests.truth.active import ARMS, MOST, OPEN, count_named, read_scored, run_loops, seeds_from
-from tests.truth.score import clopper_pearson
+from tests.truth.scoring.active import ARMS, MOST, OPEN, count_named, read_scored, run_loops, seeds_from
+from tests.truth.scoring.score import clopper_pearson
 
 LONG = True
 OPTIONAL = True

@@ -20,14 +20,14 @@ from collections import Counter
 from pathlib import Path
 
 from docs.results import ROOT, Number, Table
-from tests.truth.again import HEADS, repeat_named, rows_again
-from tests.truth.bank import Bank
-from tests.truth.benchmark import TOOLS, read
-from tests.truth.figures import figures
-from tests.truth.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
-from tests.truth.score import BAD_INPUT, NO_VERDICT, STATEMENTS
-from tests.truth.second_schedule import FAULTY, TRIPLE, second_plan
-from tests.truth.tables import rate, short
+from tests.truth.scoring.again import HEADS, repeat_named, rows_again
+from tests.truth.scoring.benchmark import TOOLS, read
+from tests.truth.scoring.figures import figures
+from tests.truth.scoring.score import BAD_INPUT, NO_VERDICT, STATEMENTS
+from tests.truth.scoring.tables import rate, short
+from tests.truth.sealed.bank import Bank
+from tests.truth.sealed.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
+from tests.truth.sealed.second_schedule import FAULTY, TRIPLE, second_plan
 
 LONG = True
 OPTIONAL = True

@@ -9,8 +9,8 @@ from apesim.studies.limit.engine_limit import engine_limit, lasting
 from apesim.studies.limit.summary import summary_json
 from docs.results import Number, Table
 from docs.results._figures import keep
-from tests.truth.periodic import opening_and_closing
-from tests.truth.reading import engine_of
+from tests.truth.simulator.periodic import opening_and_closing
+from tests.truth.simulator.reading import engine_of
 
 LONG = True
 RPM = 6.0 * DEGREE

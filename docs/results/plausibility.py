@@ -10,15 +10,15 @@ from apesim.engine.machine import Machine
 from apesim.studies.measured import read_measured
 from apesim.studies.measured.plausibility import Finding, Kind, examine
 from docs.results import Number, Table
-from tests.truth.challenge import nominal_rig
-from tests.truth.effects import EFFECTS
-from tests.truth.files import machine_file
-from tests.truth.library import ENGINE, LIBRARY, VALVE
-from tests.truth.nuisances import drawn, nuisances_for, with_nuisances
-from tests.truth.observation import Laboratory, at_point, noisy
-from tests.truth.sensors import MEANS
-from tests.truth.setting import AMBIENT, RPM, WHITE, Noise, Point, Setting, draw_setting
-from tests.truth.valve import TEMPERATURE_A
+from tests.truth.sealed.challenge import nominal_rig
+from tests.truth.sealed.files import machine_file
+from tests.truth.sealed.library import ENGINE, LIBRARY, VALVE
+from tests.truth.sealed.nuisances import drawn, nuisances_for, with_nuisances
+from tests.truth.sealed.observation import Laboratory, at_point, noisy
+from tests.truth.sealed.setting import AMBIENT, RPM, WHITE, Noise, Point, Setting, draw_setting
+from tests.truth.simulator.effects import EFFECTS
+from tests.truth.simulator.sensors import MEANS
+from tests.truth.simulator.valve import TEMPERATURE_A
 
 LONG = True
 RIGS = {VALVE: 20, ENGINE: 6}

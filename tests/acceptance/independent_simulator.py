@@ -12,9 +12,9 @@ from apesim.studies.timing import corrected
 from apesim.valve.bench import run_bench
 from apesim.valve.effects import VALVE_EFFECTS
 from tests.machines import AMBIENT, RPM, machine, settled, turned_on
-from tests.truth.periodic import opening_and_closing, periodic, results
-from tests.truth.reading import engine_of, rig_of
-from tests.truth.valve import POSITION, PRESSURE_A, TEMPERATURE_B, Bench, simulate
+from tests.truth.simulator.periodic import opening_and_closing, periodic, results
+from tests.truth.simulator.reading import engine_of, rig_of
+from tests.truth.simulator.valve import POSITION, PRESSURE_A, TEMPERATURE_B, Bench, simulate
 
 MARCHED = [effect for effect in VALVE_EFFECTS if effect.slots != ("sensor",) and not effect.tabulated]
 """Effects of the valve that both know."""

@@ -9,8 +9,8 @@ from docs import results
 from docs.extensions.generated import write_effects, write_measured
 from docs.results import benchmark
 from tests.folders import ROOT
-from tests.truth.score import NO_VERDICT, Scored
-from tests.truth.second_schedule import second_plan
+from tests.truth.scoring.score import NO_VERDICT, Scored
+from tests.truth.sealed.second_schedule import second_plan
 
 PAGES = ROOT / "docs" / "missing_effect"
 CELL = re.compile(r"(?<!\\)\|")

@@ -1,1 +1,1 @@
-"""Independent simulators: they share no line, no state variable and no solver with what they judge."""
+"""Independent simulators and sealed cases: they share no line, no state variable and no solver with what they judge."""

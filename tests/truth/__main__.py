@@ -11,14 +11,14 @@ name once more, and lets the machines that were written explain the fresh data.
 import argparse
 from pathlib import Path
 
-from .active import run_loops, seeds_from, table
-from .again import HEADS, repeat_named, rows_again
-from .bank import Bank
-from .benchmark import TOOLS, benchmark
-from .challenge import make
-from .reliability import calibrate, write
-from .schedule import NONE, plan_of
-from .tables import comparison, markdown
+from .scoring.active import run_loops, seeds_from, table
+from .scoring.again import HEADS, repeat_named, rows_again
+from .scoring.benchmark import TOOLS, benchmark
+from .scoring.reliability import calibrate, write
+from .scoring.tables import comparison, markdown
+from .sealed.bank import Bank
+from .sealed.challenge import make
+from .sealed.schedule import NONE, plan_of
 
 
 def main():

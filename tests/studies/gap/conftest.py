@@ -5,7 +5,7 @@ from itertools import count
 import numpy as np
 import pytest
 
-from tests.truth.valve import noise, simulate
+from tests.truth.simulator.valve import noise, simulate
 
 AMBIENT = 101325.0
 TEMPERATURE = 287.0

@@ -10,7 +10,7 @@ from apesim.engine.machine import Machine
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import read_measured
 from apesim.valve.effects import VALVE_EFFECTS
-from tests.truth.valve import Bench, measured_lift
+from tests.truth.simulator.valve import Bench, measured_lift
 
 AMBIENT = 101325.0
 TIMES = np.arange(-0.02, 0.07, 0.4e-3)

@@ -7,7 +7,7 @@ from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import read_measured
 from tests.gap_bench import BUT_RIVALS
 from tests.studies.gap.conftest import AMBIENT
-from tests.truth.valve import Bench
+from tests.truth.simulator.valve import Bench
 
 FOUR = {0.16e6: "fit", 0.40e6: "fit", 0.70e6: "fit", 0.55e6: "fit", 0.49e6: "check"}
 

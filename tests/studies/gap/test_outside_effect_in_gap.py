@@ -12,8 +12,8 @@ from apesim.studies.gap.search.candidates import find_candidates
 from apesim.studies.gap.search.library import find_faults, list_effects, select_effects
 from apesim.studies.measured import Measured, read_measured
 from tests.folders import ROOT
-from tests.truth.terms import FORCE
-from tests.truth.valve import Bench, noise, simulate
+from tests.truth.simulator.terms import FORCE
+from tests.truth.simulator.valve import Bench, noise, simulate
 
 EXAMPLE = ROOT / "docs" / "examples" / "data" / "tapered_bore.py"
 AMBIENT = 101325.0

@@ -13,8 +13,8 @@ from apesim.studies.gap.search.run_faults import find_files
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import Measured
 from tests.gap_bench import AMBIENT, BUT_RIVALS, NOISE, RIVALS, record
-from tests.truth.terms import force
-from tests.truth.valve import Bench
+from tests.truth.simulator.terms import force
+from tests.truth.simulator.valve import Bench
 
 TIMES = np.linspace(0.0, 0.1, 401)
 POINTS = {0.2e6: 2, 0.4e6: 3, 0.7e6: 2}

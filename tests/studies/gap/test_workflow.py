@@ -18,7 +18,7 @@ from apesim.studies.measured.prediction import predict, run_of, with_value
 from apesim.valve.effects import VALVE_EFFECTS
 from tests.gap_bench import BUT_RIVALS
 from tests.studies.gap.conftest import SEED
-from tests.truth.valve import Bench
+from tests.truth.simulator.valve import Bench
 
 AMBIENT = 101325.0
 among = pytest.mark.parametrize("without", [BUT_RIVALS, pytest.param((), marks=pytest.mark.slow)], ids=["few", "all"])

@@ -19,7 +19,7 @@ from apesim.studies.measured import Measured, MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of
 from apesim.studies.options import Common
 from tests.machines import AMBIENT, machine
-from tests.truth.valve import POSITION, PRESSURE_A, Bench, noise, simulate
+from tests.truth.simulator.valve import POSITION, PRESSURE_A, Bench, noise, simulate
 
 BETA = "valve.viscous_friction"
 TRUE = 111.08

@@ -10,9 +10,9 @@ from apesim.studies.measured import MeasuredRun
 from apesim.studies.measured.prediction import predict, run_of, start_of, with_value
 from apesim.valve.bench import run_bench
 from tests.machines import AMBIENT, RPM, changed, machine
-from tests.truth.engine import CYLINDER_PRESSURE, Engine
-from tests.truth.periodic import periodic, results
-from tests.truth.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, simulate
+from tests.truth.simulator.engine import CYLINDER_PRESSURE, Engine
+from tests.truth.simulator.periodic import periodic, results
+from tests.truth.simulator.valve import POSITION, PRESSURE_A, PRESSURE_B, Bench, simulate
 
 RANDOM = np.random.default_rng(1)
 TIMES = np.sort(RANDOM.uniform(-5e-3, 0.1, 3000))
@@ -129,7 +129,7 @@ def truth():
 def test_an_engines_prediction_is_the_independent_simulators_at_the_very_angles(truth):
     run = engine_run()
     found = predict(run_of(machine(receiver=1.0), run), run, PREDICTED)
-    states = truth.march.states(ENERGISE + (ANGLES - ENERGISE) % TURN)
+    states = truth.simulator.march.states(ENERGISE + (ANGLES - ENERGISE) % TURN)
     values = results(truth)
     air = (values["engine_air"] + values["control_air"]) * run.speed / TURN
     assert not found.failed

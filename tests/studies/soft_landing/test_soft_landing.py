@@ -49,8 +49,8 @@ from apesim.studies.soft_landing.strokes import (
 )
 from apesim.valve.effects.bounce import Bounce
 from tests.machines import AMBIENT, machine
-from tests.truth.valve import POSITION, Bench, simulate
-from tests.truth.valve import SPEED as VELOCITY
+from tests.truth.simulator.valve import POSITION, Bench, simulate
+from tests.truth.simulator.valve import SPEED as VELOCITY
 
 DWELL, COST, CLOSE = 50e-3, 1e-3, 0.6e-3
 CONTACT_ERROR, SPEED_ERROR = 1e-6, 5e-5

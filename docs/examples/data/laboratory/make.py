@@ -7,7 +7,7 @@ differ from the default machine; all else is as the machine file says.
 from pathlib import Path
 
 from docs.examples.data.missing_effect.make import Reading, write_folder
-from tests.truth.valve import Bench
+from tests.truth.simulator.valve import Bench
 
 RIG = Bench(viscous_friction=117.0, effective_area=8.8e-6, dead_time=1.55e-3)
 RUNS = {0.16: "fit", 0.40: "fit", 0.49: "gate"}

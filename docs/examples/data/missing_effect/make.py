@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.truth.valve import Bench, noise, simulate
+from tests.truth.simulator.valve import Bench, noise, simulate
 
 HERE = Path(__file__).parent
 AMBIENT = 101325.0

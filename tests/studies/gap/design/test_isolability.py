@@ -11,7 +11,7 @@ from apesim.studies.estimation.residuals import WhitenedResiduals
 from apesim.studies.gap.design.isolability import find_isolability
 from apesim.studies.measured import read_measured
 from tests.gap_bench import AMBIENT, write_bench
-from tests.truth.cylinder import Cylinder, Record, write_folder
+from tests.truth.simulator.cylinder import Cylinder, Record, write_folder
 
 
 @pytest.fixture(scope="module")

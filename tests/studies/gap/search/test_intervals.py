@@ -15,8 +15,8 @@ from apesim.studies.gap.search.library import select_effects
 from apesim.studies.gap.search.refit import refit
 from apesim.studies.gap.work import Work
 from apesim.studies.measured import Measured, MeasuredRun
-from tests.truth.score import clopper_pearson
-from tests.truth.valve import Bench, noise, simulate
+from tests.truth.scoring.score import clopper_pearson
+from tests.truth.simulator.valve import Bench, noise, simulate
 
 AMBIENT = 101325.0
 TIMES = np.arange(0.0, 0.1, 0.2e-3)

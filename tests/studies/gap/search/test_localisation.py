@@ -9,7 +9,7 @@ from apesim.studies.gap.search.localisation import localise
 from apesim.studies.gap.search.phases import Phase
 from apesim.studies.measured import read_measured
 from tests.studies.gap.conftest import AMBIENT
-from tests.truth.valve import Bench
+from tests.truth.simulator.valve import Bench
 
 
 def test_a_gap_is_where_it_is_in_the_measured_stroke_not_in_that_of_the_machine_file(measure):

@@ -18,8 +18,8 @@ from apesim.studies.gap.work import Work
 from apesim.studies.gap.workflow import explain
 from apesim.studies.measured import Measured, read_measured
 from tests.gap_bench import AMBIENT, BUT_RIVALS, NOISE, STROKE, record
-from tests.truth.terms import force
-from tests.truth.valve import Bench
+from tests.truth.simulator.terms import force
+from tests.truth.simulator.valve import Bench
 
 TIMES = np.linspace(0.0, 0.1, 501)
 PRESSURES = {0.16e6: "fit", 0.40e6: "fit", 0.70e6: "fit", 0.55e6: "gate", 0.49e6: "check"}

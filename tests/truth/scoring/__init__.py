@@ -1,0 +1,1 @@
+"""Sealed cases solved by command line, and verdicts held against answers."""

@@ -1,0 +1,1 @@
+"""Independent simulators of valve, engine and cylinder, and what their sensors see."""
