@@ -132,7 +132,6 @@ def _run_workflow(
     fits: list[Choice] = []
     if is_searched:
         gap, fits = fit_candidates(gap, len(candidates) + len(faults), work, measured.of(GATE) + measured.of(CHECK))
-    noise_alone = ReasonKind.NOISE_ALONE.with_facts(chance=gap.gap_test.p_value)
     explanation = Explanation(
         measured=measured,
         calibrated=gap.calibrated,
@@ -142,9 +141,7 @@ def _run_workflow(
         solver_error=solver_error,
         tolerance=tolerance,
         cells=localise(gap.calibrated.residuals, gap.marks, gap.calibrated.fitted.data_residuals, holds_noise=True),
-        decision=Decision(Verdict.NO_GAP, None, (), noise_alone)
-        if is_searched  # what is found takes its place
-        else decide_without_alarm(gap.calibrated, gap.gap_test.p_value),
+        decision=decide_without_alarm(gap.calibrated, gap.gap_test.p_value),  # what a search finds takes its place
         left_p_value=gap.gap_test.p_value,
         warnings=[*more, *warnings],  # what makes all numbers doubtful comes first
     )
