@@ -6,7 +6,7 @@ import time
 
 from .campaign import run_campaign, summarise
 
-NAMES = ("inputs", "archives")
+NAMES = ("inputs", "archives", "kills")
 
 
 def main():

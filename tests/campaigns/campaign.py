@@ -37,20 +37,20 @@ class Outcome(NamedTuple):
     """What tells of it: a command line, the last line of an error."""
 
 
-def run_campaign(name, seeds, out, jobs=1, longest=LONGEST, tell=None):
+def run_campaign(name, seeds, out, jobs=1, longest=None, tell=None):
     """Run the trials of a campaign that have no outcome yet.
 
     Parameters
     ----------
     name : str
-        Name of a module with a function ``trial(seed)`` that returns an `Outcome`.
+        Name of a module with a function ``trial(seed)`` that returns an `Outcome`, and perhaps with its own `LONGEST`.
     seeds : sequence of int
     out : path
         Folder that gets one JSON line for each trial.
     jobs : int
         Trials at a time.
-    longest : float
-        That a trial may take [s].
+    longest : float, optional
+        That a trial may take [s]; the module's own if left out.
     tell : function, optional
         Called with how many trials are done, and how many there were to do.
 
@@ -59,6 +59,7 @@ def run_campaign(name, seeds, out, jobs=1, longest=LONGEST, tell=None):
     dict of Outcome
         By seed, of all the seeds.
     """
+    longest = longest or getattr(importlib.import_module(name), "LONGEST", LONGEST)
     path = Path(out) / f"{name.rpartition('.')[2]}.jsonl"
     path.parent.mkdir(parents=True, exist_ok=True)
     found = read_outcomes(path)

@@ -2,11 +2,16 @@
 
 import json
 import random
+import subprocess
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.campaigns import archives, inputs, probes
+from apesim.archive.file import write
+from tests.archive_samples import sample
+from tests.campaigns import archives, inputs, kills, probes
 from tests.campaigns.campaign import DIES, HANGS, Outcome, find_most_memory, forget_most_memory, run_campaign, summarise
 from tests.campaigns.mutations import VALUES, draw, spoil_bytes, spoil_toml
 from tests.campaigns.probes import ENDING, KILLED
@@ -119,3 +124,42 @@ def test_no_damage_of_an_archive_changes_what_is_read_unseen(tmp_path):
     found = run_campaign(archives.__name__, range(4 * len(archives.DAMAGES)), tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
     assert len({one.word.partition(":")[0] for one in found.values()}) == len(archives.DAMAGES)
+
+
+# --- kills ---
+
+IS_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="processes are found in /proc")
+
+
+def test_a_killed_sweep_that_lost_something_is_told(tmp_path):
+    whole = sample()
+    (tmp_path / "err.txt").touch()
+    write(whole, tmp_path / "whole.h5")
+    write(whole, tmp_path / "sweep.h5")
+    struck = ["with shards written"]
+    assert kills.judge("group", struck, 0, tmp_path) == Outcome("group: the same bits, struck with shards written")
+    assert kills.judge("group", struck, 3, tmp_path).is_broken
+    torque = whole.variables["torque"]
+    other = replace(torque, values=np.nextafter(torque.values, np.inf))
+    write(replace(whole, variables=whole.variables | {"torque": other}), tmp_path / "sweep.h5")
+    assert kills.judge("group", struck, 0, tmp_path).word == "group: other bits"
+    (tmp_path / "sweep.h5").write_bytes(b"half")
+    assert kills.judge("group", struck, 0, tmp_path).word == "group: damaged"
+    (tmp_path / "sweep.h5.lock").touch()
+    assert kills.judge("group", struck, 0, tmp_path).word == "group: not whole"
+
+
+@IS_LINUX
+def test_a_process_that_outlives_its_group_is_found(monkeypatch):
+    monkeypatch.setattr(kills, "PATIENCE", 0.1)
+    process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, process_group=0)
+    assert kills.find_survivors(process.pid) == [str(process.pid)]
+    process.communicate(b"\n")
+    assert kills.find_survivors(process.pid) == []
+
+
+@IS_LINUX
+def test_a_sweep_that_is_killed_goes_on_to_the_same_bits(tmp_path):
+    seeds = [kills.STRIKES.index((victim, 2)) for victim in (kills.GROUP, kills.LEADER, kills.WORKER)]
+    found = run_campaign(kills.__name__, seeds, tmp_path)
+    assert [(seed, one) for seed, one in found.items() if one.is_broken] == []

@@ -1,0 +1,186 @@
+"""Sweeps that are killed at random moments: the whole group of processes, the one that leads, or one of its workers.
+
+What was killed goes on with ``--resume``, may be killed again, and ends with the same bits as a sweep that nothing has
+killed. It leaves nothing but its archive, and no process outlives the one that leads.
+"""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from apesim.archive.file import read
+from apesim.archive.inspection import verify
+from tests.archive_samples import same
+
+from .campaign import Outcome, trial_folder
+
+LONGEST = 120.0
+"""That a trial may take [s]: up to three sweeps."""
+SWEEP = "engine", "sweep", "--speed", "300:2400:300 rpm", "--timing", "both", "--no-figures", "--out", "sweep.h5"
+"""Valves with and without correction, a cam and an ideal valve."""
+GROUP, LEADER, WORKER = "group", "leader", "worker"
+STRIKES = [(victim, jobs) for jobs in (1, 2, 3) for victim in (GROUP, LEADER, WORKER) if jobs > 1 or victim != WORKER]
+"""What is killed, and in how many processes the sweep computes."""
+PATIENCE = 10.0
+"""That processes may outlive the one that leads [s]."""
+
+
+class Undisturbed(NamedTuple):
+    """A sweep that nothing has killed."""
+
+    content: bytes
+    """The archive's file."""
+    first: float
+    """When its first shard was there [s]."""
+    seconds: float
+    """Time that it took [s]."""
+
+
+def trial(seed):
+    """Kill a sweep once or twice, let it go on, and hold it against one that was not killed.
+
+    Parameters
+    ----------
+    seed : int
+
+    Returns
+    -------
+    Outcome
+    """
+    rng = random.Random(seed)
+    victim, jobs = STRIKES[seed % len(STRIKES)]
+    whole, kind = undisturbed(jobs), f"{victim}, {jobs} process{'es' * (jobs > 1)}"
+    with trial_folder() as folder:
+        struck, left = [], rng.choice((1, 1, 2))
+        while True:
+            process = start(folder, jobs, resume=bool(struck))
+            begun = time.monotonic()
+            while left and wait_until(process, begun + rng.uniform(0.8 * whole.first, whole.seconds)):
+                left -= 1
+                struck.append(describe_progress(folder))
+                strike(process, victim, rng)
+            end_of_leader = process.wait()
+            if survivors := find_survivors(process.pid):
+                os.killpg(process.pid, signal.SIGKILL)
+                return Outcome(f"{kind}: a process outlives the sweep", True, str(survivors))
+            if end_of_leader != -signal.SIGKILL:
+                break
+        (folder / "whole.h5").write_bytes(whole.content)
+        return judge(kind, struck, end_of_leader, folder)
+
+
+def judge(kind, struck, code, folder):
+    """The outcome by what a sweep has left.
+
+    Parameters
+    ----------
+    kind : str
+        What was killed, in words.
+    struck : list of str
+        How far the sweep was at each kill; [] where it ended before the first.
+    code : int
+        Exit code at its end.
+    folder : path
+        Folder with ``sweep.h5``, and ``whole.h5`` of a sweep that was not killed.
+
+    Returns
+    -------
+    Outcome
+    """
+    errors = (folder / "err.txt").read_text()
+    left = sorted({path.name for path in folder.iterdir()} - {"err.txt", "whole.h5"})
+    if code or left != ["sweep.h5"]:
+        return Outcome(f"{kind}: not whole", True, f"{struck}: exit code {code}, {left}: {errors}")
+    if named := verify(folder / "sweep.h5"):
+        return Outcome(f"{kind}: damaged", True, f"{struck}: {named}")
+    if not same(read(folder / "sweep.h5"), read(folder / "whole.h5")):
+        return Outcome(f"{kind}: other bits", True, str(struck))
+    return Outcome(f"{kind}: the same bits, struck {struck[-1] if struck else 'after its end'}")
+
+
+def start(folder, jobs, *, resume):
+    """Start the sweep in a group of its own."""
+    command = [sys.executable, "-m", "apesim.studies.cli", *SWEEP, "--jobs", str(jobs), *["--resume"] * resume]
+    with (folder / "err.txt").open("w") as errors:
+        return subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.DEVNULL, stderr=errors, stdin=subprocess.DEVNULL, process_group=0
+        )
+
+
+def wait_until(process, moment):
+    """Wait until a moment has come; False where the process ends before."""
+    try:
+        process.wait(max(0.0, moment - time.monotonic()))
+    except subprocess.TimeoutExpired:
+        return True
+    return False
+
+
+def strike(process, victim, rng):
+    """Kill the group, the leader, or one of the workers if there is one."""
+    if victim == GROUP:
+        os.killpg(process.pid, signal.SIGKILL)
+    elif victim == LEADER:
+        process.kill()
+    elif workers := find_workers(process.pid):
+        with suppress(ProcessLookupError):
+            os.kill(rng.choice(workers), signal.SIGKILL)
+
+
+def find_workers(leader):
+    """Processes that compute for a sweep."""
+    try:
+        children = Path(f"/proc/{leader}/task/{leader}/children").read_text().split()
+        return [int(child) for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+    except FileNotFoundError:  # one has ended meanwhile
+        return []
+
+
+def find_survivors(group):
+    """Processes of a group that are still there after `PATIENCE`."""
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return []
+        if time.monotonic() > until:
+            return [path.parent.name for path in Path("/proc").glob("[0-9]*/stat") if is_of(path, group)]
+        time.sleep(0.02)
+
+
+def is_of(stat, group):
+    """Whether a process is of a group."""
+    try:
+        return int(stat.read_text().rpartition(")")[2].split()[2]) == group
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def describe_progress(folder):
+    """How far a sweep is, by its files."""
+    if (folder / "sweep.h5").exists():
+        return "with its archive written"
+    return "with shards written" if any((folder / "sweep.h5.shards").glob("*.h5")) else "before its first shard"
+
+
+@cache
+def undisturbed(jobs):
+    """The sweep, as it goes if nothing kills it."""
+    with trial_folder() as folder:
+        begun, first = time.monotonic(), None
+        process = start(folder, jobs, resume=False)
+        while process.poll() is None:
+            if first is None and describe_progress(folder) != "before its first shard":
+                first = time.monotonic() - begun
+            time.sleep(0.01)
+        if process.returncode:
+            raise RuntimeError((folder / "err.txt").read_text())
+        return Undisturbed((folder / "sweep.h5").read_bytes(), first, time.monotonic() - begun)
