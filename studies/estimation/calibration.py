@@ -188,5 +188,6 @@ def _restarted(residuals: WhitenedResiduals, fitted: Fitted) -> Model:
 def _descended(residuals: WhitenedResiduals, x: np.ndarray, base: Fitted) -> tuple[Fitted, int]:
     """End of a descent from x, and how many simulations it takes; over where it comes to the minimum that is known."""
     own = residuals.with_parameters(residuals.parameters)
-    fitted = descend(own, x, base.jacobian, base.steps, known=base.cost, limit=base.cost + ROUGH)
+    limit = base.cost + ROUGH
+    fitted = descend(own, x, base.jacobian, base.steps, known=base.cost, limit=limit, least_promise=0.0)
     return fitted, own.simulations

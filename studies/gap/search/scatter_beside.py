@@ -96,7 +96,7 @@ def fit_with_scatter(model: Model, scatter: Scatter, limit: float = np.inf) -> M
         Its residuals know a scatter.
     scatter : apesim.studies.estimation.scatter.Scatter
     limit : float
-        Sum of squares above which a fit is not sharpened, see `apesim.studies.estimation.levenberg_marquardt.descend`.
+        Sum of squares above which a fit is of no interest, see `apesim.studies.estimation.levenberg_marquardt.descend`.
 
     Returns
     -------

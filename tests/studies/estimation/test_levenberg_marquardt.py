@@ -97,11 +97,22 @@ def test_a_minimum_above_the_limit_is_not_sharpened():
     for limit in (3.0, 5.0):
         residuals = Raised()
         residuals.jacobians = 0
-        found = descend(residuals, [0.6, 0.3], limit=limit)
+        found = descend(residuals, [0.6, 0.3], limit=limit, least_promise=0.0)
         assert found.cost == pytest.approx(4.0, abs=0.1)
         assert found.converged == (limit == 5.0)
         counts[limit] = residuals.jacobians
     assert counts[3.0] == counts[5.0] - 1
+
+
+def test_a_descent_that_does_not_lead_down_to_the_limit_is_given_up_after_a_step():
+    counts = {}
+    for limit in (-1e4, 0.5):
+        residuals = Curved()
+        found = descend(residuals, [-1.2, 1.0], limit=limit)
+        assert found.converged == (limit == 0.5)
+        counts[limit] = residuals.evaluations
+    assert counts[-1e4] == 4  # at the start, with a difference for each parameter, and at the step
+    assert counts[0.5] > 20
 
 
 class Fronts:
