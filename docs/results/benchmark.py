@@ -36,7 +36,10 @@ FIRST, CASES = 130000, 725
 JOBS = 2
 AGAIN = 10
 """Rigs that are measured once more, the first that got a name."""
-PACKAGES = "apesim.studies.gap.search", "apesim.studies.gap.decide", "apesim.studies.gap.tables", "tests.truth"
+PACKAGES = (
+    *(f"apesim.studies.gap.{name}" for name in ("search", "decide", "tables")),
+    *(f"tests.truth.{name}" for name in ("simulator", "sealed", "scoring")),
+)
 NAMES = {"apesim": "apesim", "rms": "rms", "aic": "aic", "bic": "bic", "sindy": "PySINDy"}
 KINDS = {
     "nothing": "nothing",
