@@ -252,15 +252,63 @@ def write_traces(path: str | PathLike[str], header: Iterable[str], rows: np.ndar
     ...     path.read_text().splitlines()
     ['time [s],lift [m]', '0.0,0.0', '0.001,0.0045']
     """
+    write_file(path, format_csv(header, rows.tolist()))
+
+
+def format_csv(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """Format a table as CSV, floats without loss.
+
+    Parameters
+    ----------
+    header : iterable of str
+    rows : iterable of iterable
+        Cells of each row.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> print(format_csv(("time [s]", "lift [m]"), [[0.0, 0.0045]]), end="")
+    time [s],lift [m]
+    0.0,0.0045
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
-    writer.writerows(rows.tolist())
-    path, content = Path(path), text.getvalue().encode()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def write_file(path: str | PathLike[str], content: str | bytes) -> None:
+    """Write a file, complete or not at all; an older one of that name is replaced.
+
+    Parameters
+    ----------
+    path : path
+    content : str or bytes
+        All that it is to hold.
+
+    Raises
+    ------
+    ArchiveError
+        It cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_file(f"{folder}/note.txt", "written")
+    ...     Path(folder, "note.txt").read_text()
+    'written'
+    """
+    path, content = Path(path), content.encode() if isinstance(content, str) else content
     try:
         if path.exists() and (path.is_symlink() or not path.is_file()):  # /dev/stdout, a pipe: no name to take over
             path.write_bytes(content)
         else:
             replace_file(path, content)
     except OSError as error:
-        raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another file") from None
+        why = error.strerror or error
+        raise ArchiveError(path, f"cannot be written: {why}", "make room, or choose another place") from None

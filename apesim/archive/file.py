@@ -61,6 +61,7 @@ __all__ = [
     "read",
     "read_about",
     "read_digest",
+    "remove_file",
     "remove_temporaries",
     "replace_file",
     "sha256",
@@ -194,6 +195,28 @@ def replace_file(path: Path, content: bytes | memoryview) -> None:
             os.fsync(folder)
         finally:
             os.close(folder)
+
+
+def remove_file(path: str | os.PathLike[str]) -> None:
+    """Remove a file, where there is one.
+
+    Parameters
+    ----------
+    path : path
+
+    Raises
+    ------
+    ArchiveError
+        It cannot be removed.
+
+    Examples
+    --------
+    >>> remove_file("no_such_file.h5")
+    """
+    try:
+        Path(path).unlink(missing_ok=True)
+    except OSError as error:
+        raise ArchiveError(path, f"could not be removed ({error.strerror or error})", "remove it") from error
 
 
 def remove_temporaries(path: Path) -> None:

@@ -25,7 +25,7 @@ import filelock
 import numpy as np
 
 from apesim.archive.comparison import machine_differences
-from apesim.archive.file import Archive, ArchiveError, read, remove_temporaries, write
+from apesim.archive.file import Archive, ArchiveError, read, remove_file, remove_temporaries, write
 from apesim.archive.records import validate
 from apesim.archive.untrusted import TooLargeError
 
@@ -272,6 +272,11 @@ def remove_shards(folder: str | os.PathLike[str]) -> None:
     folder : path
         Folder of the shards; nothing happens where it is a link or does not exist.
 
+    Raises
+    ------
+    ArchiveError
+        One of them cannot be removed.
+
     Examples
     --------
     >>> from pathlib import Path
@@ -292,8 +297,8 @@ def remove_shards(folder: str | os.PathLike[str]) -> None:
     if folder.is_symlink() or not folder.is_dir():
         return
     for pattern in ("runs_*.h5", ".runs_*.h5.*.tmp"):
-        for path in folder.glob(pattern):
-            path.unlink(missing_ok=True)
+        for path in sorted(folder.glob(pattern)):
+            remove_file(path)
     with suppress(OSError):
         folder.rmdir()
 

@@ -80,7 +80,7 @@ def run_tasks(task: Task, items: Iterable[Any], jobs: int = 1) -> Iterator[tuple
 
 
 class Died(RuntimeError):
-    """A task killed its worker `MAX_DEATHS` times; the text says what to do."""
+    """A task killed its worker `MAX_DEATHS` times, or none can be started; the text says what to do."""
 
 
 class Team:
@@ -210,6 +210,9 @@ class Team:
                         running[pool.executor.submit(task, waiting[0][0])] = waiting[0]
                 except BrokenProcessPool:  # a worker died since the last result was fetched
                     is_broken = True
+                except OSError as error:
+                    why = error.strerror or error
+                    raise Died(f"no worker process can be started: {why}; free memory, or try --jobs 1") from error
                 else:
                     del waiting[0]
             done, _ = wait(running, return_when=FIRST_COMPLETED)

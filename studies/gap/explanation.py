@@ -10,7 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from apesim.archive import ArchiveError, replace_file
+from apesim.archive import remove_file
 from apesim.quantities import Fault, InputError
 from apesim.quantities.settings import dumps
 from apesim.studies.estimation.model import Model
@@ -31,7 +31,7 @@ from apesim.studies.gap.tables.balance import Balance
 from apesim.studies.gap.tables.latent import find_branches
 from apesim.studies.gap.tables.tabulate import Tabulated
 from apesim.studies.measured import Measured
-from apesim.studies.output import make_folder
+from apesim.studies.output import make_folder, write_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -280,23 +280,24 @@ class Explanation:
         make_folder(folder, overwrite)
         if progress:
             progress("writing the report", 0, 1)
-        _write(folder, "machine.toml", extend_machine(self, data, folder))
-        (folder / "sensors.toml").unlink(missing_ok=True)
+        write_file(folder / "machine.toml", extend_machine(self, data, folder))
         if sensors := write_sensors(self, data):
-            _write(folder, "sensors.toml", sensors)
+            write_file(folder / "sensors.toml", sensors)
+        else:
+            remove_file(folder / "sensors.toml")
         compared = compare_signals(self)
         for name in ("figures", "petab_select"):
-            (folder / name).mkdir(exist_ok=True)
+            make_folder(folder / name, overwrite=True)
         latent = find_branches(self.tabulated.model) if self.tabulated else ()
         ambient = self.calibrated.residuals.machine.ambient.pressure
         figures = draw_gap(
             compared, compare_candidates(self), describe_added(self), ambient, folder / "figures", latent
         )
-        _write(folder, "report.html", render_page(self, data, compared, figures))
+        write_file(folder / "report.html", render_page(self, data, compared, figures))
         for name, text in export_model_space(self).items():
-            _write(folder, f"petab_select/{name}", text)
+            write_file(folder / "petab_select" / name, text)
         data["wall_time_s"] += time.perf_counter() - start
-        _write(folder, "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+        write_file(folder / "verdict.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
         return data
 
     def plot(self, ax: "Axes | None" = None, sensor: str | None = None) -> "Axes":
@@ -369,12 +370,3 @@ class Explanation:
         lines = "".join(f"<div>{html.escape(line.strip())}</div>" for line in repr(self).splitlines()[1:])
         head = "<tr><th>effect</th><th>score [standard deviations]</th></tr>"
         return f"<b>{self.verdict}</b>{lines}<table>{head}{rows}</table>"
-
-
-def _write(folder: Path, name: str, text: str) -> None:
-    """Write a file, complete or not at all."""
-    path = folder / name
-    try:
-        replace_file(path, text.encode())
-    except OSError as error:
-        raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another --out") from None

@@ -8,7 +8,7 @@ from typing import Any
 
 import jinja2
 
-from apesim.archive import ArchiveError
+from apesim.studies.output import write_file
 from apesim.studies.paper.claims.claim import Claim, range_in_words
 from apesim.studies.paper.friction.friction_map import PAPERS, FrictionMap, conditions_in_words
 from apesim.studies.paper.friction.statements import STATEMENTS, Statement
@@ -131,10 +131,7 @@ def write_page(
         )
     )
     path = Path(folder) / "index.html"
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ArchiveError(path, f"cannot be written: {error.strerror}", "choose another folder") from None
+    write_file(path, text)
     return path
 
 

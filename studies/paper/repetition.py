@@ -21,7 +21,7 @@ from apesim.studies.console import Console, plain
 from apesim.studies.discharge import Discharge, Vessel, discharge
 from apesim.studies.execution.own_thread import call_in_thread
 from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE
-from apesim.studies.output import make_folder, publish, write_traces
+from apesim.studies.output import make_folder, publish, write_file, write_traces
 from apesim.studies.paper.claims.area import claims_by_area
 from apesim.studies.paper.claims.claim import Claim, Verdict
 from apesim.studies.paper.discharge import discharge_tests
@@ -134,8 +134,8 @@ class PaperRepetition(Result):
         drawn = paper_figures(self.model, self.map, self.tests, self.frictions, folder)
         publish(self.map, folder / "valve_map.h5", overwrite=True)
         claims = json.dumps(self.to_dict()["claims"], indent=1, ensure_ascii=False)
-        (folder / "claims.json").write_text(claims + "\n", encoding="utf-8")
-        (folder / "machine.toml").write_text(dumps(self.model, folder), encoding="utf-8")
+        write_file(folder / "claims.json", claims + "\n")
+        write_file(folder / "machine.toml", dumps(self.model, folder))
         friction_map = folder / "friction_map.csv"
         write_traces(friction_map, *friction_table(self.frictions))
         captions = captions_of(self.vessel, self.frictions)

@@ -48,8 +48,8 @@ class SweepResult(NamedTuple):
     """One line for each point that is out of reach, failed or did not converge, and for those that are missing."""
     seconds: float
     """Wall time without that of compiling [s]; where the sweep was finished already, the time of checking it."""
-    damaged: list[str]
-    """One line for each shard that was found damaged; its points were computed again."""
+    notes: list[str]
+    """One line for each shard that was found damaged and computed again, and for shards that could not be removed."""
     was_finished: bool
     """The archive was there and whole already, and nothing was computed."""
 
@@ -171,10 +171,11 @@ def run_sweep(
         archive = merge(completion.parts)
         archive = replace(archive, provenance=archive.provenance | {"shard": provenance["shard"]})
         keep(archive, functools.partial(write, path=out))
+        notes = [f"a shard was damaged and computed again: {line}" for line in completion.damaged]
         if not completion.faults:
-            remove_shards(shards_folder(out))
+            notes += _remove_what_is_done(out)
     faults = [f"{what}; {remedy}" for what, remedy in completion.faults] + faults_of(archive)
-    return SweepResult(out, archive, faults, time.perf_counter() - start, completion.damaged, was_finished=False)
+    return SweepResult(out, archive, faults, time.perf_counter() - start, notes, was_finished=False)
 
 
 def find_finished(out: str | PathLike[str]) -> SweepResult | None:
@@ -220,8 +221,17 @@ def find_finished(out: str | PathLike[str]) -> SweepResult | None:
 def _finished(out: Path, archive: Archive, start: float) -> SweepResult:
     """Make the result of a sweep whose archive is there and whole, and remove the shards that it left."""
     read_shards(shards_folder(out), archive.provenance["plan_hash"])  # those of another sweep are not ours to remove
-    remove_shards(shards_folder(out))
-    return SweepResult(out, archive, faults_of(archive), time.perf_counter() - start, [], was_finished=True)
+    notes = _remove_what_is_done(out)
+    return SweepResult(out, archive, faults_of(archive), time.perf_counter() - start, notes, was_finished=True)
+
+
+def _remove_what_is_done(out: Path) -> list[str]:
+    """Remove the shards of a sweep whose archive is written; a line where that cannot be done."""
+    try:
+        remove_shards(shards_folder(out))
+    except ArchiveError as error:
+        return [f"all runs are in {out.name}, but {error}"]
+    return []
 
 
 def _run_here(jobs: int | None, chunks: Sequence[Sequence[Point]]) -> Iterator[tuple[Any, Any]]:

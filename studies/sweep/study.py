@@ -242,7 +242,8 @@ def sweep(
         finished = find_finished(out) if speeds == parse_range(SPEEDS, SPEED) else None
         if finished:
             made_by = finished.archive.provenance.get("command", "")
-            return Sweep.of(finished.archive, finished.seconds, was_finished=True, made_by=made_by)
+            swept = Sweep.of(finished.archive, finished.seconds, was_finished=True, made_by=made_by)
+            return replace(swept, warnings=(*swept.warnings, *finished.notes))
     with contextlib.ExitStack() as stack:
         target = Path(out) if out is not None else Path(stack.enter_context(tempfile.TemporaryDirectory()), "sweep.h5")
         cluster = stack.enter_context(connected(dask)) if dask else None
@@ -264,8 +265,7 @@ def sweep(
             warm_up=lambda function, *first: call_in_thread(function, *first).result(),
         )
     swept = Sweep.of(done.archive, done.seconds, failed=done.faults, was_finished=done.was_finished)
-    damaged = [f"a shard was damaged and computed again: {line}" for line in done.damaged]
-    return replace(swept, warnings=(*swept.warnings, *damaged)) if damaged else swept
+    return replace(swept, warnings=(*swept.warnings, *done.notes))
 
 
 def _once(arguments: Arguments, name: str, values: list, text_of: Callable[[Any], str]) -> list:

@@ -1,6 +1,5 @@
 """The map of corrected commands for other programs: CSV, JSON, and the C header."""
 
-import csv
 import json
 from os import PathLike
 from pathlib import Path
@@ -11,7 +10,7 @@ import numpy as np
 from apesim.archive import Archive, ArchiveError
 from apesim.engine.angles import DEGREE, TURN
 from apesim.studies.console import plain
-from apesim.studies.output import refuse_to_replace
+from apesim.studies.output import format_csv, refuse_to_replace, write_file
 from apesim.studies.timing.grid import CRITERION, TimingMap
 from apesim.studies.timing.header import c_header, error_text
 from apesim.studies.timing.law import Law
@@ -99,17 +98,14 @@ def _law(law: Law) -> dict[str, Any]:
     }
 
 
-def _write_csv(path: str | PathLike[str], archive: Archive) -> None:
-    """Write the results of all points of a map as CSV, floats without loss; headers carry units."""
+def _as_csv(archive: Archive) -> str:
+    """The results of all points of a map as CSV; headers carry units."""
     variables = {name: variable for name, variable in archive.variables.items() if name != "run"}
     columns = [variable.values.tolist() for variable in variables.values()]
     names = list(variables)
     columns[names.index("reason")] = [Reason(code).name.lower() for code in columns[names.index("reason")]]
     header = [f"{name} [{variable.unit}]" if variable.unit != "1" else name for name, variable in variables.items()]
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(zip(*columns, strict=True))
+    return format_csv(header, zip(*columns, strict=True))
 
 
 def export(timing_map: TimingMap, out: Path) -> list[Path]:
@@ -145,13 +141,9 @@ def export(timing_map: TimingMap, out: Path) -> list[Path]:
     ['timing.csv', 'timing.json', 'timing.h']
     """
     paths = exports_of(out)
-    try:
-        _write_csv(paths[0], timing_map.archive)
-        text = json.dumps(as_json(timing_map), indent=1, allow_nan=False)
-        paths[1].write_text(text + "\n", encoding="utf-8")
-        paths[2].write_text(c_header(timing_map), encoding="utf-8")
-    except OSError as error:
-        raise ArchiveError(error.filename, f"cannot be written: {error.strerror}", "choose another --out") from None
+    text = json.dumps(as_json(timing_map), indent=1, allow_nan=False)
+    for path, content in zip(paths, (_as_csv(timing_map.archive), text + "\n", c_header(timing_map)), strict=True):
+        write_file(path, content)
     return paths
 
 

@@ -5,13 +5,14 @@ import random
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from apesim.archive.file import write
 from tests.archive_samples import sample
-from tests.campaigns import archives, inputs, kills, probes
+from tests.campaigns import archives, failures, inputs, kills, probes
 from tests.campaigns.campaign import DIES, HANGS, Outcome, find_most_memory, forget_most_memory, run_campaign, summarise
 from tests.campaigns.mutations import VALUES, draw, spoil_bytes, spoil_toml
 from tests.campaigns.probes import ENDING, KILLED
@@ -162,4 +163,42 @@ def test_a_process_that_outlives_its_group_is_found(monkeypatch):
 def test_a_sweep_that_is_killed_goes_on_to_the_same_bits(tmp_path):
     seeds = [kills.STRIKES.index((victim, 2)) for victim in (kills.GROUP, kills.LEADER, kills.WORKER)]
     found = run_campaign(kills.__name__, seeds, tmp_path)
+    assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
+
+
+# --- failures ---
+
+
+def test_the_call_that_is_to_fail_does_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with failures.fail(failures.writing, 2) as reached, Path("note.txt").open("w") as file:
+        file.write("first ")
+        assert reached == []
+        with pytest.raises(OSError, match="No space left"):
+            file.write("second")
+        file.write(" third")
+        assert reached == [2]
+    assert Path("note.txt").read_text() == "first sec third"
+    with failures.fail(failures.removing, 3) as reached:
+        Path("note.txt").unlink()
+    assert reached == []
+
+
+@pytest.mark.parametrize(
+    ("code", "err", "is_whole", "is_broken"),
+    [
+        (0, "", True, False),
+        (0, "", False, True),
+        (1, "Traceback", True, True),
+        (2, "sweep.h5: could not be written", False, False),
+        (2, "something is wrong", False, True),
+        ("OSError", "sweep.h5", True, True),
+    ],
+)
+def test_a_failure_that_is_not_told_is_seen(code, err, is_whole, is_broken):
+    assert bool(failures.judge(code, err, lambda: is_whole)) is is_broken
+
+
+def test_whatever_call_fails_first_a_command_is_complete_or_names_what_is_missing(tmp_path):
+    found = run_campaign(failures.__name__, range(len(failures.KINDS)), tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []

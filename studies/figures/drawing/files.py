@@ -12,6 +12,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import Bbox
 
 from apesim.studies.figures.drawing.style import STYLE
+from apesim.studies.output import make_folder, write_file
 
 FOOT_SIZE = 7.5
 """Size of the letters of the conditions below a figure [pt]."""
@@ -48,7 +49,7 @@ def write_figures(
     ...     [path.name for path in write_figures({"empty": lambda: open_one((2.0, 1.0))[0]}, folder)]
     ['empty.png', 'empty.pdf']
     """
-    Path(folder).mkdir(parents=True, exist_ok=True)
+    make_folder(folder, overwrite=True)
     with matplotlib.rc_context(STYLE):
         return [path for name, make in figures.items() for path in save(make(), folder, name, conditions)]
 
@@ -88,9 +89,12 @@ def save(figure: Figure, folder: str | PathLike[str], name: str, conditions: str
         _hold_legends(figure)
         figure.text(0.01, 0.0, conditions, va="top", fontsize=FOOT_SIZE, color="0.35", linespacing=1.2)
     whole = Bbox([[0.0, -foot], [width, height]])
-    paths = [Path(folder) / f"{name}.png", Path(folder) / f"{name}.pdf"]
-    figure.savefig(paths[0], bbox_inches=whole, metadata={"Software": None})
-    figure.savefig(paths[1], bbox_inches=whole, metadata={"CreationDate": None, "Producer": None, "Creator": None})
+    paths = []
+    for ending, left_out in (("png", ("Software",)), ("pdf", ("CreationDate", "Producer", "Creator"))):
+        content = io.BytesIO()
+        figure.savefig(content, format=ending, bbox_inches=whole, metadata=dict.fromkeys(left_out))
+        paths.append(Path(folder) / f"{name}.{ending}")
+        write_file(paths[-1], content.getvalue())
     return paths
 
 

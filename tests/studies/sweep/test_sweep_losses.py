@@ -85,7 +85,7 @@ def test_a_shard_that_is_damaged_while_the_sweep_runs_is_computed_again(tmp_path
         flip_a_bit(random.choice(sorted(shards_folder(path).glob("*.h5"))), random)
 
     result = sweep(path, report=at_point(at, damage))
-    assert result.faults == [] and len(result.damaged) == 1 and ".shards" in result.damaged[0]
+    assert result.faults == [] and len(result.notes) == 1 and ".shards" in result.notes[0]
     assert_whole(path, whole)
     assert [item.name for item in tmp_path.iterdir()] == ["sweep.h5"]
 
@@ -198,6 +198,25 @@ def test_a_write_that_fails_loses_nothing_that_was_written(tmp_path, monkeypatch
     assert len(list(shards_folder(path).glob("*.h5"))) == number - 1
     assert sweep(path, resume=True).faults == []
     assert_whole(path, whole)
+
+
+def refuse_to_remove(*_, **__):
+    raise OSError(errno.EPERM, "Operation not permitted")
+
+
+def test_shards_that_cannot_be_removed_take_nothing_from_a_sweep_that_is_done(apesim, monkeypatch, whole):
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "unlink", refuse_to_remove)
+        code, _, err = apesim("engine", "sweep", *FAST)
+        assert code == 0
+        assert "all runs are in sweep.h5, but sweep.h5.shards/runs_000000-000000.h5: could not be removed (Oper" in err
+        code, out, err = apesim("engine", "sweep", *FAST, "--resume")
+        assert code == 0 and "finished already" in out and "all runs are in sweep.h5, but" in err
+        code, _, err = apesim("engine", "sweep", *FAST, "--overwrite")
+        assert code == 2 and "could not be removed" in err and "Traceback" not in err
+    assert_whole("sweep.h5", whole)
+    assert apesim("engine", "sweep", *FAST, "--resume")[0] == 0
+    assert os.listdir() == ["sweep.h5"]
 
 
 def killed_at(path, number):
