@@ -129,7 +129,7 @@ def truth():
 def test_an_engines_prediction_is_the_independent_simulators_at_the_very_angles(truth):
     run = engine_run()
     found = predict(run_of(machine(receiver=1.0), run), run, PREDICTED)
-    states = truth.simulator.march.states(ENERGISE + (ANGLES - ENERGISE) % TURN)
+    states = truth.march.states(ENERGISE + (ANGLES - ENERGISE) % TURN)
     values = results(truth)
     air = (values["engine_air"] + values["control_air"]) * run.speed / TURN
     assert not found.failed
