@@ -17,8 +17,6 @@ START_SHAPE = 0.3
 """Place of further parameters in their range, where a strength is tried at large."""
 MAX_DESCENTS = 2
 """Starts that are followed to their end: those that leave least once the nuisances have moved."""
-STRAIGHT = 0.2
-"""Share of the way from a minimum to another start that bends, below which both lie in one valley."""
 
 
 def refit(
@@ -32,7 +30,7 @@ def refit(
     """Add candidates to a calibrated model and fit everything anew, from several starts.
 
     The starts are ranked by what they leave once the nuisances have moved in a linear model; the best `MAX_DESCENTS` of
-    them are followed to their minimum. One from which a linear model at the minimum of another leads there is not.
+    them are followed to their minimum.
 
     Parameters
     ----------
@@ -69,8 +67,6 @@ def refit(
     for _, x, errors in _rank_starts(residuals, jacobian, _list_starts(base, candidates, guesses, within))[
         :MAX_DESCENTS
     ]:
-        if best is not None and _find_bend(best, x, errors) < STRAIGHT:
-            continue
         try:
             columns, adapted = residuals.jacobian(x, errors, steps, range(old, len(x)))
             near, known = (jacobian, np.nan) if best is None else (best.jacobian[:, :old], best.cost)
@@ -88,12 +84,6 @@ def refit(
         near = _pad(smaller.fitted.jacobian, len(off) - len(smaller.fitted.x))[:, :old]
         best = Fitted(off, errors, np.column_stack([near, columns]), False, steps)
     return Model((*base.candidates, *candidates), residuals, best)
-
-
-def _find_bend(fitted: Fitted, x: np.ndarray, errors: np.ndarray) -> float:
-    """The part of residuals at x that a linear model at a minimum does not foresee, over their change on the way."""
-    foreseen = fitted.residuals + fitted.jacobian @ (x - fitted.x)
-    return float(np.linalg.norm(errors - foreseen) / max(float(np.linalg.norm(errors - fitted.residuals)), 1e-12))
 
 
 def probe_large_sizes(base: Model, candidate: Candidate) -> tuple[float, tuple[float, ...], int]:

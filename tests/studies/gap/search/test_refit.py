@@ -108,19 +108,6 @@ def test_a_pair_starts_from_where_its_single_stands_too():
     assert found.own(1) == pytest.approx([3.0], abs=0.2)
 
 
-@pytest.mark.parametrize(("candidate", "number"), [(BENT, 2), (PLAIN, 1)])
-def test_a_second_start_in_the_same_valley_is_not_followed(candidate, number, monkeypatch):
-    followed = []
-
-    def counted(*how, **more):
-        followed.append(how)
-        return descend(*how, **more)
-
-    monkeypatch.setattr("apesim.studies.gap.search.refit.descend", counted)
-    refit(calibrated(), (candidate,), ((1.0,),))
-    assert len(followed) == number
-
-
 @pytest.mark.parametrize("candidates", [(BENT, PLAIN), (PLAIN, BENT)])
 def test_a_pair_is_never_worse_than_a_single_in_it(candidates):
     base = calibrated(fails_beyond=0.5)
