@@ -156,23 +156,27 @@ def parts():
 
 def opening(fails):
     """A file cannot be opened for writing."""
-    call = builtins.open
 
-    def watched(file, mode="r", *more, **options):
-        if set(mode) & set("wax+") and is_here(file):
-            fails(errno.EACCES)
-        return call(file, mode, *more, **options)
+    def refuse(call, *how, **options):
+        fails(errno.EACCES)
+        return call(*how, **options)
 
-    return [mock.patch("builtins.open", watched), mock.patch("io.open", watched)]
+    return watch_writers(refuse)
 
 
 def writing(fails):
     """A write to a file takes half of what it is given, and fails."""
+    return watch_writers(lambda call, *how, **options: Half(call(*how, **options), fails))
+
+
+def watch_writers(opens):
+    """Let a function open what is opened for writing in the folder of the trial; it gets what opens otherwise first."""
     call = builtins.open
 
     def watched(file, mode="r", *more, **options):
-        opened = call(file, mode, *more, **options)
-        return Half(opened, fails) if set(mode) & set("wax+") and is_here(file) else opened
+        if set(mode) & set("wax+") and is_here(file):
+            return opens(call, file, mode, *more, **options)
+        return call(file, mode, *more, **options)
 
     return [mock.patch("builtins.open", watched), mock.patch("io.open", watched)]
 
