@@ -5,6 +5,9 @@ which code. Short results are computed anew whenever the site is built, and comp
 (`LONG = True`) are computed by `python -m docs.results NAME` alone. Their file is stale as soon as a module that was
 loaded while they were made is another. Both a stale file and a number that moved by more than its stated error fail the
 build.
+
+What takes hours is a record (`RECORD = True`): it says when it was made and by which commit, nothing of later code, and
+is never stale.
 """
 
 import ast
@@ -17,6 +20,7 @@ import json
 import math
 import platform
 import re
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -113,6 +117,19 @@ def is_optional(name: str) -> bool:
     return _flag(name, "OPTIONAL")
 
 
+def is_record(name: str) -> bool:
+    """Whether the numbers of a file tell of the commit that they were made with, and of no later one."""
+    return _flag(name, "RECORD")
+
+
+def describe_code() -> list[list[str]]:
+    """Rows of a table: the day, the commit, and whether its files were changed."""
+    commit = subprocess.run(
+        ["git", "describe", "--always", "--dirty", "--abbrev=7"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.strip()
+    return [["made on", datetime.date.today().isoformat()], ["by commit", f"`{commit}`"]]
+
+
 def _flag(name: str, key: str) -> bool:
     tree = ast.parse((HERE / f"{name}.py").read_text())
     found = [n.value for n in tree.body if isinstance(n, ast.Assign) and getattr(n.targets[0], "id", "") == key]
@@ -160,6 +177,15 @@ def hash_code(modules: list[str], inputs: list[str]) -> str:
         digest.update(f"{name}\n{_code(Path(spec.origin))}\n".encode())
     for path in inputs:
         digest.update(path.encode() + b"\n" + (ROOT / path).read_bytes())
+    return digest.hexdigest()
+
+
+def hash_files(*folders: str) -> str:
+    """The SHA-256 of every Python file below some folders of the project."""
+    digest = hashlib.sha256()
+    for folder in folders:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            digest.update(path.read_bytes())
     return digest.hexdigest()
 
 

@@ -5,19 +5,19 @@ draws first, and at no verdict, see `tests.truth.scoring.active.is_likely_open`:
 time for. Each open case takes up to seven explanations, so that this takes more than an hour.
 """
 
-import datetime
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-from docs.results import ROOT, Number, Table
+from docs.results import ROOT, Number, Table, describe_code
 from docs.results.benchmark import hash_sources, load_solver
 from tests.truth.scoring.active import ARMS, MOST, OPEN, count_named, read_scored, run_loops, seeds_from
 from tests.truth.scoring.score import clopper_pearson
 
 LONG = True
 OPTIONAL = True
+RECORD = True
 FIRST, CASES = 70050, 8
 
 
@@ -41,7 +41,7 @@ def compute():
 def describe_cases(seeds, folder):
     """When it was made, and how many cases there were."""
     said = [read_scored(folder / str(seed) / "0").said for seed in seeds]
-    rows = [["made on", datetime.date.today().isoformat()], ["cases", Number(len(said))]]
+    rows = [*describe_code(), ["cases", Number(len(said))]]
     rows += [[f"at first `{verdict}`", Number(said.count(verdict))] for verdict in sorted(set(said))]
     rows.append(["open: refused or tied", Number(sum(verdict in OPEN for verdict in said))])
     return Table(["what", "value"], rows)

@@ -10,7 +10,6 @@ folder of the cases is named by the hash of all the code, so that a run that was
 other code are never read.
 """
 
-import hashlib
 import importlib
 import pkgutil
 import subprocess
@@ -19,7 +18,7 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from docs.results import ROOT, Number, Table
+from docs.results import ROOT, Number, Table, hash_files
 from tests.truth.scoring.again import HEADS, repeat_named, rows_again
 from tests.truth.scoring.benchmark import TOOLS, read
 from tests.truth.scoring.figures import figures
@@ -88,11 +87,7 @@ def load_solver():
 
 def hash_sources():
     """The SHA-256 of every Python file that makes or solves cases."""
-    digest = hashlib.sha256()
-    for folder in ("apesim", "valve", "engine", "studies", "tests/truth", "tests/baselines"):
-        for path in sorted((ROOT / folder).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return hash_files("apesim", "valve", "engine", "studies", "tests/truth", "tests/baselines")
 
 
 def find_kind(one):

@@ -1,18 +1,16 @@
 """How many damages to archives were tried, and what became of them."""
 
-import datetime
-import tempfile
 from collections import Counter
 
 import h5py
 
-from docs.results import Number, Table
+from docs.results import Number, Table, describe_code
+from docs.results._campaign import try_out
 from tests.campaigns import archives
-from tests.campaigns.campaign import run_campaign
 
 LONG = True
+RECORD = True
 TRIALS = 300 * len(archives.DAMAGES)
-JOBS = 2
 REFUSED, AS_BEFORE, NOTED, UNSEEN = "refused", "reads as before", "the root digest is another one", "broken"
 HEADS = {
     REFUSED: "refused, and named by `archive verify`",
@@ -24,8 +22,7 @@ HEADS = {
 
 def compute():
     """Counts of outcomes by the kind of damage."""
-    with tempfile.TemporaryDirectory() as folder:
-        found = run_campaign(archives.__name__, range(TRIALS), folder, JOBS)
+    found = try_out(archives, TRIALS)
     counts = Counter()
     for one in found.values():
         kind, _, word = one.word.partition(": ")
@@ -43,7 +40,7 @@ def compute():
         "changed": Number(changed),
         "outcomes": Table(["damage", *HEADS.values()], rows),
         "made": Table(
-            ["date", "HDF5", "h5py"],
-            [[datetime.date.today().isoformat(), h5py.version.hdf5_version, h5py.version.version]],
+            ["what", "value"],
+            [*describe_code(), ["HDF5", h5py.version.hdf5_version], ["h5py", h5py.version.version]],
         ),
     }
