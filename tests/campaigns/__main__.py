@@ -6,7 +6,7 @@ import time
 
 from .campaign import run_campaign, summarise
 
-NAMES = ("inputs", "archives", "kills", "failures")
+NAMES = ("inputs", "archives", "kills", "failures", "machines", "mutants")
 
 
 def main():

@@ -10,10 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import apesim
 from apesim.archive.file import write
+from apesim.engine.machine import Machine
+from apesim.quantities import Curve, Quantity
+from apesim.quantities.trees import faults, schema
 from tests.archive_samples import sample
-from tests.campaigns import archives, failures, inputs, kills, probes
+from tests.campaigns import archives, failures, inputs, kills, machines, mutants, probes
 from tests.campaigns.campaign import DIES, HANGS, Outcome, find_most_memory, forget_most_memory, run_campaign, summarise
+from tests.campaigns.draws import CURVES, draw_machine
+from tests.campaigns.mutants import Mutant
 from tests.campaigns.mutations import VALUES, draw, spoil_bytes, spoil_toml
 from tests.campaigns.probes import ENDING, KILLED
 
@@ -202,3 +208,119 @@ def test_a_failure_that_is_not_told_is_seen(code, err, is_whole, is_broken):
 def test_whatever_call_fails_first_a_command_is_complete_or_names_what_is_missing(tmp_path):
     found = run_campaign(failures.__name__, range(len(failures.KINDS)), tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
+
+
+# --- machines ---
+
+
+def value_of(machine, key):
+    for name in key.split("."):
+        machine = getattr(machine, name)
+    return machine
+
+
+@pytest.mark.parametrize("is_wide", [False, True])
+def test_a_machine_that_is_drawn_is_valid_and_follows_from_its_seed(is_wide):
+    drawn = [draw_machine(np.random.default_rng(seed), is_wide) for seed in range(40)]
+    assert [list(faults(machine)) for machine in drawn] == [[]] * len(drawn)
+    assert str(drawn[3]) == str(draw_machine(np.random.default_rng(3), is_wide))
+    assert {machine.air.model for machine in drawn} == {0, 1}
+    assert {machine.engine.intake for machine in drawn} == {0, 1, 2}
+    speeds = [machine.valve.viscous_friction for machine in drawn]
+    assert (max(speeds) > 1000.0) is is_wide
+
+
+def test_every_effect_and_every_curve_is_drawn_and_a_wide_machine_reaches_the_ends():
+    default, drawn = Machine(), [draw_machine(np.random.default_rng(seed), True) for seed in range(300)]
+    for leaf in schema(Machine):
+        if leaf.key.startswith(("known_to", "rig")):
+            continue
+        values = [value_of(machine, leaf.key) for machine in drawn]
+        if isinstance(leaf.declaration, Curve):
+            assert leaf.key in CURVES and any(map(len, values))
+        elif isinstance(leaf.declaration, Quantity):
+            assert len({value for value in values if value != value_of(default, leaf.key)}) > 5, leaf.key
+
+
+@pytest.fixture(scope="module")
+def whole_run():
+    return Machine(), apesim.run_engine(Machine(), speed="1000 rpm")
+
+
+def test_a_whole_run_breaks_no_promise(whole_run):
+    assert list(machines.find_faults(*whole_run)) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [
+        ("cylinder_pressure", np.nan, "cylinder_pressure is no number"),
+        ("cylinder_temperature", -1.0, "cylinder_temperature is not above 0"),
+        ("lift", -1e-6, "the lift leaves its stroke"),
+        ("lift", 9.0001e-3, "the lift leaves its stroke"),
+    ],
+)
+def test_a_trace_beyond_its_bounds_is_told(whole_run, name, value, told):
+    machine, run = whole_run
+    values = run.traces[name].values.copy()
+    values[7] = value
+    other = replace(run, traces={**run.traces, name: replace(run.traces[name], values=values)})
+    assert [what for what, _ in machines.find_faults(machine, other)] == [told]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [
+        ("mass_closure", 2e-6, "mass_closure above 1e-06"),
+        ("energy_closure", np.nan, "energy_closure above 1e-06"),
+        ("exergy_closure", 2e-6, "exergy does not close, and nothing says so"),
+        ("exergy_indicated_work", 1e6, "more work than exergy"),
+    ],
+)
+def test_a_balance_that_does_not_close_is_told(whole_run, name, value, told):
+    machine, run = whole_run
+    other = replace(run, scalars={**run.scalars, name: replace(run.scalars[name], value=value)})
+    assert [what for what, _ in machines.find_faults(machine, other)] == [told]
+
+
+def test_whatever_machine_is_drawn_it_closes_or_is_named(tmp_path):
+    """However long it takes: other tests share the processor."""
+    found = run_campaign(machines.__name__, range(TRIALS), tmp_path, longest=300.0)
+    assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
+    assert {one.word.partition(":")[0] for one in found.values()} == set(machines.KINDS)
+
+
+# --- mutants ---
+
+
+def test_mutants_are_of_the_physics_and_in_an_order_that_stays():
+    listed = mutants.mutants()
+    assert len(listed) > 5000
+    assert len(set(listed)) == len(listed)
+    assert {one.path.partition("/")[0] for one in listed} == {"apesim", "engine", "valve"}
+    assert listed[0] == Mutant(*listed[0])
+    mutants.mutants.cache_clear()
+    assert mutants.mutants() == listed
+
+
+def test_a_mutant_is_caught_by_the_examples_or_its_line_is_kept(monkeypatch):
+    path, operator = "engine/friction.py", "core/ReplaceBinaryOperator_Mul_Add"
+    one = next(mutant for mutant in mutants.mutants() if (mutant.path, mutant.operator) == (path, operator))
+    monkeypatch.setattr(mutants, "mutants", lambda: [one])
+    before = (mutants.project() / path).read_text()
+    examples = next(mutants.tests_of(path))
+    assert not mutants.fails(examples)
+    monkeypatch.setattr(mutants, "tests_of", lambda path: [examples])
+    assert mutants.trial(0) == Outcome(f"{path}: caught")
+    monkeypatch.setattr(mutants, "tests_of", lambda path: [(sys.executable, "-c", "pass")])
+    left = mutants.trial(0)
+    assert left.word == f"{path}: survives"
+    assert left.detail.startswith(f"{path}:{one.line}: ReplaceBinaryOperator_Mul_Add: ")
+    assert (mutants.project() / path).read_text() == before
+    assert mutants.trial(1).word == "none: there are no more mutants"
+
+
+def test_the_tests_of_a_module_begin_with_those_of_its_name():
+    own = list(mutants.tests_of("valve/piston.py"))[1]
+    assert [Path(file).name for file in own if file.endswith(".py")] == ["test_piston.py"]
+    assert len(list(mutants.tests_of("engine/machine.py"))) == 3

@@ -73,11 +73,11 @@ def test_a_case_without_a_verdict_counts():
 
 
 def test_only_what_wants_days_or_a_quiet_machine_may_wait_until_it_is_computed():
-    campaigns = [f"campaign_{name}" for name in ("failures", "inputs", "kills")]
+    campaigns = [f"campaign_{name}" for name in ("failures", "inputs", "kills", "machines", "mutants")]
     optional = ["active", "benchmark", *campaigns, "performance"]
     assert [name for name in results.names() if results.is_optional(name)] == optional
 
 
 def test_only_what_takes_hours_may_tell_of_older_code():
-    campaigns = [f"campaign_{name}" for name in ("archives", "failures", "inputs", "kills")]
+    campaigns = [f"campaign_{name}" for name in ("archives", "failures", "inputs", "kills", "machines", "mutants")]
     assert [name for name in results.names() if results.is_record(name)] == ["active", *campaigns]

@@ -1,0 +1,149 @@
+"""Mutants of the physics: one operator, number or condition of a module is another one, and the tests have to notice.
+
+Mutants are those of Cosmic Ray. Nothing is compiled: the examples of the module run first, then the tests that pass as
+plain Python, the quick ones first. A mutant that no test notices survives; its line is kept, to be read.
+"""
+
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from cosmic_ray.ast import ast_nodes, get_ast_from_path
+from cosmic_ray.mutating import apply_mutation
+from cosmic_ray.plugins import get_operator, operator_names
+
+from tests.folders import ROOT
+from tests.plain import LONG, QUICK
+
+from .campaign import Outcome
+
+LONGEST = 3600.0
+"""That a trial may take [s]: all tests, for a mutant that survives."""
+PHYSICS = ("valve", "engine", "apesim/march", "apesim/air.py", "apesim/restriction.py")
+NUMBERS = "Add", "Sub", "Mul", "Div", "Pow"
+ORDERS = "Eq", "NotEq", "Lt", "LtE", "Gt", "GtE"
+CHANGES = re.compile(
+    rf"ReplaceBinaryOperator_({'|'.join((*NUMBERS, 'Mod', 'FloorDiv'))})_({'|'.join(NUMBERS)})"
+    rf"|ReplaceComparisonOperator_({'|'.join(ORDERS)})_({'|'.join(ORDERS)})"
+    r"|ReplaceUnaryOperator_Delete_(USub|Not)|Replace(AndWithOr|OrWithAnd|TrueWithFalse|FalseWithTrue)"
+    r"|ReplaceBreakWithContinue|ReplaceContinueWithBreak|NumberReplacer|AddNot|ZeroIterationForLoop"
+)
+"""Operators of Cosmic Ray that change what is computed: not bits, decorators that compile, and names of exceptions."""
+EXAMPLES = (
+    "import doctest, importlib, sys; flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE; "
+    "sys.exit(doctest.testmod(importlib.import_module(sys.argv[1]), optionflags=flags).failed > 0)"
+)
+
+
+class Mutant(NamedTuple):
+    """One change of one module."""
+
+    path: str
+    """Of the module, from the root of the project."""
+    operator: str
+    """Of Cosmic Ray."""
+    occurrence: int
+    """Place among those that the operator finds in the module."""
+    line: int
+
+
+def trial(seed):
+    """Change a module in a copy of the project, and run the tests there.
+
+    Parameters
+    ----------
+    seed : int
+        Place in the list of all mutants, which is shuffled.
+
+    Returns
+    -------
+    Outcome
+        A mutant that survives breaks no promise: it is to be read.
+    """
+    if seed >= len(mutants()):
+        return Outcome("none: there are no more mutants")
+    mutant = mutants()[seed]
+    file = project() / mutant.path
+    before = file.read_text()
+    try:
+        _, after = apply_mutation(file, get_operator(mutant.operator)(), mutant.occurrence)
+        file.write_text(after)
+        caught = any(map(fails, tests_of(mutant.path)))
+    finally:
+        file.write_text(before)
+    return Outcome(
+        f"{mutant.path}: {'caught' if caught else 'survives'}", False, "" if caught else describe(mutant, after)
+    )
+
+
+def describe(mutant, after):
+    """Where a mutant is, and the line as it was changed to."""
+    name = mutant.operator.partition("/")[2]
+    return f"{mutant.path}:{mutant.line}: {name}: {after.splitlines()[mutant.line - 1].strip()}"
+
+
+@cache
+def mutants():
+    """All mutants, in an order that is always the same."""
+    operators = {name: get_operator(name)() for name in operator_names() if CHANGES.fullmatch(name.partition("/")[2])}
+    listed = []
+    for file in modules():
+        nodes = list(ast_nodes(get_ast_from_path(file)))
+        for name, operator in sorted(operators.items()):
+            places = (place for node in nodes for place in operator.mutation_positions(node))
+            listed += [
+                Mutant(str(file.relative_to(ROOT)), name, number, start[0]) for number, (start, _) in enumerate(places)
+            ]
+    random.Random(0).shuffle(listed)
+    return listed
+
+
+def modules():
+    """Files of the physics."""
+    paths = [ROOT / name for name in PHYSICS]
+    return sorted(file for path in paths for file in (path.rglob("*.py") if path.is_dir() else [path]))
+
+
+@cache
+def project():
+    """A copy of the project for this process."""
+    folder = Path(tempfile.mkdtemp(prefix="apesim_mutants_"))
+    for name in ("apesim", "valve", "engine", "studies", "tests", "docs"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.png"))
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    return folder
+
+
+def tests_of(path):
+    """Commands that test a module: its examples, the tests of its name, quick ones, long ones."""
+    name = ".".join(Path("" if path.startswith("apesim") else "apesim", path).with_suffix("").parts)
+    python = sys.executable, "-B"
+    yield *python, "-c", EXAMPLES, name
+    files = sorted((project() / "tests").rglob("test_*.py"))
+    own = {f"test_{Path(path).stem}", f"test_{Path(path).parent.name}"} & (QUICK | LONG)
+    for stems in (own, QUICK - own, LONG - own):
+        chosen = [str(file) for file in files if file.stem in stems]
+        if chosen:
+            yield *python, "-m", "pytest", "-xq", "-m", "plain", "-n", "0", "-p", "no:cacheprovider", *chosen
+
+
+def fails(command):
+    """Whether a command of the copy fails, or takes far longer than it should."""
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(project())}
+    process = subprocess.Popen(
+        command, cwd=project(), env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, process_group=0
+    )
+    try:
+        return process.wait(0.4 * LONGEST) != 0
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        return True
