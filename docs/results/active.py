@@ -70,5 +70,5 @@ def describe_courses(courses):
     for arm in ARMS:
         course = courses[arm]
         steps = zip(course.added, course.scored[1:], strict=True)
-        cells.append("; ".join(f"{run}: `{one.said}` {' with '.join(one.first)}" for run, one in steps))
+        cells.append("; ".join(f"{run}: `{one.said}` {' with '.join(dict.fromkeys(one.first))}" for run, one in steps))
     return cells
