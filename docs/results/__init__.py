@@ -6,8 +6,8 @@ which code. Short results are computed anew whenever the site is built, and comp
 loaded while they were made is another. Both a stale file and a number that moved by more than its stated error fail the
 build.
 
-What takes hours is a record (`RECORD = True`): it says when it was made and by which commit, nothing of later code, and
-is never stale.
+What takes hours is a record (`RECORD = True`, in place of `LONG`): it says when it was made and by which commit,
+nothing of later code, and is never stale.
 """
 
 import ast

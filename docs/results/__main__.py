@@ -8,7 +8,7 @@ import argparse
 import subprocess
 import sys
 
-from docs.results import compute, find_moves, find_stale, is_long, is_optional, is_record, load, names, save
+from docs.results import compute, find_moves, find_stale, is_long, is_optional, load, names, save
 
 
 def main() -> int:
@@ -27,7 +27,7 @@ def main() -> int:
 
 def _is_stale(name: str) -> bool:
     try:
-        return is_long(name) and not is_record(name) and find_stale(load(name)) is not None
+        return is_long(name) and find_stale(load(name)) is not None
     except FileNotFoundError:
         return not is_optional(name)
 

@@ -15,7 +15,6 @@ from docs.results.benchmark import hash_sources, load_solver
 from tests.truth.scoring.active import ARMS, MOST, OPEN, count_named, read_scored, run_loops, seeds_from
 from tests.truth.scoring.score import clopper_pearson
 
-LONG = True
 OPTIONAL = True
 RECORD = True
 FIRST, CASES = 70050, 24
@@ -70,5 +69,5 @@ def describe_courses(courses):
     for arm in ARMS:
         course = courses[arm]
         steps = zip(course.added, course.scored[1:], strict=True)
-        cells.append("; ".join(f"{run}: `{one.said}` {' with '.join(dict.fromkeys(one.first))}" for run, one in steps))
+        cells.append("; ".join(f"{run}: `{one.said}` {' with '.join(one.first)}" for run, one in steps))
     return cells

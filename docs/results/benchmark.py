@@ -21,7 +21,7 @@ from pathlib import Path
 
 from docs.results import ROOT, Number, Table, hash_files
 from tests.truth.scoring.again import HEADS, repeat_named, rows_again
-from tests.truth.scoring.benchmark import BASELINES, TOOLS, read
+from tests.truth.scoring.benchmark import TOOLS, read
 from tests.truth.scoring.figures import figures
 from tests.truth.scoring.score import BAD_INPUT, NO_VERDICT, STATEMENTS
 from tests.truth.scoring.tables import rate, short
@@ -29,13 +29,10 @@ from tests.truth.sealed.bank import Bank
 from tests.truth.sealed.schedule import DOUBLE, FOREIGNER, NONE, REMOVED, SINGLE
 from tests.truth.sealed.second_schedule import FAULTY, TRIPLE, second_plan
 
-LONG = True
 OPTIONAL = True
 RECORD = True
 FIRST, CASES = 130000, 51
 """First seed, and number of cases; fewer than a block, where a machine has no time for all, are a fair sample of it."""
-COMPARED = 51
-"""The first so many cases, which the simpler methods solve, too."""
 JOBS = 2
 AGAIN = 10
 """Rigs that are measured once more, the first that got a name."""
@@ -63,21 +60,18 @@ def compute():
     """Counts of verdicts by what was hidden, all figures with their intervals, and the same of simpler methods."""
     load_solver()
     folder = Path(tempfile.gettempdir()) / f"apesim_benchmark_{hash_sources()[:12]}"
-    for tools, number in ((["apesim"], CASES), (BASELINES, COMPARED)):
-        options = ["--first", str(FIRST), "--cases", str(number), "--jobs", str(JOBS), "--tools", *tools]
-        command = [sys.executable, "-m", "tests.truth", "benchmark", *options, "--out", folder]
-        subprocess.run(command, cwd=ROOT, check=True)
+    options = ["--first", str(FIRST), "--cases", str(CASES), "--jobs", str(JOBS)]
+    subprocess.run([sys.executable, "-m", "tests.truth", "benchmark", *options, "--out", folder], cwd=ROOT, check=True)
     seeds = range(FIRST, FIRST + CASES)
-    scored, _ = read(seeds, folder, "apesim")
-    compared = {NAMES[name]: read(seeds[:COMPARED], folder, name)[0] for name in TOOLS}
+    found = {name: read(seeds, folder, name)[0] for name in TOOLS}
+    scored = found["apesim"]
     return {
         "cases": Number(len(seeds)),
         "without_verdict": Number(sum(one.said == NO_VERDICT for one in scored)),
         "engine_cases": Number(sum(second_plan(seed).bench == "engine" for seed in seeds)),
         "verdicts": count_verdicts(scored),
         "figures": list_figures(scored),
-        "compared": Number(COMPARED),
-        "methods": compare_methods(compared),
+        "methods": compare_methods({NAMES[name]: each for name, each in found.items()}),
         "wrong": list_wrong(scored),
         "again": Table(list(HEADS), rows_again(repeat_named(folder, AGAIN, Bank(folder / "bank")))),
     }
@@ -140,7 +134,7 @@ def list_wrong(scored):
             ", ".join(f"`{name}`" for name in one.hidden) or "–",
             f"{one.deviations:.1f}",
             f"`{one.said}`",
-            ", ".join(f"`{name}`" for name in dict.fromkeys(one.first)) or "–",
+            ", ".join(f"`{name}`" for name in one.first) or "–",
         ]
         for one in scored
         if one.wrong

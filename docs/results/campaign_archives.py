@@ -8,7 +8,6 @@ from docs.results import Number, Table, describe_code
 from docs.results._campaign import try_out
 from tests.campaigns import archives
 
-LONG = True
 RECORD = True
 TRIALS = 300 * len(archives.DAMAGES)
 REFUSED, AS_BEFORE, NOTED, UNSEEN = "refused", "reads as before", "the root digest is another one", "broken"

@@ -3,7 +3,6 @@
 from docs.results._campaign import count, try_out
 from tests.campaigns import inputs
 
-LONG = True
 OPTIONAL = True
 RECORD = True
 TRIALS = 10000

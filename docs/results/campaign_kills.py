@@ -3,7 +3,6 @@
 from docs.results._campaign import count, try_out
 from tests.campaigns import kills
 
-LONG = True
 OPTIONAL = True
 RECORD = True
 TRIALS = 1000

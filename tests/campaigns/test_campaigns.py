@@ -226,8 +226,8 @@ def test_a_machine_that_is_drawn_is_valid_and_follows_from_its_seed(is_wide):
     assert str(drawn[3]) == str(draw_machine(np.random.default_rng(3), is_wide))
     assert {machine.air.model for machine in drawn} == {0, 1}
     assert {machine.engine.intake for machine in drawn} == {0, 1, 2}
-    speeds = [machine.valve.viscous_friction for machine in drawn]
-    assert (max(speeds) > 1000.0) is is_wide
+    frictions = [machine.valve.viscous_friction for machine in drawn]
+    assert (max(frictions) > 1000.0) is is_wide
 
 
 def test_every_effect_and_every_curve_is_drawn_and_a_wide_machine_reaches_the_ends():

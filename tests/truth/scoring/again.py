@@ -124,7 +124,7 @@ def rows_again(found):
             str(one.answer["seed"]),
             ", ".join(f"`{name}`" for name in one.hidden) or "–",
             f"{one.deviations:.1f}",
-            ", ".join(f"`{name}`" for name in dict.fromkeys(one.first)),
+            ", ".join(f"`{name}`" for name in one.first),
             f"`{said}`",
         ]
         for one, said in found

@@ -106,10 +106,10 @@ class Scored(NamedTuple):
 
     @property
     def first(self):
-        """Names of the explanation that stands first, named or not; faults of files are none of them."""
+        """Names of the explanation that stands first, named or not, each once; faults of files are none of them."""
         found = self.verdict.get("effects") or self.verdict.get("nearest")
         if found:
-            return [one["name"] for one in found if not one.get("file")]
+            return list(dict.fromkeys(one["name"] for one in found if not one.get("file")))
         return next((list(one["effects"]) for one in self.verdict.get("alternatives", ())), [])
 
     @property
