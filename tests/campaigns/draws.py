@@ -13,9 +13,9 @@ from tests.machines import changed
 SHARE_ON = 0.1
 """Share of the effects that are on."""
 SHARE_NOT_GIVEN = 0.5
-"""Of the keys that may be left out."""
+"""Share of those keys left out that may be left out."""
 SHARE_OF_CURVES = 0.1
-"""Of the curves, those that are given; of a volume, infinite ones."""
+"""Share of the curves that are given, and of the volumes that are infinite."""
 NEAR = 0.6
 """Share of a default, up or down, over which a narrow machine's keys are drawn."""
 WIDE = 20.0

@@ -47,9 +47,9 @@ class Mutant(NamedTuple):
     """One change of one module."""
 
     path: str
-    """Of the module, from the root of the project."""
+    """Path of the module from the root of the project."""
     operator: str
-    """Of Cosmic Ray."""
+    """Name that Cosmic Ray gives the kind of change."""
     occurrence: int
     """Place among those that the operator finds in the module."""
     line: int
@@ -85,7 +85,7 @@ def trial(seed):
 
 
 def describe(mutant, after):
-    """Where a mutant is, and the line as it was changed to."""
+    """Tell where a mutant is, and its line as it reads with the change."""
     name = mutant.operator.partition("/")[2]
     return f"{mutant.path}:{mutant.line}: {name}: {after.splitlines()[mutant.line - 1].strip()}"
 
