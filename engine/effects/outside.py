@@ -314,6 +314,8 @@ def _parameters_fault(effect: Effect, module: ModuleType) -> tuple[str, str] | N
     except Exception as error:  # an annotation can be anything
         text = str(error) if isinstance(error, TypeError) else f"{cls.__name__}: {error}"
         return f"{text.partition(' needs ')[0]} has no declared unit, range and default", f"write {form}"
+    if not declared:
+        return f"{cls.__name__} has no parameter", f"write {form}"
     for key, field in declared.items():
         if key.startswith("_") or not isinstance(field, Quantity | Choice):
             return f"{cls.__name__}.{key} is no number with a unit and a range", f"write {form}"

@@ -233,6 +233,10 @@ def _run(
     if dialect and isinstance(given.get("data"), str):
         try:
             data = path_below(path.parent, given["data"])
+            if not data.exists():
+                raise InvalidValue(
+                    f"there is no file {quoted(str(data))}", 'write data = "p040.csv", its path from the folder'
+                )
             columns, said, lost = _columns(data, sensors, ambient_pressure, dialect, all_faults)
             hints += said
             masked += lost
@@ -297,7 +301,7 @@ def _columns(
     file, axis, declared = str(path), sensors.axis, sensors.columns
     sensor = "force [N]" if sensors.given else "lift [mm]"
     header = ",".join([f"{axis} [{sensors.axis_unit}]", *(f"{n} [{u}]" for n, u in sensors.given.items()), sensor])
-    example = f'give a CSV with the header "{header}", its path from the folder'
+    example = f'give a CSV with the header "{header}"'
     columns, names, wrong, hints = read_columns(
         path, declared, (axis, *sensors.given), ambient_pressure, right=example, dialect=dialect
     )

@@ -433,6 +433,10 @@ def test_what_is_no_effect_is_refused_in_one_line(tmp_path):
             HEAD.replace('Annotated[float, Quantity("N", 0, 10, "mine")]', "float") + LAW + TAIL,
             "Mine.force has no declared unit, range and default; write class MyParameters",
         ),
+        "no parameter": (
+            HEAD.partition("    force:")[0] + LAW + TAIL,
+            "Mine has no parameter; write class MyParameters",
+        ),
         "no default": (HEAD.replace(" = 0.0", "") + LAW + TAIL, "Mine.force has no declared unit, range and default"),
         "no end": (HEAD.replace("0, 10", "0, float('inf')") + LAW + TAIL, "no parameter with a range that has two"),
         "on": (HEAD.replace("= 0.0", "= 1.0") + LAW + TAIL, "it is on by default"),

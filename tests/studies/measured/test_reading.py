@@ -1,6 +1,7 @@
 """Measured data: what is good is read in SI, what is wrong is told all at once."""
 
 import os
+import re
 
 import numpy as np
 import pytest
@@ -117,7 +118,10 @@ name = ""
     ]
     assert lines[4].startswith("measured.toml: sensor.lift.noise: '0.03' has no unit; ")
     assert lines[7].startswith("measured.toml: run 1.pulse: 50 has no unit; ")
-    assert lines[14].startswith("b.csv: there is no file ")
+    assert re.fullmatch(
+        "measured.toml: run 2.data: there is no file '.*b.csv'; write data = \"p040.csv\", its path from the folder",
+        lines[14],
+    )
 
 
 @pytest.mark.parametrize(
