@@ -136,6 +136,7 @@ def run_steady(
 
     rest, new = charged_at_rest(p), new_record(times)
     orbit = periodic_orbit(p, tables, *rest, breakpoints, accuracy, periodic_tolerance, max_cycles, start, new)
+    estimate_error = estimate_error and orbit.status == Status.DONE
     mode = orbit.mode.copy()
     log, trace, end, outcome = orbit.recorded or cycle(orbit.y.copy(), mode, accuracy, new_record(times))
     work, impacts = outcome.work, impact_loss(p.actuator, log)

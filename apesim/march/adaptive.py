@@ -22,7 +22,7 @@ class Status(IntEnum):
     DONE = 0
     STEP_TOO_SMALL = 1
     TOO_MANY_EVENTS = 2
-    TOO_MANY_STEPS = 3
+    TOO_MANY_EVALUATIONS = 3
 
     @property
     def remedy(self) -> str:
@@ -35,8 +35,8 @@ REMEDIES = {
     Status.STEP_TOO_SMALL: "the step fell below 1e-14 s: a state left its domain; look for an area too large for its "
     "volume",
     Status.TOO_MANY_EVENTS: "more than 2000 events: a contact, dry friction or a flow chatters; lower the restitution",
-    Status.TOO_MANY_STEPS: "more than 2 million steps, or 10 million to the periodic state: the volumes are too small "
-    "for their areas, or the time too long",
+    Status.TOO_MANY_EVALUATIONS: "the rates were evaluated more than 5 million times, or 16 million times to the periodic "
+    "state: the volumes are too small for their areas, or the time too long",
 }
 """Text of each status: what happened, and what to change."""
 
@@ -46,8 +46,8 @@ EVENTS = 16
 """Room for the values of events and of zero crossings."""
 BREAKPOINT, ZERO_CROSSING = -1, 100
 """Codes in the log: the end of a smooth stretch; zero crossing number n is ZERO_CROSSING + n."""
-MAX_STEPS = 2_000_000
-"""Largest number of steps of a march, accepted and rejected; chosen, as a march that needs more takes too long."""
+MAX_EVALUATIONS = 5_000_000
+"""Largest number of evaluations of the rates in a march; chosen, as a march that needs more takes some 5 s."""
 MAX_EVENTS = 2000
 """Largest number of events of a march; more are chatter."""
 MAX_SHORT_STEPS = 20_000
@@ -99,6 +99,8 @@ class Outcome(NamedTuple):
     """Number of accepted steps."""
     rejected: int
     """Number of rejected steps."""
+    evaluations: int
+    """Number of evaluations of the rates in all steps, and in those made again up to an event."""
     events: int
     """Number of events."""
     logged: int
@@ -351,7 +353,8 @@ def march(
     u, implicit = np.zeros((STAGES, y.shape[0])), False
     g, g_end = np.full(EVENTS, -1.0), np.full(EVENTS, -1.0)
     w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
-    steps = rejected = happened = logged = sampled = 0
+    in_a_step = (k.shape[0] - 1, n + 1 + STAGES)
+    steps = rejected = evaluations = happened = logged = sampled = 0
     work = 0.0
     last_error = 1e-4
     h_next = 0.05 * accuracy.max_step
@@ -364,8 +367,8 @@ def march(
         logged = _note(log, logged, t, BREAKPOINT, 0.0, y)
         short = 0
         while t < breakpoint:
-            if steps + rejected > MAX_STEPS:
-                return Outcome(Status.TOO_MANY_STEPS, steps, rejected, happened, logged, work)
+            if evaluations > MAX_EVALUATIONS:
+                return Outcome(Status.TOO_MANY_EVALUATIONS, steps, rejected, evaluations, happened, logged, work)
             h = min(h_next, accuracy.max_step)
             whole = breakpoint - t
             if h >= whole:
@@ -373,7 +376,8 @@ def march(
             elif h > 0.5 * whole:
                 h = 0.5 * whole
             if h < MIN_STEP and h < whole:
-                return Outcome(Status.STEP_TOO_SMALL, steps, rejected, happened, logged, work)
+                return Outcome(Status.STEP_TOO_SMALL, steps, rejected, evaluations, happened, logged, work)
+            evaluations += in_a_step[int(implicit)]
             if not _step(p, t, h, y, mode, implicit, scale, k, u, trial):
                 rejected += 1
                 h_next = 0.25 * h
@@ -397,8 +401,9 @@ def march(
                 _interpolant(h, y, trial, implicit, k, u, c)
                 event, share = _first_event(p, t, h, c, mode, at, slope, g, g_end)
                 h *= share
+                evaluations += in_a_step[int(implicit)]
                 if not _step(p, t, h, y, mode, implicit, scale, k, u, trial):
-                    return Outcome(Status.STEP_TOO_SMALL, steps, rejected, happened, logged, work)
+                    return Outcome(Status.STEP_TOO_SMALL, steps, rejected, evaluations, happened, logged, work)
             steps += 1
             end = breakpoint if event < 0 and h == whole else t + h
             sampling = sampled < times.shape[0] and times[sampled] <= end
@@ -419,10 +424,10 @@ def march(
                 continue
             happened += 1
             if happened > MAX_EVENTS:
-                return Outcome(Status.TOO_MANY_EVENTS, steps, rejected, happened, logged, work)
+                return Outcome(Status.TOO_MANY_EVENTS, steps, rejected, evaluations, happened, logged, work)
             logged = _note(log, logged, t, event, 0.0, y)
             handle_event(p, tables, event, t, y, mode)
             slopes(p, t, y, mode, k[0])
             zero_crossings(p, t, y, k[0], mode, w)
     logged = _note(log, logged, t, BREAKPOINT, 0.0, y)
-    return Outcome(Status.DONE, steps, rejected, happened, logged, work)
+    return Outcome(Status.DONE, steps, rejected, evaluations, happened, logged, work)

@@ -10,8 +10,8 @@ PERIODIC_TOLERANCE = 1e-8
 """Default largest change of a state over a cycle that counts as periodic, relative."""
 MAX_CYCLES = 600
 """Largest number of cycles; some cases near and beyond the valve's limit need more than 120 plain ones."""
-MAX_STEPS = 10_000_000
-"""Largest number of steps of all cycles together."""
+MAX_EVALUATIONS = 16_000_000
+"""Largest number of evaluations of the rates in all cycles together; chosen, as they take some 20 s."""
 NOISE = 100.0
 """Tolerances of a step below which two cycles differ by the solver's error."""
 PATIENCE = 60
@@ -133,7 +133,7 @@ class Drive:
     def __init__(self, p: Any, tables: Any, breakpoints: np.ndarray, accuracy: Accuracy) -> None:
         self.p, self.tables, self.breakpoints, self.accuracy = p, tables, breakpoints, accuracy
         self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
-        self.cycles = self.steps = 0
+        self.cycles = self.evaluations = 0
         self.outcome: Outcome | None = None
 
     def march(
@@ -193,8 +193,8 @@ class Drive:
             )
             self.outcome = outcome
             self.cycles += 1
-            self.steps += outcome.steps + outcome.rejected
-            status = Status.TOO_MANY_STEPS if self.steps > MAX_STEPS else outcome.status
+            self.evaluations += outcome.evaluations
+            status = Status.TOO_MANY_EVALUATIONS if self.evaluations > MAX_EVALUATIONS else outcome.status
         return y, mode, status
 
 

@@ -300,9 +300,10 @@ def test_a_state_that_leaves_its_domain_ends_the_march_with_a_remedy():
 @compiled_only
 def test_a_march_that_is_too_long_ends_with_a_remedy():
     outcome, *_ = run(OSCILLATOR, START, [1e6], max_step=0.01, log_rows=0)
-    assert outcome.status == Status.TOO_MANY_STEPS
-    assert outcome.steps == module.MAX_STEPS + 1
-    assert "steps" in Status(outcome.status).remedy
+    assert outcome.status == Status.TOO_MANY_EVALUATIONS
+    assert module.MAX_EVALUATIONS < outcome.evaluations <= module.MAX_EVALUATIONS + 6
+    assert outcome.evaluations == 6 * (outcome.steps + outcome.rejected + outcome.events)
+    assert "evaluated" in Status(outcome.status).remedy
 
 
 def test_every_status_has_its_text():

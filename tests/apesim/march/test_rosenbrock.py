@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from apesim.kernel import kernel
-from apesim.march.adaptive import MAX_SHORT_STEPS, MAX_STEPS, Status
+from apesim.march.adaptive import MAX_EVALUATIONS, MAX_SHORT_STEPS, Status
 from apesim.march.dormand_prince import dense
 from apesim.march.hybrid_system import rates
-from apesim.march.rosenbrock import implicit_error, implicit_interpolant, implicit_stages
+from apesim.march.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages
 from tests.apesim.march.test_adaptive import cached_apart, compiled_only, run
 
 
@@ -76,10 +76,13 @@ def test_the_ledger_closes_however_stiff_the_states_are(rate):
 @compiled_only
 def test_a_march_that_stability_would_hold_to_tiny_steps_comes_to_its_end():
     p = Follower(rate=2e7)
-    assert p.rate / 4.0 > MAX_STEPS, "an explicit method of this order needs more than a step per 4 time constants"
+    assert 6 * p.rate / 4.0 > MAX_EVALUATIONS, "an explicit method of this order needs more than a step per 4 time constants"
     outcome, y, *_ = run(p, [0.0, 1.0, 0.0], [1.0], tolerance=1e-8, max_step=0.01, states=2, log_rows=0)
     assert outcome.status == Status.DONE
     assert outcome.steps < MAX_SHORT_STEPS + 1000
+    steps = outcome.steps + outcome.rejected
+    implicit = (outcome.evaluations - 6 * steps) / (2 + 1 + STAGES - 6)
+    assert implicit in range(1, steps - MAX_SHORT_STEPS)
     assert y == pytest.approx([sin(1.0), drained(1.0), 1.0 - drained(1.0)], abs=1e-7)
 
 
