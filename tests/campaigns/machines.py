@@ -1,7 +1,9 @@
 """Valid machines at random, in the engine or on the valve's bench: near the default one, or wide.
 
-Whatever the machine, the march closes and keeps within its bounds, or it is said in one line why not, within `LONGEST`.
+Whatever the machine, the march closes and keeps within its bounds, or it is said in one line why not, within `SLOWEST`.
 """
+
+import time
 
 import numpy as np
 
@@ -12,8 +14,10 @@ from apesim.studies.operating_conditions import RATE, SPEED
 from .campaign import Outcome
 from .draws import draw_log, draw_machine
 
-LONGEST = 30.0
-"""That a trial may take [s]."""
+LONGEST = 120.0
+"""That a trial may take beside others on the same cores [s]."""
+SLOWEST = 30.0
+"""Processor time after which a trial without a result has to have said so [s]."""
 CLOSURE = 1e-6
 """Mass or energy that may be missing, relative."""
 EXERGY_CLOSURE = 1e-6
@@ -42,7 +46,7 @@ def trial(seed):
     kind = KINDS[seed % len(KINDS)]
     place, _, width = kind.partition(", ")
     rng = np.random.default_rng(seed)
-    machine = draw_machine(rng, width == "wide")
+    machine, begun = draw_machine(rng, width == "wide"), time.process_time()
     try:
         run, ending = (run_engine if place == "engine" else run_valve)(machine, rng, width == "wide"), "closes"
     except apesim.NotConverged as error:
@@ -50,6 +54,8 @@ def trial(seed):
     except Exception as error:
         return Outcome(f"{kind}: ends with {type(error).__name__}", True, str(error))
     wrong = list(find_faults(machine, run)) if ending in ("closes", "not periodic") else []
+    if ending != "closes" and time.process_time() - begun > SLOWEST:
+        wrong.append((f"longer than {SLOWEST:g} s", ending))
     if wrong:
         return Outcome(f"{kind}: {wrong[0][0]}", True, "; ".join(f"{what}: {detail}" for what, detail in wrong))
     return Outcome(f"{kind}: {ending}")
