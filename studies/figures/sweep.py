@@ -46,7 +46,7 @@ def sweep_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
     Parameters
     ----------
     archive : Archive
-        A sweep, see `apesim.studies.sweep.run_sweep`.
+        A sweep, see `apesim.studies.sweep.run_sweep`. Without traces there are no figures of the cycle.
     folder : path
         Made if it does not exist.
 
@@ -63,11 +63,10 @@ def sweep_figures(archive: Archive, folder: str | PathLike[str]) -> list[Path]:
     ['torque_and_air.png', 'torque_and_air.pdf']
     """
     varied = [name for name in axes_of(archive) if name not in OUTER]
-    figures = {
-        "torque_and_air": partial(plot_over_speed, archive),
-        "indicator_diagrams": partial(_plot_indicator_diagrams, archive),
-        "cycle_traces": partial(plot_cycle, archive),
-    }
+    figures: dict[str, Callable[[], Figure]] = {"torque_and_air": partial(plot_over_speed, archive)}
+    if "crank_angle" in archive.variables:
+        figures["indicator_diagrams"] = partial(_plot_indicator_diagrams, archive)
+        figures["cycle_traces"] = partial(plot_cycle, archive)
     figures |= {f"over_{name}": partial(_plot_over_key, archive, name) for name in varied}
     return write_figures(figures, folder, conditions_of(archive.machine, varied))
 

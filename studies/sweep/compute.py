@@ -28,17 +28,19 @@ NOT_JUDGED = -1
 """Value of the flags of warnings, and of their number, for a point without results."""
 
 
-def compute(points: Sequence[Point]) -> list[tuple[dict[str, Any], np.ndarray]]:
+def compute(points: Sequence[Point], traces: bool = True) -> list[tuple[dict[str, Any], np.ndarray | None]]:
     """Run operating points, one after the other, each to its periodic state.
 
     Parameters
     ----------
     points : sequence of Point
         Points to run.
+    traces : bool
+        Whether traces are returned; they are nearly all of the memory that results take.
 
     Returns
     -------
-    list of (dict, (721, 11) float array)
+    list of (dict, (721, 11) float array or None)
         For each point its scalars by their names in archives, and its trace: a row every half degree of crank angle
         over one turn, the columns as in `apesim.engine.cycle.rates.TRACE`. Indicators and trace are NaN where the point
         failed or its timing is out of reach.
@@ -54,7 +56,8 @@ def compute(points: Sequence[Point]) -> list[tuple[dict[str, Any], np.ndarray]]:
     >>> round(float(scalars["brake_torque_Nm"]), 1), trace.shape
     (40.6, (721, 11))
     """
-    return [_result(point) for point in points]
+    results = [_result(point) for point in points]
+    return [(scalars, trace if traces else None) for scalars, trace in results]
 
 
 def _result(point: Point) -> tuple[dict[str, Any], np.ndarray]:

@@ -49,7 +49,7 @@ TRACE_DESCRIPTIONS = {
 
 def archive_of(
     points: Sequence[Point],
-    results: Sequence[tuple[Mapping[str, Any], np.ndarray]],
+    results: Sequence[tuple[Mapping[str, Any], np.ndarray | None]],
     variation: Variation,
     machine: str,
     provenance: dict[str, str],
@@ -60,8 +60,8 @@ def archive_of(
     ----------
     points : sequence of Point
         At least one.
-    results : sequence of (mapping, float array)
-        Scalars and trace of each point, see `apesim.studies.sweep.compute.compute`.
+    results : sequence of (mapping, float array or None)
+        Scalars and trace of each point, or no trace of any, see `apesim.studies.sweep.compute.compute`.
     variation : Variation
         Variation from which the machines of the points are taken.
     machine : str
@@ -72,7 +72,7 @@ def archive_of(
     Returns
     -------
     Archive
-        A run for each point; scalars over runs, traces over runs and crank angle [deg].
+        A run for each point; scalars over runs, and traces, if there are any, over runs and crank angle [deg].
 
     Examples
     --------
@@ -88,17 +88,16 @@ def archive_of(
     (1, 721)
     """
     scalars = [scalars for scalars, _ in results]
-    traces = np.stack([trace for _, trace in results])
-    angles = points[0].trace_start / DEGREE + ANGLE_STEP / DEGREE * np.arange(traces.shape[1])
-    variables = {
-        "run": column([point.run for point in points], "1", "number of the run"),
-        "crank_angle": Variable(("crank_angle",), angles, "deg", "crank angle after TDC"),
-    }
+    traces = [trace for _, trace in results if trace is not None]
+    variables = {"run": column([point.run for point in points], "1", "number of the run")}
+    if traces:
+        angles = points[0].trace_start / DEGREE + ANGLE_STEP / DEGREE * np.arange(len(traces[0]))
+        variables["crank_angle"] = Variable(("crank_angle",), angles, "deg", "crank angle after TDC")
     variables |= _what_was_run(points) | _what_was_varied(points, variation)
     variables |= _how_it_ended(scalars) | _indicators(scalars) | _warnings(scalars)
-    for number, header in enumerate(TRACE):
+    for number, header in enumerate(TRACE if traces else ()):
         name, unit = split_header(header)
-        values = np.ascontiguousarray(traces[:, :, number])
+        values = np.stack([trace[:, number] for trace in traces])
         variables[name] = Variable(("run", "crank_angle"), values, unit, TRACE_DESCRIPTIONS[name])  # type: ignore[arg-type]
     axes = "actuation", *(axis.name for axis in variation.axes), "speed_rpm"
     variables |= {name: replace(variables[name], coordinate=True) for name in axes}

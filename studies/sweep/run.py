@@ -12,7 +12,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, read, write
+from apesim.archive.memory import available_memory
 from apesim.archive.shards import (
     lock,
     merge,
@@ -23,7 +26,9 @@ from apesim.archive.shards import (
     runs_planned,
     shards_folder,
 )
+from apesim.archive.untrusted import SIZE_LIMIT
 from apesim.engine.cycle.operating_point import cycle_of
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.machine import Machine
 from apesim.kernel import sources_hash
 from apesim.quantities.settings import dumps
@@ -31,7 +36,7 @@ from apesim.studies.execution.cluster import run_on_cluster
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.output import refuse_folder, refuse_to_replace
 from apesim.studies.sweep.completion import complete, keep, seconds_of
-from apesim.studies.sweep.compute import compute
+from apesim.studies.sweep.compute import ROWS, compute
 from apesim.studies.sweep.plan import FIXED, Point, plan
 from apesim.studies.sweep.results import archive_of, faults_of
 from apesim.studies.sweep.variation import Variation
@@ -62,6 +67,7 @@ def run_sweep(
     *,
     timings: Sequence[int] = (FIXED,),
     variation: Variation | None = None,
+    traces: bool = True,
     jobs: int | None = None,
     cluster: Any = None,
     shard: tuple[int, int] | None = None,
@@ -87,6 +93,8 @@ def run_sweep(
         `FIXED` and `CORRECTED` commands of the electro-pneumatic valve.
     variation : Variation, optional
         Machines to run instead of `machine`, see `apesim.studies.sweep.variation.vary`.
+    traces : bool
+        Keep the traces over crank angle, too; without them an archive takes some hundredth of the room.
     jobs : int, optional
         Number of processes; as many as the work is worth if left out.
     cluster : distributed.Client, optional
@@ -113,7 +121,8 @@ def run_sweep(
     Raises
     ------
     ArchiveError
-        The target exists, or another process writes it, or it cannot be written, or a share has no points.
+        The target exists, or another process writes it, or it cannot be written, or a share has no points, or the
+        archive would be too large to be read.
     IncompleteError
         Not one of the runs could be computed.
 
@@ -130,12 +139,14 @@ def run_sweep(
     text = dumps(machine)
     planned = plan(variation or Variation((), (machine,)), speeds, intakes, timings)
     points = planned.points
-    settings = {
+    settings: dict[str, Any] = {
         "kind": "engine sweep",
         "speeds": [float(speed) for speed in speeds],
         "axes": planned.axes,
         "machines": _hash_of(planned.variation.machines),
     }
+    if not traces:
+        settings["traces"] = False
     provenance = {
         "command": command,
         "plan_hash": plan_hash(text, settings | {"kernels": sources_hash()}),
@@ -150,6 +161,8 @@ def run_sweep(
         points = points[shard[0] - 1 :: shard[1]]
         if not points:
             raise ArchiveError(out, "its share of the work is empty", f"give --shard i/N with N at most {total}")
+    if traces:
+        _refuse_too_many(out, len(points))
     with lock(out):
         start = time.perf_counter()
         there = _own_archive(out, provenance, overwrite) if resume else None
@@ -158,17 +171,21 @@ def run_sweep(
         _clear(out, resume, overwrite or there)
         warm_up(compute, _first_of_each_kind(points))  # one process compiles; the others' time is that of computing
         start = time.perf_counter()
+        task = compute if traces else functools.partial(compute, traces=False)
         completion = complete(
             shards_folder(out),
             points,
             provenance["plan_hash"],
-            run=functools.partial(run_on_cluster, cluster, compute) if cluster else functools.partial(_run_here, jobs),
+            run=functools.partial(run_on_cluster, cluster, task)
+            if cluster
+            else functools.partial(_run_here, task, jobs),
             to_archive=lambda chunk, results: archive_of(chunk, results, planned.variation, text, provenance),
             report=report or (lambda done, total: None),
         )
         if not completion.parts:
             raise IncompleteError(out, *completion.faults[0])
         archive = merge(completion.parts)
+        completion.parts.clear()  # else all would be in memory twice while the archive is written
         archive = replace(archive, provenance=archive.provenance | {"shard": provenance["shard"]})
         keep(archive, functools.partial(write, path=out))
         notes = [f"a shard was damaged and computed again: {line}" for line in completion.damaged]
@@ -234,9 +251,23 @@ def _remove_what_is_done(out: Path) -> list[str]:
     return []
 
 
-def _run_here(jobs: int | None, chunks: Sequence[Sequence[Point]]) -> Iterator[tuple[Any, Any]]:
+def _run_here(
+    task: Callable[[Sequence[Point]], Any], jobs: int | None, chunks: Sequence[Sequence[Point]]
+) -> Iterator[tuple[Any, Any]]:
     """Run tasks, see `apesim.studies.execution.pool.run_tasks`, in as many processes as the work is worth."""
-    return run_tasks(compute, chunks, workers_for(seconds_of(itertools.chain(*chunks)), jobs))
+    return run_tasks(task, chunks, workers_for(seconds_of(itertools.chain(*chunks)), jobs))
+
+
+def _refuse_too_many(out: Path, runs: int) -> None:
+    """Refuse runs whose traces are more than is read of an archive or than memory can hold, before they are run."""
+    size = runs * (ROWS + 1) * len(TRACE) * np.dtype(float).itemsize
+    too_much = {"is read of an archive": SIZE_LIMIT, "the memory can hold while it is written": available_memory() / 2}
+    what, limit = min(too_much.items(), key=operator.itemgetter(1))
+    if size > limit:
+        text = (
+            f"would hold {runs} runs with traces, {size / 1e9:.1f} GB; that is more than {what}, {limit / 1e9:.1f} GB"
+        )
+        raise ArchiveError(out, text, "leave the traces out (--no-traces), or share the runs out (--shard i/N)")
 
 
 def _first_of_each_kind(points: Iterable[Point]) -> list[Point]:

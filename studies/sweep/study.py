@@ -161,6 +161,7 @@ def sweep(
     intake: str | Iterable[str] = INTAKES,
     timing: str = "both",
     vary: Vary | None = None,
+    traces: bool = True,
     out: str | PathLike[str] | None = None,
     jobs: int | None = 1,
     dask: str | None = None,
@@ -184,6 +185,8 @@ def sweep(
         Command angles of the electro-pneumatic valve: the machine's, or those by which it meets its targets.
     vary : mapping of str, or sequence of str, optional
         Ranges by keys of the machine, e.g. ``{"supply.pressure": "0.6:1.4:0.2 MPa gauge"}``, or ``KEY=RANGE``.
+    traces : bool
+        Keep the traces over crank angle, too: nearly all of the room that results take, some 63 kB for each run.
     out : path, optional
         The archive to write; what is finished survives a kill. Left out, all stays in memory.
     jobs : int or None
@@ -237,7 +240,7 @@ def sweep(
     if out is None and (resume or shard):
         arguments.fault("out", "is left out, so that nothing is kept", "give the path of an archive")
     arguments.refuse()
-    says_nothing = not (shard or vary) and (intakes, timings) == (list(range(len(INTAKES))), TIMINGS)
+    says_nothing = traces and not (shard or vary) and (intakes, timings) == (list(range(len(INTAKES))), TIMINGS)
     if out is not None and resume and not overwrite and says_nothing and not any(differences(machine)):
         finished = find_finished(out) if speeds == parse_range(SPEEDS, SPEED) else None
         if finished:
@@ -255,6 +258,7 @@ def sweep(
             target,
             timings=timings,
             variation=variation,
+            traces=traces,
             jobs=jobs,
             cluster=cluster,
             shard=share,

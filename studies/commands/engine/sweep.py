@@ -28,6 +28,7 @@ def sweep_engine(
         ),
     ] = "both",
     intake: Annotated[str, typer.Option(metavar="LIST", help="Of epv, cam, ideal.")] = "epv,cam,ideal",
+    traces: Annotated[bool, typer.Option(help="Keep the traces over crank angle, some 63 kB for each run.")] = True,
     out: Out = Path("sweep.h5"),
     jobs: Jobs = None,
     dask: Annotated[
@@ -52,6 +53,8 @@ def sweep_engine(
         Command angles of the electro-pneumatic intake: the machine's, or those that meet its targets.
     intake : str
         List of "epv", "cam" and "ideal".
+    traces : bool
+        Keep the traces over crank angle, too.
     out : path
         Archive to write.
     jobs : int, optional
@@ -106,6 +109,7 @@ def sweep_engine(
                 intake=intake,
                 timing=timing,
                 vary=variation,
+                traces=traces,
                 out=out,
                 jobs=jobs,
                 dask=dask,

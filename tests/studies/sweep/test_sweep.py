@@ -9,6 +9,7 @@ from apesim.archive import ArchiveError, read
 from apesim.archive.grid import read_grid
 from apesim.archive.inspection import verify
 from apesim.engine.angles import DEGREE
+from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
 from apesim.engine.indicators import indicators
 from apesim.engine.machine import Machine
@@ -74,6 +75,33 @@ def test_a_run_of_a_sweep_is_the_operating_point_alone(swept):
     np.testing.assert_allclose(archive.variables["crank_angle"].values, np.degrees(alone.angles), rtol=0, atol=1e-9)
     assert (found["energise_deg"], found["release_deg"]) == pytest.approx((-5.0, 70.0), abs=1e-12)
     assert found["timing_reason"] == -1
+
+
+def test_a_sweep_without_traces_is_the_same_but_for_them(swept, tmp_path):
+    bare = run_sweep(Machine(), SPEEDS, INTAKES, tmp_path / "bare.h5", timings=TIMINGS, traces=False).archive
+    whole = {name: one for name, one in swept.archive.variables.items() if "crank_angle" not in one.dims}
+    assert bare.variables.keys() == whole.keys() != swept.archive.variables.keys()
+    for name, variable in whole.items():
+        np.testing.assert_array_equal(bare.variables[name].values, variable.values, err_msg=name)
+    spared = swept.path.stat().st_size - (tmp_path / "bare.h5").stat().st_size
+    assert spared > swept.archive.variables["lift"].values.nbytes * len(TRACE)
+    drawn = {path.stem for path in sweep_figures(bare, tmp_path / "bare.figures")}
+    assert drawn == {"torque_and_air"}
+    with pytest.raises(ArchiveError, match="exists"):
+        run_sweep(Machine(), SPEEDS, INTAKES, tmp_path / "bare.h5", timings=TIMINGS, resume=True)
+
+
+def test_traces_that_could_not_be_read_again_are_refused_before_anything_is_run(tmp_path, monkeypatch):
+    speeds = list(np.linspace(30.0, 250.0, 70_000))
+    told = r"70000 runs with traces, 4\.4 GB; that is more than is read of an archive, 4\.3 GB; .*--no-traces"
+    monkeypatch.setattr("apesim.studies.sweep.run.available_memory", lambda: 100e9)
+    with pytest.raises(ArchiveError, match=told):
+        run_sweep(Machine(), speeds, [IDEAL_VALVE], tmp_path / "s.h5")
+    monkeypatch.setattr("apesim.studies.sweep.run.available_memory", lambda: 1e6)
+    with pytest.raises(ArchiveError, match="than the memory can hold while it is written, 0.0 GB"):
+        run_sweep(Machine(), speeds[:20], [IDEAL_VALVE], tmp_path / "s.h5")
+    assert list(tmp_path.iterdir()) == []
+    assert len(run_sweep(Machine(), speeds[:2], [IDEAL_VALVE], tmp_path / "s.h5", traces=False).archive.runs) == 2
 
 
 def test_a_run_of_a_sweep_has_the_warnings_of_the_operating_point_alone(tmp_path):
