@@ -35,8 +35,8 @@ REMEDIES = {
     Status.STEP_TOO_SMALL: "the step fell below 1e-14 s: a state left its domain; look for an area too large for its "
     "volume",
     Status.TOO_MANY_EVENTS: "more than 2000 events: a contact, dry friction or a flow chatters; lower the restitution",
-    Status.TOO_MANY_EVALUATIONS: "the rates were evaluated more than 5 million times, or 16 million times to the periodic "
-    "state: the volumes are too small for their areas, or the time too long",
+    Status.TOO_MANY_EVALUATIONS: "the rates were evaluated more than 5 million times, or 16 million times to the "
+    "periodic state: the volumes are too small for their areas, or the time too long",
 }
 """Text of each status: what happened, and what to change."""
 

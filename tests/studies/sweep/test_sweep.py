@@ -98,7 +98,7 @@ def test_traces_that_could_not_be_read_again_are_refused_before_anything_is_run(
     with pytest.raises(ArchiveError, match=told):
         run_sweep(Machine(), speeds, [IDEAL_VALVE], tmp_path / "s.h5")
     monkeypatch.setattr("apesim.studies.sweep.run.available_memory", lambda: 1e6)
-    with pytest.raises(ArchiveError, match="than the memory can hold while it is written, 0.0 GB"):
+    with pytest.raises(ArchiveError, match=r"than the memory can hold while it is written, 0\.0 GB"):
         run_sweep(Machine(), speeds[:20], [IDEAL_VALVE], tmp_path / "s.h5")
     assert list(tmp_path.iterdir()) == []
     assert len(run_sweep(Machine(), speeds[:2], [IDEAL_VALVE], tmp_path / "s.h5", traces=False).archive.runs) == 2
