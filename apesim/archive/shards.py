@@ -1,7 +1,7 @@
 """Parts of a running sweep, safe against crashes, and how parts become one archive.
 
-A sweep into F.h5 holds F.h5.lock, puts finished runs into F.h5.shards/ about once a second, each shard by
-temporary file and rename, and merges them at the end. Killed at any time, it loses at most the shard in work.
+A sweep into F.h5 holds F.h5.lock, puts finished runs into F.h5.shards/ every few seconds, each shard by temporary
+file and rename, and merges them at the end. Killed at any time, it loses at most the shard in work.
 
 The provenance of an archive says how many runs were planned ("runs_planned"), and which share of them it was to hold
 ("shard": "1/4" is every fourth from the first; a merge lists several), so that what it lacks can be told from it alone.

@@ -19,7 +19,14 @@ from apesim.studies.sweep.plan import CORRECTED, FIXED, Point
 SECONDS_A_POINT = {FIXED: 0.03, CORRECTED: 0.12}
 """Estimated computing time of a point by its timing [s]."""
 SHARD_SECONDS = 1.0
-"""Estimated computing time of the points in one shard [s]: a killed sweep loses about as much."""
+"""Estimated computing time of the points in a task, and in the first shard [s]."""
+SHARE_IN_WORK = 0.5
+"""Computing time of a shard over that of all before it: a killed sweep loses no larger share of what was done."""
+LARGEST_SHARD = 10.0
+"""Computing time of a shard over that of the first, at most.
+
+A shard takes 0.1 s to write and as much to read, however few points are in it.
+"""
 MAX_DEATHS = 8
 """Deaths of worker processes at which a sweep gives up, if it could not compute a single point yet.
 
@@ -127,17 +134,22 @@ def complete(
             faults = _faults({point.run for point in missing}, tally.computed)
             return Completion(shards.parts, faults, list(damaged))
         best = max(best, progress)
-        with contextlib.closing(run(_chunks(waiting, tally.died))) as results_of_chunks:
+        done_before = seconds_of(point for point in points if point.run in done)
+        save = functools.partial(write_shard, folder)
+        with (
+            contextlib.closing(run(_chunks(waiting, tally.died))) as results_of_chunks,
+            _ShardInWork(to_archive, save, done_before) as in_work,
+        ):
             for chunk, results in results_of_chunks:
                 if results is None:
                     tally.count_death(chunk, waiting)
                     if tally.given_up.issuperset(point.run for point in waiting):
                         break
                     continue
-                keep(to_archive(chunk, results), functools.partial(write_shard, folder))
                 tally.computed.update(point.run for point in chunk)
-                finished += len(chunk)
-                report(finished, len(points))
+                if written := in_work.add(chunk, results):
+                    finished += written
+                    report(finished, len(points))
 
 
 def keep(archive: Archive, save: Callable[[Archive], Path]) -> Path:
@@ -201,6 +213,46 @@ def seconds_of(points: Iterable[Point]) -> float:
     0.06
     """
     return sum(SECONDS_A_POINT[point.timing] for point in points)
+
+
+class _ShardInWork:
+    """Results that wait until they are worth a shard; leaving the context writes those that still wait.
+
+    Parameters
+    ----------
+    to_archive, save : function
+        Make an archive from points and results, and write it, see `complete`.
+    seconds : float
+        Estimated computing time of the points that are written already [s].
+    """
+
+    def __init__(
+        self, to_archive: Callable[[list[Point], Any], Archive], save: Callable[[Archive], Path], seconds: float
+    ) -> None:
+        self.to_archive, self.save, self.seconds = to_archive, save, seconds
+        self.waiting: list[tuple[Point, Any]] = []
+
+    def __enter__(self) -> "_ShardInWork":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None or not issubclass(kind, ArchiveError):
+            self.write()
+
+    def add(self, points: Sequence[Point], results: Sequence[Any]) -> int:
+        """Take the results of some points; returns how many were written because of them."""
+        self.waiting += zip(points, results, strict=True)
+        enough = SHARD_SECONDS * min(max(1.0, SHARE_IN_WORK * self.seconds), LARGEST_SHARD)
+        return self.write() if seconds_of(point for point, _ in self.waiting) >= enough else 0
+
+    def write(self) -> int:
+        """Write what waits as a shard; returns the number of its points."""
+        waiting, self.waiting = sorted(self.waiting, key=lambda one: one[0].run), []
+        if waiting:
+            points, results = (list(each) for each in zip(*waiting, strict=True))
+            keep(self.to_archive(points, results), self.save)
+            self.seconds += seconds_of(points)
+        return len(waiting)
 
 
 class _Tally:

@@ -21,6 +21,9 @@ from apesim.engine.machine import Machine
 from apesim.studies.sweep import completion, run_sweep
 from apesim.studies.sweep import run as run_module
 from apesim.studies.sweep.compute import compute
+from apesim.studies.sweep.plan import FIXED, plan
+from apesim.studies.sweep.results import archive_of
+from apesim.studies.sweep.variation import Variation
 
 RPM = np.pi / 30.0
 SPEEDS = [600.0 * RPM, 900.0 * RPM, 1200.0 * RPM]
@@ -140,6 +143,58 @@ def without_a_thread(*_):
     done = Future()
     done.set_result(None)
     return done
+
+
+def results_of(points, chunk=1, ends_with=None):
+    """Points as if they had been computed, some at a time; the last of them may be followed by an error."""
+
+    def run(_):
+        for first in range(0, len(points), chunk):
+            yield points[first : first + chunk], [None] * len(points[first : first + chunk])
+        if ends_with:
+            raise ends_with
+
+    return run
+
+
+def complete_without_computing(folder, run, count, monkeypatch):
+    """Complete a sweep of points that take a second each; returns how many points were reported, one after the other."""
+    variation = Variation((), (Machine(),))
+    points = plan(variation, [100.0 + run for run in range(count)], [IDEAL_VALVE]).points
+    [(scalars, _)] = compute(points[:1], traces=False)
+    monkeypatch.setattr(completion, "SHARD_SECONDS", 1.0)
+    monkeypatch.setitem(completion.SECONDS_A_POINT, FIXED, 1.0)
+    told = []
+    provenance = {"plan_hash": "0" * 64, "runs_planned": str(count)}
+    try:
+        completion.complete(
+            folder,
+            points,
+            "0" * 64,
+            run=run(points),
+            to_archive=lambda some, _: archive_of(some, [(scalars, None)] * len(some), variation, "", provenance),
+            report=lambda done, _: told.append(done),
+        )
+    except KeyboardInterrupt:
+        told.append("interrupted")
+    return told
+
+
+def test_shards_grow_with_what_is_done_and_what_is_told_is_written(tmp_path, monkeypatch):
+    folder = tmp_path / "s.h5.shards"
+    told = complete_without_computing(folder, results_of, 60, monkeypatch)
+    assert told == [0, 1, 2, 3, 5, 8, 12, 18, 27, 37, 47, 57, 60]
+    sizes = sorted(len(read(path).runs) for path in folder.iterdir())
+    assert sizes == sorted(np.diff(told).tolist())
+
+
+def test_what_waits_for_its_shard_is_written_when_the_sweep_is_interrupted(tmp_path, monkeypatch):
+    def run(points):
+        return results_of(points[:21], ends_with=KeyboardInterrupt())
+
+    told = complete_without_computing(tmp_path / "s.h5.shards", run, 60, monkeypatch)
+    assert told[-2:] == [18, "interrupted"]
+    assert read_shards(tmp_path / "s.h5.shards", "0" * 64).done == list(range(21))
 
 
 def test_a_point_that_kills_its_worker_takes_no_other_with_it(tmp_path, monkeypatch, whole):
