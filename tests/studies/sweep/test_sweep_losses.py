@@ -158,7 +158,7 @@ def results_of(points, chunk=1, ends_with=None):
 
 
 def complete_without_computing(folder, run, count, monkeypatch):
-    """Complete a sweep of points that take a second each; returns how many points were reported, one after the other."""
+    """Complete a sweep of points that take a second each; returns how many were reported, one after the other."""
     variation = Variation((), (Machine(),))
     points = plan(variation, [100.0 + run for run in range(count)], [IDEAL_VALVE]).points
     [(scalars, _)] = compute(points[:1], traces=False)
