@@ -25,6 +25,8 @@ from apesim.studies.operating_conditions import SPEED
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+QUICK = 100.0
+"""Speed of a march that only compiles [rad/s]: a cycle of a slow machine can take seconds of computing."""
 CLOSURES = {
     "mass": "mass_closure",
     "energy": "energy_closure",
@@ -220,7 +222,7 @@ def run_engine(machine: Machine, speed: str | float) -> EngineRun:
     arguments = arguments_of("run_engine", machine)
     omega = arguments.quantity("speed", speed, SPEED)
     arguments.refuse()
-    call_in_thread(compile_first, machine, run_steady, omega, max_cycles=1).result()
+    call_in_thread(compile_first, machine, run_steady, QUICK, max_cycles=1).result()
     start = time.perf_counter()
     march = call_in_thread(run_steady, machine, omega).result()
     done = march.status == Status.DONE

@@ -19,7 +19,7 @@ LONGEST = 20.0
 START = 120.0
 """That the first trial of a process may take: it imports, and may compile [s]."""
 MEMORY = 1_000_000_000
-"""That a process may hold at once [bytes]."""
+"""That a process may hold at once during a trial [bytes]."""
 RETIRED = 500
 """Trials after which a process is replaced: what one leaves behind does not pile up for ever."""
 HANGS, DIES, EATS = "hangs", "process ends", "memory"
@@ -43,7 +43,8 @@ def run_campaign(name, seeds, out, jobs=1, longest=None, tell=None):
     Parameters
     ----------
     name : str
-        Name of a module with a function ``trial(seed)`` that returns an `Outcome`, and perhaps with its own `LONGEST`.
+        Name of a module with a function ``trial(seed)`` that returns an `Outcome`, and perhaps with its own `LONGEST` and
+        `MEMORY`.
     seeds : sequence of int
     out : path
         Folder that gets one JSON line for each trial.
@@ -176,16 +177,17 @@ def describe_end(code):
 
 def serve(name, pipe):
     """Run the trials whose seeds come through a pipe, and send their outcomes back."""
-    trial = importlib.import_module(name).trial
+    module = importlib.import_module(name)
+    memory = getattr(module, "MEMORY", MEMORY)
     while True:
         try:
             seed = pipe.recv()
         except EOFError:
             return
         forget_most_memory()
-        outcome = trial(seed)
+        outcome = module.trial(seed)
         most = find_most_memory()
-        if most > MEMORY and not outcome.is_broken:
+        if most > memory and not outcome.is_broken:
             outcome = Outcome(EATS, True, f"{most / 1e6:.0f} MB: {outcome.detail}")
         pipe.send(tuple(outcome))
 

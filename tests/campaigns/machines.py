@@ -18,12 +18,14 @@ LONGEST = 120.0
 """That a trial may take beside others on the same cores [s]."""
 SLOWEST = 30.0
 """Processor time after which a trial without a result has to have said so [s]."""
+MEMORY = 2_000_000_000
+"""That a process may hold at once during a trial [bytes]; 1.2 GB are what the compiler leaves behind."""
 CLOSURE = 1e-6
 """Mass or energy that may be missing, relative."""
 EXERGY_CLOSURE = 1e-6
 """Exergy that may be missing without a warning, relative."""
-ROUNDING = 1e-9
-"""Relative error by which a bound may be missed."""
+ERROR = 1e-7
+"""Relative error by which a lift may miss its bound: the tolerance of a step."""
 KINDS = ("engine, near", "valve, near", "engine, wide", "valve, wide")
 POSITIVE = "Pa abs", "K", "m3"
 """Units of traces that are nowhere 0 or less."""
@@ -102,7 +104,7 @@ def find_faults(machine, run):
         elif trace.unit in POSITIVE and not values.min() > 0.0:
             yield f"{name} is not above 0", f"{values.min():.6g} {trace.unit}"
     lift, stroke = np.asarray(run.traces["lift"].values), highest_lift(machine, run)
-    if not (lift.min() >= -ROUNDING * stroke and lift.max() <= (1.0 + ROUNDING) * stroke):
+    if not (lift.min() >= -ERROR * stroke and lift.max() <= (1.0 + ERROR) * stroke):
         yield "the lift leaves its stroke", f"{lift.min():.6g} to {lift.max():.6g} of {stroke:.6g} m"
     if "exergy_closure" in run.scalars:
         enters = sum(run[f"exergy_{name}"] for name in ENTERS)
