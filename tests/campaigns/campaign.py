@@ -43,8 +43,8 @@ def run_campaign(name, seeds, out, jobs=1, longest=None, tell=None):
     Parameters
     ----------
     name : str
-        Name of a module with a function ``trial(seed)`` that returns an `Outcome`, and perhaps with its own `LONGEST` and
-        `MEMORY`.
+        Name of a module with a function ``trial(seed)`` that returns an `Outcome`, and perhaps with its own `LONGEST`
+        and `MEMORY`.
     seeds : sequence of int
     out : path
         Folder that gets one JSON line for each trial.

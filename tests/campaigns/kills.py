@@ -23,7 +23,7 @@ from .campaign import Outcome, trial_folder
 
 LONGEST = 120.0
 """That a trial may take [s]: up to three sweeps."""
-SWEEP = "engine", "sweep", "--speed", "300:2400:300 rpm", "--timing", "both", "--no-figures", "--out", "sweep.h5"
+SWEEP = "engine", "sweep", "--speed", "300:2400:150 rpm", "--timing", "both", "--no-figures", "--out", "sweep.h5"
 """Valves with and without correction, a cam and an ideal valve."""
 GROUP, LEADER, WORKER = "group", "leader", "worker"
 STRIKES = [(victim, jobs) for jobs in (1, 2, 3) for victim in (GROUP, LEADER, WORKER) if jobs > 1 or victim != WORKER]

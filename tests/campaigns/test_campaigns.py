@@ -16,7 +16,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Curve, Quantity
 from apesim.quantities.trees import faults, schema
 from tests.archive_samples import sample
-from tests.campaigns import archives, failures, inputs, kills, machines, mutants, probes
+from tests.campaigns import archives, cluster, failures, inputs, kills, machines, mutants, probes
 from tests.campaigns.campaign import DIES, HANGS, Outcome, find_most_memory, forget_most_memory, run_campaign, summarise
 from tests.campaigns.draws import CURVES, draw_machine
 from tests.campaigns.mutants import Mutant
@@ -170,6 +170,32 @@ def test_a_sweep_that_is_killed_goes_on_to_the_same_bits(tmp_path):
     seeds = [kills.STRIKES.index((victim, 2)) for victim in (kills.GROUP, kills.LEADER, kills.WORKER)]
     found = run_campaign(kills.__name__, seeds, tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
+
+
+# --- cluster ---
+
+
+@pytest.mark.parametrize(
+    ("code", "err", "is_told"),
+    [
+        (2, "--dask: the scheduler is gone; what is done is kept; start it, and go on with --resume", True),
+        (2, "--dask: no scheduler answers at 'tcp://127.0.0.1:1'; start one with `dask scheduler`", True),
+        (2, "--dask: the scheduler is gone", False),
+        (1, "--dask: the scheduler is gone; start it, and go on with --resume", False),
+        (2, "", False),
+    ],
+)
+def test_a_lost_scheduler_that_is_not_told_is_seen(code, err, is_told, tmp_path):
+    (tmp_path / "err.txt").write_text(err)
+    assert cluster.told_how_to_go_on(code, tmp_path) is is_told
+
+
+@pytest.mark.parametrize("trouble", [cluster.KILL, cluster.LOSE])
+def test_a_sweep_on_a_cluster_in_trouble_ends_with_the_same_bits(trouble, monkeypatch):
+    monkeypatch.setattr(cluster, "MOST", 1)
+    monkeypatch.setattr(cluster, "EVERY", (4.0, 6.0))
+    outcome = cluster.trial(cluster.TROUBLES.index(trouble))
+    assert outcome.word.startswith(f"{trouble}: the same bits"), outcome
 
 
 # --- failures ---
