@@ -114,7 +114,6 @@ def complete(
     ...     )
     0 1
     1 1
-    1 1
     >>> len(completion.parts), completion.faults
     (1, [])
     """

@@ -25,6 +25,7 @@ from apesim.archive.file import read
 from apesim.archive.inspection import verify
 from apesim.studies.console import BAD_INPUT, DONE, INCOMPLETE
 from apesim.studies.gap.example_bench import list_left_out, write_example
+from apesim.studies.sweep import completion
 from tests.archive_samples import same
 
 from .campaign import Outcome, trial_folder
@@ -35,7 +36,7 @@ LONGEST = 120.0
 UNREACHED = "not reached"
 PARTS = "1.h5", "2.h5", "3.h5"
 SWEEP = "engine", "sweep", "--speed", "600:1200:300 rpm", "--intake", "cam,ideal", "--no-figures"
-EXPLAIN = "gap", "explain", "measured", "--out", "explained"
+EXPLAIN = "gap", "explain", "measured", "--out", "explained", "--jobs", "1"
 NAMED = "sweep.h5", "all.h5", "explained", "memory", "--jobs", *PARTS
 """What a refusal names: a file or folder, or what there is too little of."""
 LEFT = ".tmp", ".lock", ".shards"
@@ -57,7 +58,7 @@ def trial(seed):
     number, kind = seed // len(KINDS) + 1, f"{command.__name__}, {call.__name__}"
     with trial_folder() as folder, contextlib.chdir(folder):
         first, again, is_whole = command()
-        with fail(call, number) as reached:
+        with fail(call, number) as reached, mock.patch.object(completion, "SHARD_SECONDS", 0.0):  # each run is a shard
             code, _, err = run(first)
         if not reached:
             return Outcome(f"{kind}: {UNREACHED}")
