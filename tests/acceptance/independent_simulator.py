@@ -18,6 +18,10 @@ from tests.truth.simulator.valve import POSITION, PRESSURE_A, TEMPERATURE_B, Ben
 
 MARCHED = [effect for effect in VALVE_EFFECTS if effect.slots != ("sensor",) and not effect.tabulated]
 """Effects of the valve that both know."""
+ERROR = 2e-5
+"""Relative error of our numbers at the default tolerance and of printed ones; of torques, to that of full pressure."""
+ANGLE_ERROR = 1e-3
+"""Error of an angle [deg]."""
 TARGETS = (-5.0, 70.0)
 """Intended opening and closing of the default machine [deg]."""
 ANGLES = {
@@ -127,6 +131,11 @@ class EngineDeviations(NamedTuple):
     """Relative, of torques to that of the full pressure."""
     angles: dict[str, float]
     """[deg]"""
+
+    def beyond(self) -> dict[str, float]:
+        """Those beyond `ERROR` and `ANGLE_ERROR`."""
+        beyond = {name: off for name, off in self.shares.items() if not off <= ERROR}
+        return beyond | {name: off for name, off in self.angles.items() if not off <= ANGLE_ERROR}
 
 
 def engine_deviations(a_machine: Machine, rpm: float) -> EngineDeviations:

@@ -6,7 +6,7 @@ import time
 
 from .campaign import run_campaign, summarise
 
-NAMES = ("inputs", "archives", "kills", "cluster", "failures", "machines", "mutants")
+NAMES = ("inputs", "archives", "kills", "cluster", "failures", "machines", "agreement", "mutants")
 
 
 def main():

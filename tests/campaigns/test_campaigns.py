@@ -12,11 +12,14 @@ import pytest
 
 import apesim
 from apesim.archive.file import write
+from apesim.engine.cylinder import CAM
 from apesim.engine.machine import Machine
 from apesim.quantities import Curve, Quantity
 from apesim.quantities.trees import faults, schema
+from tests.acceptance import independent_simulator
+from tests.acceptance.independent_simulator import random_machine
 from tests.archive_samples import sample
-from tests.campaigns import archives, cluster, failures, inputs, kills, machines, mutants, probes
+from tests.campaigns import agreement, archives, cluster, failures, inputs, kills, machines, mutants, probes
 from tests.campaigns.campaign import DIES, HANGS, Outcome, find_most_memory, forget_most_memory, run_campaign, summarise
 from tests.campaigns.draws import CURVES, draw_machine
 from tests.campaigns.mutants import Mutant
@@ -314,6 +317,18 @@ def test_whatever_machine_is_drawn_it_closes_or_is_named(tmp_path):
     found = run_campaign(machines.__name__, range(TRIALS), tmp_path, longest=300.0)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
     assert {one.word.partition(":")[0] for one in found.values()} == set(machines.KINDS)
+
+
+# --- agreement ---
+
+
+def test_a_machine_on_which_the_simulators_disagree_is_told(monkeypatch):
+    seed = next(seed for seed in range(50) if random_machine(seed)[0].engine.intake == CAM)  # takes half a second
+    assert agreement.trial(seed).word.endswith("effects: agrees")
+    run = independent_simulator.settled
+    monkeypatch.setattr(independent_simulator, "settled", lambda machine, rpm: run(machine, 1.0001 * rpm))
+    outcome = agreement.trial(seed)
+    assert outcome.is_broken and outcome.word.startswith("cam, ") and "engine_air" in outcome.detail
 
 
 # --- mutants ---

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from apesim.engine.machine import Machine
-from tests.acceptance.independent_simulator import engine_deviations, random_machine
+from tests.acceptance.independent_simulator import ANGLE_ERROR, ERROR, engine_deviations, random_machine
 from tests.machines import AMBIENT, RPM, agrees, changed, machine, reference
 from tests.truth.simulator.engine import Engine
 from tests.truth.simulator.periodic import opening_and_closing, periodic, results
@@ -16,9 +16,6 @@ from tests.truth.simulator.valve import Bench
 
 ROWS = reference("reference-engine.csv")
 QUICK = [row for row in ROWS if (row["case"], row["speed [rpm]"]) in {("epv", "1200"), ("cam", "1000")}]
-ERROR = 2e-5
-"""Relative, here and of the packages at their default tolerance; of torques, to that of the full pressure."""
-ANGLE_ERROR = 1e-3
 VARIANTS = {
     "receiver 1 L": {"receiver_volume": 1e-3},
     "control air from it": {"control_from_receiver": True},
@@ -73,9 +70,7 @@ def test_the_engine_repeats_every_row_of_the_published_solution(row):
 
 
 def assert_agree(a_machine, rpm):
-    found = engine_deviations(a_machine, rpm)
-    assert {name: off for name, off in found.shares.items() if not off <= ERROR} == {}
-    assert {name: off for name, off in found.angles.items() if not off <= ANGLE_ERROR} == {}
+    assert engine_deviations(a_machine, rpm).beyond() == {}
 
 
 def test_the_true_opening_and_closing_are_those_of_the_whole_engine():
