@@ -1,0 +1,166 @@
+"""Time and memory of sweeps of up to 100 000 operating points, cost of their archive, and gain by a second core."""
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+
+from apesim.engine.cylinder import IDEAL_VALVE
+from apesim.engine.machine import Machine
+from apesim.studies.figures.drawing.panels import label_axes, open_row
+from apesim.studies.figures.drawing.style import BLUE, GREY, RED, STYLE
+from apesim.studies.sweep.compute import compute as run_points
+from apesim.studies.sweep.plan import plan
+from apesim.studies.sweep.run import run_sweep
+from apesim.studies.sweep.variation import Variation
+from docs.results import Number, Table, describe_code, hash_files
+from docs.results._figures import FOLDER
+from tests.benchmarks.speed import WITH_MEMORY
+from tests.machines import RPM
+
+OPTIONAL = True
+RECORD = True
+SPEEDS = "600:2580:20 rpm"
+"""A hundred speeds."""
+PRESSURES = 10, 30, 100, 300, 1000
+"""Numbers of supply pressures that each sweep has beside them."""
+JOBS = 2
+BESIDE = 2000
+"""Points of the sweeps that are held against their computing alone."""
+ROUNDS = 3
+
+
+def compute():
+    """Times and memory by the number of points, a figure of them, overhead, and gain by a second core."""
+    code = hash_files("apesim", "valve", "engine", "studies")
+    folder = Path(tempfile.gettempdir()) / f"apesim_large_sweeps_{code[:12]}"
+    found = [_measured(number, folder) for number in PRESSURES]
+    points, seconds, first, workers, _ = np.array(found, float).T
+    _draw(points, seconds, first, workers)
+    least = _least_times()
+    rows = [
+        [Number(int(n)), f"{s:.0f} s", f"{1e3 * s / n:.1f} ms", f"{f:.0f} MB", f"{w:.0f} MB", f"{b:.1f} MB"]
+        for n, s, f, w, b in found
+    ]
+    return {
+        "sweeps": Table(
+            [
+                "operating points",
+                "time",
+                "time for each",
+                "memory of the first process",
+                "of the largest worker",
+                "archive",
+            ],
+            rows,
+        ),
+        "largest": Number(int(points.max())),
+        "memory": Number(float(max(first[-1], workers[-1])), "MB", error=0.5),
+        "slope": Number(float(np.polyfit(np.log(points[1:]), np.log(seconds[1:]), 1)[0]), error=0.005),
+        "beside": Table(
+            ["what is left of computing alone", "time", "over computing alone", "times as fast as one process"],
+            [
+                ["computing alone", f"{least['alone']:.1f} s", "—", "—"],
+                *(
+                    [
+                        f"{JOBS if jobs > 1 else 'one'} process{'es' * (jobs > 1)}, {name} traces",
+                        f"{least[name, jobs]:.1f} s",
+                        f"{100.0 * (least[name, jobs] / least['alone'] - 1.0):+.1f} %" if jobs == 1 else "—",
+                        f"{least[name, 1] / least[name, jobs]:.2f}" if jobs > 1 else "—",
+                    ]
+                    for name in ("without", "with")
+                    for jobs in (1, JOBS)
+                ),
+            ],
+        ),
+        "beside_points": Number(BESIDE),
+        "made": Table(["what", "value"], describe_code()),
+    }
+
+
+def _measured(number, folder):
+    """Points, time [s], memory of the first process and of the largest worker, and archive [MB]; kept once measured."""
+    kept = folder / f"{number}.json"
+    if kept.exists():
+        return json.loads(kept.read_text())
+    folder.mkdir(exist_ok=True)
+    pressures = f"supply.pressure=0.5:{0.5 + 1e-3 * (number - 1):g}:0.001 MPa gauge"
+    words = ["engine", "sweep", "--speed", SPEEDS, "--vary", pressures, "--intake", "ideal", "--no-traces"]
+    words += ["--no-figures", "--jobs", f"{JOBS}", "--overwrite", "--quiet", "--out", "sweep.h5"]
+    start = time.perf_counter()
+    with (folder / "err.txt").open("w+") as errors:
+        process = subprocess.Popen(
+            [sys.executable, "-c", WITH_MEMORY, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=errors
+        )
+        worker = 0.0
+        while process.poll() is None:
+            worker = max(worker, _largest_child(process.pid))
+            time.sleep(0.2)
+        seconds = time.perf_counter() - start
+        errors.seek(0)
+        said = errors.read().split()
+    if process.returncode:
+        raise RuntimeError(" ".join(said))
+    size = (folder / "sweep.h5").stat().st_size
+    found = [100 * number, seconds, int(said[-1]) * 1024 / 1e6, worker / 1e6, size / 1e6]
+    kept.write_text(json.dumps(found))
+    return found
+
+
+def _largest_child(pid):
+    """Most memory that a child of a process has held so far [byte]."""
+    largest = 0
+    with suppress(FileNotFoundError, ProcessLookupError):
+        for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+            for line in Path(f"/proc/{child}/status").read_text().splitlines():
+                if line.startswith("VmHWM"):
+                    largest = max(largest, 1024 * int(line.split()[1]))
+    return largest
+
+
+def _least_times():
+    """Least times of several rounds of computing some points alone, and of sweeping them [s]."""
+    speeds = list(np.linspace(1000.0, 2400.0, BESIDE) * RPM)
+    points = plan(Variation((), (Machine(),)), speeds, [IDEAL_VALVE]).points
+    times = {}
+
+    def note(what, seconds):
+        times[what] = min(times.get(what, np.inf), seconds)
+
+    run_points(points[:1])
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(ROUNDS):
+            start = time.perf_counter()
+            run_points(points)
+            note("alone", time.perf_counter() - start)
+            for name in ("without", "with"):
+                for jobs in (1, JOBS):
+                    out = Path(folder, "sweep.h5")
+                    start = time.perf_counter()
+                    run_sweep(Machine(), speeds, [IDEAL_VALVE], out, traces=name == "with", jobs=jobs, overwrite=True)
+                    note((name, jobs), time.perf_counter() - start)
+    return times
+
+
+def _draw(points, seconds, first, workers):
+    """Draw time and memory over the number of points."""
+    with rc_context(STYLE):
+        figure, (left, right) = open_row(2)
+        left.loglog(points, points * seconds[-1] / points[-1], color=GREY, ls="--", label="in proportion")
+        left.loglog(points, seconds, color=BLUE, marker="o", label=f"measured, {JOBS} processes")
+        label_axes(left, x=("operating points", "1"), y=("time", "s"), title="Time of a sweep")
+        right.semilogx(points, first, color=RED, marker="o", label="first process")
+        right.semilogx(points, workers, color=BLUE, marker="s", label="largest worker")
+        right.axhline(500.0, color=GREY, ls="--")
+        label_axes(right, x=("operating points", "1"), y=("largest memory", "MB"), title="Memory")
+        right.set_ylim(0.0, 600.0)
+        for axes in (left, right):
+            axes.legend()
+        FOLDER.mkdir(exist_ok=True)
+        figure.savefig(FOLDER / "large_sweeps.png")
