@@ -8,6 +8,7 @@ from apesim.studies.gap.reasons import Verdict
 from docs import results
 from docs.extensions.generated import write_effects, write_measured
 from docs.results import benchmark
+from tests.campaigns.__main__ import NAMES
 from tests.folders import ROOT
 from tests.truth.scoring.score import NO_VERDICT, Scored
 from tests.truth.sealed.second_schedule import second_plan
@@ -73,11 +74,11 @@ def test_a_case_without_a_verdict_counts():
 
 
 def test_only_what_wants_days_or_a_quiet_machine_may_wait_until_it_is_computed():
-    campaigns = [f"campaign_{name}" for name in ("failures", "inputs", "kills", "machines", "mutants")]
-    optional = ["active", "benchmark", *campaigns, "performance"]
-    assert [name for name in results.names() if results.is_optional(name)] == optional
+    campaigns = {f"campaign_{name}" for name in NAMES if name != "archives"}
+    optional = {"active", "benchmark", *campaigns, "large_sweeps", "performance"}
+    assert {name for name in results.names() if results.is_optional(name)} == optional
 
 
 def test_only_what_takes_hours_may_tell_of_older_code():
-    campaigns = [f"campaign_{name}" for name in ("archives", "failures", "inputs", "kills", "machines", "mutants")]
-    assert [name for name in results.names() if results.is_record(name)] == ["active", "benchmark", *campaigns]
+    records = {"active", "benchmark", *(f"campaign_{name}" for name in NAMES), "large_sweeps"}
+    assert {name for name in results.names() if results.is_record(name)} == records
