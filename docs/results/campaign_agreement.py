@@ -5,7 +5,7 @@ from tests.campaigns import agreement
 
 OPTIONAL = True
 RECORD = True
-TRIALS = 1000
+TRIALS = 300
 
 
 def compute():
