@@ -1,13 +1,9 @@
-"""What a campaign found, as tables for the text.
+"""What a campaign found, as tables for the text."""
 
-Outcomes are kept in a folder that is named by the hash of all the code: a campaign that was interrupted goes on.
-"""
-
-import tempfile
 from collections import Counter
-from pathlib import Path
 
 from docs.results import Number, Table, describe_code, hash_files
+from docs.results._kept import find_kept
 from tests.campaigns.campaign import run_campaign
 
 JOBS = 2
@@ -24,8 +20,7 @@ def try_out(campaign, trials):
     """
     name = campaign.__name__.rpartition(".")[2]
     code = hash_files("apesim", "valve", "engine", "studies", "tests/campaigns")
-    folder = Path(tempfile.gettempdir()) / f"apesim_campaign_{code[:12]}"
-    return run_campaign(campaign.__name__, range(trials), folder / name, JOBS)
+    return run_campaign(campaign.__name__, range(trials), find_kept("campaign", code) / name, JOBS)
 
 
 def count(found):

@@ -15,11 +15,10 @@ import importlib
 import pkgutil
 import subprocess
 import sys
-import tempfile
 from collections import Counter
-from pathlib import Path
 
 from docs.results import ROOT, Number, Table, hash_files
+from docs.results._kept import find_kept
 from tests.truth.scoring.again import HEADS, repeat_named, rows_again
 from tests.truth.scoring.benchmark import TOOLS, read
 from tests.truth.scoring.figures import figures
@@ -59,7 +58,7 @@ WORDS = {BAD_INPUT: "refused as impossible", NO_VERDICT: "no verdict"}
 def compute():
     """Counts of verdicts by what was hidden, all figures with their intervals, and the same of simpler methods."""
     load_solver()
-    folder = Path(tempfile.gettempdir()) / f"apesim_benchmark_{hash_sources()[:12]}"
+    folder = find_kept("benchmark", hash_sources())
     options = ["--first", str(FIRST), "--cases", str(CASES), "--jobs", str(JOBS)]
     subprocess.run([sys.executable, "-m", "tests.truth", "benchmark", *options, "--out", folder], cwd=ROOT, check=True)
     seeds = range(FIRST, FIRST + CASES)

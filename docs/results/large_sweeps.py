@@ -21,6 +21,7 @@ from apesim.studies.sweep.run import run_sweep
 from apesim.studies.sweep.variation import Variation
 from docs.results import Number, Table, describe_code, hash_files
 from docs.results._figures import FOLDER
+from docs.results._kept import find_kept
 from tests.benchmarks.speed import WITH_MEMORY
 from tests.machines import RPM
 
@@ -38,8 +39,7 @@ ROUNDS = 3
 
 def compute():
     """Times and memory by the number of points, a figure of them, overhead, and gain by a second core."""
-    code = hash_files("apesim", "valve", "engine", "studies")
-    folder = Path(tempfile.gettempdir()) / f"apesim_large_sweeps_{code[:12]}"
+    folder = find_kept("large_sweeps", hash_files("apesim", "valve", "engine", "studies"))
     found = [_measured(number, folder) for number in PRESSURES]
     points, seconds, first, workers, _ = np.array(found, float).T
     _draw(points, seconds, first, workers)

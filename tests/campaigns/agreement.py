@@ -4,12 +4,11 @@ from apesim.engine.cylinder import INTAKES
 from apesim.engine.machine import Machine
 from tests.acceptance.independent_simulator import engine_deviations, random_machine
 
-from .campaign import Outcome
+from .campaign import WITH_COMPILER, Outcome
 
 LONGEST = 300.0
 """That a trial may take [s]: the independent simulator is not compiled."""
-MEMORY = 2_000_000_000
-"""That a process may hold at once during a trial [bytes]; 1.2 GB are what the compiler leaves behind."""
+MEMORY = WITH_COMPILER
 
 
 def trial(seed):

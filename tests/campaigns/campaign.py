@@ -20,6 +20,8 @@ START = 120.0
 """That the first trial of a process may take: it imports, and may compile [s]."""
 MEMORY = 1_000_000_000
 """That a process may hold at once during a trial [bytes]."""
+WITH_COMPILER = 2_000_000_000
+"""Memory of a process whose trials may compile: 1.2 GB are what the compiler leaves behind [bytes]."""
 RETIRED = 500
 """Trials after which a process is replaced: what one leaves behind does not pile up for ever."""
 HANGS, DIES, EATS = "hangs", "process ends", "memory"

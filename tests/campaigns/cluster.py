@@ -16,7 +16,7 @@ from contextlib import suppress
 from functools import cache
 
 from .campaign import Outcome, trial_folder
-from .kills import describe_progress, judge, wait_until
+from .kills import describe_progress, judge, start, wait_until
 
 LONGEST = 300.0
 """That a trial may take [s]."""
@@ -55,7 +55,7 @@ def trial(seed):
     with trial_folder() as folder, trial_folder() as space:
         while True:
             with Cluster(space) as cluster:
-                process = start(folder, cluster.address, resume=bool(struck))
+                process = start(folder, *SWEEP, "--dask", cluster.address, resume=bool(struck))
                 while planned and wait_until(process, time.monotonic() + rng.uniform(*EVERY)):
                     struck.append(describe_progress(folder))
                     if cluster.trouble(planned.pop(0), rng):
@@ -152,17 +152,10 @@ def read_address(file):
     return None
 
 
-def start(folder, address, *, resume):
-    """Start the sweep on a cluster."""
-    command = [sys.executable, "-m", "apesim.studies.cli", *SWEEP, "--dask", address, *["--resume"] * resume]
-    with (folder / "err.txt").open("w") as errors:
-        return subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=errors, stdin=subprocess.DEVNULL)
-
-
 @cache
 def computed_here():
     """The archive's file of the sweep, computed by processes of this machine."""
     with trial_folder() as folder:
-        command = [sys.executable, "-m", "apesim.studies.cli", *SWEEP, "--jobs", "2"]
-        subprocess.run(command, cwd=folder, check=True, capture_output=True)
+        if start(folder, *SWEEP, "--jobs", "2").wait():
+            raise RuntimeError(said(folder))
         return (folder / "sweep.h5").read_bytes()

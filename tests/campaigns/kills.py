@@ -60,7 +60,7 @@ def trial(seed):
     with trial_folder() as folder:
         struck, left = [], rng.choice((1, 1, 2))
         while True:
-            process = start(folder, jobs, resume=bool(struck))
+            process = start(folder, *SWEEP, "--jobs", f"{jobs}", resume=bool(struck))
             begun = time.monotonic()
             while left and wait_until(process, begun + rng.uniform(0.8 * whole.first, whole.seconds)):
                 left -= 1
@@ -105,9 +105,9 @@ def judge(kind, struck, code, folder):
     return Outcome(f"{kind}: the same bits, struck {struck[-1] if struck else 'after its end'}")
 
 
-def start(folder, jobs, *, resume):
-    """Start the sweep in a group of its own."""
-    command = [sys.executable, "-m", "apesim.studies.cli", *SWEEP, "--jobs", str(jobs), *["--resume"] * resume]
+def start(folder, *words, resume=False):
+    """Start a sweep in a group of its own; what it says on standard error is in ``err.txt``."""
+    command = [sys.executable, "-m", "apesim.studies.cli", *words, *["--resume"] * resume]
     with (folder / "err.txt").open("w") as errors:
         return subprocess.Popen(
             command, cwd=folder, stdout=subprocess.DEVNULL, stderr=errors, stdin=subprocess.DEVNULL, process_group=0
@@ -176,7 +176,7 @@ def undisturbed(jobs):
     """The sweep, as it goes if nothing kills it."""
     with trial_folder() as folder:
         begun, first = time.monotonic(), None
-        process = start(folder, jobs, resume=False)
+        process = start(folder, *SWEEP, "--jobs", f"{jobs}")
         while process.poll() is None:
             if first is None and describe_progress(folder) != "before its first shard":
                 first = time.monotonic() - begun

@@ -11,15 +11,14 @@ import apesim
 from apesim.engine.exergy import ENTERS
 from apesim.studies.operating_conditions import RATE, SPEED
 
-from .campaign import Outcome
+from .campaign import WITH_COMPILER, Outcome
 from .draws import draw_log, draw_machine
 
 LONGEST = 120.0
 """That a trial may take beside others on the same cores [s]."""
 SLOWEST = 30.0
 """Processor time after which a trial without a result has to have said so [s]."""
-MEMORY = 2_000_000_000
-"""That a process may hold at once during a trial [bytes]; 1.2 GB are what the compiler leaves behind."""
+MEMORY = WITH_COMPILER
 CLOSURE = 1e-6
 """Mass or energy that may be missing, relative."""
 EXERGY_CLOSURE = 1e-6
