@@ -120,7 +120,7 @@ class Worker:
     def __init__(self, name):
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.process = context.Process(target=serve, args=(name, theirs), daemon=True)
+        self.process = context.Process(target=serve, args=(name, theirs))
         self.seed = self.started = None
         self.done = 0
         self._theirs = theirs

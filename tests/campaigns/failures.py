@@ -2,7 +2,7 @@
 
 So SQLite is tested [1]_: each call that may fail is made to, one at a time. What comes of it is complete, or it is
 refused in a line that names what is missing, and done again it is complete and leaves nothing else. A trial whose call
-is never reached says so: it ends the row of its kind.
+is never reached says so: it ends the row of its kind. `TRIALS` reaches to the end of every row.
 
 References
 ----------
@@ -13,6 +13,9 @@ import builtins
 import contextlib
 import errno
 import os
+import signal
+import sys
+import threading
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from functools import cache
@@ -27,6 +30,7 @@ from apesim.studies.console import BAD_INPUT, DONE, INCOMPLETE
 from apesim.studies.gap.example_bench import list_left_out, write_example
 from apesim.studies.sweep import completion
 from tests.archive_samples import same
+from tests.folders import ROOT
 
 from .campaign import Outcome, trial_folder
 from .inputs import run
@@ -36,11 +40,16 @@ LONGEST = 120.0
 UNREACHED = "not reached"
 PARTS = "1.h5", "2.h5", "3.h5"
 SWEEP = "engine", "sweep", "--speed", "600:1200:300 rpm", "--intake", "cam,ideal", "--no-figures"
-EXPLAIN = "gap", "explain", "measured", "--out", "explained", "--jobs", "1"
+EXPLAIN = "gap", "explain", "measured", "--out", "explained"
 NAMED = "sweep.h5", "all.h5", "explained", "memory", "--jobs", *PARTS
 """What a refusal names: a file or folder, or what there is too little of."""
 LEFT = ".tmp", ".lock", ".shards"
 """Ends of names of what nothing may leave."""
+BEFORE, INSIDE, AFTER = "before", "inside", "after"
+"""Where in a task its worker dies."""
+PROGRAM, TESTS = (f"{path}{os.sep}" for path in (ROOT, ROOT / "tests"))
+CALLS_INSIDE = 1000
+"""Calls of functions after which a worker dies inside a task."""
 
 
 def trial(seed):
@@ -54,8 +63,10 @@ def trial(seed):
     -------
     Outcome
     """
-    command, call = KINDS[seed % len(KINDS)]
-    number, kind = seed // len(KINDS) + 1, f"{command.__name__}, {call.__name__}"
+    if seed >= len(TRIALS):
+        return Outcome("none: there are no more calls")
+    number, command, call = TRIALS[seed]
+    kind = f"{command.__name__}, {call.__name__}"
     with trial_folder() as folder, contextlib.chdir(folder):
         first, again, is_whole = command()
         with fail(call, number) as reached, mock.patch.object(completion, "SHARD_SECONDS", 0.0):  # each run is a shard
@@ -115,12 +126,17 @@ def merge():
     return words, (*words, "--overwrite"), lambda: is_sweep("all.h5")
 
 
-def explain():
+def explain(jobs=1):
     """A search for a missing effect, with its report."""
     Path("measured").mkdir()
     write_example(Path("measured"))
-    words = *EXPLAIN, *(word for name in list_left_out() for word in ("--without", name))
+    words = *EXPLAIN, "--jobs", f"{jobs}", *(word for name in list_left_out() for word in ("--without", name))
     return words, (*words, "--overwrite"), is_explained
+
+
+def explain_of_two():
+    """A search for a missing effect in two processes."""
+    return explain(2)
 
 
 def is_sweep(path):
@@ -230,13 +246,84 @@ def making(fails):
 
 
 def allocating(fails):
-    """There is no memory for an array."""
-    return [watch(np, name, fails, None) for name in ("empty", "zeros", "concatenate", "column_stack")]
+    """There is no memory for an array; each place that takes some is counted once, with the lines that led there."""
+    places = set()
+
+    def fail_at_new_place(error):
+        place = find_place()
+        if place not in places:
+            places.add(place)
+            fails(error)
+
+    return [watch(np, name, fail_at_new_place, None) for name in ("empty", "zeros", "concatenate", "column_stack")]
+
+
+def find_place():
+    """Lines of the program that led here, the last one first."""
+    frame, lines = sys._getframe(), []
+    while frame := frame.f_back:
+        file = frame.f_code.co_filename
+        if file.startswith(PROGRAM) and not file.startswith(TESTS):
+            lines.append((file, frame.f_lineno))
+    return tuple(lines)
 
 
 def submitting(fails):
     """A worker process cannot be given a task."""
     return [watch(ProcessPoolExecutor, "submit", fails, errno.EAGAIN)]
+
+
+def dying(fails):
+    """A worker process dies before, inside or after a task."""
+    submit = ProcessPoolExecutor.submit
+
+    def watched(executor, task, item):
+        for place in (BEFORE, INSIDE, AFTER):
+            try:
+                fails(errno.EIO)
+            except OSError:
+                task, item = die, (place, task, item)
+        return submit(executor, task, item)
+
+    return [mock.patch.object(ProcessPoolExecutor, "submit", watched)]
+
+
+def die(order):
+    """Kill this process before, inside or after a task."""
+    place, task, item = order
+    if place == INSIDE:
+        left = iter(range(CALLS_INSIDE))
+
+        def count(*_):
+            if next(left, None) is None:
+                kill()
+
+        threading.setprofile(count)
+        sys.setprofile(count)
+    if place != BEFORE:
+        task(item)
+    kill()
+
+
+def kill():
+    """Kill this process, as the system does where memory is short."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def damaging(fails):
+    """A shard is damaged once it is written: its second half is lost."""
+    replace = os.replace
+
+    def watched(source, target):
+        replace(source, target)
+        if Path(target).parent.name.endswith(".shards"):
+            try:
+                fails(errno.EIO)
+            except OSError:
+                path = Path(target)
+                path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+    return [mock.patch.object(os, "replace", watched)]
 
 
 def watch(owner, name, fails, error):
@@ -272,9 +359,21 @@ def fail(call, number):
         yield reached
 
 
-FILES = opening, writing, syncing, renaming, removing, making
-KINDS = (
-    *((command, call) for command in (sweep, merge, explain) for call in (*FILES, allocating)),
-    (sweep_of_two, submitting),
+ROWS = {
+    sweep: {opening: 10, writing: 10, syncing: 16, renaming: 9, removing: 10, making: 9, allocating: 44, damaging: 9},
+    merge: {opening: 4, writing: 4, syncing: 4, renaming: 3, removing: 3, making: 3, allocating: 26},
+    explain: {opening: 19, writing: 19, syncing: 36, renaming: 19, removing: 2, making: 6, allocating: 390},
+    sweep_of_two: {submitting: 9, dying: 24},
+    explain_of_two: {submitting: 32, dying: 92},
+}
+"""Commands, what fails in them, and how many calls are let fail: a few more than there are."""
+TRIALS = sorted(
+    (
+        (number, command, call)
+        for command, row in ROWS.items()
+        for call, length in row.items()
+        for number in range(1, length + 1)
+    ),
+    key=lambda one: one[0],
 )
-"""Commands, with what fails in them."""
+"""Number of the call that fails, command, and what fails, by seed: the first calls of all first."""

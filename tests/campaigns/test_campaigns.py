@@ -1,9 +1,11 @@
 """The campaigns themselves, and a short form of each."""
 
 import json
+import os
 import random
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -203,6 +205,22 @@ def test_a_sweep_on_a_cluster_in_trouble_ends_with_the_same_bits(trouble, monkey
 
 # --- failures ---
 
+FIRST_CALLS = sum(map(len, failures.ROWS.values()))
+
+
+@pytest.fixture
+def shard(tmp_path):
+    path = tmp_path / "sweep.h5.shards" / "1.h5"
+    path.parent.mkdir()
+    (tmp_path / "new").write_bytes(b"whole")
+    return path
+
+
+def test_a_shard_loses_its_second_half_once_it_is_written(shard, tmp_path):
+    with failures.fail(failures.damaging, 1) as reached:
+        os.replace(tmp_path / "new", shard)
+    assert reached and shard.read_bytes() == b"wh"
+
 
 def test_the_call_that_is_to_fail_does_once(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -234,8 +252,54 @@ def test_a_failure_that_is_not_told_is_seen(code, err, is_whole, is_broken):
     assert bool(failures.judge(code, err, lambda: is_whole)) is is_broken
 
 
+def test_a_place_that_takes_memory_fails_once(monkeypatch):
+    monkeypatch.setattr(failures, "find_place", lambda: "the same lines")
+    with failures.fail(failures.allocating, 2) as reached:
+        np.empty(3), np.zeros(3)
+    assert reached == []
+    monkeypatch.setattr(failures, "find_place", iter(("some lines", "others")).__next__)
+    with failures.fail(failures.allocating, 2) as reached:
+        np.empty(3)
+        with pytest.raises(MemoryError):
+            np.empty(3)
+
+
+@pytest.mark.parametrize(
+    ("place", "done"),
+    [(failures.BEFORE, []), (failures.INSIDE, ["begun"]), (failures.AFTER, ["begun", "ended"])],
+)
+def test_a_worker_dies_where_it_is_told(place, done, monkeypatch):
+    class Killed(Exception):
+        pass
+
+    def kill():
+        raise Killed
+
+    def task(calls):
+        told.append("begun")
+        for number in range(calls):
+            str(number).strip()
+        told.append("ended")
+
+    told, before = [], (sys.getprofile(), threading.getprofile())
+    monkeypatch.setattr(failures, "kill", kill)
+    try:
+        with pytest.raises(Killed):
+            failures.die((place, task, 2 * failures.CALLS_INSIDE))
+    finally:
+        sys.setprofile(before[0])
+        threading.setprofile(before[1])
+    assert told == done
+
+
+def test_every_call_of_a_row_is_let_fail_once():
+    assert len(set(failures.TRIALS)) == len(failures.TRIALS)
+    assert [number for number, *_ in failures.TRIALS[:FIRST_CALLS]] == [1] * FIRST_CALLS
+    assert failures.trial(len(failures.TRIALS)).word.startswith("none")
+
+
 def test_whatever_call_fails_first_a_command_is_complete_or_names_what_is_missing(tmp_path):
-    found = run_campaign(failures.__name__, range(len(failures.KINDS)), tmp_path)
+    found = run_campaign(failures.__name__, range(FIRST_CALLS), tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
 
 
