@@ -1,15 +1,22 @@
-"""What a campaign found, as tables for the text."""
+"""What a campaign found, as tables for the text. A record grows by rounds, each with seeds that no round before had."""
 
 from collections import Counter
+from math import floor, log10
 
-from docs.results import Number, Table, describe_code, hash_files
+from scipy.stats import chi2
+
+from docs.results import Number, Table, describe_code, hash_files, load
 from docs.results._kept import find_kept
 from tests.campaigns.campaign import run_campaign
 
 JOBS = 2
+CONFIDENCE = 0.95
+OUTCOMES = ["tried", "what became of it", "trials"]
+ROUNDS = ["seeds", "trials", "promises broken", "made on", "by commit"]
+LISTED = ["seed", "what became of it", "where"]
 
 
-def try_out(campaign, trials):
+def try_out(campaign, trials, first=0):
     """Outcomes of a campaign by seed.
 
     Parameters
@@ -17,23 +24,82 @@ def try_out(campaign, trials):
     campaign : module
         Of `tests.campaigns`.
     trials : int
+    first : int
+        Seed of the first trial.
     """
     name = campaign.__name__.rpartition(".")[2]
     code = hash_files("apesim", "valve", "engine", "studies", "tests/campaigns")
-    return run_campaign(campaign.__name__, range(trials), find_kept("campaign", code) / name, JOBS)
+    seeds = range(first, first + trials)
+    return run_campaign(campaign.__name__, seeds, find_kept("campaign", code) / name, JOBS)
 
 
-def count(found):
-    """Values of a campaign: how many trials, how many broke a promise, outcomes by their words, and when it was made.
+def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken):
+    """Values of a campaign's record once a further round of trials is added to those that it has.
 
-    A word is "kind: outcome".
+    Parameters
+    ----------
+    campaign : module
+        Of `tests.campaigns`. The words of its outcomes are "kind: what became of it".
+    trials : int
+        Trials of the round.
+    is_listed : function
+        Whether an outcome is told with its detail.
+
+    Returns
+    -------
+    dict
+        How many trials in all, how many broke a promise, the bound on their share, counts of outcomes, rounds, and the
+        outcomes that are listed.
     """
-    counts = Counter(one.word for one in found.values())
-    rows = [[*word.split(": ", 1), Number(number)] for word, number in sorted(counts.items())]
-    broken = sum(one.is_broken for one in found.values())
+    outcomes, rounds, listed = read_rounds(f"campaign_{campaign.__name__.rpartition('.')[2]}")
+    first = sum(int(row[1].value) for row in rounds)
+    found = try_out(campaign, trials, first)
+    counts = Counter({(kind, what): int(number.value) for kind, what, number in outcomes})
+    counts.update(tuple(one.word.split(": ", 1)) for one in found.values())
+    (_, day), (_, commit) = describe_code()
+    newly_broken = sum(one.is_broken for one in found.values())
+    rounds = [*rounds, [f"{first} to {first + trials - 1}", Number(trials), Number(newly_broken), day, commit]]
+    listed = [*listed, *([f"{seed}", one.word, one.detail] for seed, one in found.items() if is_listed(one))]
+    broken = sum(int(row[2].value) for row in rounds)
     return {
-        "trials": Number(len(found)),
+        "trials": Number(first + trials),
         "broken": Number(broken),
-        "outcomes": Table(["tried", "what became of it", "trials"], rows),
-        "made": Table(["what", "value"], describe_code()),
+        "bound": as_percentage(bound(broken, first + trials)),
+        "outcomes": Table(OUTCOMES, [[*words, Number(number)] for words, number in sorted(counts.items())]),
+        "rounds": Table(ROUNDS, rounds),
+        "listed": Table(LISTED, listed),
     }
+
+
+def read_rounds(record):
+    """Rows of a record's outcomes, rounds and listed outcomes; none where there is no record yet."""
+    try:
+        values = load(record).values
+    except FileNotFoundError:
+        return [], [], []
+    return [values[key].rows for key in ("outcomes", "rounds", "listed")]
+
+
+def bound(broken, trials):
+    """Upper bound on the share of trials that break a promise, with 95 % confidence: 3/n if none of n did.
+
+    Parameters
+    ----------
+    broken, trials : int
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> f"{bound(0, 1000):.4f} {bound(1, 1000):.4f}"
+    '0.0030 0.0047'
+    """
+    return float(chi2.ppf(CONFIDENCE, 2 * (broken + 1))) / (2.0 * trials)
+
+
+def as_percentage(share):
+    """A share as a number with two digits."""
+    value = 100.0 * share
+    return Number(value, "%", 0.05 * 10.0 ** floor(log10(value)) if value else 0.0)

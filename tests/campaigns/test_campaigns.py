@@ -395,6 +395,11 @@ def test_a_machine_on_which_the_simulators_disagree_is_told(monkeypatch):
     assert outcome.is_broken and outcome.word.startswith("cam, ") and "engine_air" in outcome.detail
 
 
+def test_a_second_cycle_that_looks_periodic_by_chance_is_not_taken_for_the_last():
+    """The change of the second cycle is a thousandth of that of the first, and 150 cycles are due."""
+    assert agreement.trial(282).word == "cam, with effects: agrees"
+
+
 # --- mutants ---
 
 

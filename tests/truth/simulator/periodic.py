@@ -29,7 +29,8 @@ USUAL = 0.9
 """Share where the start is near and the first changes say nothing of it."""
 MAX_CYCLES = 400
 PLAIN, MEMORY = 3, 5
-"""Cycles at the start that are followed as they come; how many before the last ones then point the way."""
+"""Cycles at the start that are followed as they come, as the first two may change by chance in a ratio that tells
+nothing; how many before the last ones then point the way."""
 SAMPLES = 7201
 """Samples of the last cycle, for the highest pressure and lift."""
 
@@ -90,7 +91,8 @@ def periodic(engine, speed, max_cycles=MAX_CYCLES, start=None, near=DISTANCE, re
         if cycle <= plain + 1 and not start:
             ratio = change / before if change < SLOWEST * before else SLOWEST
         distance = change * ratio / (1.0 - ratio)  # the rest of a geometric series
-        run = Periodic(engine, speed, cycle, change, distance, distance < near and found.phase == phase, found)
+        converged = distance < near and found.phase == phase and (cycle > plain or bool(start))
+        run = Periodic(engine, speed, cycle, change, distance, converged, found)
         if run.converged:
             break
         if found.phase != phase or change > 2.0 * before:

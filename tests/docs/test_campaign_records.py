@@ -1,0 +1,68 @@
+"""Records of campaigns, which grow by rounds."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from docs import results
+from docs.results import Number, Result, _campaign
+from docs.results._campaign import add_round, as_percentage, bound
+from tests.campaigns import archives
+from tests.campaigns.campaign import Outcome
+
+FIRST, SECOND = 20, 14
+RECORD = "campaign_archives"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Records and outcomes are kept apart from those of the project."""
+    monkeypatch.setattr(results, "HERE", tmp_path)
+    monkeypatch.setattr(_campaign, "find_kept", lambda name, code: tmp_path / name)
+    return tmp_path
+
+
+def keep(values, name=RECORD):
+    results.save(Result(name, "", "", 0.0, "", {}, "", {}, values))
+
+
+def counts_of(values):
+    return {tuple(words): number.value for *words, number in values["outcomes"].rows}
+
+
+def test_a_second_round_has_seeds_of_its_own_and_is_added_to_the_first(folder):
+    keep(add_round(archives, FIRST))
+    record = add_round(archives, SECOND)
+    (folder / "campaign" / "archives" / "archives.jsonl").unlink()
+    whole = _campaign.try_out(archives, FIRST + SECOND)
+    words = [tuple(one.word.split(": ", 1)) for one in whole.values()]
+    assert counts_of(record) == {word: words.count(word) for word in words}
+    assert record["trials"] == Number(FIRST + SECOND)
+    assert [row[:3] for row in record["rounds"].rows] == [
+        ["0 to 19", Number(20), Number(0)],
+        ["20 to 33", Number(14), Number(0)],
+    ]
+
+
+def test_what_is_broken_is_listed_with_its_seed_and_raises_the_bound(monkeypatch):
+    def run_campaign(name, seeds, out, jobs):
+        return {seed: Outcome("bits: broken" if seed == 7 else "bits: seen", seed == 7, "at 3") for seed in seeds}
+
+    monkeypatch.setattr(_campaign, "run_campaign", run_campaign)
+    campaign = SimpleNamespace(__name__="tests.campaigns.bits")
+    record = add_round(campaign, 1000)
+    assert record["listed"].rows == [["7", "bits: broken", "at 3"]]
+    assert (record["broken"], record["bound"].text) == (Number(1), "0.47\u202f%")
+    keep(record, "campaign_bits")
+    record = add_round(campaign, 1000)
+    assert (record["broken"], record["bound"].text, len(record["listed"].rows)) == (Number(1), "0.24\u202f%", 1)
+
+
+@pytest.mark.parametrize(("broken", "trials", "share"), [(0, 300, 0.00998), (0, 10000, 2.996e-4), (2, 100, 0.0630)])
+def test_the_bound_is_that_of_rare_events(broken, trials, share):
+    assert bound(broken, trials) == pytest.approx(share, rel=1e-3)
+
+
+@pytest.mark.parametrize(("share", "text"), [(0.0003, "0.030"), (0.01234, "1.2"), (0.93, "93"), (0.0, "0")])
+def test_a_share_has_two_digits(share, text):
+    assert as_percentage(share).digits == text
