@@ -56,6 +56,9 @@ table; from FLOW on, one of the flows through the solenoids into another regime.
 """
 BRANCHED = FLOW + FLOWS
 """Event: an effect goes over to another branch of its law."""
+CREEP = 1e-6
+"""Speed against its direction up to which a piston has not turned [m/s]; chosen above the error of a step, or one that
+creeps would turn at every step."""
 ONE_PERCENT, NEAR_OPEN, SPEED_EXTREMUM = range(3)
 """Zero crossings: 1 % of the stroke from closed and from open, extremum of the speed."""
 DETECTED = 0.01
@@ -187,7 +190,7 @@ def actuator_events(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply:
         g[BRANCHED] = -1.0 if branches_of(actuator, state) == mode[BRANCHES] else 1.0
     g[MET_CLOSED] = state.position - stroke if moving else -1.0
     g[MET_OPEN] = -state.position if moving else -1.0
-    g[TURNED] = -phase * state.speed if moving else -1.0
+    g[TURNED] = -phase * state.speed - CREEP if moving else -1.0
     if moving:
         lift = stroke - state.position
         g[LEFT] = -1.0

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.kernel import entry, kernel
-from apesim.march.dormand_prince import dense, interpolant, slopes, stages, step_error
-from apesim.march.hybrid_system import events, handle_event, observe, power, start_segment, zero_crossings
+from apesim.march.dormand_prince import dense, interpolant, slopes, stages, step_error, stiffness
+from apesim.march.hybrid_system import events, handle_event, observe, power, start_segment, step_share, zero_crossings
 from apesim.march.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages
 
 
@@ -35,7 +35,7 @@ REMEDIES = {
     Status.STEP_TOO_SMALL: "the step fell below 1e-14 s: a state left its domain; look for an area too large for its "
     "volume",
     Status.TOO_MANY_EVENTS: "more than 2000 events: a contact, dry friction or a flow chatters; lower the restitution",
-    Status.TOO_MANY_EVALUATIONS: "the rates were evaluated more than 5 million times, or 16 million times to the "
+    Status.TOO_MANY_EVALUATIONS: "the rates were evaluated more than 5 million times, or 10 million times to the "
     "periodic state: the volumes are too small for their areas, or the time too long",
 }
 """Text of each status: what happened, and what to change."""
@@ -50,17 +50,22 @@ MAX_EVALUATIONS = 5_000_000
 """Largest number of evaluations of the rates in a march; chosen, as a march that needs more takes some 5 s."""
 MAX_EVENTS = 2000
 """Largest number of events of a march; more are chatter."""
-MAX_SHORT_STEPS = 20_000
-"""Explicit steps in one smooth stretch, each below `SHORT` of the longest step: one that needs more is stiff."""
+MAX_SHORT_STEPS = 1000
+"""Explicit steps of one smooth stretch that stability holds below `SHORT` of the longest; with more it is stiff."""
 SHORT = 0.1
 """Share of the longest step below which a step counts as short."""
+STIFF = 2.0
+"""Length of a step times the largest slope of the rates above which stability holds it, not accuracy; chosen below 3.3,
+about which it swings."""
 MIN_STEP = 1e-14
 """Shortest step [s], far below the time in which anything of a machine changes."""
+MAX_ERROR_TO_EVENT = 10.0
+"""Error of a step made again up to an event, over its tolerance, above which it is rejected; the whole step held."""
 ROOT_TOLERANCE = 1e-12
 """Error in the time of an event or zero crossing [s]."""
 LOG_ROWS, LOG_HEAD = 24_000, 3
-"""Room in a log, for an extremum in each of `MAX_SHORT_STEPS` steps, too: where a stretch is stiff, the slope of a
-pressure may change its sign at every step. Columns before the state: time [s], code, sign of the change."""
+"""Room in a log, for an extremum in many a step, too: where a stretch is stiff, the slope of a pressure may change its
+sign at every step. Columns before the state: time [s], code, sign of the change."""
 
 
 class Accuracy(NamedTuple):
@@ -69,7 +74,7 @@ class Accuracy(NamedTuple):
     tolerance: float
     """Error of a step, relative to scale + abs(y)."""
     max_step: float
-    """Longest step [s]."""
+    """Longest step [s]; a machine may ask for a shorter one, see `apesim.march.hybrid_system.step_share`."""
     scale: np.ndarray
     """Scale of the error of each integrated state; the ledger behind them is not controlled."""
 
@@ -271,9 +276,9 @@ def march(
 ) -> Outcome:
     """March a machine through its smooth stretches.
 
-    Steps are those of Dormand and Prince's pair of order 5(4) [1]_; in a stretch that needs more than `MAX_SHORT_STEPS`
-    short ones, those of RODAS [2]_. The length of explicit steps is controlled by the errors of a step and of the one
-    before (PI control) [3]_, that of implicit ones by the error of a step alone.
+    Steps are those of Dormand and Prince's pair of order 5(4) [1]_; in a stretch where stability needs more than
+    `MAX_SHORT_STEPS` short ones, those of RODAS [2]_. The length of explicit steps is controlled by the errors of a
+    step and of the one before (PI control) [3]_, that of implicit ones by the error of a step alone.
 
     Events end a step where they are located on its dense output [4]_, by the Illinois method [5]_ with a bisection in
     every fourth iteration. The power is integrated over the dense output by Gauss and Legendre's five nodes [6]_.
@@ -369,7 +374,8 @@ def march(
         while t < breakpoint:
             if evaluations > MAX_EVALUATIONS:
                 return Outcome(Status.TOO_MANY_EVALUATIONS, steps, rejected, evaluations, happened, logged, work)
-            h = min(h_next, accuracy.max_step)
+            max_step = accuracy.max_step * step_share(p, y, mode)
+            h = min(h_next, max_step)
             whole = breakpoint - t
             if h >= whole:
                 h = whole
@@ -401,9 +407,15 @@ def march(
                 _interpolant(h, y, trial, implicit, k, u, c)
                 event, share = _first_event(p, t, h, c, mode, at, slope, g, g_end)
                 h *= share
-                evaluations += in_a_step[int(implicit)]
-                if not _step(p, t, h, y, mode, implicit, scale, k, u, trial):
-                    return Outcome(Status.STEP_TOO_SMALL, steps, rejected, evaluations, happened, logged, work)
+                taken = implicit and h > MIN_STEP  # none of the length 0 can be implicit
+                evaluations += in_a_step[int(taken)]
+                inside = _step(p, t, h, y, mode, taken, scale, k, u, trial)
+                if not (inside and _error(h, y, trial, taken, k, u, accuracy) <= MAX_ERROR_TO_EVENT):
+                    if h < MIN_STEP:
+                        return Outcome(Status.STEP_TOO_SMALL, steps, rejected, evaluations, happened, logged, work)
+                    rejected += 1
+                    h_next = 0.5 * h
+                    continue
             steps += 1
             end = breakpoint if event < 0 and h == whole else t + h
             sampling = sampled < times.shape[0] and times[sampled] <= end
@@ -415,8 +427,9 @@ def march(
                 work += _quadrature(p, t, h, c, at)
             if sampling:
                 sampled = _sample(p, t, h, end, c, mode, at, times, trace, sampled)
-            short += h < SHORT * accuracy.max_step
-            implicit = implicit or short > MAX_SHORT_STEPS
+            if not implicit and h < SHORT * max_step:
+                short += stiffness(h, y, trial, k, scale) > STIFF
+                implicit = short > MAX_SHORT_STEPS
             t = end
             _copy(trial, y)
             if event < 0:

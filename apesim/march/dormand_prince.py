@@ -163,6 +163,72 @@ def stages(
 
 
 @kernel(inline=False)
+def stiffness(h: float, y: np.ndarray, trial: np.ndarray, k: np.ndarray, scale: np.ndarray) -> float:
+    """Return the length of a step times the largest slope of the rates over the states that it shows.
+
+    It is ``h abs(k_7 - k_6)/abs(y_7 - y_6)``, as both stages lie at the end of the step [1]_; states are relative to
+    their scale and size. Stability holds a step to 3.3 where its slopes are negative.
+
+    Parameters
+    ----------
+    h : float
+        Length of the step [s].
+    y, trial : (m,) float array
+        State and ledger at the start and at the end of the step.
+    k : (7, m) float array
+        Rates of the stages.
+    scale : (n,) float array
+        Scale of each integrated state.
+
+    Returns
+    -------
+    float
+        0 where the stages do not differ.
+
+    References
+    ----------
+    .. [1] E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and Differential-Algebraic
+       Problems", 2nd ed., Springer, 1996, doi 10.1007/978-3-642-05221-7, IV.2, "Stiffness detection".
+
+    Examples
+    --------
+    A decay at 2 per second over 0.1 s:
+
+    >>> from typing import NamedTuple
+    >>> import numpy as np
+    >>> from apesim.kernel import kernel
+    >>> from apesim.march.hybrid_system import rates
+    >>> class Decay(NamedTuple):
+    ...     rate: float
+    >>> @rates.for_type(Decay)
+    ... @kernel
+    ... def decay_rates(p, t, y, mode, dy):
+    ...     dy[0] = -p.rate * y[0]
+    ...     return True
+    >>> p, y, mode = Decay(rate=2.0), np.array([1.0]), np.zeros(1)
+    >>> k, trial = np.zeros((7, 1)), np.empty(1)
+    >>> _ = slopes(p, 0.0, y, mode, k[0]), stages(p, 0.0, 0.1, y, mode, 1, k, trial)
+    >>> round(float(stiffness(0.1, y, trial, k, np.ones(1))), 6)
+    0.2
+    """
+    slopes_apart = states_apart = 0.0
+    for i in range(scale.shape[0]):
+        size = scale[i] + max(abs(y[i]), abs(trial[i]))
+        apart = (
+            (35.0 / 384.0 - 9017.0 / 3168.0) * k[0, i]
+            + 355.0 / 33.0 * k[1, i]
+            + (500.0 / 1113.0 - 46732.0 / 5247.0) * k[2, i]
+            + (125.0 / 192.0 - 49.0 / 176.0) * k[3, i]
+            + (5103.0 / 18656.0 - 2187.0 / 6784.0) * k[4, i]
+            + 11.0 / 84.0 * k[5, i]
+        ) / size
+        states_apart += apart * apart
+        apart = (k[6, i] - k[5, i]) / size
+        slopes_apart += apart * apart
+    return np.sqrt(slopes_apart / states_apart) if states_apart > 0.0 else 0.0
+
+
+@kernel(inline=False)
 def step_error(h: float, y: np.ndarray, trial: np.ndarray, k: np.ndarray, tolerance: float, scale: np.ndarray) -> float:
     """Return the error estimate of a step over its tolerance.
 

@@ -178,6 +178,32 @@ def start_segment(p: Any, tables: Any, t: float, t_end: float, y: np.ndarray, mo
 
 
 @by_type
+def step_share(p: Any, y: np.ndarray, mode: np.ndarray) -> float:
+    """Return how long a step may be from a state, as a share of the longest step of the march.
+
+    Parameters
+    ----------
+    p : NamedTuple
+        Parameters of the machine.
+    y : (m,) float array
+        State and ledger.
+    mode : (k,) float array
+        Modes of the machine.
+
+    Returns
+    -------
+    float
+        Share, above 0; 1 for a machine that registers none.
+
+    Examples
+    --------
+    >>> step_share((), np.zeros(1), np.zeros(1))
+    1.0
+    """
+    return 1.0
+
+
+@by_type
 def power(p: Any, t: float, y: np.ndarray) -> float:
     """Return the power whose integral is also taken by quadrature of the dense output.
 

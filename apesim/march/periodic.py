@@ -10,12 +10,14 @@ PERIODIC_TOLERANCE = 1e-8
 """Default largest change of a state over a cycle that counts as periodic, relative."""
 MAX_CYCLES = 600
 """Largest number of cycles; some cases near and beyond the valve's limit need more than 120 plain ones."""
-MAX_EVALUATIONS = 16_000_000
-"""Largest number of evaluations of the rates in all cycles together; chosen, as they take some 20 s."""
+MAX_EVALUATIONS = 10_000_000
+"""Largest number of evaluations of the rates in all cycles together; chosen, as they take some 10 to 20 s."""
 NOISE = 100.0
 """Tolerances of a step below which two cycles differ by the solver's error."""
+SAME = 10.0
+"""Tolerances of a step below which a change is no more than the solver's error, where the state is known to be near."""
 PATIENCE = 60
-"""Cycles after which a change of a tenth of `NOISE` is good enough."""
+"""Cycles after which a change of `SAME` is good enough."""
 BURST = 15
 """Plain cycles before the march is helped by Newton's method, and between two such helps."""
 NEARER = 0.9
@@ -30,8 +32,23 @@ MAX_CORRECTIONS = 12
 """Largest number of cycles from a known state, before it counts as too far away."""
 LOOSE = 1e-9
 """A state whose map differs from the identity by less is held, as a piston on its stop."""
+FREE = 1.0
+"""Largest size of the first mode of what is not held."""
 CLIP = 0.3
 """Longest step of Newton's method in any state, relative."""
+FAR = 100
+"""Cycles after which a state counts as far away, and implicit steps of many cycles lead there."""
+FIRST_LEAP, LONGEST_LEAP = 4.0, 1e8
+"""Cycles of the first such step, before it grows, and of the longest; there the slopes' error counts as much."""
+FINE, FINE_NUDGE = 1e-2, 1e-4
+"""Tolerance of the slopes for such steps, over the usual one, and relative change of a state: states that settle in ten
+thousand cycles are to be told from those that never do, and flows between nearly equal pressures are to stay such."""
+MOST_VAIN = 12
+"""Such steps in a row that do not halve what a cycle gains, at most; Newton's method may do better."""
+ROUGH_LEAP = 1e3
+"""Cycles of such a step up to which the usual slopes will do."""
+GROWTH = 4.0
+"""Factor by which such a step may grow from one to the next."""
 NUDGE = 1e-3
 """Relative change of a state for a difference of the cycle's map."""
 
@@ -249,14 +266,19 @@ def _plain_cycles(drive, y, mode, tolerance, max_cycles, sure):
             # What stays within the solver's error is no difference.
             period = 1 if repeats >= 2 or change <= noise else 2
             break
-    if not period and drive.cycles >= PATIENCE and change_of_two <= change <= 0.1 * noise:
+    if not period and drive.cycles >= PATIENCE and change_of_two <= change <= SAME * drive.accuracy.tolerance:
         period = 1  # a drift changes twice as much in two cycles as in one, the solver's error does not
     return Settling(y, mode, status, change, change_of_two, period)
 
 
+def _is_other_phase(before, after):
+    """Whether what was held is free, or the reverse; what is free may hover, and move either way."""
+    return (abs(before[0]) > FREE) != (abs(after[0]) > FREE)
+
+
 def _change(earlier, y, mode, scale):
     """Distance from an earlier state and mode; infinite where the phase differs or there was none."""
-    if earlier is None or earlier[1][0] != mode[0]:
+    if earlier is None or _is_other_phase(earlier[1], mode):
         return np.inf
     return distance(earlier[0], y, scale)
 
@@ -287,26 +309,87 @@ def _newton(drive, y, mode, count):
     return better
 
 
+def _many_cycles(drive, y, mode, tolerance, max_cycles):
+    """Implicit steps of many cycles each, along the way that plain cycles take, until they lead no farther.
+
+    It is pseudo-transient continuation [1]_: a step over d cycles solves ``(1/d + 1 - S) step = gain``, with the slopes
+    S of a cycle's map and what a cycle gains. States that settle at once are brought to where they settle, and those
+    that take thousands of cycles go as far as d cycles take them. d grows as long as no state changes by more than
+    `CLIP`, and no state is repelled.
+
+    Returns
+    -------
+    y : (m,) float array
+        State that the steps have led to.
+    has_arrived : bool
+        Whether the last step was shorter than the tolerance.
+
+    References
+    ----------
+    .. [1] C. T. Kelley and D. E. Keyes, "Convergence Analysis of Pseudo-Transient Continuation", SIAM J. Numer. Anal.
+       35, 1998, pp. 508-523, doi 10.1137/S0036142996304796.
+    """
+    n, count, usual, known, is_fine = len(drive.accuracy.scale), FIRST_LEAP, drive.accuracy, None, False
+    least, vain = np.inf, 0
+    while drive.cycles < max_cycles and vain < MOST_VAIN:
+        drive.accuracy = usual._replace(tolerance=(FINE if is_fine else 1.0) * usual.tolerance)
+        slopes, image = _slopes(drive, y, mode, 1, FINE_NUDGE if is_fine else NUDGE)
+        drive.accuracy = usual
+        if slopes is None and not is_fine:
+            is_fine = True
+            continue
+        if slopes is None and (known is None or count < FIRST_LEAP):
+            return (y if known is None else known[0]), False
+        if slopes is None:  # back, and less far
+            count /= GROWTH**3
+        else:
+            sizes = _sizes(drive, y)
+            known = y, slopes, (image - y)[:n] / sizes, sizes
+            vain = 0 if np.abs(known[2]).max() < 0.5 * least else vain + 1
+            least = min(least, np.abs(known[2]).max())
+        start, slopes, gain, sizes = known
+        multipliers = np.linalg.eigvals(slopes)
+        repelled = multipliers.real.max() - 1.0
+        if np.abs(multipliers).max() > 1.0 + max(repelled, usual.tolerance / NUDGE):  # repelled to either side
+            return start, False
+        count = min(GROWTH * count, LONGEST_LEAP, 0.5 / max(repelled, 0.5 / LONGEST_LEAP))
+        step = _leap(slopes, gain, count)
+        while np.abs(step).max() > CLIP and count > 1.0:
+            count *= 0.5
+            step = _leap(slopes, gain, count)
+        is_fine = is_fine or count > ROUGH_LEAP or repelled > usual.tolerance
+        y = start.copy()
+        y[:n] += np.clip(step, -CLIP, CLIP) * sizes
+        if np.abs(step).max() <= tolerance:
+            return y, True
+    return y, False
+
+
+def _leap(slopes, gain, count):
+    """Implicit step over some cycles, relative."""
+    return np.linalg.solve((1.0 / count + 1.0) * np.eye(len(gain)) - slopes, gain)
+
+
 def _sizes(drive, y):
     """What changes of a state are related to."""
     scale = drive.accuracy.scale
     return scale + np.abs(y[: len(scale)])
 
 
-def _slopes(drive, y, mode, count):
+def _slopes(drive, y, mode, count, nudge=NUDGE):
     """Slopes of the map of some cycles, relative, (n, n), and the image of the state; None where it has none."""
     n, sizes = len(drive.accuracy.scale), _sizes(drive, y)
     image, mode_image, status = drive.march(y, mode, count)
-    if status != Status.DONE or mode_image[0] != mode[0]:
+    if status != Status.DONE or _is_other_phase(mode, mode_image):
         return None, image
     slopes = np.zeros((n, n))
     for i in range(n):
         nudged = y.copy()
-        nudged[i] -= NUDGE * sizes[i]
+        nudged[i] -= nudge * sizes[i]
         other, mode_other, status = drive.march(nudged, mode, count)
-        if status != Status.DONE or mode_other[0] != mode[0]:
+        if status != Status.DONE or _is_other_phase(mode, mode_other):
             return None, image
-        slopes[:, i] = (image[:n] - other[:n]) / sizes / NUDGE
+        slopes[:, i] = (image[:n] - other[:n]) / sizes / nudge
     return slopes, image
 
 
@@ -402,7 +485,7 @@ def _from_known(drive, known, tolerance, record):
     for _ in range(MAX_CORRECTIONS):
         # From the first state the way is hardly ever short enough: what it does need not be recorded.
         image, mode_image, status = drive.march(y, mode, 1, NO_RECORD if before is None else record)
-        if status != Status.DONE or mode_image[0] != mode[0]:
+        if status != Status.DONE or _is_other_phase(mode, mode_image):
             return None
         sizes = _sizes(drive, y)
         gain = (image - y)[:n] / sizes
@@ -428,17 +511,23 @@ def _from_known(drive, known, tolerance, record):
 
 def _settled(drive, y, mode, tolerance, max_cycles):
     """Plain cycles, and help between them; see `periodic_orbit`."""
-    kept, fine = None, 0
+    kept, fine, has_leapt, has_arrived = None, 0, False, False
     while True:
         sure = fine >= 2 or (kept is None and drive.cycles >= PATIENCE)
-        found = _plain_cycles(drive, y, mode, tolerance, max(1, min(BURST, max_cycles - drive.cycles)), sure)
-        astray = kept is not None and not found.period and not (found.status == Status.DONE and _nearer(found, kept))
+        enough = max(tolerance, SAME * drive.accuracy.tolerance) if has_arrived else tolerance
+        found = _plain_cycles(drive, y, mode, enough, max(1, min(BURST, max_cycles - drive.cycles)), sure)
+        leads_on = kept is None or (found.status == Status.DONE and (has_leapt or _nearer(found, kept)))
+        astray = not (leads_on or found.period)
         if astray:
             found = kept
         if found.status != Status.DONE or found.period or drive.cycles >= max_cycles:
             return found
-        y, mode, kept = found.y, found.mode, None
-        if not astray:
+        y, mode, kept, has_arrived = found.y, found.mode, None, False
+        has_leapt = not has_leapt and drive.cycles > FAR and found.change_of_two >= 0.5 * found.change
+        if has_leapt:
+            y, has_arrived = _many_cycles(drive, y, mode, FARTHEST * tolerance, max_cycles)
+            kept, fine = found, 2 if has_arrived else 0
+        elif not astray:
             better = _newton(drive, y, mode, 2 if found.change_of_two < 0.5 * found.change else 1)
             if better is not None:
                 clipped = distance(y, better, drive.accuracy.scale) >= CLIP / (1.0 + CLIP)

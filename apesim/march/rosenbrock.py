@@ -49,6 +49,8 @@ NUDGE = 1.5e-8
 """Relative change of a state for its column of the Jacobian: the root of the rounding error."""
 NUDGE_IN_TIME = 1e-5
 """Change of the time for the last column of the Jacobian, as a share of the step."""
+LEAST_NUDGE_IN_TIME = 1e-11
+"""Least change of the time, relative: far above its rounding error."""
 
 
 @kernel(inline=False)
@@ -68,7 +70,7 @@ def _jacobian(p, t, h, y, mode, scale, k, trial, jacobian):
     for i in range(m):
         trial[i] = y[i]
     for j in range(n + 1):
-        nudge, at = NUDGE_IN_TIME * h, t
+        nudge, at = max(NUDGE_IN_TIME * h, LEAST_NUDGE_IN_TIME * max(abs(t), h)), t
         if j < n:
             trial[j] = y[j] + NUDGE * (scale[j] + abs(y[j]))
             nudge = trial[j] - y[j]

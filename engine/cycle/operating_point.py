@@ -22,14 +22,14 @@ from apesim.engine.exergy import RATES
 from apesim.engine.kinematics import crank_of, cylinder_volume, swept_volume
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import TOLERANCE, Accuracy
-from apesim.valve.actuator import GAS_SCALE, MAX_STEP, PHASE, actuator_of, closed_at_rest
+from apesim.valve.actuator import GAS_SCALE, PHASE, actuator_of, closed_at_rest
 from apesim.valve.chamber import filled
 from apesim.valve.line import has_line
 from apesim.valve.piston import HELD_CLOSED
 from apesim.valve.supply import RECEIVER
 
 MAX_TURN = 2.0 * DEGREE
-"""Longest step [rad]; chosen."""
+"""Longest step [rad]; chosen. While our valve moves, `apesim.valve.actuator.MAX_STEP` is the longest, if it is less."""
 EXERGY_SCALE = 0.01
 """Scale of the exergy ledger's terms, as a share of what the supply's pressure would do over the swept volume."""
 NOT_HELD = 1e300
@@ -153,7 +153,7 @@ def accuracy_at(p: Cycle, tolerance: float = TOLERANCE) -> Accuracy:
     (1e-07, 10)
     """
     more = 4 if has_pipe(p) else 2 if has_line(p.actuator) else 0
-    return Accuracy(tolerance, min(MAX_STEP, MAX_TURN / p.speed), np.array(SCALE + more * (GAS_SCALE,)))
+    return Accuracy(tolerance, MAX_TURN / p.speed, np.array(SCALE + more * (GAS_SCALE,)))
 
 
 def with_exergy(p: Cycle, accuracy: Accuracy) -> Accuracy:

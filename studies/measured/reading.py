@@ -233,7 +233,7 @@ def _run(
     if dialect and isinstance(given.get("data"), str):
         try:
             data = path_below(path.parent, given["data"])
-            if not data.exists():
+            if not data.is_file():
                 raise InvalidValue(
                     f"there is no file {quoted(str(data))}", 'write data = "p040.csv", its path from the folder'
                 )

@@ -259,9 +259,12 @@ def _run_here(
 
 
 def _refuse_too_many(out: Path, runs: int) -> None:
-    """Refuse runs whose traces are more than is read of an archive or than memory can hold, before they are run."""
+    """Refuse runs before they start whose traces are more than apesim reads of an archive, or than memory can hold."""
     size = runs * (ROWS + 1) * len(TRACE) * np.dtype(float).itemsize
-    too_much = {"is read of an archive": SIZE_LIMIT, "the memory can hold while it is written": available_memory() / 2}
+    too_much = {
+        "apesim reads of an archive": SIZE_LIMIT,
+        "the memory can hold while it is written": available_memory() / 2,
+    }
     what, limit = min(too_much.items(), key=operator.itemgetter(1))
     if size > limit:
         text = (

@@ -46,7 +46,7 @@ NAMED = "sweep.h5", "all.h5", "explained", "memory", "--jobs", *PARTS
 LEFT = ".tmp", ".lock", ".shards"
 """Ends of names of what nothing may leave."""
 BEFORE, INSIDE, AFTER = "before", "inside", "after"
-"""Where in a task its worker dies."""
+"""Places in a task at which its worker dies."""
 PROGRAM, TESTS = (f"{path}{os.sep}" for path in (ROOT, ROOT / "tests"))
 CALLS_INSIDE = 1000
 """Calls of functions after which a worker dies inside a task."""

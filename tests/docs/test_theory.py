@@ -8,6 +8,7 @@ import pytest
 from apesim.air import ANR_DENSITY, CP_UP_TO
 from apesim.engine.breathing import MAX_VOLUME
 from apesim.engine.cycle.operating_point import MAX_TURN
+from apesim.engine.cycle.rates import MAX_PATH
 from apesim.engine.indicators import INDICATORS
 from apesim.engine.machine import Machine
 from apesim.flow_function import NEARLY_EQUAL
@@ -21,7 +22,7 @@ from apesim.studies.gap.search import gap_test
 from apesim.studies.gap.thresholds import WINDOWS
 from apesim.studies.limit.design_rule import MAX_WINDOW, WITHIN
 from apesim.valve.actuator import MAX_STEP
-from apesim.valve.motion import DETECTED
+from apesim.valve.motion import CREEP, DETECTED
 from apesim.valve.piston import REST_SPEED
 from tests.folders import ROOT
 
@@ -120,13 +121,18 @@ def test_every_indicator_is_defined_on_a_page():
         ("engine", f"up to {periodic.MAX_CYCLES} cycles"),
         ("numerics", f"| tolerance, ${power(adaptive.TOLERANCE)}$ by default |"),
         ("numerics", f"| longest step, bench | {MAX_STEP * 1e3:g} ms |"),
-        ("numerics", f"{MAX_STEP * 1e3:g} ms, and {degrees(MAX_TURN):g}° of crank angle"),
+        ("numerics", f"{degrees(MAX_TURN):g}° of crank angle; while the valve moves {MAX_STEP * 1e3:g} ms, or"),
+        ("numerics", f"or {MAX_PATH * 100:g} % of the stroke if that takes longer"),
+        ("numerics", f"beyond {CREEP * 1e6:g} µm/s"),
         ("numerics", f"| shortest step | ${power(adaptive.MIN_STEP)}$ s;"),
         ("numerics", f"in a march | {adaptive.MAX_EVALUATIONS // 10**6} million; in all cycles"),
         ("numerics", f"periodic state {periodic.MAX_EVALUATIONS // 10**6} million |"),
         ("numerics", f"| events of a march | {adaptive.MAX_EVENTS} |"),
         ("numerics", f"located within ${power(adaptive.ROOT_TOLERANCE)}$ s"),
-        ("numerics", f"After {adaptive.MAX_SHORT_STEPS // 1000} 000 explicit steps"),
+        ("numerics", f"and more than {adaptive.STIFF:g}. After {adaptive.MAX_SHORT_STEPS} such steps"),
+        ("numerics", f"After {periodic.FAR} cycles the way"),
+        ("numerics", f"over more than {periodic.ROUGH_LEAP:g} cycles"),
+        ("numerics", f"below {periodic.SAME:g} tolerances of a step"),
         ("numerics", f"come first, {periodic.BURST} at a time"),
         ("numerics", f"by more than {periodic.CLIP * 100:g} % in a step"),
         ("numerics", f"below {periodic.NEARER:g} of those before it"),

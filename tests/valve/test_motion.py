@@ -27,6 +27,7 @@ from apesim.valve.actuator import (
 from apesim.valve.bench import SIZE, accuracy_of, bench_ledger, bench_of, closed_at_start
 from apesim.valve.motion import (
     CORNER,
+    CREEP,
     FLOW,
     LEFT,
     MET_CLOSED,
@@ -89,16 +90,17 @@ def values(*state):
 def test_a_moving_piston_looks_out_for_stops_turning_and_corners():
     g = values(4e-3, 1.5, 5e5, 5e5, TO_CLOSED)
     # Closed at 9 mm; rows of the groove at 3 and 5 mm of lift, and the lift is 5 mm: on the row.
-    assert g == pytest.approx([-5e-3, -4e-3, -1.0, -1.5, 0.0], abs=1e-15)
+    assert g == pytest.approx([-5e-3, -4e-3, -1.0, -1.5 - CREEP, 0.0], abs=1e-15)
     g = values(4.5e-3, -0.5, 5e5, 5e5, TO_OPEN)
-    assert g == pytest.approx([-4.5e-3, -4.5e-3, -1.0, -0.5, -0.5e-3], abs=1e-15)
+    assert g == pytest.approx([-4.5e-3, -4.5e-3, -1.0, -0.5 - CREEP, -0.5e-3], abs=1e-15)
 
 
 def test_events_rise_above_zero_beyond_the_stops_and_past_the_turn():
     assert values(9.1e-3, 1.0, 5e5, 5e5, TO_CLOSED)[MET_CLOSED] == pytest.approx(0.1e-3)
     assert values(-0.1e-3, -1.0, 5e5, 5e5, TO_OPEN)[MET_OPEN] == pytest.approx(0.1e-3)
-    assert values(4e-3, -0.1, 5e5, 5e5, TO_CLOSED)[TURNED] == pytest.approx(0.1)
-    assert values(4e-3, 0.1, 5e5, 5e5, TO_OPEN)[TURNED] == pytest.approx(0.1)
+    assert values(4e-3, -0.1, 5e5, 5e5, TO_CLOSED)[TURNED] == pytest.approx(0.1 - CREEP)
+    assert values(4e-3, 0.1, 5e5, 5e5, TO_OPEN)[TURNED] == pytest.approx(0.1 - CREEP)
+    assert values(4e-3, -0.5 * CREEP, 5e5, 5e5, TO_CLOSED)[TURNED] < 0.0, "it creeps"
 
 
 def test_a_piston_at_rest_looks_out_for_a_force_away_from_its_stop():

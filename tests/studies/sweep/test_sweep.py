@@ -93,7 +93,7 @@ def test_a_sweep_without_traces_is_the_same_but_for_them(swept, tmp_path):
 
 def test_traces_that_could_not_be_read_again_are_refused_before_anything_is_run(tmp_path, monkeypatch):
     speeds = list(np.linspace(30.0, 250.0, 70_000))
-    told = r"70000 runs with traces, 4\.4 GB; that is more than is read of an archive, 4\.3 GB; .*--no-traces"
+    told = r"70000 runs with traces, 4\.4 GB; that is more than apesim reads of an archive, 4\.3 GB; .*--no-traces"
     monkeypatch.setattr("apesim.studies.sweep.run.available_memory", lambda: 100e9)
     with pytest.raises(ArchiveError, match=told):
         run_sweep(Machine(), speeds, [IDEAL_VALVE], tmp_path / "s.h5")
