@@ -5,7 +5,7 @@ from tests.campaigns import kills
 
 OPTIONAL = True
 RECORD = True
-ROUND = 1000
+ROUND = 200
 
 
 def compute():

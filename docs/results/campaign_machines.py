@@ -6,7 +6,7 @@ from tests.campaigns import machines
 
 OPTIONAL = True
 RECORD = True
-ROUND = 1000
+ROUND = 500
 CLOSES = "closes"
 KEYS = "engine_near", "valve_near", "engine_wide", "valve_wide"
 """Ends of the names of numbers, for each of the kinds."""
