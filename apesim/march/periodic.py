@@ -347,7 +347,7 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
             known = y, slopes, (image - y)[:n] / sizes, sizes
             vain = 0 if np.abs(known[2]).max() < 0.5 * least else vain + 1
             least = min(least, np.abs(known[2]).max())
-        start, slopes, gain, sizes = known
+        start, slopes, gain, sizes = known  # type: ignore[misc]
         multipliers = np.linalg.eigvals(slopes)
         repelled = multipliers.real.max() - 1.0
         if np.abs(multipliers).max() > 1.0 + max(repelled, usual.tolerance / NUDGE):  # repelled to either side
