@@ -1,6 +1,6 @@
 """How many machines at random were run, and what became of them."""
 
-from docs.results import Number
+from docs.results import Number, Table, Value
 from docs.results._campaign import add_round, as_percentage
 from tests.campaigns import machines
 
@@ -12,18 +12,28 @@ KEYS = "engine_near", "valve_near", "engine_wide", "valve_wide"
 """Ends of the names of numbers, for each of the kinds."""
 
 
-def compute():
-    """The record, with a further round, and how many machines had no result, in all and of each kind."""
-    record = add_round(machines, ROUND)
-    rows = record["outcomes"].rows
-    trials, named = (
-        {
-            kind: sum(int(row[2].value) for row in rows if row[0] == kind and is_counted(row[1]))
-            for kind in machines.KINDS
-        }
-        for is_counted in (lambda what: True, lambda what: what != CLOSES)
-    )
+def compute() -> dict[str, Value]:
+    """The record, with a further round."""
+    return add_shares(add_round(machines, ROUND))
+
+
+def add_shares(record: dict[str, Value]) -> dict[str, Value]:
+    """Add how many machines have no result and say so, in all and of each kind.
+
+    Parameters
+    ----------
+    record : dict
+        Record of the campaign; what broke a promise is listed, and has no part in the shares.
+    """
+    outcomes, listed = record["outcomes"], record["listed"]
+    assert isinstance(outcomes, Table) and isinstance(listed, Table)
+    broken = {str(row[1]) for row in listed.rows}
+    trials, named = dict.fromkeys(machines.KINDS, 0), dict.fromkeys(machines.KINDS, 0)
+    for kind, what, number in outcomes.rows:
+        assert isinstance(number, Number)
+        trials[kind] += int(number.value)
+        if what != CLOSES and f"{kind}: {what}" not in broken:
+            named[kind] += int(number.value)
     shares = {f"named_{key}": named[kind] / trials[kind] for key, kind in zip(KEYS, machines.KINDS, strict=True)}
-    record["named"] = Number(sum(named.values()))
     shares["named_share"] = sum(named.values()) / sum(trials.values())
-    return record | {key: as_percentage(share) for key, share in shares.items()}
+    return record | {"named": Number(sum(named.values()))} | {k: as_percentage(share) for k, share in shares.items()}
