@@ -39,7 +39,7 @@ CLIP = 0.3
 FAR = 100
 """Cycles after which a state counts as far away, and implicit steps of many cycles lead there."""
 FIRST_LEAP, LONGEST_LEAP = 4.0, 1e8
-"""Cycles of the first such step, before it grows, and of the longest; there the slopes' error counts as much."""
+"""Cycles of the first such step, before it grows, and of the longest, which is a step of Newton's method."""
 FINE, FINE_NUDGE = 1e-2, 1e-4
 """Tolerance of the slopes for such steps, over the usual one, and relative change of a state: states that settle in ten
 thousand cycles are to be told from those that never do, and flows between nearly equal pressures are to stay such."""
@@ -550,6 +550,9 @@ def periodic_orbit(
 
     A Newton step is kept only where the plain cycles after it come nearer to a period than those before it. Where the
     state swings from cycle to cycle, the step is one of the map of two cycles.
+
+    After `FAR` cycles the way of plain cycles is followed in implicit steps over many of them, in turns with Newton's
+    method.
 
     The periodic state is a fixed point of the map of a cycle [1]_; its slopes are taken by differences. From a known
     state the inverse of one less those slopes is kept up by Broyden's first rule [2]_.
