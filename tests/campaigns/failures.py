@@ -35,7 +35,7 @@ from tests.folders import ROOT
 from .campaign import Outcome, trial_folder
 from .inputs import run
 
-LONGEST = 120.0
+LONGEST = 300.0
 """That a trial may take [s]: a command twice."""
 UNREACHED = "not reached"
 PARTS = "1.h5", "2.h5", "3.h5"

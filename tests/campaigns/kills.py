@@ -21,7 +21,7 @@ from tests.archive_samples import same
 
 from .campaign import Outcome, trial_folder
 
-LONGEST = 120.0
+LONGEST = 300.0
 """That a trial may take [s]: up to three sweeps."""
 SWEEP = "engine", "sweep", "--speed", "300:2400:150 rpm", "--timing", "both", "--no-figures", "--out", "sweep.h5"
 """Valves with and without correction, a cam and an ideal valve."""
