@@ -53,6 +53,10 @@ class Ambient(NamedTuple):
     temperature: Annotated[float, Quantity("K", 200, 350, "20 °C")] = 293.15
 
 
+HOTTEST = 1000.0
+"""Temperature up to which cp follows its polynomial [K]: beyond 1200 K that falls, to R at 1887 K."""
+
+
 class Gas(NamedTuple):
     """Properties of the working gas that the kernels take, made by `gas_of`."""
 
@@ -83,7 +87,7 @@ def heat_capacity(gas: Gas, temperature: float) -> float:
     """Return the heat capacity at constant pressure, ``cp = R (a0 + a1 T + a2 T^2 + a3 T^3 + a4 T^4)``.
 
     The form is that of NASA's polynomials [1]_, the numbers are those of Cantera's ``air.yaml`` [2]_ at 300...1000 K;
-    with the ideal model it is the constant k R/(k - 1).
+    with the ideal model it is the constant k R/(k - 1). Above `HOTTEST` it stays what it is there.
 
     Parameters
     ----------
@@ -110,7 +114,7 @@ def heat_capacity(gas: Gas, temperature: float) -> float:
     >>> round(heat_capacity(gas, 300.0), 3)
     1004.675
     """
-    t = temperature
+    t = min(temperature, HOTTEST)
     return gas.gas_constant * (gas.a0 + t * (gas.a1 + t * (gas.a2 + t * (gas.a3 + t * gas.a4))))
 
 
@@ -180,14 +184,11 @@ def enthalpy(gas: Gas, temperature: float) -> float:
     >>> round(enthalpy(gas, 300.0), 3)
     301402.5
     """
-    t = temperature
     if gas.perfect:
-        return (
-            gas.gas_constant
-            * t
-            * (gas.a0 + t * (gas.a1 / 2.0 + t * (gas.a2 / 3.0 + t * (gas.a3 / 4.0 + t * gas.a4 / 5.0))))
-        )
-    return gas.a0 * gas.gas_constant * t
+        t = min(temperature, HOTTEST)
+        below = t * (gas.a0 + t * (gas.a1 / 2.0 + t * (gas.a2 / 3.0 + t * (gas.a3 / 4.0 + t * gas.a4 / 5.0))))
+        return gas.gas_constant * below + heat_capacity(gas, t) * (temperature - t)
+    return gas.a0 * gas.gas_constant * temperature
 
 
 @kernel
@@ -294,11 +295,11 @@ def thermal_entropy(gas: Gas, temperature: float) -> float:
     >>> round(thermal_entropy(gas, 600.0) - thermal_entropy(gas, 300.0), 2)
     696.39
     """
-    t = temperature
     if gas.perfect:
+        t = min(temperature, HOTTEST)
         powers = t * (gas.a1 + t * (gas.a2 / 2.0 + t * (gas.a3 / 3.0 + t * gas.a4 / 4.0)))
-        return gas.gas_constant * (gas.a0 * log(t) + powers)
-    return gas.a0 * gas.gas_constant * log(t)
+        return gas.gas_constant * (gas.a0 * log(t) + powers) + heat_capacity(gas, t) * log(temperature / t)
+    return gas.a0 * gas.gas_constant * log(temperature)
 
 
 def temperature_at_enthalpy(gas: Gas, specific_enthalpy: float) -> float:
@@ -342,7 +343,8 @@ def gas_of(air: Air) -> Gas:
     """Prepare the working gas for the kernels.
 
     With ``model = "cantera"`` the heat capacity is the NASA polynomial [1]_ of Cantera's ``air.yaml`` [2]_ at
-    300...1000 K. It is extrapolated to the colder air of an expansion, where it is 1.2 % below the true cp at 180 K.
+    300...1000 K. It is extrapolated to the colder air of an expansion, where it is 1.2 % below the true cp at 180 K;
+    above 1000 K cp stays constant.
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 from math import log
 
-from apesim.air import Gas, enthalpy, heat_capacity
+from apesim.air import Gas, enthalpy, heat_capacity, thermal_entropy
 
 
 def isothermal_work(gas: Gas, temperature: float, ratio: float) -> float:
@@ -88,47 +88,9 @@ def isentropic_work(gas: Gas, temperature: float, ratio: float) -> float:
         return enthalpy(gas, temperature) * (1.0 - ratio ** ((1.0 - k) / k))
     cold = temperature * ratio ** (1.0 / gas.heat_capacity_ratio - 1.0)
     for _ in range(20):
-        cold += cold * (entropy_fall(gas, cold, temperature) - log(ratio)) * gas.gas_constant / heat_capacity(gas, cold)
+        fall = thermal_entropy(gas, temperature) - thermal_entropy(gas, cold)
+        cold += cold * (fall - gas.gas_constant * log(ratio)) / heat_capacity(gas, cold)
     return enthalpy(gas, temperature) - enthalpy(gas, cold)
-
-
-def entropy_fall(gas: Gas, cold: float, hot: float) -> float:
-    """Integral of cp/(R T) over the temperature; along an isentrope it is the logarithm of the pressure ratio.
-
-    The entropy of an ideal gas changes by the integral of cp/T less R ln(p_2/p_1) [1]_.
-
-    Parameters
-    ----------
-    gas : apesim.air.Gas
-        The working gas; its cp/R is a polynomial in the temperature.
-    cold, hot : float
-        Ends of the integral [K], above 0.
-
-    Returns
-    -------
-    float
-        The integral from cold to hot, without unit.
-
-    Raises
-    ------
-    ValueError
-        If the temperatures are not of one sign.
-
-    References
-    ----------
-    .. [1] M. J. Moran, H. N. Shapiro, D. D. Boettner and M. B. Bailey, "Fundamentals of Engineering Thermodynamics",
-       8th ed., Wiley, 2014, ISBN 978-1-118-41293-0, chapter 6.
-
-    Examples
-    --------
-    With cp = 3.5 R, cooling to half the temperature takes 3.5 ln(2) = 2.426:
-
-    >>> from apesim.air import Air, gas_of
-    >>> round(entropy_fall(gas_of(Air()), 150.0, 300.0), 3)
-    2.426
-    """
-    terms = (gas.a1, gas.a2 / 2.0, gas.a3 / 3.0, gas.a4 / 4.0)
-    return gas.a0 * log(hot / cold) + sum(a * (hot**n - cold**n) for n, a in enumerate(terms, start=1))
 
 
 def full_admission_work(gas: Gas, temperature: float, ratio: float) -> float:

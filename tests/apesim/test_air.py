@@ -1,4 +1,5 @@
 from functools import cache
+from math import log
 
 import cantera
 import pytest
@@ -65,6 +66,20 @@ def test_the_temperature_of_an_internal_energy_is_its_inverse(gas, temperature):
 @given(temperature=NASA_RANGE)
 def test_the_temperature_at_an_enthalpy_is_its_inverse(gas, temperature):
     assert temperature_at_enthalpy(gas, enthalpy(gas, temperature)) == pytest.approx(temperature, rel=1e-9)
+
+
+@given(st.floats(1001.0, 20_000.0))
+def test_above_1000_kelvin_cp_stays_what_it_is_there(temperature):
+    """Enthalpy and entropy are its integrals, and the temperature is found again."""
+    cp = heat_capacity(PERFECT_GAS, 1000.0)
+    assert heat_capacity(PERFECT_GAS, temperature) == cp
+    rise = enthalpy(PERFECT_GAS, temperature) - enthalpy(PERFECT_GAS, 1000.0)
+    assert rise == pytest.approx(cp * (temperature - 1000.0), rel=1e-9)
+    rise = thermal_entropy(PERFECT_GAS, temperature) - thermal_entropy(PERFECT_GAS, 1000.0)
+    assert rise == pytest.approx(cp * log(temperature / 1000.0), rel=1e-9)
+    assert temperature_of(PERFECT_GAS, internal_energy(PERFECT_GAS, temperature)) == pytest.approx(
+        temperature, rel=1e-12
+    )
 
 
 @given(NASA_RANGE, NASA_RANGE)
