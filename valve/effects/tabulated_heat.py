@@ -11,6 +11,8 @@ from apesim.valve.terms import ENERGY_A, ENERGY_B, HEAT_A, HEAT_B, WALL_EXERGY, 
 
 PLACES = "minus_80", "minus_40", 0, 40, 80
 """Temperature of the air above ambient at the values of the tables [K]."""
+COLDEST, HOTTEST, STEP = -80.0, 80.0, 40.0
+"""The first and the last of them, and the distance between two [K]."""
 SIZE = Quantity("W", -200, 200, "400 W/(m2 K) over 60 cm2 and 80 K")
 """Declaration of a value: a heat flow."""
 
@@ -18,10 +20,43 @@ TabulatedHeat = table("TabulatedHeat", __name__, a=(PLACES, SIZE), b=(PLACES, SI
 TabulatedHeat.__doc__ = "Heat into chamber A and chamber B over the temperature of their air above ambient."
 
 
+@kernel
+def heat_at(values: tuple[float, ...], temperature: float, ambient: float) -> float:
+    """Return the heat of a table over the temperature of the air above ambient.
+
+    Beyond the ends it is constant, but for heat taken from air that is colder than the first node, and heat put into
+    air that is hotter than the last: these fall off as ``x (2 - x)``, with the ratio x < 1 of the temperatures of air
+    and node. No wall cools air to 0 K, or heats it without end. Chosen.
+
+    Parameters
+    ----------
+    values : tuple of float
+        Heat at the nodes `PLACES` [W].
+    temperature : float
+        Temperature of the air [K].
+    ambient : float
+        Temperature of the ambient [K].
+
+    Returns
+    -------
+    float
+        Heat into the air [W].
+
+    Examples
+    --------
+    >>> values = (-100.0, 0.0, 0.0, 0.0, 100.0)
+    >>> [heat_at(values, temperature, 280.0) for temperature in (100.0, 200.0, 240.0, 360.0, 720.0)]
+    [-75.0, -100.0, 0.0, 100.0, 75.0]
+    """
+    heat = interpolate_clamped(values, 2.0 + (temperature - ambient) / STEP)
+    share = temperature / (ambient + COLDEST) if heat < 0.0 else (ambient + HOTTEST) / temperature
+    return heat * share * (2.0 - share) if share < 1.0 else heat
+
+
 @law.for_type(TabulatedHeat)
 @kernel
 def tabulated_heat(effect: tuple[float, ...], state: ValveState, balance: np.ndarray) -> None:
-    """Add the heat that tables give over the temperature of each chamber's air, ``Q(T - T_0)``. Chosen.
+    """Add the heat that tables give over the temperature of each chamber's air, ``Q(T - T_0)``, see `heat_at`. Chosen.
 
     The walls are not known; they count as ones with the temperature of the air.
 
@@ -51,8 +86,8 @@ def tabulated_heat(effect: tuple[float, ...], state: ValveState, balance: np.nda
     -7.0
     """
     ambient = state.ambient.temperature
-    heat_a = interpolate_clamped(effect[:5], 2.0 + (state.chamber_a.temperature - ambient) / 40.0)
-    heat_b = interpolate_clamped(effect[5:], 2.0 + (state.chamber_b.temperature - ambient) / 40.0)
+    heat_a = heat_at(effect[:5], state.chamber_a.temperature, ambient)
+    heat_b = heat_at(effect[5:], state.chamber_b.temperature, ambient)
     balance[ENERGY_A] += heat_a
     balance[ENERGY_B] += heat_b
     balance[HEAT_A] += heat_a

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+import apesim
 from apesim.cubic_table import interpolate_clamped, interpolate_periodic
 from apesim.effect import law
+from apesim.engine.machine import Machine
 from apesim.valve.actuator import closed_at_rest, state_of
 from apesim.valve.bench import bench_of
 from apesim.valve.effects.leakage_a import LeakageA
@@ -17,6 +19,7 @@ from apesim.valve.effects.tabulated_heat import TabulatedHeat
 from apesim.valve.effects.tabulated_leak import TabulatedLeak
 from apesim.valve.solenoid_flow import SUPPLY_A, SUPPLY_B, VENT_A, VENT_B
 from apesim.valve.terms import BREAKAWAY, DRY, ENERGY_A, ENERGY_B, FLOW_SHARE, FORCE, TERMS
+from tests.machines import changed
 from tests.valve.effects.test_piston_effects import force_at_start
 from tests.valve.effects.test_valve_effects import PULSE, machine_with, run_with
 from tests.valve.test_bench import numbers
@@ -102,6 +105,23 @@ def test_heat_over_the_temperature_by_hand():
     place = 2.0 - 6.15 / 40.0
     assert balance[ENERGY_A] == pytest.approx(interpolate_clamped((0.0, 80.0, 20.0, 0.0, 0.0), place), rel=1e-9)
     assert balance[ENERGY_B] == pytest.approx(interpolate_clamped((0.0, 0.0, -40.0, 0.0, 0.0), place), rel=1e-9)
+
+
+@pytest.mark.parametrize("heat", [-200.0, 200.0])
+@pytest.mark.parametrize("area", [0.05e-6, 5e-6])
+def test_no_heat_cools_air_to_0_kelvin_or_heats_it_without_end(heat, area):
+    a_machine = changed(
+        Machine(),
+        {
+            "valve.clearance_volume": 100e-9,
+            "valve.solenoid.effective_area": area,
+            **{f"effects.tabulated_heat.{name}": heat for name in TabulatedHeat._fields},
+        },
+    )
+    run = apesim.run_valve(a_machine, pulse=0.3)
+    assert run["energy_closure"] < 1e-6
+    for name in ("pressure_a", "pressure_b"):
+        assert run.traces[name].values.min() > 0.0
 
 
 def same(one, other):
