@@ -264,6 +264,32 @@ def raised_cosine(angle: float, opens: float, closes: float, flank: float) -> fl
     return 0.5 * (1.0 - cos(pi * near / flank))
 
 
+@kernel
+def exhaust_area(valve: Exhaust, angle: float) -> float:
+    """Effective area of the exhaust valve at a crank angle.
+
+    ``S(phi) = S_full x(phi)``, with the share x of `raised_cosine`. Chosen.
+
+    Parameters
+    ----------
+    valve : Exhaust
+        Keys of the exhaust valve.
+    angle : float
+        Crank angle phi [rad].
+
+    Returns
+    -------
+    float
+        Effective area [m2].
+
+    Examples
+    --------
+    >>> print([round(exhaust_area(Exhaust(), angle * DEGREE) * 1e6, 6) for angle in (0.0, 177.5, 250.0)])
+    [0.0, 250.0, 500.0]
+    """
+    return valve.effective_area * raised_cosine(angle, valve.opens, valve.closes, valve.flank)
+
+
 def window_corners(window: Window) -> np.ndarray:
     """Find the angles at which a window or one of its flanks begins or ends.
 

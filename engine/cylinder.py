@@ -93,6 +93,8 @@ class CylinderState(NamedTuple):
     """State of the air in the cylinder."""
     intake: GasState
     """State of the air before the groove."""
+    behind_exhaust: GasState
+    """State of the air behind the exhaust valve."""
 
 
 @kernel

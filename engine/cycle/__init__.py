@@ -8,7 +8,7 @@ A second exhaust valve would touch, in this order:
 1. its keys: an `Exhaust` more in `apesim.engine.cylinder.Engine`;
 2. the list of flows, `exchange`, its field and its number: modes, regimes, events and ledger follow from there;
 3. `flows`: its line in `exchange_sides`, `exchange_areas`, `exchange_flows`, `with_past_groove` and `open_flows`, and
-   its share of the open area, as `exhaust_share`;
+   its share of the open area, as `apesim.engine.breathing.exhaust_area`;
 4. `operating_point.breakpoints_of_cycle`: the corners of its window;
 5. `rates.cycle_rates`: what leaves the cylinder, the sum of both; `rates.observe_cycle` and `TRACE`: a column of its
    own, whose name `apesim.studies` then knows in `engine_run`, `sweep.results` and `measured.sensors`;

@@ -10,7 +10,7 @@ import numpy as np
 
 from apesim.air import GasState
 from apesim.effect import add_laws
-from apesim.engine.breathing import raised_cosine
+from apesim.engine.breathing import exhaust_area, raised_cosine
 from apesim.engine.cycle.exchange import EXHAUST, FEED, FLOWS, GROOVE, PIPE, Exchange
 from apesim.engine.cycle.state import (
     EXCHANGE,
@@ -175,38 +175,10 @@ def exchange_sides(p: Cycle, cylinder: CylinderState, receiver: GasState, intake
     """
     return Exchange(
         groove=Sides(intake, cylinder.air),
-        exhaust=Sides(cylinder.air, GasState(p.exhaust_pressure, p.actuator.ambient.temperature)),
+        exhaust=Sides(cylinder.air, cylinder.behind_exhaust),
         feed=Sides(p.supply, receiver),
         pipe=Sides(receiver, intake),
     )
-
-
-@kernel
-def exhaust_share(p: Cycle, angle: float) -> float:
-    """Share of the full opening of the exhaust valve.
-
-    Parameters
-    ----------
-    p : apesim.engine.cycle.state.Cycle
-        Machine at a speed.
-    angle : float
-        Crank angle [rad].
-
-    Returns
-    -------
-    float
-        Share, from 0 to 1.
-
-    Examples
-    --------
-    >>> from apesim.engine.cycle.operating_point import cycle_of
-    >>> from apesim.engine.machine import Machine
-    >>> cycle, _, _ = cycle_of(Machine(), 100.0)
-    >>> exhaust_share(cycle, 0.0), exhaust_share(cycle, 4.0)
-    (0.0, 1.0)
-    """
-    valve = p.engine.exhaust
-    return raised_cosine(angle, valve.opens, valve.closes, valve.flank)
 
 
 @kernel
@@ -241,7 +213,7 @@ def exchange_areas(p: Cycle, angle: float, y: np.ndarray, mode: np.ndarray) -> E
     """
     return Exchange(
         groove=intake_area(p, angle, y, mode),
-        exhaust=p.engine.exhaust.effective_area * exhaust_share(p, angle),
+        exhaust=exhaust_area(p.engine.exhaust, angle),
         feed=p.engine.receiver.feed_area,
         pipe=p.pipe.feed_area,
     )
@@ -566,7 +538,7 @@ def open_flows(p: Cycle, angle: float, mode: np.ndarray) -> Exchange[bool]:
     """
     return Exchange(
         groove=is_groove_open(mode),
-        exhaust=exhaust_share(p, angle) > 0.0,
+        exhaust=exhaust_area(p.engine.exhaust, angle) > 0.0,
         feed=p.receiver_volume > 0.0,
         pipe=has_pipe(p),
     )

@@ -465,7 +465,8 @@ def cylinder_state(p: Cycle, t: float, y: np.ndarray) -> tuple[CylinderState, fl
     gas = p.actuator.gas
     air = chamber_state(gas, cylinder_gas(y), volume)
     intake = intake_state(p, y, receiver_state(p, y)) if len(p.effects) > 0 else p.supply
-    return CylinderState(gas, p.actuator.ambient, p.engine, p.speed, angle, volume, air, intake), slope
+    behind_exhaust = GasState(p.exhaust_pressure, p.actuator.ambient.temperature)
+    return CylinderState(gas, p.actuator.ambient, p.engine, p.speed, angle, volume, air, intake, behind_exhaust), slope
 
 
 @kernel

@@ -6,6 +6,7 @@ import numpy as np
 
 from apesim.cubic_table import interpolate_periodic, table
 from apesim.effect import Effect, law
+from apesim.engine.breathing import exhaust_area
 from apesim.engine.cylinder import BRANCH, ENERGY, GROOVE_ENERGY, GROOVE_MASS, MASS, CylinderState
 from apesim.kernel import kernel
 from apesim.leak import leak
@@ -23,16 +24,19 @@ TabulatedCylinderLeak = table(
     out=(PLACES, Quantity("mm^2", -20, 20, "a part of an exhaust valve")),
     past_groove=(QUARTERS, Quantity("mm^2", 0, 2, "worn seals")),
 )
-TabulatedCylinderLeak.__doc__ = "Effective areas over the crank angle: to ambient, below zero too, and past the groove."
+TabulatedCylinderLeak.__doc__ = (
+    "Effective areas over the crank angle: to ambient, or off the exhaust valve, and past the groove."
+)
 
 
 @law.for_type(TabulatedCylinderLeak)
 @kernel
 def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, balance: np.ndarray) -> None:
-    """Add the flows through tabulated areas: to ambient, and from before the groove into the cylinder.
+    """Add the flows through tabulated areas: out of the cylinder, and from before the groove into it.
 
     ``mdot = S(phi) psi(r) p/sqrt(R T)`` (Eq. 7 of the EPV paper, doi 10.1631/jzus.A0820373), with the effective area S
-    at the crank angle phi. An area below zero to ambient reverses the flow; it takes off a part of the exhaust's.
+    at the crank angle phi. An area above zero leads to ambient; one below zero is taken off the exhaust valve's, of
+    which it leaves no less than nothing.
 
     Parameters
     ----------
@@ -63,10 +67,15 @@ def tabulated_cylinder_leak(effect: tuple[float, ...], state: CylinderState, bal
     """
     turns = 0.5 * state.angle / pi
     out = interpolate_periodic(effect[:12], 12.0 * turns)
-    sign = -1.0 if out < 0.0 else 1.0
-    leaving = leak(state.gas, abs(out), Sides(state.air, state.ambient), balance, BRANCH)
-    balance[MASS] -= sign * leaving.mass
-    balance[ENERGY] -= sign * leaving.enthalpy
+    if out < 0.0:
+        taken = min(-out, exhaust_area(state.engine.exhaust, state.angle))
+        held = leak(state.gas, taken, Sides(state.air, state.behind_exhaust), balance, BRANCH)
+        balance[MASS] += held.mass
+        balance[ENERGY] += held.enthalpy
+    else:
+        leaving = leak(state.gas, out, Sides(state.air, state.ambient), balance, BRANCH)
+        balance[MASS] -= leaving.mass
+        balance[ENERGY] -= leaving.enthalpy
     area = interpolate_periodic(effect[12:], 4.0 * turns)
     past = leak(state.gas, area, Sides(state.intake, state.air), balance, BRANCH)
     balance[GROOVE_MASS] += past.mass

@@ -27,7 +27,9 @@ def cylinder(pressure, temperature, volume):
     a_machine = machine()
     air, intake = GasState(pressure, temperature), GasState(1.1e6, 287.0)
     ambient = GasState(*a_machine.ambient)
-    return CylinderState(gas_of(a_machine.air), ambient, a_machine.engine, SPEED, 0.3, volume, air, intake)
+    behind_exhaust = GasState(1.3e5, ambient.temperature)
+    gas, engine = gas_of(a_machine.air), a_machine.engine
+    return CylinderState(gas, ambient, engine, SPEED, 0.3, volume, air, intake, behind_exhaust)
 
 
 def added(effect, pressure=5e5, temperature=280.0, volume=200e-6):
