@@ -25,8 +25,8 @@ def heat_at(values: tuple[float, ...], temperature: float, ambient: float) -> fl
     """Return the heat of a table over the temperature of the air above ambient.
 
     Beyond the ends it is constant, but for heat taken from air that is colder than the first node, and heat put into
-    air that is hotter than the last: these fall off as ``x (2 - x)``, with the ratio x < 1 of the temperatures of air
-    and node. No wall cools air to 0 K, or heats it without end. Chosen.
+    air that is hotter than the last. These fall off as ``x^2 (3 - 2 x)``, to nothing at half of the first node's and
+    twice the last node's absolute temperature: no wall cools air to 0 K, or heats it without end. Chosen.
 
     Parameters
     ----------
@@ -45,12 +45,13 @@ def heat_at(values: tuple[float, ...], temperature: float, ambient: float) -> fl
     Examples
     --------
     >>> values = (-100.0, 0.0, 0.0, 0.0, 100.0)
-    >>> [heat_at(values, temperature, 280.0) for temperature in (100.0, 200.0, 240.0, 360.0, 720.0)]
-    [-75.0, -100.0, 0.0, 100.0, 75.0]
+    >>> [heat_at(values, temperature, 280.0) for temperature in (150.0, 200.0, 240.0, 360.0, 540.0, 720.0)]
+    [-50.0, -100.0, 0.0, 100.0, 50.0, 0.0]
     """
     heat = interpolate_clamped(values, 2.0 + (temperature - ambient) / STEP)
-    share = temperature / (ambient + COLDEST) if heat < 0.0 else (ambient + HOTTEST) / temperature
-    return heat * share * (2.0 - share) if share < 1.0 else heat
+    beyond = 2.0 * temperature / (ambient + COLDEST) - 1.0 if heat < 0.0 else 2.0 - temperature / (ambient + HOTTEST)
+    share = min(max(beyond, 0.0), 1.0)
+    return heat * share * share * (3.0 - 2.0 * share)
 
 
 @law.for_type(TabulatedHeat)
