@@ -50,7 +50,7 @@ MAX_EVALUATIONS = 5_000_000
 """Largest number of evaluations of the rates in a march; chosen, as a march that needs more takes some 5 s."""
 MAX_EVENTS = 2000
 """Largest number of events of a march; more are chatter."""
-MAX_SHORT_STEPS = 1000
+MAX_SHORT_STEPS = 300
 """Explicit steps of one smooth stretch that stability holds below `SHORT` of the longest; with more it is stiff."""
 SHORT = 0.1
 """Share of the longest step below which a step counts as short."""

@@ -8,7 +8,7 @@ from apesim.march.adaptive import LOG_HEAD, Accuracy, Outcome, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
 """Default largest change of a state over a cycle that counts as periodic, relative."""
-MAX_CYCLES = 600
+MAX_CYCLES = 2500
 """Largest number of cycles; some cases near and beyond the valve's limit need more than 120 plain ones."""
 MAX_EVALUATIONS = 10_000_000
 """Largest number of evaluations of the rates in all cycles together; chosen, as they take some 10 to 20 s."""
@@ -40,11 +40,17 @@ FAR = 100
 """Cycles after which a state counts as far away, and implicit steps of many cycles lead there."""
 FIRST_LEAP, LONGEST_LEAP = 4.0, 1e8
 """Cycles of the first such step, before it grows, and of the longest, which is a step of Newton's method."""
-FINE, FINE_NUDGE = 1e-2, 1e-4
+FINE, FINE_NUDGE = 1e-1, 1e-6
 """Tolerance of the slopes for such steps, over the usual one, and relative change of a state: states that settle in ten
 thousand cycles are to be told from those that never do, and flows between nearly equal pressures are to stay such."""
-MOST_VAIN = 12
+MOST_VAIN = 12.0
 """Such steps in a row that do not halve what a cycle gains, at most; Newton's method may do better."""
+FAR_STEP, VAIN_IF_FAR = 0.1, 0.2
+"""Length of a step that leads far, relative, and for how much it counts among those: a gain may hardly fall there."""
+FORETOLD = 0.3
+"""Error of the foretold gain, over the gain before, up to which slopes of a state near by are kept."""
+ROUGH_ERROR = 1e-4
+"""Error of a multiplier by the usual slopes: the tolerance of a step over `NUDGE`."""
 ROUGH_LEAP = 1e3
 """Cycles of such a step up to which the usual slopes will do."""
 GROWTH = 4.0
@@ -309,6 +315,63 @@ def _newton(drive, y, mode, count):
     return better
 
 
+class Linear(NamedTuple):
+    """The map of a cycle near a state, as slopes and what the state gains there."""
+
+    y: np.ndarray
+    """State that it is taken at."""
+    sizes: np.ndarray
+    """What changes of the state are related to."""
+    slopes: np.ndarray
+    """Slopes of the map, relative, (n, n)."""
+    gain: np.ndarray
+    """What the state gains over a cycle, relative."""
+
+    @property
+    def repelled(self) -> float:
+        """Largest real part of a multiplier, less 1: above 0 a state is repelled."""
+        return float(np.linalg.eigvals(self.slopes).real.max()) - 1.0
+
+    @property
+    def swings(self) -> bool:
+        """Whether a deviation changes its sign and grows, or turns and grows: no step of many cycles follows that."""
+        return bool(np.abs(np.linalg.eigvals(self.slopes)).max() > 1.0 + max(self.repelled, ROUGH_ERROR))
+
+
+def _linear(drive, y, mode, is_fine, known):
+    """The map of a cycle near a state, by differences that are fine or the usual ones; None where it has no slopes.
+
+    Slopes of a known state near by are kept where they foretell what the state gains, and corrected by Broyden's first
+    rule.
+    """
+    usual, found = drive.accuracy, None
+    if is_fine:
+        drive.accuracy = usual._replace(tolerance=FINE * usual.tolerance)
+    if known is not None:
+        found = _foretold(drive, y, mode, known)
+    if found is None:
+        slopes, image = _slopes(drive, y, mode, 1, FINE_NUDGE if is_fine else NUDGE)
+        sizes = _sizes(drive, y)
+        found = None if slopes is None else Linear(y, sizes, slopes, (image - y)[: len(sizes)] / sizes)
+    drive.accuracy = usual
+    return found
+
+
+def _foretold(drive, y, mode, known):
+    """The map near a state by that of a known one; None where that does not foretell what the state gains."""
+    n = len(known.gain)
+    image, mode_image, status = drive.march(y, mode)
+    if status != Status.DONE or _is_other_phase(mode, mode_image):
+        return None
+    moved, gain = (y - known.y)[:n] / known.sizes, (image - y)[:n] / known.sizes
+    wrong = gain - known.gain - known.slopes @ moved + moved
+    if not np.abs(wrong).max() <= FORETOLD * np.abs(known.gain).max():
+        return None
+    slopes, sizes = known.slopes + np.outer(wrong, moved) / (moved @ moved), _sizes(drive, y)
+    change = known.sizes / sizes
+    return Linear(y, sizes, slopes * change[:, None] / change, gain * change)
+
+
 def _many_cycles(drive, y, mode, tolerance, max_cycles):
     """Implicit steps of many cycles each, along the way that plain cycles take, until they lead no farther.
 
@@ -329,37 +392,33 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
     .. [1] C. T. Kelley and D. E. Keyes, "Convergence Analysis of Pseudo-Transient Continuation", SIAM J. Numer. Anal.
        35, 1998, pp. 508-523, doi 10.1137/S0036142996304796.
     """
-    n, count, usual, known, is_fine = len(drive.accuracy.scale), FIRST_LEAP, drive.accuracy, None, False
-    least, vain = np.inf, 0
+    count, known, least, vain = FIRST_LEAP, None, np.inf, 0.0
+    is_fine = was_fine = False
     while drive.cycles < max_cycles and vain < MOST_VAIN:
-        drive.accuracy = usual._replace(tolerance=(FINE if is_fine else 1.0) * usual.tolerance)
-        slopes, image = _slopes(drive, y, mode, 1, FINE_NUDGE if is_fine else NUDGE)
-        drive.accuracy = usual
-        if slopes is None and not is_fine:
+        found = _linear(drive, y, mode, is_fine, known if was_fine == is_fine else None)
+        was_fine = is_fine
+        if not is_fine and (found is None or found.swings):
             is_fine = True
             continue
-        if slopes is None and (known is None or count < FIRST_LEAP):
-            return (y if known is None else known[0]), False
-        if slopes is None:  # back, and less far
+        if found is not None:
+            known = found
+        elif known is None or count < FIRST_LEAP:
+            return (y if known is None else known.y), False
+        else:  # back, and less far
             count /= GROWTH**3
-        else:
-            sizes = _sizes(drive, y)
-            known = y, slopes, (image - y)[:n] / sizes, sizes
-            vain = 0 if np.abs(known[2]).max() < 0.5 * least else vain + 1
-            least = min(least, np.abs(known[2]).max())
-        start, slopes, gain, sizes = known  # type: ignore[misc]
-        multipliers = np.linalg.eigvals(slopes)
-        repelled = multipliers.real.max() - 1.0
-        if np.abs(multipliers).max() > 1.0 + max(repelled, usual.tolerance / NUDGE):  # repelled to either side
-            return start, False
+        if known.swings:
+            return known.y, False
+        repelled, gained = known.repelled, np.abs(known.gain).max()
         count = min(GROWTH * count, LONGEST_LEAP, 0.5 / max(repelled, 0.5 / LONGEST_LEAP))
-        step = _leap(slopes, gain, count)
+        step = _leap(known.slopes, known.gain, count)
         while np.abs(step).max() > CLIP and count > 1.0:
             count *= 0.5
-            step = _leap(slopes, gain, count)
-        is_fine = is_fine or count > ROUGH_LEAP or repelled > usual.tolerance
-        y = start.copy()
-        y[:n] += np.clip(step, -CLIP, CLIP) * sizes
+            step = _leap(known.slopes, known.gain, count)
+        is_fine = is_fine or count > ROUGH_LEAP or repelled > drive.accuracy.tolerance
+        vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_FAR if np.abs(step).max() > FAR_STEP else 1.0)
+        least = min(least, gained)
+        y = known.y.copy()
+        y[: len(step)] += np.clip(step, -CLIP, CLIP) * known.sizes
         if np.abs(step).max() <= tolerance:
             return y, True
     return y, False

@@ -340,6 +340,22 @@ def whole_run():
     return Machine(), apesim.run_engine(Machine(), speed="1000 rpm")
 
 
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(38, id="a table of leaks below zero emptied a cylinder"),
+        pytest.param(1862, id="a table of leaks below zero made work from nothing"),
+        pytest.param(387, id="a table of heat cooled a chamber to 0 K"),
+        pytest.param(102, id="real air above 1887 K had no ratio of heat capacities"),
+        pytest.param(418, id="a difference of 0.1 % told of a state that is repelled"),
+        pytest.param(454, id="a store took a million cycles to fill with cold air"),
+    ],
+)
+def test_a_machine_that_once_had_no_result_has_one(seed):
+    outcome = machines.trial(seed)
+    assert (outcome.word.partition(": ")[2], outcome.is_broken) == ("closes", False)
+
+
 def test_a_whole_run_breaks_no_promise(whole_run):
     assert list(machines.find_faults(*whole_run)) == []
 

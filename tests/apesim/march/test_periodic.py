@@ -333,7 +333,7 @@ def test_a_store_far_from_its_end_is_led_there_by_steps_of_many_cycles(gain, sta
     orbit = settle(Receiver(gain), [start, 0.0])
     assert (orbit.converged, orbit.period) == (True, 1)
     assert orbit.y == pytest.approx([3.0**0.5, 3.0**0.5 / 0.8], rel=1e-3)
-    assert 100 < orbit.cycles < 400, "plain cycles would need ten thousand"
+    assert 100 < orbit.cycles < 160, "plain cycles would need ten thousand, slopes taken anew for each step 206"
 
 
 def test_a_march_that_fails_is_told():
