@@ -32,11 +32,12 @@ from apesim.studies.sweep import completion
 from tests.archive_samples import same
 from tests.folders import ROOT
 
-from .campaign import Outcome, trial_folder
+from .campaign import WITH_COMPILER, Outcome, trial_folder
 from .inputs import run
 
 LONGEST = 300.0
 """That a trial may take [s]: a command twice."""
+MEMORY = WITH_COMPILER
 UNREACHED = "not reached"
 PARTS = "1.h5", "2.h5", "3.h5"
 SWEEP = "engine", "sweep", "--speed", "600:1200:300 rpm", "--intake", "cam,ideal", "--no-figures"
