@@ -33,7 +33,7 @@ def try_out(campaign, trials, first=0):
     return run_campaign(campaign.__name__, seeds, find_kept("campaign", code) / name, JOBS)
 
 
-def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken):
+def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, start=0):
     """Values of a campaign's record once a further round of trials is added to those that it has.
 
     Parameters
@@ -44,6 +44,8 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken):
         Trials of the round.
     is_listed : function
         Whether an outcome is told with its detail.
+    start : int
+        Seed of the first round's first trial; those before were used to find faults, and are no fresh ones.
 
     Returns
     -------
@@ -52,7 +54,8 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken):
         outcomes that are listed.
     """
     outcomes, rounds, listed = read_rounds(f"campaign_{campaign.__name__.rpartition('.')[2]}")
-    first = sum(int(row[1].value) for row in rounds)
+    before = sum(int(row[1].value) for row in rounds)
+    first = start + before
     found = try_out(campaign, trials, first)
     counts = Counter({(kind, what): int(number.value) for kind, what, number in outcomes})
     counts.update(tuple(one.word.split(": ", 1)) for one in found.values())
@@ -62,9 +65,9 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken):
     listed = [*listed, *([f"{seed}", one.word, one.detail] for seed, one in found.items() if is_listed(one))]
     broken = sum(int(row[2].value) for row in rounds)
     return {
-        "trials": Number(first + trials),
+        "trials": Number(before + trials),
         "broken": Number(broken),
-        "bound": as_percentage(bound(broken, first + trials)),
+        "bound": as_percentage(bound(broken, before + trials)),
         "outcomes": Table(OUTCOMES, [[*words, Number(number)] for words, number in sorted(counts.items())]),
         "rounds": Table(ROUNDS, rounds),
         "listed": Table(LISTED, listed),

@@ -7,6 +7,8 @@ from tests.campaigns import machines
 OPTIONAL = True
 RECORD = True
 ROUND = 500
+START = 30_000
+"""Seed of the first machine: those before were used to find faults."""
 CLOSES = "closes"
 KEYS = "engine_near", "valve_near", "engine_wide", "valve_wide"
 """Ends of the names of numbers, for each of the kinds."""
@@ -14,7 +16,7 @@ KEYS = "engine_near", "valve_near", "engine_wide", "valve_wide"
 
 def compute() -> dict[str, Value]:
     """The record, with a further round."""
-    return add_shares(add_round(machines, ROUND))
+    return add_shares(add_round(machines, ROUND, start=START))
 
 
 def add_shares(record: dict[str, Value]) -> dict[str, Value]:
