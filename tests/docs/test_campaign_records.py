@@ -58,6 +58,17 @@ def test_what_is_broken_is_listed_with_its_seed_and_raises_the_bound(monkeypatch
     assert (record["broken"], record["bound"].text, len(record["listed"].rows)) == (Number(1), "0.24\u202f%", 1)
 
 
+def test_rounds_begin_behind_the_seeds_that_faults_were_found_by(monkeypatch):
+    monkeypatch.setattr(
+        _campaign, "run_campaign", lambda name, seeds, out, jobs: {s: Outcome("bits: seen") for s in seeds}
+    )
+    campaign = SimpleNamespace(__name__="tests.campaigns.bits")
+    keep(add_round(campaign, 100, start=3000), "campaign_bits")
+    record = add_round(campaign, 200, start=3000)
+    assert [row[0] for row in record["rounds"].rows] == ["3000 to 3099", "3100 to 3299"]
+    assert (record["trials"], record["bound"].text) == (Number(300), "1.00\u202f%")
+
+
 @pytest.mark.parametrize(("broken", "trials", "share"), [(0, 300, 0.00998), (0, 10000, 2.996e-4), (2, 100, 0.0630)])
 def test_the_bound_is_that_of_rare_events(broken, trials, share):
     assert bound(broken, trials) == pytest.approx(share, rel=1e-3)
