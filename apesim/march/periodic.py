@@ -9,7 +9,7 @@ from apesim.march.adaptive import LOG_HEAD, Accuracy, Outcome, Status, march
 PERIODIC_TOLERANCE = 1e-8
 """Default largest change of a state over a cycle that counts as periodic, relative."""
 MAX_CYCLES = 2500
-"""Largest number of cycles; some cases near and beyond the valve's limit need more than 120 plain ones."""
+"""Largest number of cycles; chosen: stores that fill slowly need up to some 2000, which are cheap in most of them."""
 MAX_EVALUATIONS = 10_000_000
 """Largest number of evaluations of the rates in all cycles together; chosen, as they take some 10 to 20 s."""
 NOISE = 100.0
