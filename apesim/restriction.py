@@ -24,6 +24,9 @@ SHUT, NEAR, SUBSONIC, CHOKED = range(4)
 ROOM = 1e-6
 """Distance that a pressure ratio passes the end of a regime before the next one begins; chosen well above rounding, so
 that a flow does not chatter between two regimes."""
+ROOM_TO_TURN = 1e-7
+"""That distance for a flow that turns, which so far carries air of the wrong side: what a wide valve passes of a small
+volume needs little more."""
 AREA_OF_CONDUCTANCE = 5.02e-6 / 1e-8
 """Effective area of a sonic conductance, 5.02 mm2 for 1 dm3/(s bar) [m2 / (m3/(s Pa))]."""
 
@@ -258,7 +261,8 @@ def beyond_regime(gas: Gas, regime: float, sides: Sides) -> float:
     Returns
     -------
     float
-        Distance of the pressure ratio from the nearer end of the regime, less `ROOM`; -1 where it is shut.
+        Distance of the pressure ratio from the nearer end of the regime, less `ROOM`, or at equal pressures, where the
+        flow turns, less `ROOM_TO_TURN`; -1 where it is shut.
 
     Examples
     --------
@@ -271,7 +275,7 @@ def beyond_regime(gas: Gas, regime: float, sides: Sides) -> float:
         return -1.0
     ratio, temperature = upstream_of(regime, sides)
     low, high = ends_of(gas, abs(regime), temperature)
-    return max(low - ratio, ratio - high) - ROOM
+    return max(low - ratio - ROOM, ratio - high - (ROOM_TO_TURN if abs(regime) == NEAR else ROOM))
 
 
 @kernel(inline=False)

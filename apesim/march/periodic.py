@@ -49,10 +49,8 @@ FAR_STEP, VAIN_IF_FAR = 0.1, 0.2
 """Length of a step that leads far, relative, and for how much it counts among those: a gain may hardly fall there."""
 FORETOLD = 0.3
 """Error of the foretold gain, over the gain before, up to which slopes of a state near by are kept."""
-ROUGH_ERROR = 1e-4
-"""Error of a multiplier by the usual slopes: the tolerance of a step over `NUDGE`."""
 ROUGH_LEAP = 1e3
-"""Cycles of such a step up to which the usual slopes will do."""
+"""Cycles up to which the usual slopes will do, of such a step or in which all that is not held settles."""
 GROWTH = 4.0
 """Factor by which such a step may grow from one to the next."""
 NUDGE = 1e-3
@@ -155,6 +153,7 @@ class Drive:
 
     def __init__(self, p: Any, tables: Any, breakpoints: np.ndarray, accuracy: Accuracy) -> None:
         self.p, self.tables, self.breakpoints, self.accuracy = p, tables, breakpoints, accuracy
+        self.tolerance = accuracy.tolerance
         self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
         self.cycles = self.evaluations = 0
         self.outcome: Outcome | None = None
@@ -305,18 +304,14 @@ def _newton(drive, y, mode, count):
         None where the cycles change the mode or fail, so that the map has no slope; or where the slope repels, so that
         the fixed point is none that a machine settles to.
     """
-    slopes, image = _slopes(drive, y, mode, count)
-    if slopes is None or np.abs(np.linalg.eigvals(slopes)).max() > 1.0 + drive.accuracy.tolerance / NUDGE:
+    found = _linear_map(drive, y, mode, count)
+    if found is None or found.swings or found.repelled > found.error:
         return None
-    n, sizes = len(slopes), _sizes(drive, y)
-    step = _correction(slopes) @ ((image - y)[:n] / sizes)
-    better = y.copy()
-    better[:n] += np.clip(step, -CLIP, CLIP) * sizes
-    return better
+    return _after(found, _correction(found.slopes) @ found.gain)
 
 
 class Linear(NamedTuple):
-    """The map of a cycle near a state, as slopes and what the state gains there."""
+    """The map of some cycles near a state, as slopes and what the state gains there."""
 
     y: np.ndarray
     """State that it is taken at."""
@@ -325,51 +320,98 @@ class Linear(NamedTuple):
     slopes: np.ndarray
     """Slopes of the map, relative, (n, n)."""
     gain: np.ndarray
-    """What the state gains over a cycle, relative."""
+    """What the state gains, relative."""
+    multipliers: np.ndarray
+    """Eigenvalues of the slopes."""
+    error: float
+    """Error of a multiplier by the usual differences."""
 
     @property
     def repelled(self) -> float:
         """Largest real part of a multiplier, less 1: above 0 a state is repelled."""
-        return float(np.linalg.eigvals(self.slopes).real.max()) - 1.0
+        return float(self.multipliers.real.max()) - 1.0
 
     @property
     def swings(self) -> bool:
         """Whether a deviation changes its sign and grows, or turns and grows: no step of many cycles follows that."""
-        return bool(np.abs(np.linalg.eigvals(self.slopes)).max() > 1.0 + max(self.repelled, ROUGH_ERROR))
+        return bool(np.abs(self.multipliers).max() > 1.0 + max(self.repelled, self.error))
+
+    @property
+    def settles_in(self) -> float:
+        """Cycles in which the slowest state that is not held comes nearer to where it settles by a factor of e."""
+        left = np.abs(self.multipliers - 1.0)
+        return 1.0 / min(left[left > LOOSE], default=np.inf)
+
+
+def _after(found, step):
+    """State after a step from where a map was taken, each of whose elements is clipped."""
+    y = found.y.copy()
+    y[: len(step)] += np.clip(step, -CLIP, CLIP) * found.sizes
+    return y
+
+
+def _image(drive, y, mode, count=1, record=NO_RECORD):
+    """State after some cycles; None where they fail or change the phase."""
+    image, mode_image, status = drive.march(y, mode, count, record)
+    return None if status != Status.DONE or _is_other_phase(mode, mode_image) else image
+
+
+def _linear_map(drive, y, mode, count=1, nudge=NUDGE, image=None):
+    """The map of some cycles near a state, by differences; None where it has no slopes.
+
+    Parameters
+    ----------
+    image : array, optional
+        Image of the state, where it is known.
+    """
+    n, sizes = len(drive.accuracy.scale), _sizes(drive, y)
+    image = _image(drive, y, mode, count) if image is None else image
+    if image is None:
+        return None
+    slopes = np.zeros((n, n))
+    for i in range(n):
+        nudged = y.copy()
+        nudged[i] -= nudge * sizes[i]
+        other = _image(drive, nudged, mode, count)
+        if other is None:
+            return None
+        slopes[:, i] = (image[:n] - other[:n]) / sizes / nudge
+    return Linear(y, sizes, slopes, (image - y)[:n] / sizes, np.linalg.eigvals(slopes), drive.tolerance / NUDGE)
 
 
 def _linear(drive, y, mode, is_fine, known):
-    """The map of a cycle near a state, by differences that are fine or the usual ones; None where it has no slopes.
+    """The map of a cycle near the image of a state, by differences that are fine or the usual ones.
 
-    Slopes of a known state near by are kept where they foretell what the state gains, and corrected by Broyden's first
-    rule.
+    In the image those states have settled that do so at once: what a long step leaves of them would hide the slow ones.
+    Slopes of a known state near by are kept where they foretell what the image gains.
+
+    Returns
+    -------
+    Linear or None
+        None where the map has no slopes.
     """
     usual, found = drive.accuracy, None
     if is_fine:
         drive.accuracy = usual._replace(tolerance=FINE * usual.tolerance)
-    if known is not None:
-        found = _foretold(drive, y, mode, known)
-    if found is None:
-        slopes, image = _slopes(drive, y, mode, 1, FINE_NUDGE if is_fine else NUDGE)
-        sizes = _sizes(drive, y)
-        found = None if slopes is None else Linear(y, sizes, slopes, (image - y)[: len(sizes)] / sizes)
+    y = _image(drive, y, mode)
+    image = None if y is None else _image(drive, y, mode)
+    if image is not None:
+        found = None if known is None else _foretold(known, y, image, _sizes(drive, y))
+        found = found or _linear_map(drive, y, mode, 1, FINE_NUDGE if is_fine else NUDGE, image)
     drive.accuracy = usual
     return found
 
 
-def _foretold(drive, y, mode, known):
-    """The map near a state by that of a known one; None where that does not foretell what the state gains."""
+def _foretold(known, y, image, sizes):
+    """The map near a state by that of a known one, corrected by Broyden's first rule; None where its gain is off."""
     n = len(known.gain)
-    image, mode_image, status = drive.march(y, mode)
-    if status != Status.DONE or _is_other_phase(mode, mode_image):
-        return None
     moved, gain = (y - known.y)[:n] / known.sizes, (image - y)[:n] / known.sizes
     wrong = gain - known.gain - known.slopes @ moved + moved
     if not np.abs(wrong).max() <= FORETOLD * np.abs(known.gain).max():
         return None
-    slopes, sizes = known.slopes + np.outer(wrong, moved) / (moved @ moved), _sizes(drive, y)
     change = known.sizes / sizes
-    return Linear(y, sizes, slopes * change[:, None] / change, gain * change)
+    slopes = (known.slopes + np.outer(wrong, moved) / (moved @ moved)) * change[:, None] / change
+    return Linear(y, sizes, slopes, gain * change, np.linalg.eigvals(slopes), known.error)
 
 
 def _many_cycles(drive, y, mode, tolerance, max_cycles):
@@ -385,7 +427,7 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
     y : (m,) float array
         State that the steps have led to.
     has_arrived : bool
-        Whether the last step was shorter than the tolerance.
+        Whether the last step was shorter than the tolerance, and over as many cycles as the slowest state takes.
 
     References
     ----------
@@ -414,12 +456,11 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
         while np.abs(step).max() > CLIP and count > 1.0:
             count *= 0.5
             step = _leap(known.slopes, known.gain, count)
-        is_fine = is_fine or count > ROUGH_LEAP or repelled > drive.accuracy.tolerance
+        is_fine = is_fine or repelled > drive.accuracy.tolerance or min(count, known.settles_in) > ROUGH_LEAP
         vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_FAR if np.abs(step).max() > FAR_STEP else 1.0)
         least = min(least, gained)
-        y = known.y.copy()
-        y[: len(step)] += np.clip(step, -CLIP, CLIP) * known.sizes
-        if np.abs(step).max() <= tolerance:
+        y = _after(known, step)
+        if np.abs(step).max() <= tolerance and count >= known.settles_in:
             return y, True
     return y, False
 
@@ -433,23 +474,6 @@ def _sizes(drive, y):
     """What changes of a state are related to."""
     scale = drive.accuracy.scale
     return scale + np.abs(y[: len(scale)])
-
-
-def _slopes(drive, y, mode, count, nudge=NUDGE):
-    """Slopes of the map of some cycles, relative, (n, n), and the image of the state; None where it has none."""
-    n, sizes = len(drive.accuracy.scale), _sizes(drive, y)
-    image, mode_image, status = drive.march(y, mode, count)
-    if status != Status.DONE or _is_other_phase(mode, mode_image):
-        return None, image
-    slopes = np.zeros((n, n))
-    for i in range(n):
-        nudged = y.copy()
-        nudged[i] -= nudge * sizes[i]
-        other, mode_other, status = drive.march(nudged, mode, count)
-        if status != Status.DONE or _is_other_phase(mode, mode_other):
-            return None, image
-        slopes[:, i] = (image[:n] - other[:n]) / sizes / nudge
-    return slopes, image
 
 
 def _correction(slopes):
@@ -514,10 +538,10 @@ def known_orbit(p: Any, tables: Any, orbit: Orbit, breakpoints: np.ndarray, accu
     """
     if not orbit.converged or orbit.period != 1:
         return None
-    slopes, _ = _slopes(Drive(p, tables, breakpoints, accuracy), orbit.y, orbit.mode, 1)
-    if slopes is None or np.linalg.eigvals(slopes).real.min() < SWINGING:
+    found = _linear_map(Drive(p, tables, breakpoints, accuracy), orbit.y, orbit.mode)
+    if found is None or found.multipliers.real.min() < SWINGING:
         return None
-    return Known(orbit.y, orbit.mode, _correction(slopes))
+    return Known(orbit.y, orbit.mode, _correction(found.slopes))
 
 
 def _from_known(drive, known, tolerance, record):
@@ -543,8 +567,8 @@ def _from_known(drive, known, tolerance, record):
     largest_before = np.inf
     for _ in range(MAX_CORRECTIONS):
         # From the first state the way is hardly ever short enough: what it does need not be recorded.
-        image, mode_image, status = drive.march(y, mode, 1, NO_RECORD if before is None else record)
-        if status != Status.DONE or _is_other_phase(mode, mode_image):
+        image = _image(drive, y, mode, 1, NO_RECORD if before is None else record)
+        if image is None:
             return None
         sizes = _sizes(drive, y)
         gain = (image - y)[:n] / sizes
@@ -559,11 +583,11 @@ def _from_known(drive, known, tolerance, record):
             return None
         if before is not None and len(record.log) and left <= tolerance:
             recorded = Recorded(record.log[: drive.outcome.logged], record.trace, image, drive.outcome)
-            return Settling(y, mode, status, largest_gain, np.inf, 1, correction, recorded)
+            return Settling(y, mode, Status.DONE, largest_gain, np.inf, 1, correction, recorded)
         y, nearer = y.copy(), left / before if before else 1.0
         y[:n] += step * sizes
         if left * nearer <= tolerance:  # the next step falls by as much at least
-            return Settling(y, mode, status, np.abs(gain).max(), np.inf, 1, correction)
+            return Settling(y, mode, Status.DONE, np.abs(gain).max(), np.inf, 1, correction)
         before, gain_before, largest_before = left, gain, largest_gain
     return None
 
