@@ -406,6 +406,8 @@ def _foretold(known, y, image, sizes):
     """The map near a state by that of a known one, corrected by Broyden's first rule; None where its gain is off."""
     n = len(known.gain)
     moved, gain = (y - known.y)[:n] / known.sizes, (image - y)[:n] / known.sizes
+    if not moved.any():
+        return known
     wrong = gain - known.gain - known.slopes @ moved + moved
     if not np.abs(wrong).max() <= FORETOLD * np.abs(known.gain).max():
         return None

@@ -8,7 +8,7 @@ import pytest
 from apesim.kernel import kernel
 from apesim.march.adaptive import LOG_HEAD, Accuracy, Status
 from apesim.march.hybrid_system import rates, start_segment
-from apesim.march.periodic import BURST, NOISE, Drive, Linear, Record, distance, known_orbit, periodic_orbit
+from apesim.march.periodic import BURST, NOISE, Drive, Linear, Record, _foretold, distance, known_orbit, periodic_orbit
 from tests.apesim.march.test_adaptive import NoTables, cached_apart
 
 TOLERANCE = 1e-7
@@ -370,6 +370,12 @@ def test_a_step_that_is_short_because_it_spans_few_cycles_has_not_arrived():
     orbit = settle(Receivers(share=-0.3), [50.0, 2500.0])
     assert orbit.y[0] > 49.0, "it drifts on by a hundred thousandth of a store of 50"
     assert not orbit.converged
+
+
+def test_a_map_that_is_asked_for_where_it_was_taken_is_the_same():
+    known = Linear(np.array([3.0, 2.0]), np.ones(2), 0.5 * np.eye(2), np.array([0.1, 0.0]), np.array([0.5, 0.5]), 1e-4)
+    found = _foretold(known, np.array([3.0, 2.0]), np.array([3.1, 2.0]), np.ones(2))
+    assert all(np.array_equal(a, b) for a, b in zip(found, known, strict=True))
 
 
 def test_states_that_are_held_do_not_count_among_those_that_settle():
