@@ -307,6 +307,13 @@ def test_a_direction_that_changes_every_cycle_is_no_other_phase():
     assert (orbit.converged, orbit.period) == (True, 1)
 
 
+class Receivers(NamedTuple):
+    """A store that fills over thousands of cycles, and shares what another one lacks, which follows it within one."""
+
+    gain: float = 1e-5
+    share: float = 0.5
+
+
 class Receiver(NamedTuple):
     """A store that fills over thousands of cycles behind a state that follows it at once; both are far from the end."""
 
@@ -321,6 +328,7 @@ def start_receiver_segment(p, tables, t, t_end, y, mode):
     y[1] = 0.2 * y[1] + y[0]
 
 
+@rates.for_type(Receivers)
 @rates.for_type(Receiver)
 @kernel
 def receiver_rates(p, t, y, mode, dy):
@@ -336,26 +344,12 @@ def test_a_store_far_from_its_end_is_led_there_by_steps_of_many_cycles(gain, sta
     assert 100 < orbit.cycles < 180, "plain cycles would need ten thousand, slopes taken anew for each step 208"
 
 
-class Receivers(NamedTuple):
-    """A store that fills over thousands of cycles, and shares what another one lacks, which follows it within one."""
-
-    gain: float = 1e-5
-    share: float = 0.5
-
-
 @start_segment.for_type(Receivers)
 @kernel
 def start_receivers_segment(p, tables, t, t_end, y, mode):
     lacking = y[1] - y[0] * y[0]
     y[0] += p.gain * (3.0 - y[0] * y[0]) / (1.0 + y[0] * y[0]) + p.share * lacking
     y[1] = y[0] * y[0]
-
-
-@rates.for_type(Receivers)
-@kernel
-def receivers_rates(p, t, y, mode, dy):
-    dy[0] = dy[1] = 0.0
-    return True
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5])
