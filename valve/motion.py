@@ -32,7 +32,6 @@ from apesim.valve.piston import (
     HELD_CLOSED,
     HELD_OPEN,
     STUCK,
-    TO_OPEN,
     is_moving,
     land,
     overcome,
@@ -231,6 +230,7 @@ def set_free(actuator: Actuator, y: np.ndarray, mode: np.ndarray, supply: ValveS
     >>> mode = np.zeros(MODES)
     >>> mode[PHASE] = HELD_CLOSED
     >>> set_free(actuator, closed_at_rest(actuator, GasState(101325.0, 300.0)), mode, supply)
+    >>> from apesim.valve.piston import TO_OPEN
     >>> bool(mode[PHASE] == TO_OPEN)
     True
     """
@@ -299,7 +299,9 @@ def handle_actuator_event(
         mode[PHASE] = STUCK
         set_free(actuator, y, mode, supply)
     elif event == CORNER:
-        mode[PIECE] += 1.0 if mode[PHASE] == TO_OPEN else -1.0
+        lift = actuator.valve.stroke - valve_states(y).position
+        # A piston that creeps goes against its phase.
+        mode[PIECE] += 1.0 if lift - mode[PIECE_HIGH] > mode[PIECE_LOW] - lift else -1.0
         take_piece(tables, mode)
     elif FLOW <= event < BRANCHED:
         change_solenoid_regime(state_of(actuator, y, supply), event - FLOW, REGIME, mode)

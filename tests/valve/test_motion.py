@@ -156,16 +156,27 @@ def test_a_piston_that_is_set_free_goes_where_the_force_points():
     assert after(LEFT, 4e-3, 0.0, 5e5, 8e5, STUCK)[2] == TO_OPEN
 
 
-def test_at_a_corner_the_piston_takes_the_next_piece_in_its_direction():
-    for phase, piece in ((TO_OPEN, 3.0), (TO_CLOSED, 1.0)):
-        p, tables, y, mode = instant(5e-3, float(phase), 5e5, 5e5, phase)
-        assert mode[PIECE] == 2.0
+@pytest.mark.parametrize("phase", [TO_OPEN, TO_CLOSED])
+@pytest.mark.parametrize(("lift", "piece"), [(5e-3, 3.0), (3e-3, 1.0), (5e-3 - 1e-9, 3.0), (3e-3 + 1e-9, 1.0)])
+def test_at_a_corner_the_piston_takes_the_next_piece_also_where_it_creeps_against_its_phase(phase, lift, piece):
+    p, tables, y, mode = instant(5e-3, float(phase), 5e5, 5e5, phase)
+    assert mode[PIECE] == 2.0
+    y[0] = p.actuator.valve.stroke - lift
+    handle_actuator_event(p.actuator, tables, CORNER, y, mode, p.supply)
+    assert mode[PIECE] == piece
+    ends = GROOVE_ROWS[int(piece) - 1, 0], (GROOVE_ROWS[int(piece), 0] if piece < 3 else np.inf)
+    assert (mode[PIECE_LOW], mode[PIECE_HIGH]) == ends
+    middle = 1e-3 if piece == 1 else 8e-3
+    assert mode[AREA] + mode[AREA_SLOPE] * middle == pytest.approx(np.interp(middle, *GROOVE_ROWS.T), abs=1e-16)
+
+
+@pytest.mark.parametrize(("lift", "outer", "inner"), [(5.1e-3, 3.0, 2.0), (-1e-4, 0.0, 1.0)])
+def test_from_an_outer_piece_the_only_way_is_back(lift, outer, inner):
+    for phase in (TO_OPEN, TO_CLOSED):
+        p, tables, y, mode = instant(9e-3 - lift, 0.0, 5e5, 5e5, phase)
+        assert mode[PIECE] == outer
         handle_actuator_event(p.actuator, tables, CORNER, y, mode, p.supply)
-        assert mode[PIECE] == piece
-        ends = GROOVE_ROWS[int(piece) - 1, 0], (GROOVE_ROWS[int(piece), 0] if piece < 3 else np.inf)
-        assert (mode[PIECE_LOW], mode[PIECE_HIGH]) == ends
-        middle = 1e-3 if piece == 1 else 8e-3
-        assert mode[AREA] + mode[AREA_SLOPE] * middle == pytest.approx(np.interp(middle, *GROOVE_ROWS.T), abs=1e-16)
+        assert mode[PIECE] == inner
 
 
 # --- entering a stretch, zero crossings ---

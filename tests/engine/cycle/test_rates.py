@@ -24,7 +24,7 @@ from apesim.engine.cycle.state import (
 )
 from apesim.engine.kinematics import cylinder_volume
 from apesim.restriction import CHOKED, SHUT
-from apesim.valve.actuator import AREA, AREA_SLOPE, PHASE, PIECE, REGIME, X_A, X_B, state_of
+from apesim.valve.actuator import AREA, AREA_SLOPE, PHASE, PIECE, PIECE_HIGH, PIECE_LOW, REGIME, X_A, X_B, state_of
 from apesim.valve.motion import CORNER
 from apesim.valve.piston import TO_OPEN
 from apesim.valve.solenoid_flow import start_solenoid_segment
@@ -151,6 +151,7 @@ def test_where_the_groove_begins_to_open_as_the_exhaust_does_the_exhaust_stays_o
     t = (opens - p.start) / p.speed
     start_cycle_segment(p, tables, t, breakpoints[breakpoints > t + 1e-9][0], y, mode)
     mode[PIECE], mode[EXCHANGE + GROOVE] = 0.0, SHUT
+    mode[PIECE_LOW], mode[PIECE_HIGH] = -np.inf, p.actuator.valve.stroke - 8e-3
     before = mode.copy()
     assert before[EXCHANGE + EXHAUST] == CHOKED
     handle_cycle_event(p, tables, CORNER, t, y, mode)
