@@ -358,7 +358,7 @@ def march(
     u, implicit = np.zeros((STAGES, y.shape[0])), False
     g, g_end = np.full(EVENTS, -1.0), np.full(EVENTS, -1.0)
     w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
-    in_a_step = (k.shape[0] - 1, n + 1 + STAGES)
+    in_a_step = (k.shape[0] - 1, 2 * n + 1 + STAGES)
     steps = rejected = evaluations = happened = logged = sampled = 0
     work = 0.0
     last_error = 1e-4

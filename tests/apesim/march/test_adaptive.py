@@ -48,12 +48,14 @@ class NoTables(NamedTuple):
     none: np.ndarray = np.zeros(1)
 
 
-def run(machine, y, breakpoints, tolerance=1e-10, max_step=0.1, states=None, log_rows=500, times=(), start=0.0):
+def run(
+    machine, y, breakpoints, tolerance=1e-10, max_step=0.1, states=None, log_rows=500, times=(), start=0.0, scale=1.0
+):
     """March a machine; its outcome, state and mode at the end, log and trace."""
     y, mode = np.array(y, dtype=float), np.zeros(2)
     n = states or len(y)
     log, trace = np.full((log_rows, LOG_HEAD + n), np.nan), np.full((len(times), 3), np.nan)
-    accuracy = Accuracy(tolerance, max_step, np.ones(n))
+    accuracy = Accuracy(tolerance, max_step, np.full(n, scale))
     outcome = march(
         machine, NoTables(), start, y, mode, np.array(breakpoints, dtype=float), accuracy, log, np.array(times), trace
     )

@@ -4,11 +4,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from apesim.air import Air, Gas, GasState, gas_of, internal_energy, temperature_of
 from apesim.kernel import kernel
 from apesim.march.adaptive import MAX_EVALUATIONS, MAX_SHORT_STEPS, Status
 from apesim.march.dormand_prince import dense
 from apesim.march.hybrid_system import rates
 from apesim.march.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages
+from apesim.restriction import NEAR, Sides, flow_in
 from tests.apesim.march.test_adaptive import cached_apart, compiled_only, run
 
 
@@ -81,9 +83,67 @@ def test_a_march_that_stability_would_hold_to_tiny_steps_comes_to_its_end():
     assert outcome.status == Status.DONE
     assert outcome.steps < MAX_SHORT_STEPS + 1000
     steps = outcome.steps + outcome.rejected
-    implicit = (outcome.evaluations - 6 * steps) / (2 + 1 + STAGES - 6)
+    implicit = (outcome.evaluations - 6 * steps) / (2 * 2 + 1 + STAGES - 6)
     assert implicit in range(1, steps - MAX_SHORT_STEPS)
     assert y == pytest.approx([sin(1.0), drained(1.0), 1.0 - drained(1.0)], abs=1e-7)
+
+
+class Vessel(NamedTuple):
+    """A cylinder of 100 cm3, heated by 10 W, that halves its volume in a second and empties through a large area."""
+
+    gas: Gas
+    area: float
+
+
+AMBIENT = GasState(1e5, 300.0)
+GAS = gas_of(Air())
+
+
+@rates.for_type(Vessel)
+@kernel
+def vessel_rates(p, t, y, mode, dy):
+    temperature = temperature_of(p.gas, y[1] / y[0])
+    pressure = y[0] * p.gas.gas_constant * temperature / (1e-4 * (1.0 - 0.5 * t))
+    flow = flow_in(p.gas, NEAR, p.area, Sides(GasState(pressure, temperature), AMBIENT))
+    dy[0] = -flow.mass
+    dy[1] = -flow.enthalpy + 0.5e-4 * pressure + 10.0
+    return True
+
+
+@compiled_only
+@pytest.mark.parametrize("area", [1e-5, 1e-3, 1e-1])
+def test_a_march_takes_no_more_steps_where_an_area_is_larger_for_its_volume(area):
+    """What flows out takes the enthalpy of the heat and 1.4/0.4 of the work, and halves that of what stays."""
+    mass = 1e5 * 1e-4 / (GAS.gas_constant * 300.0)
+    left = mass * 0.5 ** (1.0 + 2.0 * 10.0 * 0.4 / 1.4 / 10.0), 0.5 * 10.0 / 0.4
+    start = [mass, mass * internal_energy(GAS, 300.0)]
+    outcome, y, *_ = run(Vessel(GAS, area), start, [1.0], tolerance=1e-7, max_step=0.1, states=2, scale=1e-30)
+    assert outcome.status == Status.DONE
+    assert outcome.steps < MAX_SHORT_STEPS + 200
+    assert y == pytest.approx(left, rel=1e-3)
+
+
+class Bounce(NamedTuple):
+    """A piston that floats on a film of gas before its stop, far thinner than the scale of its position."""
+
+    film: float
+
+
+@rates.for_type(Bounce)
+@kernel
+def bounce_rates(p, t, y, mode, dy):
+    dy[0] = y[1]
+    dy[1] = 1e6 * ((p.film / y[0]) ** 2 - 1.0 - 0.5 * sin(t)) - 1e9 * y[1]
+    return True
+
+
+@compiled_only
+def test_a_film_far_thinner_than_the_scale_of_the_position_leaves_long_steps():
+    film = 1e-7
+    outcome, y, *_ = run(Bounce(film), [film, 0.0], [1.0], tolerance=1e-7, max_step=0.1, states=2, scale=1.0)
+    assert outcome.status == Status.DONE
+    assert outcome.steps < MAX_SHORT_STEPS + 100
+    assert y[0] == pytest.approx(film / (1.0 + 0.5 * sin(1.0)) ** 0.5, rel=1e-3)
 
 
 @compiled_only
