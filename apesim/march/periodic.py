@@ -1,5 +1,7 @@
 """Periodic state of a machine that is driven in cycles."""
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +22,8 @@ PATIENCE = 60
 """Cycles after which a change of `SAME` is good enough."""
 BURST = 15
 """Plain cycles before the march is helped by Newton's method, and between two such helps."""
+STILL = 10
+"""Last of those cycles, over which a state that only the solver's error moves is no farther than in one of them."""
 NEARER = 0.9
 """Share of a change that is clearly less."""
 FARTHEST = 10.0
@@ -40,6 +44,8 @@ FAR = 100
 """Cycles after which a state counts as far away, and implicit steps of many cycles lead there."""
 FIRST_LEAP, LONGEST_LEAP = 4.0, 1e8
 """Cycles of the first such step, before it grows, and of the longest, which is a step of Newton's method."""
+LONGEST_WAY = 1e6
+"""Cycles of a short step from which on no slower state is waited for."""
 FINE, FINE_NUDGE = 1e-1, 1e-6
 """Tolerance of the slopes for such steps, over the usual one, and relative change of a state: states that settle in ten
 thousand cycles are to be told from those that never do, and flows between nearly equal pressures are to stay such."""
@@ -153,7 +159,6 @@ class Drive:
 
     def __init__(self, p: Any, tables: Any, breakpoints: np.ndarray, accuracy: Accuracy) -> None:
         self.p, self.tables, self.breakpoints, self.accuracy = p, tables, breakpoints, accuracy
-        self.tolerance = accuracy.tolerance
         self.log = np.empty((0, LOG_HEAD + len(accuracy.scale)))
         self.cycles = self.evaluations = 0
         self.outcome: Outcome | None = None
@@ -254,25 +259,29 @@ def _plain_cycles(drive, y, mode, tolerance, max_cycles, sure):
     Settling
     """
     noise = NOISE * drive.accuracy.tolerance
-    before = before_that = None
+    before = before_that = first = None
     change = change_of_two = np.inf
+    largest = 0.0
     repeats = repeats_of_two = period = 0
-    for _ in range(max_cycles):
+    for i in range(max_cycles):
         before_that, before = before, (y, mode)
+        first = before if i == BURST - STILL else first
         earlier, earlier_of_two = change, change_of_two
         y, mode, status = drive.march(y, mode)
         if status != Status.DONE:
             return Settling(y, mode, status, change, change_of_two, 0)
         change = _change(before, y, mode, drive.accuracy.scale)
         change_of_two = _change(before_that, y, mode, drive.accuracy.scale)
+        largest = max(largest, change) if first else 0.0
         repeats = repeats + 1 if _is_small(change, earlier, tolerance, sure) else 0
         repeats_of_two = repeats_of_two + 1 if _is_small(change_of_two, earlier_of_two, tolerance, sure) else 0
         if repeats >= 2 or repeats_of_two >= 4:
             # What stays within the solver's error is no difference.
             period = 1 if repeats >= 2 or change <= noise else 2
             break
-    if not period and drive.cycles >= PATIENCE and change_of_two <= change <= SAME * drive.accuracy.tolerance:
-        period = 1  # a drift changes twice as much in two cycles as in one, the solver's error does not
+    if not period and i == BURST - 1 and drive.cycles >= PATIENCE and largest <= SAME * drive.accuracy.tolerance:
+        # A drift adds up over the cycles, the solver's error does not.
+        period = 1 if _change(first, y, mode, drive.accuracy.scale) <= largest else 0
     return Settling(y, mode, status, change, change_of_two, period)
 
 
@@ -305,12 +314,13 @@ def _newton(drive, y, mode, count):
         the fixed point is none that a machine settles to.
     """
     found = _linear_map(drive, y, mode, count)
-    if found is None or found.swings or found.repelled > found.error:
+    if found is None or _swings(drive, found) or found.repelled > _error(drive):
         return None
     return _after(found, _correction(found.slopes) @ found.gain)
 
 
-class Linear(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Linear:
     """The map of some cycles near a state, as slopes and what the state gains there."""
 
     y: np.ndarray
@@ -321,10 +331,11 @@ class Linear(NamedTuple):
     """Slopes of the map, relative, (n, n)."""
     gain: np.ndarray
     """What the state gains, relative."""
-    multipliers: np.ndarray
-    """Eigenvalues of the slopes."""
-    error: float
-    """Error of a multiplier by the usual differences."""
+
+    @cached_property
+    def multipliers(self) -> np.ndarray:
+        """Eigenvalues of the slopes."""
+        return np.linalg.eigvals(self.slopes)
 
     @property
     def repelled(self) -> float:
@@ -332,15 +343,20 @@ class Linear(NamedTuple):
         return float(self.multipliers.real.max()) - 1.0
 
     @property
-    def swings(self) -> bool:
-        """Whether a deviation changes its sign and grows, or turns and grows: no step of many cycles follows that."""
-        return bool(np.abs(self.multipliers).max() > 1.0 + max(self.repelled, self.error))
-
-    @property
     def settles_in(self) -> float:
         """Cycles in which the slowest state that is not held comes nearer to where it settles by a factor of e."""
         left = np.abs(self.multipliers - 1.0)
         return 1.0 / min(left[left > LOOSE], default=np.inf)
+
+
+def _error(drive):
+    """Error of a multiplier by the usual differences."""
+    return drive.accuracy.tolerance / NUDGE
+
+
+def _swings(drive, found):
+    """Whether a deviation changes its sign and grows, or turns and grows: no step of many cycles follows that."""
+    return np.abs(found.multipliers).max() > 1.0 + max(found.repelled, _error(drive))
 
 
 def _after(found, step):
@@ -376,7 +392,7 @@ def _linear_map(drive, y, mode, count=1, nudge=NUDGE, image=None):
         if other is None:
             return None
         slopes[:, i] = (image[:n] - other[:n]) / sizes / nudge
-    return Linear(y, sizes, slopes, (image - y)[:n] / sizes, np.linalg.eigvals(slopes), drive.tolerance / NUDGE)
+    return Linear(y, sizes, slopes, (image - y)[:n] / sizes)
 
 
 def _linear(drive, y, mode, is_fine, known):
@@ -393,11 +409,11 @@ def _linear(drive, y, mode, is_fine, known):
     usual, found = drive.accuracy, None
     if is_fine:
         drive.accuracy = usual._replace(tolerance=FINE * usual.tolerance)
-    y = _image(drive, y, mode)
-    image = None if y is None else _image(drive, y, mode)
+    settled = _image(drive, y, mode)
+    image = None if settled is None else _image(drive, settled, mode)
     if image is not None:
-        found = None if known is None else _foretold(known, y, image, _sizes(drive, y))
-        found = found or _linear_map(drive, y, mode, 1, FINE_NUDGE if is_fine else NUDGE, image)
+        found = None if known is None else _foretold(known, settled, image, _sizes(drive, settled))
+        found = found or _linear_map(drive, settled, mode, 1, FINE_NUDGE if is_fine else NUDGE, image)
     drive.accuracy = usual
     return found
 
@@ -413,7 +429,7 @@ def _foretold(known, y, image, sizes):
         return None
     change = known.sizes / sizes
     slopes = (known.slopes + np.outer(wrong, moved) / (moved @ moved)) * change[:, None] / change
-    return Linear(y, sizes, slopes, gain * change, np.linalg.eigvals(slopes), known.error)
+    return Linear(y, sizes, slopes, gain * change)
 
 
 def _many_cycles(drive, y, mode, tolerance, max_cycles):
@@ -429,7 +445,8 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
     y : (m,) float array
         State that the steps have led to.
     has_arrived : bool
-        Whether the last step was shorter than the tolerance, and over as many cycles as the slowest state takes.
+        Whether the last step was shorter than the tolerance, and over as many cycles as the slowest state takes, or
+        over `LONGEST_WAY`.
 
     References
     ----------
@@ -441,7 +458,7 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
     while drive.cycles < max_cycles and vain < MOST_VAIN:
         found = _linear(drive, y, mode, is_fine, known if was_fine == is_fine else None)
         was_fine = is_fine
-        if not is_fine and (found is None or found.swings):
+        if not is_fine and (found is None or _swings(drive, found)):
             is_fine = True
             continue
         if found is not None:
@@ -450,7 +467,7 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
             return (y if known is None else known.y), False
         else:  # back, and less far
             count /= GROWTH**3
-        if known.swings:
+        if _swings(drive, known):
             return known.y, False
         repelled, gained = known.repelled, np.abs(known.gain).max()
         count = min(GROWTH * count, LONGEST_LEAP, 0.5 / max(repelled, 0.5 / LONGEST_LEAP))
@@ -462,7 +479,7 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
         vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_FAR if np.abs(step).max() > FAR_STEP else 1.0)
         least = min(least, gained)
         y = _after(known, step)
-        if np.abs(step).max() <= tolerance and count >= known.settles_in:
+        if np.abs(step).max() <= tolerance and count >= min(known.settles_in, LONGEST_WAY):
             return y, True
     return y, False
 

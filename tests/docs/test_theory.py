@@ -12,9 +12,9 @@ from apesim.engine.cycle.rates import MAX_PATH
 from apesim.engine.indicators import INDICATORS
 from apesim.engine.machine import Machine
 from apesim.flow_function import NEARLY_EQUAL
-from apesim.march import adaptive, error_bounds, periodic
+from apesim.march import adaptive, error_bounds, periodic, rosenbrock
 from apesim.quantities.settings import schema
-from apesim.restriction import AREA_OF_CONDUCTANCE, ROOM
+from apesim.restriction import AREA_OF_CONDUCTANCE, ROOM, ROOM_TO_TURN
 from apesim.studies.estimation import levenberg_marquardt, priors
 from apesim.studies.estimation.noise import process
 from apesim.studies.gap import thresholds
@@ -142,6 +142,11 @@ def test_every_indicator_is_defined_on_a_page():
         ("numerics", f"below {periodic.NEARER:g} of those before it"),
         ("numerics", f"after {periodic.PATIENCE} cycles"),
         ("numerics", f"below {periodic.NOISE:g} tolerances of a step"),
+        ("numerics", f"if {'ten' if periodic.STILL == 10 else periodic.STILL} cycles lead no farther"),
+        ("numerics", f"or over {'a million' if periodic.LONGEST_WAY == 1e6 else periodic.LONGEST_WAY}, is below"),
+        ("numerics", rf"${rosenbrock.NUDGE * 1e7:g} \cdot 10^{{-7}}$ of themselves"),
+        ("numerics", rf"${rosenbrock.NUDGE_IN_SCALE * 1e9:g} \cdot 10^{{-9}}$ of their scale"),
+        ("numerics", f"beyond 1 by more than ${power(ROOM_TO_TURN)}$"),
         ("numerics", f"within {periodic.MAX_CORRECTIONS} cycles"),
         ("numerics", f"`energy_closure` | ${power(error_bounds.MAX_CLOSURE)}$ |"),
         ("numerics", f"`exergy_closure` | ${power(error_bounds.MAX_EXERGY_CLOSURE)}$ of what enters |"),

@@ -6,9 +6,22 @@ import numpy as np
 import pytest
 
 from apesim.kernel import kernel
+from apesim.march import periodic
 from apesim.march.adaptive import LOG_HEAD, Accuracy, Status
 from apesim.march.hybrid_system import rates, start_segment
-from apesim.march.periodic import BURST, NOISE, Drive, Linear, Record, _foretold, distance, known_orbit, periodic_orbit
+from apesim.march.periodic import (
+    BURST,
+    NOISE,
+    PATIENCE,
+    SAME,
+    Drive,
+    Linear,
+    Record,
+    _foretold,
+    distance,
+    known_orbit,
+    periodic_orbit,
+)
 from tests.apesim.march.test_adaptive import NoTables, cached_apart
 
 TOLERANCE = 1e-7
@@ -360,6 +373,64 @@ def test_what_a_long_step_leaves_of_a_fast_state_does_not_lead_the_slow_one_astr
     assert orbit.cycles < 300
 
 
+@pytest.mark.parametrize(("repelled", "arrived"), [(1e-7, True), (1e-5, False)])
+def test_no_store_is_waited_for_that_a_million_cycles_hardly_move(repelled, arrived, monkeypatch):
+    """One settles in 50 million cycles; how far a step leads is limited by another, which repels by an error."""
+    slopes, still = np.diag([1.0 + repelled, 1.0 - 2e-8, 0.9]), np.array([0.0, 1e-16, 0.0])
+    monkeypatch.setattr(periodic, "_linear", lambda drive, y, *_: Linear(y, np.ones(3), slopes, still))
+    drive = Drive(None, NoTables(), np.array([1.0]), Accuracy(TOLERANCE, 10.0, np.ones(3)))
+    _, has_arrived = periodic._many_cycles(drive, np.ones(3), np.zeros(1), 1e-7, 600)
+    assert has_arrived == arrived
+
+
+class Jittery(NamedTuple):
+    """A state that the solver's error moves about, by a sine of the cycle's number, and that drifts or not."""
+
+    jitter: float
+    drift: float = 0.0
+
+
+@start_segment.for_type(Jittery)
+@kernel
+def start_jittery_segment(p, tables, t, t_end, y, mode):
+    mode[1] += 1.0
+    y[0] += p.drift + p.jitter * (np.sin(1e4 * mode[1]) - np.sin(1e4 * (mode[1] - 1.0)))
+
+
+@rates.for_type(Jittery)
+@kernel
+def jittery_rates(p, t, y, mode, dy):
+    dy[0] = 0.0
+    return True
+
+
+@pytest.mark.parametrize(
+    ("machine", "converged"),
+    [
+        (Jittery(3e-7), True),
+        (Jittery(3e-7, drift=2e-7), False),
+        (Jittery(1e-7, drift=1e-7), False),
+        (Jittery(3e-6), False),
+    ],
+)
+def test_what_only_the_error_of_a_step_moves_is_steady_and_what_drifts_as_little_is_not(machine, converged):
+    accuracy = Accuracy(TOLERANCE, 10.0, np.ones(1))
+    for shift in range(5):
+        mode = np.array([0.0, float(shift)])
+        orbit = periodic_orbit(machine, NoTables(), np.array([1.0]), mode, np.array([1.0]), accuracy, max_cycles=100)
+        assert orbit.change < SAME * TOLERANCE or not converged
+        assert orbit.converged == converged
+
+
+@pytest.mark.parametrize("max_cycles", [PATIENCE + extra for extra in range(16)])
+def test_a_drift_is_seen_wherever_the_most_cycles_end_the_search(max_cycles):
+    accuracy, y, mode = Accuracy(TOLERANCE, 10.0, np.ones(1)), np.array([1.0]), np.zeros(2)
+    machine = Jittery(1e-9, drift=4e-7)
+    orbit = periodic_orbit(machine, NoTables(), y, mode, np.array([1.0]), accuracy, max_cycles=max_cycles)
+    assert orbit.change == pytest.approx(2e-7, rel=0.1)
+    assert not orbit.converged
+
+
 def test_a_step_that_is_short_because_it_spans_few_cycles_has_not_arrived():
     orbit = settle(Receivers(share=-0.3), [50.0, 2500.0])
     assert orbit.y[0] > 49.0, "it drifts on by a hundred thousandth of a store of 50"
@@ -367,16 +438,17 @@ def test_a_step_that_is_short_because_it_spans_few_cycles_has_not_arrived():
 
 
 def test_a_map_that_is_asked_for_where_it_was_taken_is_the_same():
-    known = Linear(np.array([3.0, 2.0]), np.ones(2), 0.5 * np.eye(2), np.array([0.1, 0.0]), np.array([0.5, 0.5]), 1e-4)
-    found = _foretold(known, np.array([3.0, 2.0]), np.array([3.1, 2.0]), np.ones(2))
-    assert all(np.array_equal(a, b) for a, b in zip(found, known, strict=True))
+    known = Linear(np.array([3.0, 2.0]), np.ones(2), 0.5 * np.eye(2), np.array([0.1, 0.0]))
+    assert _foretold(known, np.array([3.0, 2.0]), np.array([3.1, 2.0]), np.ones(2)) is known
 
 
 def test_states_that_are_held_do_not_count_among_those_that_settle():
+    def settles_in(*multipliers):
+        return Linear(np.ones(1), np.ones(1), np.diag(multipliers), np.ones(1)).settles_in
+
     slow, held = 1.0 - 1.0 / 50.0, 1.0
-    found = Linear(*5 * (np.ones(1),), 1e-4)._replace(multipliers=np.array([0.5, slow, held, held + 1e-12]))
-    assert found.settles_in == pytest.approx(50.0)
-    assert found._replace(multipliers=np.array([held])).settles_in == 0.0
+    assert settles_in(0.5, slow, held, held + 1e-12) == pytest.approx(50.0)
+    assert settles_in(held) == 0.0
 
 
 def test_a_march_that_fails_is_told():
