@@ -357,11 +357,10 @@ def test_a_machine_that_once_had_no_result_has_one(seed):
 
 
 def test_a_machine_whose_cylinder_a_table_of_leaks_emptied_is_given_up_only_for_what_it_costs():
-    """It turns at 1.5 r/min, and a cycle takes half a million evaluations."""
+    """It turns at 1.5 r/min, and a cycle takes half a million evaluations: a known fault, to be noticed once mended."""
     outcome = machines.trial(38)
     costs = Status.TOO_MANY_EVALUATIONS.remedy.partition(":")[0]
-    assert outcome.word.partition(": ")[2] in ("closes", f"ended early: {costs}")
-    assert not outcome.is_broken
+    assert (outcome.word.partition(": ")[2], outcome.is_broken) == (f"ended early: {costs}", False)
 
 
 def test_a_whole_run_breaks_no_promise(whole_run):
