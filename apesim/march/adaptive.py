@@ -13,7 +13,7 @@ import numpy as np
 from apesim.kernel import entry, kernel
 from apesim.march.dormand_prince import dense, interpolant, slopes, stages, step_error, stiffness
 from apesim.march.hybrid_system import events, handle_event, observe, power, start_segment, step_share, zero_crossings
-from apesim.march.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages
+from apesim.march.rosenbrock import STAGES, implicit_error, implicit_interpolant, implicit_stages, slopes_of_rates
 
 
 class Status(IntEnum):
@@ -237,10 +237,10 @@ def _sample(p, t, h, end, c, mode, y, times, trace, sampled):
 
 
 @kernel(inline=False)
-def _step(p, t, h, y, mode, implicit, scale, k, u, trial):
+def _step(p, t, h, y, mode, implicit, scale, jacobian, k, u, trial):
     """A step from (t, y), k[0] given; trial ends as the new state, k[6] as its rates. False outside the domain."""
     if implicit:
-        return implicit_stages(p, t, h, y, mode, scale, k, trial, u)
+        return implicit_stages(p, t, h, y, mode, scale, jacobian, k, trial, u)
     return stages(p, t, h, y, mode, scale.shape[0], k, trial)
 
 
@@ -356,12 +356,13 @@ def march(
     k, c = np.zeros((7, y.shape[0])), np.zeros((5, n))
     trial, at, slope = y.copy(), np.empty(n), np.empty(y.shape[0])
     u, implicit = np.zeros((STAGES, y.shape[0])), False
+    jacobian, has_jacobian = np.empty((y.shape[0], n + 1)), False
     g, g_end = np.full(EVENTS, -1.0), np.full(EVENTS, -1.0)
     w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
-    in_a_step = (k.shape[0] - 1, 2 * n + 1 + STAGES)
+    in_a_step = (k.shape[0] - 1, STAGES)
     steps = rejected = evaluations = happened = logged = sampled = 0
     work = 0.0
-    last_error = 1e-4
+    last_error, was_rejected = 1e-4, False
     h_next = 0.05 * accuracy.max_step
     for breakpoint in breakpoints:
         if breakpoint <= t:
@@ -383,8 +384,13 @@ def march(
                 h = 0.5 * whole
             if h < MIN_STEP and h < whole:
                 return Outcome(Status.STEP_TOO_SMALL, steps, rejected, evaluations, happened, logged, work)
+            if implicit and not has_jacobian:
+                taken = slopes_of_rates(p, t, h, y, mode, scale, k, trial, jacobian)
+                evaluations += taken
+                has_jacobian = taken > 0
             evaluations += in_a_step[int(implicit)]
-            if not _step(p, t, h, y, mode, implicit, scale, k, u, trial):
+            in_domain = has_jacobian or not implicit
+            if not (in_domain and _step(p, t, h, y, mode, implicit, scale, jacobian, k, u, trial)):
                 rejected += 1
                 h_next = 0.25 * h
                 continue
@@ -392,10 +398,12 @@ def march(
             if not error <= 1.0:
                 rejected += 1
                 h_next = h * max(0.2, 0.9 * error**-0.2) if error < 1e300 else 0.1 * h
+                was_rejected = True
                 continue
             grown = h * min(5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.17 * last_error**0.04))
             if implicit:
-                grown = h * min(5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.25))
+                grown = h * min(1.0 if was_rejected else 5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.25))
+            was_rejected = False
             h_next = max(grown, h_next) if h == whole else grown
             last_error = max(error, 1e-4)
             events(p, t + h, trial, mode, g_end)
@@ -407,10 +415,10 @@ def march(
                 _interpolant(h, y, trial, implicit, k, u, c)
                 event, share = _first_event(p, t, h, c, mode, at, slope, g, g_end)
                 h *= share
-                taken = implicit and h > MIN_STEP  # none of the length 0 can be implicit
-                evaluations += in_a_step[int(taken)]
-                inside = _step(p, t, h, y, mode, taken, scale, k, u, trial)
-                if not (inside and _error(h, y, trial, taken, k, u, accuracy) <= MAX_ERROR_TO_EVENT):
+                again = implicit and h > MIN_STEP  # none of the length 0 can be implicit
+                evaluations += in_a_step[int(again)]
+                inside = _step(p, t, h, y, mode, again, scale, jacobian, k, u, trial)
+                if not (inside and _error(h, y, trial, again, k, u, accuracy) <= MAX_ERROR_TO_EVENT):
                     if h < MIN_STEP:
                         return Outcome(Status.STEP_TOO_SMALL, steps, rejected, evaluations, happened, logged, work)
                     rejected += 1
@@ -430,7 +438,7 @@ def march(
             if not implicit and h < SHORT * max_step:
                 short += stiffness(h, y, trial, k, scale) > STIFF
                 implicit = short > MAX_SHORT_STEPS
-            t = end
+            t, has_jacobian = end, False
             _copy(trial, y)
             if event < 0:
                 _copy(k[6], k[0])

@@ -12,7 +12,7 @@ PERIODIC_TOLERANCE = 1e-8
 """Default largest change of a state over a cycle that counts as periodic, relative."""
 MAX_CYCLES = 2500
 """Largest number of cycles; chosen: stores that fill slowly need up to some 2000, which are cheap in most of them."""
-MAX_EVALUATIONS = 10_000_000
+MAX_EVALUATIONS = 12_000_000
 """Largest number of evaluations of the rates in all cycles together; chosen, as they take some 10 to 20 s."""
 NOISE = 100.0
 """Tolerances of a step below which two cycles differ by the solver's error."""
@@ -53,6 +53,8 @@ MOST_VAIN = 12.0
 """Such steps in a row that do not halve what a cycle gains, at most; Newton's method may do better."""
 FAR_STEP, VAIN_IF_FAR = 0.1, 0.2
 """Length of a step that leads far, relative, and for how much it counts among those: a gain may hardly fall there."""
+BACK = 0.5
+"""Share of the step before, above which one that turns back leads past where both should lead."""
 FORETOLD = 0.3
 """Error of the foretold gain, over the gain before, up to which slopes of a state near by are kept."""
 ROUGH_LEAP = 1e3
@@ -399,7 +401,8 @@ def _linear(drive, y, mode, is_fine, known):
     """The map of a cycle near the image of a state, by differences that are fine or the usual ones.
 
     In the image those states have settled that do so at once: what a long step leaves of them would hide the slow ones.
-    Slopes of a known state near by are kept where they foretell what the image gains.
+    Slopes of a known state near by are kept where they foretell what the image gains. Fine ones that swing may be taken
+    across the edge of a law: then they are taken to the other side.
 
     Returns
     -------
@@ -414,6 +417,8 @@ def _linear(drive, y, mode, is_fine, known):
     if image is not None:
         found = None if known is None else _foretold(known, settled, image, _sizes(drive, settled))
         found = found or _linear_map(drive, settled, mode, 1, FINE_NUDGE if is_fine else NUDGE, image)
+        if is_fine and (found is None or _swings(drive, found)):
+            found = _linear_map(drive, settled, mode, 1, -FINE_NUDGE, image) or found
     drive.accuracy = usual
     return found
 
@@ -438,7 +443,8 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
     It is pseudo-transient continuation [1]_: a step over d cycles solves ``(1/d + 1 - S) step = gain``, with the slopes
     S of a cycle's map and what a cycle gains. States that settle at once are brought to where they settle, and those
     that take thousands of cycles go as far as d cycles take them. d grows as long as no state changes by more than
-    `CLIP`, and no state is repelled.
+    `CLIP`, and no state is repelled. Steps that turn back become shorter, as about a balance of two stores, where a
+    flow is the root of a difference and the slopes have no bound.
 
     Returns
     -------
@@ -454,6 +460,7 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
        35, 1998, pp. 508-523, doi 10.1137/S0036142996304796.
     """
     count, known, least, vain = FIRST_LEAP, None, np.inf, 0.0
+    reach, last = CLIP, np.zeros(len(drive.accuracy.scale))
     is_fine = was_fine = False
     while drive.cycles < max_cycles and vain < MOST_VAIN:
         found = _linear(drive, y, mode, is_fine, known if was_fine == is_fine else None)
@@ -472,9 +479,14 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
         repelled, gained = known.repelled, np.abs(known.gain).max()
         count = min(GROWTH * count, LONGEST_LEAP, 0.5 / max(repelled, 0.5 / LONGEST_LEAP))
         step = _leap(known.slopes, known.gain, count)
-        while np.abs(step).max() > CLIP and count > 1.0:
+        if step @ last < 0.0 and np.abs(step).max() > BACK * np.abs(last).max():
+            reach = 0.5 * min(reach, np.abs(step).max())
+        else:
+            reach = min(CLIP, 2.0 * reach)
+        while np.abs(step).max() > reach and count > 1.0:
             count *= 0.5
             step = _leap(known.slopes, known.gain, count)
+        last = step
         is_fine = is_fine or repelled > drive.accuracy.tolerance or min(count, known.settles_in) > ROUGH_LEAP
         vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_FAR if np.abs(step).max() > FAR_STEP else 1.0)
         least = min(least, gained)
@@ -622,6 +634,8 @@ def _settled(drive, y, mode, tolerance, max_cycles):
         astray = not (leads_on or found.period)
         if astray:
             found = kept
+        if found.status == Status.DONE and not found.period and FAR < drive.cycles < max_cycles:
+            found = found._replace(period=int(_only_errors_move(drive, found, tolerance)))
         if found.status != Status.DONE or found.period or drive.cycles >= max_cycles:
             return found
         y, mode, kept, has_arrived = found.y, found.mode, None, False
@@ -634,6 +648,21 @@ def _settled(drive, y, mode, tolerance, max_cycles):
             if better is not None:
                 clipped = distance(y, better, drive.accuracy.scale) >= CLIP / (1.0 + CLIP)
                 y, kept, fine = better, found, 0 if clipped else fine + 1
+
+
+def _only_errors_move(drive, found, tolerance):
+    """Whether what moves the state is the solver's error, which falls with the tolerance of a step; a drift stays."""
+    usual, n = drive.accuracy, len(drive.accuracy.scale)
+    if found.change > SAME * usual.tolerance:
+        return False
+    image = _image(drive, found.y, found.mode, STILL)
+    drive.accuracy = usual._replace(tolerance=FINE * usual.tolerance)
+    finer = None if image is None else _image(drive, found.y, found.mode, STILL)
+    drive.accuracy = usual
+    if finer is None:
+        return False
+    moved = ((finer - found.y) - FINE * (image - found.y))[:n] / (1.0 - FINE)
+    return bool(np.abs(moved / _sizes(drive, found.y)).max() <= STILL * tolerance)
 
 
 def periodic_orbit(

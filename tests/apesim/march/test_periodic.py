@@ -17,7 +17,9 @@ from apesim.march.periodic import (
     Drive,
     Linear,
     Record,
+    Settling,
     _foretold,
+    _only_errors_move,
     distance,
     known_orbit,
     periodic_orbit,
@@ -420,6 +422,81 @@ def test_what_only_the_error_of_a_step_moves_is_steady_and_what_drifts_as_little
         orbit = periodic_orbit(machine, NoTables(), np.array([1.0]), mode, np.array([1.0]), accuracy, max_cycles=100)
         assert orbit.change < SAME * TOLERANCE or not converged
         assert orbit.converged == converged
+
+
+class Closed(NamedTuple):
+    """A volume that is filled and emptied in a cycle, and keeps what it holds but for the solver's error or a leak."""
+
+    gain: float = 2.0
+    drift: float = 0.0
+
+
+@rates.for_type(Closed)
+@kernel
+def closed_rates(p, t, y, mode, dy):
+    mean = 4.880792585865024  # I0(3)
+    dy[0] = p.gain * (np.exp(3.0 * np.cos(2.0 * np.pi * t)) - mean) + p.drift
+    return True
+
+
+@pytest.mark.parametrize(("drift", "is_error"), [(0.0, True), (1e-7, False), (-1e-7, False)])
+def test_what_falls_with_the_tolerance_of_a_step_is_its_error_and_what_stays_is_a_drift(drift, is_error):
+    tolerance = 1e-6
+    drive = Drive(Closed(drift=drift), NoTables(), np.array([1.0]), Accuracy(tolerance, 10.0, np.ones(1)))
+    start, mode = np.array([1.0]), np.zeros(1)
+    end, _, _ = drive.march(start, mode)
+    change = distance(end, start, np.ones(1))
+    assert 5e-8 < change < SAME * tolerance, "more than counts as periodic, whether it is error or drift"
+    found = Settling(end, mode, Status.DONE, change, 2.0 * change, 0)
+    assert _only_errors_move(drive, found, 2e-8) == is_error
+    assert drive.accuracy.tolerance == tolerance
+
+
+class Balanced(NamedTuple):
+    """A store between nearly equal pressures: its flow is the root of their difference, whose slope has no bound."""
+
+    gain: float
+
+
+@start_segment.for_type(Balanced)
+@kernel
+def start_balanced_segment(p, tables, t, t_end, y, mode):
+    apart = 1.0 - y[0]
+    y[0] += p.gain * np.sign(apart) * np.sqrt(abs(apart))
+    y[1] = 0.2 * y[1]
+
+
+class Snapping(NamedTuple):
+    """A store that fills slowly beside a state that stands on an edge: below it, it is thrown far beyond."""
+
+    gain: float
+
+
+@start_segment.for_type(Snapping)
+@kernel
+def start_snapping_segment(p, tables, t, t_end, y, mode):
+    y[0] += p.gain * (1.0 - y[0])
+    y[1] = 1.0 if y[1] >= 1.0 else 1.02
+
+
+@rates.for_type(Balanced)
+@rates.for_type(Snapping)
+@kernel
+def none_of_two_rates(p, t, y, mode, dy):
+    dy[0] = dy[1] = 0.0
+    return True
+
+
+def test_steps_that_lead_past_a_balance_from_both_sides_become_shorter():
+    orbit = settle(Balanced(1e-4), [0.5, 0.0])
+    assert (orbit.converged, orbit.period) == (True, 1)
+    assert orbit.y[0] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_slopes_are_taken_to_the_side_on_which_a_state_on_an_edge_has_them():
+    orbit = settle(Snapping(1e-4), [0.5, 1.0])
+    assert (orbit.converged, orbit.period) == (True, 1)
+    assert orbit.y == pytest.approx([1.0, 1.0], abs=1e-3)
 
 
 @pytest.mark.parametrize("max_cycles", [PATIENCE + extra for extra in range(16)])
