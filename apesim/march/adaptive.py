@@ -30,24 +30,18 @@ class Status(IntEnum):
         return REMEDIES[self]
 
 
-REMEDIES = {
-    Status.DONE: "done",
-    Status.STEP_TOO_SMALL: "the step fell below 1e-14 s: a state left its domain; look for an area too large for its "
-    "volume",
-    Status.TOO_MANY_EVENTS: "more than 2000 events: a contact, dry friction or a flow chatters; lower the restitution",
-    Status.TOO_MANY_EVALUATIONS: "the rates were evaluated more than 5 million times, or 10 million times to the "
-    "periodic state: the volumes are too small for their areas, or the time too long",
-}
-"""Text of each status: what happened, and what to change."""
-
 TOLERANCE = 1e-7
 """Default tolerance of a step."""
 EVENTS = 16
 """Room for the values of events and of zero crossings."""
 BREAKPOINT, ZERO_CROSSING = -1, 100
 """Codes in the log: the end of a smooth stretch; zero crossing number n is ZERO_CROSSING + n."""
+EVALUATIONS_IN_A_STEP = 6
+"""Evaluations of the rates in a step of either method, those at its start being known."""
 MAX_EVALUATIONS = 5_000_000
 """Largest number of evaluations of the rates in a march; chosen, as a march that needs more takes some 5 s."""
+MAX_EVALUATIONS_TO_PERIODIC = 12_000_000
+"""The same in all cycles to a periodic state together; chosen, as they take some 10 to 20 s."""
 MAX_EVENTS = 2000
 """Largest number of events of a march; more are chatter."""
 MAX_SHORT_STEPS = 300
@@ -66,6 +60,17 @@ ROOT_TOLERANCE = 1e-12
 LOG_ROWS, LOG_HEAD = 24_000, 3
 """Room in a log, for an extremum in many a step, too: where a stretch is stiff, the slope of a pressure may change its
 sign at every step. Columns before the state: time [s], code, sign of the change."""
+REMEDIES = {
+    Status.DONE: "done",
+    Status.STEP_TOO_SMALL: f"the step fell below {MIN_STEP:g} s: a state left its domain; look for an area too large "
+    "for its volume",
+    Status.TOO_MANY_EVENTS: f"more than {MAX_EVENTS} events: a contact, dry friction or a flow chatters; lower the "
+    "restitution",
+    Status.TOO_MANY_EVALUATIONS: f"the rates were evaluated more than {MAX_EVALUATIONS / 1e6:g} million times, or "
+    f"{MAX_EVALUATIONS_TO_PERIODIC / 1e6:g} million times to the periodic state: the volumes are too small for their "
+    "areas, or the time too long",
+}
+"""Text of each status: what happened, and what to change."""
 
 
 class Accuracy(NamedTuple):
@@ -359,7 +364,6 @@ def march(
     jacobian, has_jacobian = np.empty((y.shape[0], n + 1)), False
     g, g_end = np.full(EVENTS, -1.0), np.full(EVENTS, -1.0)
     w, w_end = np.zeros(EVENTS), np.zeros(EVENTS)
-    in_a_step = (k.shape[0] - 1, STAGES)
     steps = rejected = evaluations = happened = logged = sampled = 0
     work = 0.0
     last_error, was_rejected = 1e-4, False
@@ -388,11 +392,12 @@ def march(
                 taken = slopes_of_rates(p, t, h, y, mode, scale, k, trial, jacobian)
                 evaluations += taken
                 has_jacobian = taken > 0
-            evaluations += in_a_step[int(implicit)]
+            evaluations += EVALUATIONS_IN_A_STEP
             in_domain = has_jacobian or not implicit
             if not (in_domain and _step(p, t, h, y, mode, implicit, scale, jacobian, k, u, trial)):
                 rejected += 1
                 h_next = 0.25 * h
+                was_rejected = True
                 continue
             error = _error(h, y, trial, implicit, k, u, accuracy)
             if not error <= 1.0:
@@ -416,7 +421,7 @@ def march(
                 event, share = _first_event(p, t, h, c, mode, at, slope, g, g_end)
                 h *= share
                 again = implicit and h > MIN_STEP  # none of the length 0 can be implicit
-                evaluations += in_a_step[int(again)]
+                evaluations += EVALUATIONS_IN_A_STEP
                 inside = _step(p, t, h, y, mode, again, scale, jacobian, k, u, trial)
                 if not (inside and _error(h, y, trial, again, k, u, accuracy) <= MAX_ERROR_TO_EVENT):
                     if h < MIN_STEP:

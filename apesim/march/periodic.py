@@ -1,19 +1,19 @@
 """Periodic state of a machine that is driven in cycles."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.march.adaptive import LOG_HEAD, Accuracy, Outcome, Status, march
+from apesim.march.adaptive import LOG_HEAD, MAX_EVALUATIONS_TO_PERIODIC, Accuracy, Outcome, Status, march
 
 PERIODIC_TOLERANCE = 1e-8
 """Default largest change of a state over a cycle that counts as periodic, relative."""
 MAX_CYCLES = 2500
 """Largest number of cycles; chosen: stores that fill slowly need up to some 2000, which are cheap in most of them."""
-MAX_EVALUATIONS = 12_000_000
-"""Largest number of evaluations of the rates in all cycles together; chosen, as they take some 10 to 20 s."""
 NOISE = 100.0
 """Tolerances of a step below which two cycles differ by the solver's error."""
 SAME = 10.0
@@ -223,8 +223,19 @@ class Drive:
             self.outcome = outcome
             self.cycles += 1
             self.evaluations += outcome.evaluations
-            status = Status.TOO_MANY_EVALUATIONS if self.evaluations > MAX_EVALUATIONS else outcome.status
+            given_up = self.evaluations > MAX_EVALUATIONS_TO_PERIODIC
+            status = Status.TOO_MANY_EVALUATIONS if given_up else outcome.status
         return y, mode, status
+
+    @contextmanager
+    def finer_steps(self) -> Iterator[None]:
+        """Hold the steps of cycles to the share `FINE` of their tolerance, as long as the context lasts."""
+        usual = self.accuracy
+        self.accuracy = usual._replace(tolerance=FINE * usual.tolerance)
+        try:
+            yield
+        finally:
+            self.accuracy = usual
 
 
 class Settling(NamedTuple):
@@ -409,18 +420,16 @@ def _linear(drive, y, mode, is_fine, known):
     Linear or None
         None where the map has no slopes.
     """
-    usual, found = drive.accuracy, None
-    if is_fine:
-        drive.accuracy = usual._replace(tolerance=FINE * usual.tolerance)
-    settled = _image(drive, y, mode)
-    image = None if settled is None else _image(drive, settled, mode)
-    if image is not None:
+    with drive.finer_steps() if is_fine else nullcontext():
+        settled = _image(drive, y, mode)
+        image = None if settled is None else _image(drive, settled, mode)
+        if image is None:
+            return None
         found = None if known is None else _foretold(known, settled, image, _sizes(drive, settled))
         found = found or _linear_map(drive, settled, mode, 1, FINE_NUDGE if is_fine else NUDGE, image)
         if is_fine and (found is None or _swings(drive, found)):
             found = _linear_map(drive, settled, mode, 1, -FINE_NUDGE, image) or found
-    drive.accuracy = usual
-    return found
+        return found
 
 
 def _foretold(known, y, image, sizes):
@@ -634,10 +643,10 @@ def _settled(drive, y, mode, tolerance, max_cycles):
         astray = not (leads_on or found.period)
         if astray:
             found = kept
-        if found.status == Status.DONE and not found.period and FAR < drive.cycles < max_cycles:
-            found = found._replace(period=int(_only_errors_move(drive, found, tolerance)))
         if found.status != Status.DONE or found.period or drive.cycles >= max_cycles:
             return found
+        if drive.cycles > FAR and _only_errors_move(drive, found, tolerance):
+            return found._replace(period=1)
         y, mode, kept, has_arrived = found.y, found.mode, None, False
         has_leapt = not has_leapt and drive.cycles > FAR and found.change_of_two >= 0.5 * found.change
         if has_leapt:
@@ -652,16 +661,16 @@ def _settled(drive, y, mode, tolerance, max_cycles):
 
 def _only_errors_move(drive, found, tolerance):
     """Whether what moves the state is the solver's error, which falls with the tolerance of a step; a drift stays."""
-    usual, n = drive.accuracy, len(drive.accuracy.scale)
-    if found.change > SAME * usual.tolerance:
+    if found.change > SAME * drive.accuracy.tolerance:
         return False
     image = _image(drive, found.y, found.mode, STILL)
-    drive.accuracy = usual._replace(tolerance=FINE * usual.tolerance)
-    finer = None if image is None else _image(drive, found.y, found.mode, STILL)
-    drive.accuracy = usual
+    if image is None:
+        return False
+    with drive.finer_steps():
+        finer = _image(drive, found.y, found.mode, STILL)
     if finer is None:
         return False
-    moved = ((finer - found.y) - FINE * (image - found.y))[:n] / (1.0 - FINE)
+    moved = ((finer - found.y) - FINE * (image - found.y))[: len(drive.accuracy.scale)] / (1.0 - FINE)
     return bool(np.abs(moved / _sizes(drive, found.y)).max() <= STILL * tolerance)
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import apesim
 from apesim.archive.columns import values_of
 from apesim.engine.angles import DEGREE
-from apesim.studies.limit.engine_limit import engine_limit, lasting
+from apesim.studies.limit.engine_limit import RESOLUTION, engine_limit, lasting
 from apesim.studies.limit.summary import summary_json
 from docs.results import Number, Table
 from docs.results._figures import keep
@@ -14,6 +14,8 @@ from tests.truth.simulator.reading import engine_of
 
 LONG = True
 RPM = 6.0 * DEGREE
+FOUND_TO = RESOLUTION / RPM
+"""How closely a limit is looked for [r/min]."""
 WINDOWS = (40.0, 60.0, 75.0, 90.0, 120.0, 140.0, 160.0, 200.0, 240.0, 320.0)
 
 
@@ -29,12 +31,12 @@ def compute():
     windows = paper["window_for_30_hz_deg_range"]
     lowest = data["min_limit_at"]
     values = {
-        "limit": Number(data["limit_rpm"], "r/min", error=0.5),
+        "limit": Number(data["limit_rpm"], "r/min", error=FOUND_TO),
         "time": Number(1e3 * rule["lap_to_lap_s"], "ms", error=0.005),
         "shortest_time": Number(1e3 * shortest, "ms", error=0.05),
         "longest_time": Number(1e3 * longest, "ms", error=0.05),
         "misfit": Number(1e2 * rule["largest_misfit"], "%", error=0.005),
-        "lowest": Number(data["min_limit_rpm"], "r/min", error=0.5),
+        "lowest": Number(data["min_limit_rpm"], "r/min", error=FOUND_TO),
         "lowest.pressure": Number((lowest["supply_pressure_Pa"] - machine.ambient.pressure) / 1e6, "MPa", error=0.05),
         "lowest.temperature": Number(lowest["supply_temperature_K"], "K"),
         "lowest.window": Number(lowest["duration_deg"], "°", error=0.5),
@@ -55,7 +57,7 @@ def _table(points, ambient):
     for point in points:
         row = [Number((point["supply_pressure"] - ambient) / 1e6, "MPa gauge", error=0.05)]
         row += [Number(point["supply_temperature"], "K"), Number(point["duration_deg"], "°", error=0.5)]
-        rows.append([*row, Number(point["limit_rpm"], "r/min", error=0.5), point["fails"].replace("_", " ")])
+        rows.append([*row, Number(point["limit_rpm"], "r/min", error=FOUND_TO), point["fails"].replace("_", " ")])
     heads = ["supply [MPa gauge]", "temperature [K]", "window [°]", "limit [r/min]", "what fails first above it"]
     return Table(heads, rows)
 
@@ -65,10 +67,17 @@ def _windows(machine, time):
     for window in WINDOWS:
         found = engine_limit(lasting(machine, window * DEGREE))
         limit, rule = found.limit / RPM, (window + 1.0) / (6.0 * time)
-        needed = Number(1e3 * (window + 1.0) / (6.0 * limit), "ms", error=0.005)
-        off = Number(1e2 * (limit / rule - 1.0), "%", error=0.05)
+        time_needed, share = 1e3 * (window + 1.0) / (6.0 * limit), FOUND_TO / limit
+        needed = Number(time_needed, "ms", error=time_needed * share)
+        off = Number(1e2 * (limit / rule - 1.0), "%", error=1e2 * share)
         rows.append(
-            [f"{window:g}", Number(limit, "r/min", error=0.5), needed, off, found.fails.name.lower().replace("_", " ")]
+            [
+                f"{window:g}",
+                Number(limit, "r/min", error=FOUND_TO),
+                needed,
+                off,
+                found.fails.name.lower().replace("_", " "),
+            ]
         )
     heads = ["window [°]", "limit [r/min]", "(window + 1°)/(6 limit) [ms]", "limit against the rule [%]", "fails first"]
     return Table(heads, rows)

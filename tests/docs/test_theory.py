@@ -126,7 +126,7 @@ def test_every_indicator_is_defined_on_a_page():
         ("numerics", f"beyond {CREEP * 1e6:g} µm/s"),
         ("numerics", f"| shortest step | ${power(adaptive.MIN_STEP)}$ s;"),
         ("numerics", f"in a march | {adaptive.MAX_EVALUATIONS // 10**6} million; in all cycles"),
-        ("numerics", f"periodic state {periodic.MAX_EVALUATIONS // 10**6} million |"),
+        ("numerics", f"periodic state {adaptive.MAX_EVALUATIONS_TO_PERIODIC // 10**6} million |"),
         ("numerics", f"| events of a march | {adaptive.MAX_EVENTS} |"),
         ("numerics", f"located within ${power(adaptive.ROOT_TOLERANCE)}$ s"),
         ("numerics", f"and more than {adaptive.STIFF:g}. After {adaptive.MAX_SHORT_STEPS} such steps"),
