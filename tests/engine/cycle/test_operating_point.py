@@ -1,14 +1,15 @@
 """What the march is told of a machine at a speed: where its smooth stretches end, and where it starts."""
 
-from math import inf
+from math import inf, pi
 
 import numpy as np
 import pytest
 
 from apesim.engine.angles import DEGREE
 from apesim.engine.breathing import cam_corners
-from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+from apesim.engine.cycle.operating_point import NOT_HELD, accuracy_at, charged_at_rest, cycle_of, with_exergy
 from apesim.engine.cycle.state import CYLINDER, RECEIVER, SIZE
+from apesim.engine.exergy import RATES
 from apesim.engine.kinematics import cylinder_volume
 from apesim.valve.actuator import PHASE
 from apesim.valve.piston import HELD_CLOSED
@@ -93,3 +94,16 @@ def test_control_air_has_its_own_pressure_where_one_is_given():
     p, _, _ = cycle_of(machine(supply__control_pressure=0.5e6), 1000.0 * RPM)
     assert p.control == (0.5e6, 287.0)
     assert p.supply == (1.101325e6, 287.0)
+
+
+@pytest.mark.parametrize(("supply", "higher"), [(0.7, 0.7e6 + AMBIENT), (-0.05, AMBIENT)], ids=["pressure", "suction"])
+def test_exergy_is_held_to_a_hundredth_of_what_the_higher_pressure_would_do_over_the_swept_volume(supply, higher):
+    p, _, _ = cycle_of(machine(supply=supply), 1000.0 * RPM)
+    usual = accuracy_at(p)
+    accuracy = with_exergy(p, usual)
+    held = len(usual.scale)
+    assert accuracy[:2] == usual[:2]
+    assert np.array_equal(accuracy.scale[:held], usual.scale)
+    assert np.all(accuracy.scale[held:SIZE] == NOT_HELD)
+    swept = 0.25 * pi * p.engine.bore**2 * p.engine.stroke
+    assert accuracy.scale[SIZE:] == pytest.approx(np.full(RATES, 0.01 * higher * swept), rel=1e-12)
