@@ -41,7 +41,7 @@ EVALUATIONS_IN_A_STEP = 6
 MAX_EVALUATIONS = 5_000_000
 """Largest number of evaluations of the rates in a march; chosen, as a march that needs more takes some 5 s."""
 MAX_EVALUATIONS_TO_PERIODIC = 12_000_000
-"""The same in all cycles to a periodic state together; chosen, as they take some 10 to 20 s."""
+"""Largest number of evaluations in all cycles to a periodic state; chosen, as they take some 10 to 20 s."""
 MAX_EVENTS = 2000
 """Largest number of events of a march; more are chatter."""
 MAX_SHORT_STEPS = 300

@@ -229,7 +229,21 @@ class Drive:
 
     @contextmanager
     def finer_steps(self) -> Iterator[None]:
-        """Hold the steps of cycles to the share `FINE` of their tolerance, as long as the context lasts."""
+        """Hold the steps of cycles to the share `FINE` of their tolerance, as long as the context lasts.
+
+        Yields
+        ------
+        None
+
+        Examples
+        --------
+        >>> drive = Drive(None, None, np.array([1.0]), Accuracy(1e-7, 0.1, np.ones(1)))
+        >>> with drive.finer_steps():
+        ...     print(f"{drive.accuracy.tolerance:.0e}")
+        1e-08
+        >>> drive.accuracy.tolerance
+        1e-07
+        """
         usual = self.accuracy
         self.accuracy = usual._replace(tolerance=FINE * usual.tolerance)
         try:

@@ -343,14 +343,6 @@ def start_receiver_segment(p, tables, t, t_end, y, mode):
     y[1] = 0.2 * y[1] + y[0]
 
 
-@rates.for_type(Receivers)
-@rates.for_type(Receiver)
-@kernel
-def receiver_rates(p, t, y, mode, dy):
-    dy[0] = dy[1] = 0.0
-    return True
-
-
 @pytest.mark.parametrize(("gain", "start"), [(1e-3, 0.1), (1e-4, 0.1), (1e-4, 50.0), (1e-5, 5.0)])
 def test_a_store_far_from_its_end_is_led_there_by_steps_of_many_cycles(gain, start):
     orbit = settle(Receiver(gain), [start, 0.0])
@@ -478,6 +470,8 @@ def start_snapping_segment(p, tables, t, t_end, y, mode):
     y[1] = 1.0 if y[1] >= 1.0 else 1.02
 
 
+@rates.for_type(Receivers)
+@rates.for_type(Receiver)
 @rates.for_type(Balanced)
 @rates.for_type(Snapping)
 @kernel
