@@ -24,9 +24,9 @@ SHUT, NEAR, SUBSONIC, CHOKED = range(4)
 ROOM = 1e-6
 """Distance that a pressure ratio passes the end of a regime before the next one begins; chosen well above rounding, so
 that a flow does not chatter between two regimes."""
-ROOM_TO_TURN = 1e-8
-"""That distance for a flow that turns, which so far carries air of the wrong side: what a wide valve passes of a small
-volume needs little more."""
+ROOM_TO_TURN = 1e-11
+"""That distance for a flow that turns, which so far carries air of the wrong side; chosen below all that a wide valve
+needs to pass what a slow engine draws, and far above rounding."""
 AREA_OF_CONDUCTANCE = 5.02e-6 / 1e-8
 """Effective area of a sonic conductance, 5.02 mm2 for 1 dm3/(s bar) [m2 / (m3/(s Pa))]."""
 
