@@ -74,7 +74,7 @@ INDICATORS = {
     "exhaust_temperature_K": ("K", "temperature of the exhaust air of a cycle, mixed: by its mean enthalpy"),
     **{f"exergy_{name}_J": ("J", f"{text}, in a cycle") for name, text in TERMS.items()},
     "converged": ("1", "whether the state repeats: 1 yes, 0 no"),
-    "period_cycles": ("1", "cycles after which the state repeats: 1 or 2; 0: not seen to repeat"),
+    "period_cycles": ("1", "cycles after which the state repeats; 0: not seen to repeat"),
     "cycles": ("1", "cycles marched to the periodic state"),
     "periodic_change": ("1", "largest change of a state over the last cycle, relative"),
     "mass_closure": ("1", "mass not accounted for over a cycle, relative to the air through the engine"),

@@ -41,7 +41,7 @@ class SteadyRun(NamedTuple):
     start: np.ndarray
     """State vector at the start of the cycle, (SIZE,)."""
     end: np.ndarray
-    """State vector at the end of the cycle, (SIZE,); with a period of 2 cycles, their mean change added to the start.
+    """State vector at the end of the cycle, (SIZE,); of a period of some cycles, their mean change added to the start.
     Its ledgers are those of the cycle, see `apesim.engine.cycle.state.engine_ledger`."""
     log: np.ndarray
     """Breakpoints, events and zero crossings of the cycle, see `apesim.march.adaptive.march`; without `extrema`."""
@@ -146,14 +146,17 @@ def run_steady(
     if estimate_error:
         cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
         cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
-    if orbit.period == 2:
-        second = cycle(end, mode, accuracy, new_record())
-        work = 0.5 * (work + second.outcome.work)
-        impacts = 0.5 * (impacts + impact_loss(p.actuator, second.log))
-        if estimate_error:
-            cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
-            cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
-        end, coarse, exergy_end = 0.5 * (orbit.y + end), 0.5 * (orbit.y + coarse), 0.5 * (before + exergy_end)
+    if orbit.period > 1:
+        for _ in range(orbit.period - 1):
+            later = cycle(end, mode, accuracy, new_record())
+            work += later.outcome.work
+            impacts += impact_loss(p.actuator, later.log)
+            if estimate_error:
+                cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
+                cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
+        work, impacts = work / orbit.period, impacts / orbit.period
+        end, coarse = (orbit.y + (last - orbit.y) / orbit.period for last in (end, coarse))
+        exergy_end = before + (exergy_end - before) / orbit.period
     exergy_end[SIZE + VALVE_IMPACTS] = impacts
     coarse_ledger, ledger = engine_ledger(coarse), engine_ledger(end)
     is_extremum = np.isin(log[:, 1], (ZERO_CROSSING + RECEIVER_EXTREMUM, ZERO_CROSSING + TEMPERATURE_EXTREMUM))

@@ -23,7 +23,7 @@ class EngineWarning(IntEnum):
     """Kinds of warning about an operating point."""
 
     NOT_PERIODIC = 0
-    EVERY_SECOND_CYCLE = 1
+    SUBHARMONIC = 1
     NO_BRAKE_WORK = 2
     STAYS_CLOSED = 3
     OPENS_PARTLY = 4
@@ -52,7 +52,7 @@ class EngineWarning(IntEnum):
 
 SUMMARIES = {
     EngineWarning.NOT_PERIODIC: "the state does not repeat",
-    EngineWarning.EVERY_SECOND_CYCLE: "the state repeats only every second cycle",
+    EngineWarning.SUBHARMONIC: "the state repeats only after some cycles",
     EngineWarning.NO_BRAKE_WORK: "brake work is not positive",
     EngineWarning.STAYS_CLOSED: "the valve does not open",
     EngineWarning.OPENS_PARTLY: "the valve does not open fully",
@@ -123,9 +123,9 @@ def _judge_orbit(orbit: Orbit) -> dict[EngineWarning, str]:
     if not orbit.converged:
         text = f"not periodic after {orbit.cycles} cycles: the state still changes by {orbit.change:.1e}"
         return {EngineWarning.NOT_PERIODIC: text}
-    if orbit.period == 2:
-        text = "the state repeats only every second cycle: work and air are the mean of both, angles those of one"
-        return {EngineWarning.EVERY_SECOND_CYCLE: text}
+    if orbit.period > 1:
+        text = f"the state repeats only after {orbit.period} cycles: work and air are their mean, angles those of one"
+        return {EngineWarning.SUBHARMONIC: text}
     return {}
 
 

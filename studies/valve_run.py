@@ -42,7 +42,7 @@ NUMBERS = {
 }
 OF_ORBIT = {
     "converged": ("1", "whether the state repeats"),
-    "period_cycles": ("1", "cycles after which the state repeats: 1 or 2; 0: not seen to repeat"),
+    "period_cycles": ("1", "cycles after which the state repeats; 0: not seen to repeat"),
     "cycles": ("1", "cycles marched to the periodic state"),
 }
 """Numbers of a repeated pulse."""

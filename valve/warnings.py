@@ -15,7 +15,7 @@ class BenchWarning(IntEnum):
     """Kinds of what may be wrong with a run of the bench."""
 
     NOT_PERIODIC = 0
-    EVERY_SECOND_CYCLE = 1
+    SUBHARMONIC = 1
     STAYS_CLOSED = 2
     OPENS_PARTLY = 3
     STAYS_OPEN = 4
@@ -166,9 +166,9 @@ def judge_bench(run: "BenchRun") -> dict[BenchWarning, str]:
         told[BenchWarning.NOT_PERIODIC] = (
             f"not periodic after {orbit.cycles} cycles; the numbers are those of one cycle"
         )
-    if orbit and orbit.period == 2:
-        told[BenchWarning.EVERY_SECOND_CYCLE] = (
-            "the motion repeats only every second cycle; the numbers are those of one"
+    if orbit and orbit.period > 1:
+        told[BenchWarning.SUBHARMONIC] = (
+            f"the motion repeats only after {orbit.period} cycles; the numbers are those of one"
         )
     if run.travel != Travel.COMPLETE:
         stroke = actuator.valve.stroke

@@ -44,6 +44,12 @@ FAR = 100
 """Cycles after which a state counts as far away, and implicit steps of many cycles lead there."""
 FIRST_LEAP, LONGEST_LEAP = 4.0, 1e8
 """Cycles of the first such step, before it grows, and of the longest, which is a step of Newton's method."""
+LONGEST_PERIOD = 24
+"""Cycles after which a state may repeat; chosen."""
+MOST_PERIODS = 5
+"""Such periods, of the longest, that are waited for."""
+FAINT = 0.5
+"""Change over a period, over that of a cycle or two, below which more cycles may show that the state repeats."""
 LONGEST_WAY = 1e6
 """Cycles of a short step from which on no slower state is waited for."""
 FINE, FINE_NUDGE = 1e-1, 1e-6
@@ -116,7 +122,7 @@ class Orbit(NamedTuple):
     converged: bool
     """Whether the state was seen to repeat."""
     period: int
-    """Cycles after which the state repeats: 1 or 2; 0 where it was not seen to repeat."""
+    """Cycles after which the state repeats, up to `LONGEST_PERIOD`; 0 where it was not seen to repeat."""
     cycles: int
     """Number of cycles marched in all."""
     change: float
@@ -266,7 +272,7 @@ class Settling(NamedTuple):
     change_of_two: float
     """Largest change of a state over the last two cycles, relative."""
     period: int
-    """1 or 2 where the state repeats, else 0."""
+    """Cycles after which the state repeats, else 0."""
     correction: np.ndarray | None = None
     """Correction of a state, see `Known`; None: not known."""
     recorded: Recorded | None = None
@@ -648,7 +654,7 @@ def _from_known(drive, known, tolerance, record):
 
 def _settled(drive, y, mode, tolerance, max_cycles):
     """Plain cycles, and help between them; see `periodic_orbit`."""
-    kept, fine, has_leapt, has_arrived = None, 0, False, False
+    kept, fine, has_leapt, has_arrived, looks_at = None, 0, False, False, FAR
     while True:
         sure = fine >= 2 or (kept is None and drive.cycles >= PATIENCE)
         enough = max(tolerance, SAME * drive.accuracy.tolerance) if has_arrived else tolerance
@@ -661,6 +667,10 @@ def _settled(drive, y, mode, tolerance, max_cycles):
             return found
         if drive.cycles > FAR and _only_errors_move(drive, found, tolerance):
             return found._replace(period=1)
+        if drive.cycles > looks_at:
+            found, looks_at = _subharmonic(drive, found, max_cycles), 2 * drive.cycles
+            if found.status != Status.DONE or found.period:
+                return found
         y, mode, kept, has_arrived = found.y, found.mode, None, False
         has_leapt = not has_leapt and drive.cycles > FAR and found.change_of_two >= 0.5 * found.change
         if has_leapt:
@@ -673,19 +683,55 @@ def _settled(drive, y, mode, tolerance, max_cycles):
                 y, kept, fine = better, found, 0 if clipped else fine + 1
 
 
+def _subharmonic(drive, found, max_cycles):
+    """Plain cycles until the state repeats after some of them, as a driven oscillator's may, or shows no sign of it.
+
+    It repeats where its change over a period is no more than the solver's error through two periods, and does not add
+    up: a drift does. What changes by no more than that error from cycle to cycle has no such period.
+
+    Returns
+    -------
+    Settling
+    """
+    scale, tolerance = drive.accuracy.scale, drive.accuracy.tolerance
+    passed, apart = [(found.y, found.mode)], []
+    while len(apart) < MOST_PERIODS * LONGEST_PERIOD and drive.cycles < max_cycles:
+        if min(found.change, found.change_of_two) <= NOISE * tolerance:
+            break
+        y, mode, status = drive.march(*passed[-1])
+        if status != Status.DONE:
+            return Settling(y, mode, status, np.inf, np.inf, 0)
+        changes = [_change(earlier, y, mode, scale) for earlier in passed[: -LONGEST_PERIOD - 1 : -1]]
+        passed.append((y, mode))
+        apart.append(changes)
+        found = Settling(y, mode, status, changes[0], min(changes[1:2], default=np.inf), 0)
+        for period in range(3, min(LONGEST_PERIOD, len(apart) // 3) + 1):
+            largest = max(at[period - 1] for at in apart[-2 * period :])
+            if largest <= SAME * tolerance and _change(passed[-1 - 2 * period], y, mode, scale) <= largest:
+                return found._replace(period=period)
+        if len(apart) >= 2 * LONGEST_PERIOD and min(changes[2:]) > FAINT * min(changes[:2]):
+            break
+    return found
+
+
 def _only_errors_move(drive, found, tolerance):
-    """Whether what moves the state is the solver's error, which falls with the tolerance of a step; a drift stays."""
+    """Whether what moves the state is the solver's error, which falls with the tolerance of a step; a drift stays.
+
+    A cycle goes before: what it forgets begins with the error of the steps that it takes.
+    """
     if found.change > SAME * drive.accuracy.tolerance:
         return False
-    image = _image(drive, found.y, found.mode, STILL)
-    if image is None:
-        return False
+    usual = _moved(drive, found)
     with drive.finer_steps():
-        finer = _image(drive, found.y, found.mode, STILL)
-    if finer is None:
-        return False
-    moved = ((finer - found.y) - FINE * (image - found.y))[: len(drive.accuracy.scale)] / (1.0 - FINE)
-    return bool(np.abs(moved / _sizes(drive, found.y)).max() <= STILL * tolerance)
+        finer = None if usual is None else _moved(drive, found)
+    return finer is not None and bool(np.abs(finer - FINE * usual).max() / (1.0 - FINE) <= STILL * tolerance)
+
+
+def _moved(drive, found):
+    """What some cycles behind the next one move a state by, relative; None where they fail or change the phase."""
+    start = _image(drive, found.y, found.mode)
+    image = None if start is None else _image(drive, start, found.mode, STILL)
+    return None if image is None else (image - start)[: len(drive.accuracy.scale)] / _sizes(drive, start)
 
 
 def periodic_orbit(

@@ -11,6 +11,7 @@ from apesim.march.adaptive import LOG_HEAD, Accuracy, Status
 from apesim.march.hybrid_system import rates, start_segment
 from apesim.march.periodic import (
     BURST,
+    LONGEST_PERIOD,
     NOISE,
     PATIENCE,
     SAME,
@@ -311,6 +312,40 @@ def test_a_state_that_drifts_off_does_not_converge_within_the_most_cycles():
     assert 100 <= orbit.cycles <= 103
 
 
+@pytest.mark.parametrize(("parameter", "period"), [(3.5, 4), (3.8318740552833155, 3), (3.7389149, 5)])
+def test_the_logistic_map_repeats_after_as_many_cycles_as_its_parameter_has_it(parameter, period):
+    orbit = settle(Map(slope=2.0 - parameter, bend=-parameter, fixed=2.0), [1.9])
+    assert (orbit.converged, orbit.period) == (True, period)
+
+
+class Turning(NamedTuple):
+    """A state that turns round through some values, and one beside it that drifts."""
+
+    values: float
+    drift: float = 0.0
+
+
+@start_segment.for_type(Turning)
+@kernel
+def start_turning_segment(p, tables, t, t_end, y, mode):
+    y[0] = (y[0] + 1.0) % p.values
+    y[1] += p.drift
+
+
+@pytest.mark.parametrize(
+    ("values", "period"), [(2, 2), (3, 3), (4, 4), (7, 7), (LONGEST_PERIOD, LONGEST_PERIOD), (LONGEST_PERIOD + 1, 0)]
+)
+def test_a_state_that_turns_round_repeats_after_all_its_values_up_to_the_longest_period(values, period):
+    orbit = settle(Turning(values), [0.0, 1.0])
+    assert (orbit.converged, orbit.period) == (period > 0, period)
+
+
+def test_a_drift_is_no_period_of_some_cycles():
+    """It is below the solver's error over a period, and adds up."""
+    orbit = settle(Turning(5, drift=0.2 * SAME * TOLERANCE), [0.0, 1.0])
+    assert (orbit.converged, orbit.period) == (False, 0)
+
+
 def test_a_phase_that_changes_every_cycle_is_of_period_2():
     orbit = settle(Map(0.5, phase=2), [2.5])
     assert (orbit.converged, orbit.period) == (True, 2)
@@ -474,6 +509,7 @@ def start_snapping_segment(p, tables, t, t_end, y, mode):
 @rates.for_type(Receiver)
 @rates.for_type(Balanced)
 @rates.for_type(Snapping)
+@rates.for_type(Turning)
 @kernel
 def none_of_two_rates(p, t, y, mode, dy):
     dy[0] = dy[1] = 0.0
