@@ -3,7 +3,8 @@
 QUICK = {
     *("test_air", "test_effect", "test_adaptive", "test_periodic", "test_solenoid", "test_chamber", "test_groove"),
     *("test_piston", "test_ledger", "test_motion", "test_measures", "test_tabulated_effects", "test_kinematics"),
-    *("test_breathing", "test_friction", "test_operating_point"),
+    *("test_breathing", "test_friction", "test_operating_point", "test_rosenbrock", "test_restriction", "test_rig"),
+    *("test_machine", "test_ideal_work", "test_theory", "test_exchange", "test_outside_machine"),
 }
 """Stems of files that take seconds without compiling; of the effects, the tables."""
 LONG = {

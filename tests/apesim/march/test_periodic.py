@@ -11,6 +11,7 @@ from apesim.march.adaptive import LOG_HEAD, Accuracy, Status
 from apesim.march.hybrid_system import rates, start_segment
 from apesim.march.periodic import (
     BURST,
+    FINE,
     LONGEST_PERIOD,
     NOISE,
     PATIENCE,
@@ -449,6 +450,15 @@ def test_what_only_the_error_of_a_step_moves_is_steady_and_what_drifts_as_little
         orbit = periodic_orbit(machine, NoTables(), np.array([1.0]), mode, np.array([1.0]), accuracy, max_cycles=100)
         assert orbit.change < SAME * TOLERANCE or not converged
         assert orbit.converged == converged
+
+
+def test_what_a_cycle_forgets_is_no_drift_where_it_begins_with_the_error_of_other_steps(monkeypatch):
+    """The second state is left by each cycle as its own steps have it."""
+    left = {TOLERANCE: 5e-7, FINE * TOLERANCE: 5e-8}
+    monkeypatch.setattr(periodic, "_image", lambda drive, y, *_: np.array([y[0], 1.0 + left[drive.accuracy.tolerance]]))
+    drive = Drive(None, NoTables(), np.array([1.0]), Accuracy(TOLERANCE, 10.0, np.ones(2)))
+    found = Settling(np.array([1.0, 1.0 - 5e-7]), np.zeros(1), Status.DONE, 5e-7, 5e-7, 0)
+    assert _only_errors_move(drive, found, 1e-8)
 
 
 class Closed(NamedTuple):
