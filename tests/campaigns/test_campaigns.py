@@ -351,6 +351,7 @@ def whole_run():
         pytest.param(38, id="a table of leaks emptied a cylinder, and a cycle took half a million evaluations"),
         pytest.param(50454, id="the solver's error moved a closed chamber"),
         pytest.param(50798, id="slopes were taken across an edge"),
+        pytest.param(71205, id="a valve repeats after five pulses alone"),
         pytest.param(60762, id="a flow that had turned carried air of the wrong side"),
     ],
 )

@@ -227,6 +227,17 @@ def test_a_state_that_does_not_repeat_is_told():
     assert EngineWarning.NOT_PERIODIC in judge_point(machine(), run, indicators(machine(), run))
 
 
+def test_after_how_many_cycles_a_state_repeats_is_told():
+    a_machine = machine()
+    run, bench = settled(a_machine, 1000.0), run_bench(a_machine, 12e-3, period=0.05)
+    values = indicators(a_machine, run)
+    after_three = [one._replace(orbit=one.orbit._replace(period=3)) for one in (run, bench)]
+    assert "after 3 cycles" in judge_point(a_machine, after_three[0], values)[EngineWarning.SUBHARMONIC]
+    assert "after 3 cycles" in judge_bench(after_three[1])[BenchWarning.SUBHARMONIC]
+    assert EngineWarning.SUBHARMONIC not in judge_point(a_machine, run, values)
+    assert BenchWarning.SUBHARMONIC not in judge_bench(bench)
+
+
 def test_every_warning_has_its_words_and_every_travel_a_warning_on_both_benches():
     assert set(SUMMARIES) == set(EngineWarning) and len(set(SUMMARIES.values())) == len(SUMMARIES)
     incomplete = {travel.name for travel in Travel if travel != Travel.COMPLETE}
