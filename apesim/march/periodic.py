@@ -694,7 +694,7 @@ def _subharmonic(drive, found, max_cycles):
     Settling
     """
     scale, tolerance = drive.accuracy.scale, drive.accuracy.tolerance
-    passed, apart = [(found.y, found.mode)], []
+    passed, apart = [(found.y, found.mode)], []  # type: list[tuple[np.ndarray, np.ndarray]], list[list[float]]
     while len(apart) < MOST_PERIODS * LONGEST_PERIOD and drive.cycles < max_cycles:
         if min(found.change, found.change_of_two) <= NOISE * tolerance:
             break
