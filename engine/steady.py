@@ -144,16 +144,14 @@ def run_steady(
     before, exergy_mode = np.append(orbit.y, np.zeros(RATES)), orbit.mode.copy()
     exergy_end, exergy_accuracy = before.copy(), with_exergy(p, accuracy)
     if estimate_error:
-        cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
-        cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
+        for _ in range(max(orbit.period, 1)):
+            cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
+            cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
     if orbit.period > 1:
         for _ in range(orbit.period - 1):
             later = cycle(end, mode, accuracy, new_record())
             work += later.outcome.work
             impacts += impact_loss(p.actuator, later.log)
-            if estimate_error:
-                cycle(coarse, coarse_mode, accuracy.tenfold(), new_record(log_rows=0))
-                cycle(exergy_end, exergy_mode, exergy_accuracy, new_record(log_rows=0))
         work, impacts = work / orbit.period, impacts / orbit.period
         end, coarse = (orbit.y + (last - orbit.y) / orbit.period for last in (end, coarse))
         exergy_end = before + (exergy_end - before) / orbit.period

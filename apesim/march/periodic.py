@@ -62,7 +62,9 @@ FAR_STEP, VAIN_IF_FAR = 0.1, 0.2
 BACK = 0.5
 """Share of the step before, above which one that turns back leads past where both should lead."""
 FORETOLD = 0.3
-"""Error of the foretold gain, over the gain before, up to which slopes of a state near by are kept."""
+"""Error of the foretold gain, over the gain, up to which slopes of a state near by are kept, and long steps follow."""
+MOST_SHORT_STEPS = 5
+"""Short steps behind a long one, at most."""
 ROUGH_LEAP = 1e3
 """Cycles up to which the usual slopes will do, of such a step or in which all that is not held settles."""
 GROWTH = 4.0
@@ -428,12 +430,21 @@ def _linear_map(drive, y, mode, count=1, nudge=NUDGE, image=None):
     return Linear(y, sizes, slopes, (image - y)[:n] / sizes)
 
 
-def _linear(drive, y, mode, is_fine, known):
+def _linear(drive, y, mode, is_fine, known, error):
     """The map of a cycle near the image of a state, by differences that are fine or the usual ones.
 
     In the image those states have settled that do so at once: what a long step leaves of them would hide the slow ones.
     Slopes of a known state near by are kept where they foretell what the image gains. Fine ones that swing may be taken
     across the edge of a law: then they are taken to the other side.
+
+    Parameters
+    ----------
+    is_fine : bool
+        Whether steps are held to the share `FINE` of their tolerance, and a nudge to `FINE_NUDGE`.
+    known : Linear or None
+        Map of a state near by.
+    error : float
+        Largest error of the gain that it foretells, over its own, for its slopes to be kept.
 
     Returns
     -------
@@ -445,21 +456,21 @@ def _linear(drive, y, mode, is_fine, known):
         image = None if settled is None else _image(drive, settled, mode)
         if image is None:
             return None
-        found = None if known is None else _foretold(known, settled, image, _sizes(drive, settled))
+        found = None if known is None else _foretold(known, settled, image, _sizes(drive, settled), error)
         found = found or _linear_map(drive, settled, mode, 1, FINE_NUDGE if is_fine else NUDGE, image)
         if is_fine and (found is None or _swings(drive, found)):
             found = _linear_map(drive, settled, mode, 1, -FINE_NUDGE, image) or found
         return found
 
 
-def _foretold(known, y, image, sizes):
+def _foretold(known, y, image, sizes, error):
     """The map near a state by that of a known one, corrected by Broyden's first rule; None where its gain is off."""
     n = len(known.gain)
     moved, gain = (y - known.y)[:n] / known.sizes, (image - y)[:n] / known.sizes
     if not moved.any():
         return known
     wrong = gain - known.gain - known.slopes @ moved + moved
-    if not np.abs(wrong).max() <= FORETOLD * np.abs(known.gain).max():
+    if not np.abs(wrong).max() <= error * np.abs(known.gain).max():
         return None
     change = known.sizes / sizes
     slopes = (known.slopes + np.outer(wrong, moved) / (moved @ moved)) * change[:, None] / change
@@ -472,8 +483,9 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
     It is pseudo-transient continuation [1]_: a step over d cycles solves ``(1/d + 1 - S) step = gain``, with the slopes
     S of a cycle's map and what a cycle gains. States that settle at once are brought to where they settle, and those
     that take thousands of cycles go as far as d cycles take them. d grows as long as no state changes by more than
-    `CLIP`, and no state is repelled. Steps that turn back become shorter, as about a balance of two stores, where a
-    flow is the root of a difference and the slopes have no bound.
+    `CLIP`, and no state is repelled. What a step leaves of states that settle sooner, as a pressure beside a
+    temperature, may hide what the slow ones gain: short steps follow it. Steps that turn back become shorter, as about
+    a balance of two stores, where a flow is the root of a difference and the slopes have no bound.
 
     Returns
     -------
@@ -489,10 +501,11 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
        35, 1998, pp. 508-523, doi 10.1137/S0036142996304796.
     """
     count, known, least, vain = FIRST_LEAP, None, np.inf, 0.0
-    reach, last = CLIP, np.zeros(len(drive.accuracy.scale))
+    reach, last, leap = CLIP, np.zeros(len(drive.accuracy.scale)), None
     is_fine = was_fine = False
     while drive.cycles < max_cycles and vain < MOST_VAIN:
-        found = _linear(drive, y, mode, is_fine, known if was_fine == is_fine else None)
+        error = np.inf if leap and leap.comes_down else FORETOLD
+        found = _linear(drive, y, mode, is_fine, known if was_fine == is_fine else None, error)
         was_fine = is_fine
         if not is_fine and (found is None or _swings(drive, found)):
             is_fine = True
@@ -502,9 +515,14 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
         elif known is None or count < FIRST_LEAP:
             return (y if known is None else known.y), False
         else:  # back, and less far
-            count /= GROWTH**3
+            count, leap = count / GROWTH**3, None
         if _swings(drive, known):
             return known.y, False
+        if leap:
+            step = leap.short_step(known, FINE * drive.accuracy.tolerance)
+            if step is not None and np.abs(step).max() <= reach:
+                y = _after(known, step)
+                continue
         repelled, gained = known.repelled, np.abs(known.gain).max()
         count = min(GROWTH * count, LONGEST_LEAP, 0.5 / max(repelled, 0.5 / LONGEST_LEAP))
         step = _leap(known.slopes, known.gain, count)
@@ -519,10 +537,41 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
         is_fine = is_fine or repelled > drive.accuracy.tolerance or min(count, known.settles_in) > ROUGH_LEAP
         vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_FAR if np.abs(step).max() > FAR_STEP else 1.0)
         least = min(least, gained)
+        leap = _Leap(known.y, count)
         y = _after(known, step)
         if np.abs(step).max() <= tolerance and count >= min(known.settles_in, LONGEST_WAY):
             return y, True
     return y, False
+
+
+@dataclass(eq=False)
+class _Leap:
+    """A step over many cycles, and the short ones behind it, in which what it left of faster states settles."""
+
+    y: np.ndarray
+    """State at its start."""
+    count: float
+    """Cycles that it goes over."""
+    gain: np.ndarray | None = None
+    """What the state gained before the last short step, relative; None before the first."""
+    short_steps: int = 0
+    """How many there were."""
+    comes_down: bool = True
+    """Whether the gain was halved, or no short step tells yet: then the slopes are good enough."""
+
+    def short_step(self, found, noise):
+        """Short step from a map behind the leap; None where the gain is as foretold, or noise, or falls no more."""
+        if self.count <= FAR or self.short_steps == MOST_SHORT_STEPS:
+            return None
+        foretold, gained, before = self.gain, np.abs(found.gain).max(), np.inf
+        if foretold is None:
+            foretold = (found.y - self.y)[: len(found.gain)] / found.sizes / self.count
+        else:
+            before = np.abs(foretold).max()
+        if gained > NEARER * before or np.abs(found.gain - foretold).max() <= max(FORETOLD * gained, noise):
+            return None
+        self.gain, self.short_steps, self.comes_down = found.gain, self.short_steps + 1, gained < 0.5 * before
+        return _leap(found.slopes, found.gain, np.sqrt(FIRST_LEAP * self.count))
 
 
 def _leap(slopes, gain, count):
@@ -694,7 +743,8 @@ def _subharmonic(drive, found, max_cycles):
     Settling
     """
     scale, tolerance = drive.accuracy.scale, drive.accuracy.tolerance
-    passed, apart = [(found.y, found.mode)], []  # type: list[tuple[np.ndarray, np.ndarray]], list[list[float]]
+    passed: list[tuple[np.ndarray, np.ndarray]] = [(found.y, found.mode)]
+    apart: list[list[float]] = []
     while len(apart) < MOST_PERIODS * LONGEST_PERIOD and drive.cycles < max_cycles:
         if min(found.change, found.change_of_two) <= NOISE * tolerance:
             break

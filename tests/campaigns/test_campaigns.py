@@ -353,6 +353,8 @@ def whole_run():
         pytest.param(50798, id="slopes were taken across an edge"),
         pytest.param(71205, id="a valve repeats after five pulses alone"),
         pytest.param(60762, id="a flow that had turned carried air of the wrong side"),
+        pytest.param(72606, id="long steps left a pressure out of balance, which hid what a temperature gains"),
+        pytest.param(70946, id="the search took 2506 cycles"),
     ],
 )
 def test_a_machine_that_once_had_no_result_has_one(seed):
