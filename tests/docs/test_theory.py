@@ -1,7 +1,7 @@
 """The theory pages name code that is there, keys that a machine file takes, and constants as they are."""
 
 import re
-from math import degrees, floor, log10
+from math import degrees, floor, log10, sqrt
 
 import pytest
 
@@ -134,7 +134,12 @@ def test_every_indicator_is_defined_on_a_page():
         ("numerics", f"over more than {periodic.ROUGH_LEAP:g} cycles"),
         ("numerics", f"by differences of {periodic.FINE_NUDGE * 100:.4f} %"),
         ("numerics", f"where a difference of {periodic.NUDGE * 100:g} % tells"),
-        ("numerics", f"foretells what a cycle gains to {periodic.FORETOLD * 100:g} %"),
+        ("numerics", f"$D$ was off by more than {periodic.FORETOLD * 100:g} % of the gain before"),
+        ("numerics", f"gains other than $\\Delta y / d$, by more than {periodic.FORETOLD * 100:g} %"),
+        ("numerics", f"follow a step over more than {periodic.FAR} cycles where"),
+        ("numerics", f"${sqrt(periodic.FIRST_LEAP):g}\\sqrt{{d}}$ cycles each"),
+        ("numerics", f"up to {'five' if periodic.MOST_SHORT_STEPS == 5 else periodic.MOST_SHORT_STEPS}, as long as"),
+        ("numerics", f"brings the gain below {periodic.NEARER:g} of what it was"),
         ("numerics", f"moves a state by more than {periodic.FAR_STEP * 100:g} %"),
         ("numerics", f"below {periodic.SAME:g} tolerances of a step"),
         ("numerics", f"come first, {periodic.BURST} at a time"),
