@@ -720,8 +720,9 @@ def _settled(drive, y, mode, tolerance, max_cycles):
             found, looks_at = _subharmonic(drive, found, max_cycles), 2 * drive.cycles
             if found.status != Status.DONE or found.period:
                 return found
+        is_near = kept is not None and not astray and _least(found) <= FARTHEST * tolerance
         y, mode, kept, has_arrived = found.y, found.mode, None, False
-        has_leapt = not has_leapt and drive.cycles > FAR and found.change_of_two >= 0.5 * found.change
+        has_leapt = not (has_leapt or is_near) and drive.cycles > FAR and found.change_of_two >= 0.5 * found.change
         if has_leapt:
             y, has_arrived = _many_cycles(drive, y, mode, FARTHEST * tolerance, max_cycles)
             kept, fine = found, 2 if has_arrived else 0
@@ -889,4 +890,9 @@ def periodic_orbit(
 
 def _nearer(found, kept):
     """Whether cycles come clearly nearer to a period than others; a step that was clipped cannot do more."""
-    return min(found.change, found.change_of_two) < NEARER * min(kept.change, kept.change_of_two)
+    return _least(found) < NEARER * _least(kept)
+
+
+def _least(found):
+    """Change over the last cycle, or over the last two where that is smaller."""
+    return min(found.change, found.change_of_two)

@@ -439,6 +439,34 @@ def test_a_pressure_that_a_long_step_leaves_out_of_balance_does_not_hide_what_a_
     assert orbit.y == pytest.approx([3.0**0.5, 3.0 ** (0.5 * power)], abs=1e-7)
 
 
+class Slow(NamedTuple):
+    """A store that comes to 1 by a hundred thousandth of the way in a cycle."""
+
+    share: float = 1e-5
+
+
+@start_segment.for_type(Slow)
+@kernel
+def start_slow_segment(p, tables, t, t_end, y, mode):
+    y[0] += p.share * (1.0 - y[0])
+
+
+@rates.for_type(Slow)
+@kernel
+def slow_rates(p, t, y, mode, dy):
+    dy[:] = 0.0
+    return True
+
+
+def test_a_state_that_is_near_is_not_led_away_by_a_step_of_many_cycles(monkeypatch):
+    """Such a step leaves a hundredth of the store, Newton's method a fourth of the way."""
+    monkeypatch.setattr(periodic, "_many_cycles", lambda *_: (np.array([1.01]), False))
+    monkeypatch.setattr(periodic, "_newton", lambda drive, y, *_: 1.0 + (y - 1.0) / 4.0)
+    orbit = settle(Slow(), [1e5])
+    assert orbit.converged
+    assert orbit.cycles < 200
+
+
 @pytest.mark.parametrize(("repelled", "arrived"), [(1e-7, True), (1e-5, False)])
 def test_no_store_is_waited_for_that_a_million_cycles_hardly_move(repelled, arrived, monkeypatch):
     """One settles in 50 million cycles; how far a step leads is limited by another, which repels by an error."""
