@@ -12,7 +12,11 @@ import pytest
 
 from apesim.studies.cli import app
 from apesim.studies.console import main_of
-from tests.plain import COMPILED, LONG, QUICK
+from tests.folders import TESTS
+from tests.plain import LONG, QUICK
+
+STUDIES = TESTS / "studies"
+"""Tests of what uses the physics; some have the names of tests of the physics."""
 
 # On a machine that does other work, too, an example takes longer than Hypothesis grants it.
 hypothesis.settings.register_profile("apesim", deadline=None)
@@ -33,7 +37,8 @@ needed in test_outside_machine, whose many effects then drive it out of the cach
 
 def pytest_collection_modifyitems(items):
     for item in items:
-        if item.path.stem in QUICK | LONG and not any(part in item.name for part in COMPILED):
+        is_physics = item.path.stem in QUICK | LONG and not item.path.is_relative_to(STUDIES)
+        if is_physics and not item.get_closest_marker("compiled"):
             item.add_marker(pytest.mark.plain)
     # So that no process waits for another at the end.
     items.sort(key=lambda item: FIRST.index(item.path.stem) if item.path.stem in FIRST else len(FIRST))

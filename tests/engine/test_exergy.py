@@ -127,6 +127,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.compiled
 def test_the_ledger_closes(case):
     a_machine, rpm = CASES[case]
     found = indicators(a_machine, settled(a_machine, rpm))
@@ -141,6 +142,7 @@ def test_the_ledger_closes(case):
     assert abs(terms["stored"]) < CLOSURE * enters
 
 
+@pytest.mark.compiled
 def test_the_ledger_closes_over_a_cycle_that_is_not_periodic_and_better_at_a_smaller_tolerance():
     closures = []
     for tolerance in (1e-5, 1e-7, 1e-9):

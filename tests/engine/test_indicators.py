@@ -141,6 +141,7 @@ def test_pressure_before_the_groove_fluctuates_only_with_a_finite_receiver(point
         assert found["intake_pressure_fluctuation_Pa"] == pytest.approx(receiver.max() - receiver.min(), rel=1e-4)
 
 
+@pytest.mark.compiled
 def test_the_highest_and_lowest_intake_pressure_are_found_between_the_rows_of_the_trace():
     """A dip that rows every 0.5 degrees are 1.9 % short of, and rows every 0.01 degrees at a small tolerance meet."""
     a_machine = machine(intake="ideal", targets=(7.2, 70.0), receiver=1.0, engine__receiver__feed_area=5e-4)
@@ -246,6 +247,7 @@ def test_a_lift_curve_reaches_its_peak_and_its_end_where_its_rows_say():
 
 @pytest.mark.parametrize("groove", [{}, {"groove__lap": 0.0}, {"groove__geometry": 1}])
 @pytest.mark.parametrize("receiver", [inf, 1.0])
+@pytest.mark.compiled
 def test_a_lift_curve_of_a_raised_cosine_gives_its_results(groove, receiver):
     """A chord of 0.05 degrees lies at most 4.5 mm (pi/25)^2 0.05^2/8 under its arc, 2.2e-5 mm of some 8 mm."""
     angles = np.linspace(-5.0, 70.0, 1501) * DEGREE

@@ -209,6 +209,7 @@ def test_without_effects_from_outside_a_machine_is_of_the_class_it_always_was():
     assert "\n[effects]\n\n#" in dumps(load_machine())
 
 
+@pytest.mark.compiled
 def test_one_that_is_off_changes_no_bit_and_has_nothing_compiled():
     machine, base = tapered(0.0), Machine()
     assert type(machine) is not Machine

@@ -52,6 +52,7 @@ def hot_and_full(y):
         (1000.0, {"intake": "ideal"}),
     ],
 )
+@pytest.mark.compiled
 def test_the_start_does_not_matter(rpm, options):
     a_machine = machine(**options)
     usual, other = (orbit_from(change, a_machine, rpm) for change in (lambda y: None, hot_and_full))
@@ -88,6 +89,7 @@ def test_too_few_cycles_are_not_called_converged(max_cycles):
 
 
 @pytest.mark.parametrize("rpm", [400.0, 800.0, 1200.0, 1600.0])
+@pytest.mark.compiled
 def test_the_work_is_sure_by_quadrature_and_by_another_tolerance(rpm):
     run = settled(machine(receiver=1.0), rpm)
     assert run.work_by_quadrature == pytest.approx(run.end[-1], rel=1e-6)
@@ -96,6 +98,7 @@ def test_the_work_is_sure_by_quadrature_and_by_another_tolerance(rpm):
 
 
 @pytest.mark.parametrize(("rpm", "exhaust_area"), [(800.0, 20e-6), (1500.0, 100e-6), (2300.0, 100e-6)])
+@pytest.mark.compiled
 def test_a_large_receiver_settles_where_it_should(rpm, exhaust_area):
     """A cycle exchanges some thousandth of the receiver's air, so what is left to go is a thousand times the change of
     a cycle: Newton's method has to help, and a drift must not be called periodic."""
@@ -113,6 +116,7 @@ def test_a_large_receiver_settles_where_it_should(rpm, exhaust_area):
     assert apart < 2.0 * PERIODIC_TOLERANCE / 1e-3
 
 
+@pytest.mark.compiled
 def test_a_state_far_from_the_start_is_come_to_by_several_helps():
     """Found among random machines: the cylinder's gas has to fall to a fifth, by 0.3 % a cycle. A plain march comes to
     -113.6260 J in 9000 cycles."""
@@ -146,6 +150,7 @@ OPERATING = [
 
 
 @pytest.mark.parametrize(("rpm", "energise", "duration"), OPERATING)
+@pytest.mark.compiled
 def test_every_operating_point_has_results_that_are_finite_or_mean_something(rpm, energise, duration):
     """Among them releases followed only after the next energising, valves that never open or never close."""
     a_machine = machine(energise=energise, release=energise + duration)
@@ -174,6 +179,7 @@ def test_every_operating_point_has_results_that_are_finite_or_mean_something(rpm
 
 
 @pytest.mark.parametrize(("rpm", "energise", "duration"), OPERATING)
+@pytest.mark.compiled
 def test_the_piston_stays_between_its_stops(rpm, energise, duration):
     a_machine = machine(energise=energise, release=energise + duration)
     run = settled(a_machine, rpm, angle_step=COARSE)
@@ -205,6 +211,7 @@ def test_infinite_receiver_keeps_its_pressure():
 
 
 @pytest.mark.parametrize(("restitution", "period"), [(0.9, 2), (0.95, 3)])
+@pytest.mark.compiled
 def test_work_and_air_of_a_state_that_repeats_after_some_cycles_are_their_mean(restitution, period):
     """A valve that bounces, hardly damped, at 2400 r/min."""
     bounce = {"effects__bounce__restitution": restitution}

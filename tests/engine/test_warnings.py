@@ -51,6 +51,7 @@ def lift_in(text, before):
     return float(re.search(rf"{before} ([0-9.]+) of 9 mm", text)[1])
 
 
+@pytest.mark.compiled
 def test_of_a_usual_operating_point_nothing_is_told():
     assert told(800.0)[0] == {}
 
@@ -58,12 +59,14 @@ def test_of_a_usual_operating_point_nothing_is_told():
 # --- how far the valve travels, of an engine ---
 
 
+@pytest.mark.compiled
 def test_a_valve_that_never_leaves_its_open_stop_is_not_said_to_open_in_part(apesim):
     options = ("--set", "command.energise=0 deg", "--set", "command.release=359 deg")
     [line] = lines_of(apesim, "engine", "run", "--speed", "1000 rpm", *options)
     assert "does not close" in line and "stays on the open stop" in line
 
 
+@pytest.mark.compiled
 def test_a_valve_that_never_leaves_its_closed_stop_is_not_said_to_miss_it(apesim):
     lines = lines_of(apesim, "engine", "run", "--speed", "6000 rpm")
     assert [line for line in lines if "stop" in line] == [line for line in lines if "does not open" in line]
@@ -81,6 +84,7 @@ def test_a_valve_that_never_leaves_its_closed_stop_is_not_said_to_miss_it(apesim
         (Travel.STAYS_OPEN, 1000.0, ALWAYS_OPEN),
     ],
 )
+@pytest.mark.compiled
 def test_the_stops_that_a_valve_meets_are_those_that_its_lift_comes_to(travel, rpm, options):
     found, run = told(rpm, **options)
     lift = run.trace[:, 2]
@@ -94,6 +98,7 @@ def test_the_stops_that_a_valve_meets_are_those_that_its_lift_comes_to(travel, r
         assert lift_in(text, "falls to") == pytest.approx(lift.min() * 1e3, abs=0.02)
 
 
+@pytest.mark.compiled
 def test_commands_that_hold_the_valve_open_count_as_full_lift():
     a_machine = machine(**ALWAYS_OPEN)
     assert judged(a_machine, run_steady(a_machine, 1000.0 * RPM)).full_lift
@@ -143,6 +148,7 @@ def test_a_stroke_of_the_bench_is_incomplete_where_its_stop_is_not_met(travel, p
 # --- control air ---
 
 
+@pytest.mark.compiled
 def test_control_air_that_flows_back_into_its_supply_is_told(apesim):
     lines = lines_of(apesim, "valve", "run", "--supply", "0.05 MPa abs")
     assert any("0.05 MPa abs, is below that of the vents" in line for line in lines)
@@ -163,6 +169,7 @@ def test_air_that_hangs_on_the_tolerance_is_told(apesim):
     assert any("engine air changes by" in line for line in found["warnings"])
 
 
+@pytest.mark.compiled
 def test_work_that_hangs_on_the_tolerance_is_told():
     def work(rpm):
         return engine_ledger(run_steady(machine(), rpm * RPM).end).work
@@ -210,6 +217,7 @@ def test_an_exergy_ledger_that_leaves_more_open_than_promised_is_told():
 # --- the rest ---
 
 
+@pytest.mark.compiled
 def test_more_than_isentropic_work_is_told_to_come_from_the_walls():
     assert "heat from the walls" in told(60.0, **HOT_WALLS)[0][EngineWarning.ABOVE_ISENTROPIC]
     assert EngineWarning.ABOVE_ISENTROPIC not in told(60.0, intake="ideal", targets=(0.0, 30.0))[0]

@@ -130,6 +130,7 @@ def test_scipy_finds_the_same_start_flight_and_contact():
     assert at_rest[2:] == pytest.approx(parts[0].y[[2, 4, 3, 5], -1], rel=1e-9)
 
 
+@pytest.mark.compiled
 def test_the_measures_converge_with_the_tolerance():
     runs = {tolerance: run_bench(DEFAULT, 50e-3, tolerance=tolerance) for tolerance in (1e-5, 1e-7, 1e-11)}
     for stroke in ("opening", "closing"):

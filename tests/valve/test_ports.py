@@ -64,6 +64,7 @@ def test_between_two_rows_the_area_is_theirs_or_the_uncapped_law_and_bends_nowhe
 
 @pytest.mark.parametrize("ports", [{}, {"groove_width": 3e-3}, {"passage_area": 60e-6}])
 @pytest.mark.parametrize("intake", ["epv", "cam"])
+@pytest.mark.compiled
 def test_the_engine_breathes_through_ports_as_through_a_fine_table_of_them(ports, intake):
     values = {f"groove__ports__{name}": value for name, value in ports.items()}
     a_machine = machine(intake=intake, groove__geometry=PORTS, **values)

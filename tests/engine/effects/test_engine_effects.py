@@ -51,12 +51,14 @@ IDLE = {
 
 
 @pytest.mark.parametrize("on", [{}, {"effects__blow_by__area": 0.5e-6}])
+@pytest.mark.compiled
 def test_wall_heat_of_no_strength_changes_no_bit(on):
     plain, idle = (settled(machine(receiver=1.0, **values), 800.0) for values in (on, on | IDLE))
     assert np.array_equal(plain.end, idle.end)
     assert np.array_equal(plain.trace, idle.trace)
 
 
+@pytest.mark.compiled
 def test_blow_by_of_no_strength_changes_no_bit_where_another_effect_is_on():
     """All laws stand behind one guard: with wall heat on, that of blow-by is asked too."""
     heated = settled(machine(effects__cylinder_wall_heat__h=200.0), 800.0)
@@ -124,6 +126,7 @@ def test_constant_wall_heat_is_the_integral_over_the_trace_and_adds_work():
     assert adiabatic.end[-1] < run.end[-1] < adiabatic.end[-1] + heat
 
 
+@pytest.mark.compiled
 def test_blow_by_takes_mass_and_all_still_closes():
     tight = settled(machine(), 800.0)
     a_machine = machine(effects__blow_by__area=0.5e-6)
@@ -137,6 +140,7 @@ def test_blow_by_takes_mass_and_all_still_closes():
 
 
 @pytest.mark.parametrize("correlation", [WOSCHNI, HOHENBERG, ANNAND, COMPRESSOR])
+@pytest.mark.compiled
 def test_an_engine_runs_with_each_correlation(correlation):
     a_machine = machine(effects__cylinder_wall_heat__factor=1.0, effects__cylinder_wall_heat__correlation=correlation)
     run = settled(a_machine, 800.0)
@@ -145,6 +149,7 @@ def test_an_engine_runs_with_each_correlation(correlation):
 
 
 @pytest.mark.parametrize("rpm", [400.0, 1000.0])
+@pytest.mark.compiled
 def test_blow_by_changes_over_at_an_event_and_the_work_converges(rpm):
     """From the same start, at the default tolerance; 25 tolerances were it stepped over."""
     a_machine = machine(receiver=1.0, effects__blow_by__area=1e-6)
@@ -171,6 +176,7 @@ def test_a_seat_leak_is_choked_flow_past_the_groove_with_the_intakes_enthalpy():
     assert (balance[MASS], balance[ENERGY]) == (0.0, 0.0)
 
 
+@pytest.mark.compiled
 def test_a_seat_leak_counts_as_engine_air_and_loads_the_cylinder_before_opening():
     tight, leaking = (with_effects(seat_leak=SeatLeak(area)) for area in (0.0, 1e-6))
     runs = [settled(a_machine, 800.0) for a_machine in (tight, leaking)]

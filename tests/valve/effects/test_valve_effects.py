@@ -68,10 +68,12 @@ def test_an_effect_that_is_on_changes_the_run(effect):
 
 
 @every_of_sensors
+@pytest.mark.compiled
 def test_an_effect_of_sensors_changes_no_bit_of_the_run(effect):
     assert np.array_equal(numbers(run_with(**{effect.name: ON[effect.name]})), numbers(run_with()))
 
 
+@pytest.mark.compiled
 def test_laws_at_strength_zero_that_are_looked_at_change_no_bit():
     # A restitution too small for any rebound has all laws compiled in, and does nothing itself.
     assert type(bench_of(machine_with(bounce=Bounce(1e-9)), [0.0, PULSE])[0].actuator.effects) is ValveLaws
@@ -87,6 +89,7 @@ def test_effects_without_law_or_contact_are_marched_without_any_law(effect):
 
 @every_marched
 @pytest.mark.parametrize("other", ["bounce", "seal_friction", "solenoid_b_delay"])
+@pytest.mark.compiled
 def test_strength_zero_changes_no_bit_with_another_effect_on(effect, other):
     if effect.name != other:
         beside = {other: ON[other]}
@@ -106,6 +109,7 @@ def test_mass_energy_and_work_close_with_an_effect_on(effect, share):
 
 @every
 @pytest.mark.parametrize("supply", [0.3e6, 1.1e6])
+@pytest.mark.compiled
 def test_the_measures_converge_with_an_effect_on(effect, supply):
     """Corners of a law end a step; the error is some tolerances' then; stepped over, it was up to 520."""
     machine = machine_with(**{effect.name: turned_on(effect, 1.0)})
