@@ -386,6 +386,44 @@ def actuator_zero_crossings(
 
 
 @kernel
+def put_at_rest(actuator: Actuator, y: np.ndarray, mode: np.ndarray) -> None:
+    """Put a piston at rest where it can rest: on its stop, or between the stops, and without speed.
+
+    A march leaves it there. A step of the search for the periodic state may not.
+
+    Parameters
+    ----------
+    actuator : apesim.valve.actuator.Actuator
+        Valve as the kernels take it.
+    y : (>= 6,) float array
+        Position [m], speed [m/s], mass [kg] and energy [J] of chamber A, mass and energy of chamber B.
+    mode : (>= MODES,) float array
+        Modes of the valve, see `apesim.valve.actuator`.
+
+    Examples
+    --------
+    >>> import apesim
+    >>> import numpy as np
+    >>> from apesim.valve.actuator import MODES, actuator_of
+    >>> from apesim.valve.piston import STUCK
+    >>> actuator, tables = actuator_of(apesim.Machine(), edges=[0.0], period=1.0)
+    >>> y, mode = np.zeros(6), np.zeros(MODES)
+    >>> y[:2], mode[PHASE] = (10e-3, 0.2), STUCK
+    >>> put_at_rest(actuator, y, mode)
+    >>> y[:2].tolist()
+    [0.009, 0.0]
+    """
+    phase = mode[PHASE]
+    if is_moving(phase):
+        return
+    stroke = actuator.valve.stroke
+    if phase == STUCK:
+        update_motion(y, min(max(valve_states(y).position, 0.0), stroke), 0.0)
+    else:
+        update_motion(y, stroke if phase == HELD_CLOSED else 0.0, 0.0)
+
+
+@kernel
 def start_actuator_segment(
     actuator: Actuator,
     tables: ActuatorTables,
@@ -395,10 +433,10 @@ def start_actuator_segment(
     mode: np.ndarray,
     supply: ValveSupply,
 ) -> None:
-    """Write what is constant over a smooth stretch into the modes.
+    """Write what is constant over a smooth stretch into the modes, and put a piston at rest where it can rest.
 
-    It is the piece of the groove's table, the solenoids' lines over time, the regimes of the flows and the branches of
-    the effects.
+    Constant are the piece of the groove's table, the solenoids' lines over time, the regimes of the flows and the
+    branches of the effects.
 
     Parameters
     ----------
@@ -432,6 +470,7 @@ def start_actuator_segment(
     >>> round(float(mode[X_A]), 6), round(1.0 / float(mode[X_A_SLOPE]), 6)
     (0.0, 0.0015)
     """
+    put_at_rest(actuator, y, mode)
     mode[PIECE] = piece_of(tables.groove, actuator.valve.stroke - valve_states(y).position)
     take_piece(tables, mode)
     mode[START] = t

@@ -518,21 +518,20 @@ def _many_cycles(drive, y, mode, tolerance, max_cycles):
             count, leap = count / GROWTH**3, None
         if _swings(drive, known):
             return known.y, False
-        if leap:
-            step = leap.short_step(known, FINE * drive.accuracy.tolerance)
-            if step is not None and np.abs(step).max() <= reach:
-                y = _after(known, step)
-                continue
+        step = leap.short_step(known, FINE * drive.accuracy.tolerance, reach) if leap else None
+        if step is not None:
+            y = _after(known, step)
+            continue
         repelled, gained = known.repelled, np.abs(known.gain).max()
         count = min(GROWTH * count, LONGEST_LEAP, 0.5 / max(repelled, 0.5 / LONGEST_LEAP))
-        step = _leap(known.slopes, known.gain, count)
+        step = _implicit_step(known.slopes, known.gain, count)
         if step @ last < 0.0 and np.abs(step).max() > BACK * np.abs(last).max():
             reach = 0.5 * min(reach, np.abs(step).max())
         else:
             reach = min(CLIP, 2.0 * reach)
         while np.abs(step).max() > reach and count > 1.0:
             count *= 0.5
-            step = _leap(known.slopes, known.gain, count)
+            step = _implicit_step(known.slopes, known.gain, count)
         last = step
         is_fine = is_fine or repelled > drive.accuracy.tolerance or min(count, known.settles_in) > ROUGH_LEAP
         vain = 0.0 if gained < 0.5 * least else vain + (VAIN_IF_FAR if np.abs(step).max() > FAR_STEP else 1.0)
@@ -559,8 +558,11 @@ class _Leap:
     comes_down: bool = True
     """Whether the gain was halved, or no short step tells yet: then the slopes are good enough."""
 
-    def short_step(self, found, noise):
-        """Short step from a map behind the leap; None where the gain is as foretold, or noise, or falls no more."""
+    def short_step(self, found, noise, reach):
+        """Short step from a map behind the leap; None where the gain is as foretold, or noise, or falls no more.
+
+        Nor is there one that is longer than `reach`.
+        """
         if self.count <= FAR or self.short_steps == MOST_SHORT_STEPS:
             return None
         foretold, gained, before = self.gain, np.abs(found.gain).max(), np.inf
@@ -570,11 +572,14 @@ class _Leap:
             before = np.abs(foretold).max()
         if gained > NEARER * before or np.abs(found.gain - foretold).max() <= max(FORETOLD * gained, noise):
             return None
+        step = _implicit_step(found.slopes, found.gain, np.sqrt(FIRST_LEAP * self.count))
+        if np.abs(step).max() > reach:
+            return None
         self.gain, self.short_steps, self.comes_down = found.gain, self.short_steps + 1, gained < 0.5 * before
-        return _leap(found.slopes, found.gain, np.sqrt(FIRST_LEAP * self.count))
+        return step
 
 
-def _leap(slopes, gain, count):
+def _implicit_step(slopes, gain, count):
     """Implicit step over some cycles, relative."""
     return np.linalg.solve((1.0 / count + 1.0) * np.eye(len(gain)) - slopes, gain)
 
@@ -747,7 +752,7 @@ def _subharmonic(drive, found, max_cycles):
     passed: list[tuple[np.ndarray, np.ndarray]] = [(found.y, found.mode)]
     apart: list[list[float]] = []
     while len(apart) < MOST_PERIODS * LONGEST_PERIOD and drive.cycles < max_cycles:
-        if min(found.change, found.change_of_two) <= NOISE * tolerance:
+        if _least(found) <= NOISE * tolerance:
             break
         y, mode, status = drive.march(*passed[-1])
         if status != Status.DONE:

@@ -201,6 +201,24 @@ def test_on_entering_a_stretch_the_solenoids_lines_run_from_end_to_end():
                 assert mode[x] + mode[slope] * share * (t_end - t) == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("phase", "before", "after"),
+    [
+        (HELD_CLOSED, (8.9e-3, 0.1), (9e-3, 0.0)),
+        (HELD_OPEN, (-1e-4, -0.1), (0.0, 0.0)),
+        (STUCK, (4e-3, 0.1), (4e-3, 0.0)),
+        (STUCK, (-1e-4, 0.0), (0.0, 0.0)),
+        (STUCK, (9.1e-3, 0.0), (9e-3, 0.0)),
+        (TO_OPEN, (4e-3, -0.1), (4e-3, -0.1)),
+        (TO_CLOSED, (9.1e-3, 0.1), (9.1e-3, 0.1)),
+    ],
+)
+def test_on_entering_a_stretch_a_piston_at_rest_is_put_where_it_can_rest(phase, before, after):
+    """A moving one beyond its stop is stopped by an event."""
+    _, _, y, _ = instant(*before, 5e5, 5e5, phase)
+    assert tuple(y[:2]) == after
+
+
 def test_zero_crossings_change_their_sign_at_1_percent_from_either_end_and_with_the_acceleration():
     p, _, y, mode = instant(9e-3 * 0.99, -1.0, 5e5, 5e5, TO_OPEN)
     w = np.zeros(3)
