@@ -456,4 +456,4 @@ def test_a_mutant_is_caught_by_the_examples_or_its_line_is_kept(monkeypatch):
 def test_the_tests_of_a_module_begin_with_those_of_its_name():
     own = list(mutants.tests_of("valve/piston.py"))[1]
     assert [Path(file).name for file in own if file.endswith(".py")] == ["test_piston.py"]
-    assert len(list(mutants.tests_of("engine/indicators.py"))) == 3
+    assert len(list(mutants.tests_of("apesim/march/dormand_prince.py"))) == 3
