@@ -10,7 +10,7 @@ from apesim.valve.effects.dead_volume import DeadVolume
 from apesim.valve.effects.leakage_a import LeakageA
 from apesim.valve.effects.leakage_b import LeakageB
 from apesim.valve.effects.ring_leakage import RingLeakage
-from apesim.valve.piston import HELD_CLOSED
+from apesim.valve.piston import STUCK
 from tests.valve.effects.test_valve_effects import machine_with, rates_at, run_with
 from tests.valve.test_bench import PRESSURE_B, TEMPERATURE_A
 
@@ -18,8 +18,8 @@ from tests.valve.test_bench import PRESSURE_B, TEMPERATURE_A
 
 
 def test_leakage_takes_from_a_what_it_gives_to_b():
-    p, y, with_it = rates_at(HELD_CLOSED, machine_with(ring_leakage=RingLeakage(0.2e-6)))
-    _, _, without = rates_at(HELD_CLOSED, machine_with())
+    p, y, with_it = rates_at(STUCK, machine_with(ring_leakage=RingLeakage(0.2e-6)))
+    _, _, without = rates_at(STUCK, machine_with())
     s = state_of(p.actuator, y, p.supply)
     mass, energy = flow_between(s.gas, 0.2e-6, Sides(s.chamber_a, s.chamber_b))
     assert mass > 0.0
@@ -48,8 +48,8 @@ def test_chamber_b_rises_while_held_and_everything_closes():
 
 def test_a_leak_of_chamber_a_is_choked_flow_out_of_it():
     """0.2 mm2 at 1.101325 MPa and 287 K: 0.684731 S p/sqrt(R T), with cp T of its enthalpy."""
-    _, _, leaking = rates_at(HELD_CLOSED, machine_with(leakage_a=LeakageA(0.2e-6)))
-    _, _, tight = rates_at(HELD_CLOSED, machine_with())
+    _, _, leaking = rates_at(STUCK, machine_with(leakage_a=LeakageA(0.2e-6)))
+    _, _, tight = rates_at(STUCK, machine_with())
     lost = 0.684731 * 0.2e-6 * 1.101325e6 / np.sqrt(287.05 * 287.0) * _pressure_share()
     assert leaking.states.mass_a - tight.states.mass_a == pytest.approx(-lost, rel=1e-6)
     assert leaking.states.energy_a - tight.states.energy_a == pytest.approx(-lost * 1004.675 * 287.0, rel=1e-6)
@@ -64,8 +64,8 @@ def _pressure_share():
 
 def test_a_leak_of_chamber_b_is_flow_in_where_it_stands_below_ambient():
     """At 4 mm, B has 101325 Pa x 11382/(11382 + 1134.1 x 5) = 67633 Pa, r = 0.66749, subsonic from 293.15 K."""
-    _, _, leaking = rates_at(HELD_CLOSED, machine_with(leakage_b=LeakageB(0.2e-6)))
-    _, _, tight = rates_at(HELD_CLOSED, machine_with())
+    _, _, leaking = rates_at(STUCK, machine_with(leakage_b=LeakageB(0.2e-6)))
+    _, _, tight = rates_at(STUCK, machine_with())
     ratio = 11382.0 / (11382.0 + 1134.1 * 5.0)
     psi = np.sqrt(7.0 * (ratio ** (2.0 / 1.4) - ratio ** (2.4 / 1.4)))
     gained = psi * 0.2e-6 * 101325.0 / np.sqrt(287.05 * 293.15)
@@ -87,8 +87,8 @@ def test_a_leak_of_a_lets_the_valve_open_sooner_and_takes_control_air():
 def test_wall_heat_of_a_chamber_by_hand():
     """2 x 1134.1 mm2 + 4 V/D, D = 38.000 mm, V_A = 15918.4 mm3, V_B = 17052.5 mm3; 200 W/(m2 K), walls 20 K warmer."""
     effect = ChamberWallHeat(200.0, 307.0)
-    _, _, heated = rates_at(HELD_CLOSED, machine_with(chamber_wall_heat=effect))
-    _, _, adiabatic = rates_at(HELD_CLOSED, machine_with())
+    _, _, heated = rates_at(STUCK, machine_with(chamber_wall_heat=effect))
+    _, _, adiabatic = rates_at(STUCK, machine_with())
     for found, volume in (
         (heated.states.energy_a - adiabatic.states.energy_a, 15918.4e-9),
         (heated.states.energy_b - adiabatic.states.energy_b, 17052.5e-9),
@@ -113,7 +113,7 @@ def test_walls_warm_the_air_that_expands():
 
 
 def test_dead_volume_enlarges_both_chambers():
-    p, y, _ = rates_at(HELD_CLOSED, machine_with(dead_volume=DeadVolume(2000e-9)))
+    p, y, _ = rates_at(STUCK, machine_with(dead_volume=DeadVolume(2000e-9)))
     state = state_of(p.actuator, y, p.supply)
     assert state.volume_a == pytest.approx((11382 + 2000 + 1134.1 * 4.0) * 1e-9, rel=1e-12)
     assert state.volume_b == pytest.approx((11382 + 2000 + 1134.1 * 5.0) * 1e-9, rel=1e-12)
