@@ -70,10 +70,10 @@ def plot_overlays(chosen: "Sequence[ComparedSignal]", added: str, ambient_pressu
     >>> signal = ComparedSignal(block, 3e-5, lift + 1e-4, None, lift + 3.0, None, marks)
     >>> figure = plot_overlays([signal], "ring leakage", 0.1e6)
     >>> [axis.get_ylabel() for axis in figure.axes]
-    ['lift [mm]', 'model less measured\n[sigmas of the noise]']
+    ['lift [mm]', 'model less\nmeasured\n[noise σ]']
     """
-    size = (WIDTH, 0.8 + 2.8 * len(chosen))
-    figure, panels = open_panels(2 * len(chosen), 1, size, height_ratios=(2.4, 1) * len(chosen))
+    size = (WIDTH, 0.8 + 3.0 * len(chosen))
+    figure, panels = open_panels(2 * len(chosen), 1, size, height_ratios=(2.2, 1) * len(chosen))
     axes = panels[:, 0]
     shades: dict[str, str] = {}
     for above, below, signal in zip(axes[::2], axes[1::2], chosen, strict=True):
@@ -102,7 +102,7 @@ def _draw_overlay(
     above.set_title(f"{label_point(run, ambient_pressure)}, {WORDS[signal.role]}", loc="left")
     above.tick_params(labelbottom=False)
     draw_left(below, signal, added)
-    below.set_ylabel("model less measured\n[sigmas of the noise]")
+    below.set_ylabel("model less\nmeasured\n[noise σ]")
     for axis in (above, below):
         axis.set_xlim(x[0], x[-1])
     return shades
