@@ -69,7 +69,7 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, sta
         "broken": Number(broken),
         "bound": as_percentage(bound(broken, before + trials)),
         "outcomes": Table(OUTCOMES, [[*words, Number(number)] for words, number in sorted(counts.items())]),
-        "rounds": Table(ROUNDS, rounds),
+        "rounds": Table(ROUNDS, join_rounds(rounds)),
         "listed": Table(LISTED, listed),
     }
 
@@ -81,6 +81,35 @@ def read_rounds(record):
     except FileNotFoundError:
         return [], [], []
     return [values[key].rows for key in ("outcomes", "rounds", "listed")]
+
+
+def join_rounds(rows):
+    """Rounds of one day by one commit, whose seeds follow one another, as one.
+
+    Parameters
+    ----------
+    rows : list of list
+        Seeds, trials, promises broken, day and commit, in the order of their seeds.
+
+    Returns
+    -------
+    list of list
+
+    Examples
+    --------
+    >>> rows = [["0 to 9", Number(10), Number(0), "2026-11-27", "`1333981`"]]
+    >>> [(row[0], row[1].value) for row in join_rounds([*rows, ["10 to 29", Number(20), *rows[0][2:]]])]
+    [('0 to 29', 30)]
+    """
+    joined = []
+    for seeds, trials, broken, *made in rows:
+        first, last = seeds.split(" to ")
+        if joined and joined[-1][3:] == made and int(joined[-1][0].split(" to ")[1]) == int(first) - 1:
+            before, more, more_broken, *_ = joined.pop()
+            first = before.split(" to ")[0]
+            trials, broken = (Number(int(a.value + b.value)) for a, b in ((trials, more), (broken, more_broken)))
+        joined.append([f"{first} to {last}", trials, broken, *made])
+    return joined
 
 
 def bound(broken, trials):

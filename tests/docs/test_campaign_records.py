@@ -38,10 +38,7 @@ def test_a_second_round_has_seeds_of_its_own_and_is_added_to_the_first(folder):
     words = [tuple(one.word.split(": ", 1)) for one in whole.values()]
     assert counts_of(record) == {word: words.count(word) for word in words}
     assert record["trials"] == Number(FIRST + SECOND)
-    assert [row[:3] for row in record["rounds"].rows] == [
-        ["0 to 19", Number(20), Number(0)],
-        ["20 to 33", Number(14), Number(0)],
-    ]
+    assert [row[:3] for row in record["rounds"].rows] == [["0 to 33", Number(34), Number(0)]]
 
 
 def test_what_is_broken_is_listed_with_its_seed_and_raises_the_bound(monkeypatch):
@@ -65,8 +62,22 @@ def test_rounds_begin_behind_the_seeds_that_faults_were_found_by(monkeypatch):
     campaign = SimpleNamespace(__name__="tests.campaigns.bits")
     keep(add_round(campaign, 100, start=3000), "campaign_bits")
     record = add_round(campaign, 200, start=3000)
-    assert [row[0] for row in record["rounds"].rows] == ["3000 to 3099", "3100 to 3299"]
+    assert [row[0] for row in record["rounds"].rows] == ["3000 to 3299"]
     assert (record["trials"], record["bound"].text) == (Number(300), "1.00\u202f%")
+
+
+def test_rounds_of_another_commit_or_day_or_with_seeds_between_stand_apart():
+    def row(first, last, broken, day, commit):
+        return [f"{first} to {last}", Number(last - first + 1), Number(broken), day, commit]
+
+    rows = [
+        row(0, 9, 1, "monday", "a"),
+        row(10, 19, 2, "monday", "a"),
+        row(20, 29, 0, "monday", "b"),
+        row(30, 39, 0, "tuesday", "b"),
+        row(50, 59, 0, "tuesday", "b"),
+    ]
+    assert _campaign.join_rounds(rows) == [row(0, 19, 3, "monday", "a"), *rows[2:]]
 
 
 @pytest.mark.parametrize(("broken", "trials", "share"), [(0, 300, 0.00998), (0, 10000, 2.996e-4), (2, 100, 0.0630)])
