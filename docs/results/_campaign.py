@@ -33,7 +33,7 @@ def try_out(campaign, trials, first=0):
     return run_campaign(campaign.__name__, seeds, find_kept("campaign", code) / name, JOBS)
 
 
-def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, start=0):
+def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, start=0, is_void=lambda what: False):
     """Values of a campaign's record once a further round of trials is added to those that it has.
 
     Parameters
@@ -46,12 +46,14 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, sta
         Whether an outcome is told with its detail.
     start : int
         Seed of the first round's first trial; those before were used to find faults, and are no fresh ones.
+    is_void : function
+        Whether what became of a trial says that it tried nothing of what is promised: it does not count in the bound.
 
     Returns
     -------
     dict
-        How many trials in all, how many broke a promise, the bound on their share, counts of outcomes, rounds, and the
-        outcomes that are listed.
+        How many trials in all, how many of them count, how many broke a promise, the bound on their share, counts of
+        outcomes, rounds, and the outcomes that are listed.
     """
     outcomes, rounds, listed = read_rounds(f"campaign_{campaign.__name__.rpartition('.')[2]}")
     before = sum(int(row[1].value) for row in rounds)
@@ -64,10 +66,12 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, sta
     rounds = [*rounds, [f"{first} to {first + trials - 1}", Number(trials), Number(newly_broken), day, commit]]
     listed = [*listed, *([f"{seed}", one.word, one.detail] for seed, one in found.items() if is_listed(one))]
     broken = sum(int(row[2].value) for row in rounds)
+    counted = sum(number for (_, what), number in counts.items() if not is_void(what))
     return {
         "trials": Number(before + trials),
+        "counted": Number(counted),
         "broken": Number(broken),
-        "bound": as_percentage(bound(broken, before + trials)),
+        "bound": as_percentage(bound(broken, counted)),
         "outcomes": Table(OUTCOMES, [[*words, Number(number)] for words, number in sorted(counts.items())]),
         "rounds": Table(ROUNDS, join_rounds(rounds)),
         "listed": Table(LISTED, listed),

@@ -31,12 +31,13 @@ def compute():
         for damage in archives.DAMAGES
     ]
     broken = sum(one.is_broken for one in found.values())
-    changed = sum(number for (_, word), number in counts.items() if word != AS_BEFORE)
+    counted = sum(number for (_, word), number in counts.items() if word in (REFUSED, UNSEEN))
     return {
         "trials": Number(TRIALS),
         "kinds": Number(len(archives.DAMAGES)),
         "broken": Number(broken),
-        "changed": Number(changed),
+        "counted": Number(counted),
+        "noted": Number(sum(number for (_, word), number in counts.items() if word == NOTED)),
         "outcomes": Table(["damage", *HEADS.values()], rows),
         "made": Table(
             ["what", "value"],

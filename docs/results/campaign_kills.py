@@ -10,4 +10,9 @@ ROUND = 200
 
 def compute():
     """The record, with a further round."""
-    return add_round(kills, ROUND)
+    return add_round(kills, ROUND, is_void=is_void)
+
+
+def is_void(what):
+    """Whether a sweep had ended before it was to be killed."""
+    return what.endswith(kills.NOT_STRUCK)

@@ -26,7 +26,7 @@ def compute() -> dict[str, Value]:
         except FileNotFoundError:
             rows.append([promise, name, "not yet", "—", "—"])
             continue
-        broken, tried = (int(values[key].value) for key in ("broken", "changed" if "changed" in values else "trials"))
+        broken, tried = (int(values[key].value) for key in ("broken", "counted"))
         least = as_percentage(bound(broken, tried)).text if name in BY_CHANCE else "each was tried once"
         rows.append([promise, name, Number(tried), Number(broken), least])
     return {"bounds": Table(COLUMNS, rows)}

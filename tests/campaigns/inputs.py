@@ -1,7 +1,8 @@
 """Inputs that are spoilt: machine files, measured folders, archives, effect files.
 
-Whatever a file holds, a command does its work or refuses it: with exit code 2 and a line that names the file, or with
-3 where a machine cannot be simulated. It does not end in a traceback, hang, or eat the memory.
+Whatever a file holds, a command does its work or refuses it: with exit code 2, or 3 for an archive, and a line that
+names the file; or it ends with 3 where a machine cannot be simulated. It does not end in a traceback, hang, or eat the
+memory.
 """
 
 import contextlib
@@ -31,6 +32,7 @@ from .mutations import spoil_bytes, spoil_toml
 EXAMPLES = ROOT / "docs" / "examples" / "data"
 PRESSURES = "pressure_a", "pressure_b"
 EFFECTS = "late_release.py", "tapered_bore.py"
+MACHINE_FILE = "machine file"
 CODES = {DONE: "done", BAD_INPUT: "refused", INCOMPLETE: "not complete"}
 
 
@@ -92,7 +94,8 @@ def judge(kind, arguments, names, code, out, err):
         return Outcome(f"{kind}: traceback", True, f"{line}: {last}")
     if any(not one.isprintable() and one not in "\n\t" for one in err + ("" if "--json" in arguments else out)):
         return Outcome(f"{kind}: control characters are shown", True, line)
-    if code == BAD_INPUT and not any(name in out + err for name in names):
+    is_refused = code == BAD_INPUT or (code == INCOMPLETE and kind != MACHINE_FILE)
+    if is_refused and not any(name in out + err for name in names):
         return Outcome(f"{kind}: the refusal names no file", True, f"{line}: {last}")
     if code == DONE and "--json" in arguments:
         try:
@@ -131,7 +134,7 @@ def make_machine(folder, rng):
         ("valve", "run", "--json", "--quiet"),
         ("engine", "run", "--speed", "1000 rpm", "--json", "--quiet"),
     )
-    return "machine file", [*rng.choice(commands), "--machine", "machine.toml"], ["machine.toml"]
+    return MACHINE_FILE, [*rng.choice(commands), "--machine", "machine.toml"], ["machine.toml"]
 
 
 @cache
@@ -177,7 +180,9 @@ def make_measured(folder, rng):
         data = ("\n".join([header, *rows] if header else rows) + "\n").encode()
         spoilt = number == 1 and not spoils_toml
         (folder / "rig" / f"run{number}.csv").write_bytes(spoil_bytes(data, rng) if spoilt else data)
-    return "measured folder", ["measured", "check", "rig", "--json", "--quiet"], ["measured.toml", "run"]
+    # What measured.toml says of all files may show in the first of them.
+    spoilt_files = ["measured.toml", "run0.csv", "run1.csv", "run2.csv"] if spoils_toml else ["run1.csv"]
+    return "measured folder", ["measured", "check", "rig", "--json", "--quiet"], spoilt_files
 
 
 @cache

@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -28,6 +27,8 @@ SWEEP = "engine", "sweep", "--speed", "300:2400:150 rpm", "--timing", "both", "-
 GROUP, LEADER, WORKER = "group", "leader", "worker"
 STRIKES = [(victim, jobs) for jobs in (1, 2, 3) for victim in (GROUP, LEADER, WORKER) if jobs > 1 or victim != WORKER]
 """What is killed, and in how many processes the sweep computes."""
+NOT_STRUCK = "after its end"
+"""How far a sweep was that had ended before it was to be killed: no trial of what is promised."""
 PATIENCE = 10.0
 """That processes may outlive the one that leads [s]."""
 
@@ -64,8 +65,9 @@ def trial(seed):
             begun = time.monotonic()
             while left and wait_until(process, begun + rng.uniform(0.8 * whole.first, whole.seconds)):
                 left -= 1
-                struck.append(describe_progress(folder))
-                strike(process, victim, rng)
+                progress = describe_progress(folder)
+                if strike(process, victim, rng):
+                    struck.append(progress)
             end_of_leader = process.wait()
             if survivors := find_survivors(process.pid):
                 os.killpg(process.pid, signal.SIGKILL)
@@ -102,7 +104,7 @@ def judge(kind, struck, code, folder):
         return Outcome(f"{kind}: damaged", True, f"{struck}: {named}")
     if not same(read(folder / "sweep.h5"), read(folder / "whole.h5")):
         return Outcome(f"{kind}: other bits", True, str(struck))
-    return Outcome(f"{kind}: the same bits, struck {struck[-1] if struck else 'after its end'}")
+    return Outcome(f"{kind}: the same bits, struck {struck[-1] if struck else NOT_STRUCK}")
 
 
 def start(folder, *words, resume=False):
@@ -124,14 +126,19 @@ def wait_until(process, moment):
 
 
 def strike(process, victim, rng):
-    """Kill the group, the leader, or one of the workers if there is one."""
+    """Kill the group, the leader, or one of the workers; False where there is none."""
     if victim == GROUP:
         os.killpg(process.pid, signal.SIGKILL)
     elif victim == LEADER:
         process.kill()
     elif workers := find_workers(process.pid):
-        with suppress(ProcessLookupError):
+        try:
             os.kill(rng.choice(workers), signal.SIGKILL)
+        except ProcessLookupError:
+            return False
+    else:
+        return False
+    return True
 
 
 def find_workers(leader):
@@ -173,8 +180,10 @@ def describe_progress(folder):
 
 @cache
 def undisturbed(jobs):
-    """The sweep, as it goes if nothing kills it."""
+    """The sweep, as it goes if nothing kills it and all is compiled, as it is for those that are killed."""
     with trial_folder() as folder:
+        start(folder, *SWEEP, "--jobs", f"{jobs}").wait()
+        (folder / "sweep.h5").unlink()
         begun, first = time.monotonic(), None
         process = start(folder, *SWEEP, "--jobs", f"{jobs}")
         while process.poll() is None:

@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import signal
 import subprocess
 import sys
 import threading
@@ -71,10 +72,16 @@ def test_memory_is_counted_anew_for_each_trial():
         (2, "", "no number", True),
         (2, "", "f.toml: \x1b[2J", True),
         (3, "", "f.toml", False),
+        (3, "", "the march ended early", False),
     ],
 )
 def test_a_promise_that_is_broken_is_seen(code, out, err, broken):
-    assert inputs.judge("machine file", ["machine", "--json"], ["f.toml"], code, out, err).is_broken is broken
+    assert inputs.judge(inputs.MACHINE_FILE, ["machine", "--json"], ["f.toml"], code, out, err).is_broken is broken
+
+
+@pytest.mark.parametrize(("err", "broken"), [("f.h5: damaged", False), ("damaged", True)])
+def test_an_archive_that_is_not_complete_has_to_be_named(err, broken):
+    assert inputs.judge("archive", ["archive", "info"], ["f.h5"], 3, "", err).is_broken is broken
 
 
 def test_what_is_spoilt_follows_from_its_seed():
@@ -171,10 +178,21 @@ def test_a_process_that_outlives_its_group_is_found(monkeypatch):
 
 
 @IS_LINUX
+def test_a_worker_is_killed_only_where_there_is_one():
+    command = [sys.executable, "-c", "input()"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, process_group=0) as process:
+        assert not kills.strike(process, kills.WORKER, random.Random(0))
+        assert process.poll() is None
+        assert kills.strike(process, kills.LEADER, random.Random(0))
+        assert process.wait() == -signal.SIGKILL
+
+
+@IS_LINUX
 def test_a_sweep_that_is_killed_goes_on_to_the_same_bits(tmp_path):
     seeds = [kills.STRIKES.index((victim, 2)) for victim in (kills.GROUP, kills.LEADER, kills.WORKER)]
     found = run_campaign(kills.__name__, seeds, tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
+    assert not all(one.word.endswith(kills.NOT_STRUCK) for one in found.values())
 
 
 # --- cluster ---

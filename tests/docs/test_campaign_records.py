@@ -55,6 +55,18 @@ def test_what_is_broken_is_listed_with_its_seed_and_raises_the_bound(monkeypatch
     assert (record["broken"], record["bound"].text, len(record["listed"].rows)) == (Number(1), "0.24\u202f%", 1)
 
 
+def test_trials_that_tried_nothing_are_not_counted(monkeypatch):
+    def run_campaign(name, seeds, out, jobs):
+        return {seed: Outcome(f"bits: {'never changed' if seed % 4 == 0 else 'seen'}") for seed in seeds}
+
+    monkeypatch.setattr(_campaign, "run_campaign", run_campaign)
+    campaign = SimpleNamespace(__name__="tests.campaigns.bits")
+    for _ in range(2):
+        record = add_round(campaign, 200, is_void=lambda what: what == "never changed")
+        keep(record, "campaign_bits")
+    assert (record["trials"], record["counted"], record["bound"].text) == (Number(400), Number(300), "1.00\u202f%")
+
+
 def test_rounds_begin_behind_the_seeds_that_faults_were_found_by(monkeypatch):
     monkeypatch.setattr(
         _campaign, "run_campaign", lambda name, seeds, out, jobs: {s: Outcome("bits: seen") for s in seeds}
