@@ -24,11 +24,9 @@ from apesim.march.periodic import (
     known_orbit,
     periodic_orbit,
 )
-from apesim.valve.actuator import PHASE
 from apesim.valve.effects import VALVE_LIBRARY
 from apesim.valve.exergy import VALVE_IMPACTS, impact_loss
-from apesim.valve.ledger import update_motion, valve_states
-from apesim.valve.piston import HELD_CLOSED
+from apesim.valve.motion import put_at_rest
 
 
 class SteadyRun(NamedTuple):
@@ -122,7 +120,7 @@ def run_steady(
     """
     p, tables, breakpoints = cycle_of(machine, speed)
     accuracy = accuracy_at(p, tolerance)
-    start = start and _at_its_stop(p, start)
+    start = start and _within_its_stops(p, start)
     if angles is None:
         angles = p.start + np.arange(trace_start, 2.0 * np.pi + 0.5 * angle_step, angle_step)
     times = np.minimum((angles - p.start) / speed, breakpoints[-1])
@@ -254,11 +252,10 @@ def _added_volumes(machine: Machine) -> tuple[float, float]:
     return line, pipe
 
 
-def _at_its_stop(p: Cycle, known: Known) -> Known:
-    """Move a known state's piston, where it is held closed, to the closed stop of this machine."""
+def _within_its_stops(p: Cycle, known: Known) -> Known:
+    """Put a known state's piston, where it is at rest, on the stop of this machine or between its stops."""
     y = known.y.copy()
-    if known.mode[PHASE] == HELD_CLOSED:
-        update_motion(y, p.actuator.valve.stroke, valve_states(y).speed)
+    put_at_rest(p.actuator, y, known.mode)
     return known._replace(y=y)
 
 

@@ -401,9 +401,9 @@ def _after(found, step):
     return y
 
 
-def _image(drive, y, mode, count=1, record=NO_RECORD):
+def _image(drive, y, mode, count=1):
     """State after some cycles; None where they fail or change the phase."""
-    image, mode_image, status = drive.march(y, mode, count, record)
+    image, mode_image, status = drive.march(y, mode, count)
     return None if status != Status.DONE or _is_other_phase(mode, mode_image) else image
 
 
@@ -661,6 +661,9 @@ def known_orbit(p: Any, tables: Any, orbit: Orbit, breakpoints: np.ndarray, accu
 def _from_known(drive, known, tolerance, record):
     """Broyden's method from a state that is near; None where it does not come to the periodic state at once.
 
+    Nor where a cycle moves what the known cycle held, as a piston in its friction, or ends in another mode: the
+    correction knows nothing of that.
+
     Parameters
     ----------
     drive : Drive
@@ -677,15 +680,18 @@ def _from_known(drive, known, tolerance, record):
     n, y, mode, correction = len(drive.accuracy.scale), known.y, known.mode, known.correction
     if len(correction) != n:
         return None
+    held = ~correction.any(axis=1)
     before = gain_before = step = None
     largest_before = np.inf
     for _ in range(MAX_CORRECTIONS):
         # From the first state the way is hardly ever short enough: what it does need not be recorded.
-        image = _image(drive, y, mode, 1, NO_RECORD if before is None else record)
-        if image is None:
+        image, mode_image, status = drive.march(y, mode, 1, NO_RECORD if before is None else record)
+        if status != Status.DONE or mode_image[0] != mode[0]:
             return None
         sizes = _sizes(drive, y)
         gain = (image - y)[:n] / sizes
+        if np.abs(gain[held]).max(initial=0.0) > tolerance:
+            return None
         if step is not None:
             moved = correction @ (gain_before - gain)
             if abs(weight := step @ moved) > 0.0:

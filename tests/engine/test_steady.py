@@ -12,11 +12,14 @@ from apesim.engine.cycle.state import (
     RECEIVER,
     SCALE,
     STATES,
+    engine_ledger,
 )
 from apesim.engine.indicators import indicators
-from apesim.engine.steady import run_steady
+from apesim.engine.steady import known_state, run_steady
 from apesim.march.adaptive import LOG_HEAD, TOLERANCE, march
 from apesim.march.periodic import PERIODIC_TOLERANCE, distance, periodic_orbit
+from apesim.valve.actuator import PHASE
+from apesim.valve.piston import STUCK
 from tests.machines import RPM, machine, settled
 
 COARSE = 5.0 * DEGREE
@@ -202,6 +205,33 @@ def test_a_finer_trace_changes_nothing_but_the_trace():
     assert np.array_equal(fine.end, coarse.end)
     assert np.array_equal(fine.log, coarse.log)
     assert np.array_equal(fine.trace[::4], coarse.trace)
+
+
+def held_by_friction(supply, energise, duration, breakaway, **options):
+    """A machine at so low a supply that friction holds its valve between the stops."""
+    friction = {"effects__coulomb_friction__force": 5.0, "effects__coulomb_friction__breakaway": breakaway}
+    return machine(supply=supply, energise=energise, release=energise + duration, **friction, **options)
+
+
+def test_a_state_with_its_valve_held_is_no_start_where_less_friction_lets_it_go():
+    rpm, options = 765.07031, {"effects__seal_friction__coefficient": 1e-5}
+    commands = 0.03, 6.403413, 113.914435
+    known = known_state(held_by_friction(*commands, 50.0, **options), rpm * RPM)
+    assert known.mode[PHASE] == STUCK
+    looser = held_by_friction(*commands, 38.599, **options)
+    ledgers = [engine_ledger(run_steady(looser, rpm * RPM, start=start).end) for start in (known, None)]
+    assert ledgers[0].work == pytest.approx(ledgers[1].work, rel=1e-6)
+
+
+def test_a_start_with_its_valve_held_beyond_another_stroke_is_put_at_the_stop():
+    rpm, options = 2124.0, {"effects__seal_friction__coefficient": 1e-6}
+    commands = 0.03, -10.0, 64.3, 50.0
+    known = known_state(held_by_friction(*commands, **options), rpm * RPM)
+    assert known.mode[PHASE] == STUCK and known.y[0] > 8.5e-3
+    shorter = held_by_friction(*commands, valve__stroke=8.5e-3, **options)
+    run = run_steady(shorter, rpm * RPM, start=known)
+    assert run.orbit.converged and run.start[0] == run.end[0] <= 8.5e-3
+    assert indicators(shorter, run)["exergy_closure"] < 1e-6
 
 
 def test_infinite_receiver_keeps_its_pressure():

@@ -215,8 +215,10 @@ def test_on_entering_a_stretch_the_solenoids_lines_run_from_end_to_end():
 )
 def test_on_entering_a_stretch_a_piston_at_rest_is_put_where_it_can_rest(phase, before, after):
     """A moving one beyond its stop is stopped by an event."""
-    _, _, y, _ = instant(*before, 5e5, 5e5, phase)
+    _, _, y, mode = instant(*before, 5e5, 5e5, phase)
     assert tuple(y[:2]) == after
+    _, _, _, expected = instant(*after, 5e5, 5e5, phase)
+    assert mode[[PIECE, AREA]].tolist() == expected[[PIECE, AREA]].tolist()
 
 
 def test_zero_crossings_change_their_sign_at_1_percent_from_either_end_and_with_the_acceleration():
