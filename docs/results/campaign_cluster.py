@@ -5,7 +5,7 @@ from tests.campaigns import cluster
 
 OPTIONAL = True
 RECORD = True
-ROUND = 120
+ROUND = 60
 
 
 def compute():
