@@ -180,9 +180,9 @@ def make_measured(folder, rng):
         data = ("\n".join([header, *rows] if header else rows) + "\n").encode()
         spoilt = number == 1 and not spoils_toml
         (folder / "rig" / f"run{number}.csv").write_bytes(spoil_bytes(data, rng) if spoilt else data)
-    # What measured.toml says of all files may show in the first of them.
-    spoilt_files = ["measured.toml", "run0.csv", "run1.csv", "run2.csv"] if spoils_toml else ["run1.csv"]
-    return "measured folder", ["measured", "check", "rig", "--json", "--quiet"], spoilt_files
+    # What measured.toml says of all files may show in the first of them; what contradicts a file stands in its table.
+    names = ["measured.toml", "run0.csv", "run1.csv", "run2.csv"] if spoils_toml else ["run1.csv", '"run 2.']
+    return "measured folder", ["measured", "check", "rig", "--json", "--quiet"], names
 
 
 @cache
