@@ -6,7 +6,7 @@ from tests.campaigns import inputs
 OPTIONAL = True
 RECORD = True
 ROUND = 10000
-START = 30_000
+START = 40_000
 """Seed of the first input: those before were used to find faults, of apesim or of what is asked of a refusal."""
 
 
