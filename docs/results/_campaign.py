@@ -7,7 +7,7 @@ from scipy.stats import chi2
 
 from docs.results import Number, Table, describe_code, hash_files, load
 from docs.results._kept import find_kept
-from tests.campaigns.campaign import run_campaign
+from tests.campaigns.campaign import Outcome, run_campaign
 
 JOBS = 2
 CONFIDENCE = 0.95
@@ -60,7 +60,7 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, sta
     first = start + before
     found = try_out(campaign, trials, first)
     counts = Counter({(kind, what): int(number.value) for kind, what, number in outcomes})
-    counts.update(tuple(one.word.split(": ", 1)) for one in found.values())
+    counts.update(words_of(one) for one in found.values())
     (_, day), (_, commit) = describe_code()
     newly_broken = sum(one.is_broken for one in found.values())
     rounds = [*rounds, [f"{first} to {first + trials - 1}", Number(trials), Number(newly_broken), day, commit]]
@@ -85,6 +85,18 @@ def read_rounds(record):
     except FileNotFoundError:
         return [], [], []
     return [values[key].rows for key in ("outcomes", "rounds", "listed")]
+
+
+def words_of(outcome):
+    """What was tried, and what became of it; a trial that was ended cannot tell what it tried.
+
+    Examples
+    --------
+    >>> words_of(Outcome("archive: done")), words_of(Outcome("hangs"))
+    (('archive', 'done'), ('any', 'hangs'))
+    """
+    kind, _, what = outcome.word.partition(": ")
+    return (kind, what) if what else ("any", kind)
 
 
 def join_rounds(rows):

@@ -67,6 +67,15 @@ def test_trials_that_tried_nothing_are_not_counted(monkeypatch):
     assert (record["trials"], record["counted"], record["bound"].text) == (Number(400), Number(300), "1.00\u202f%")
 
 
+def test_a_trial_that_was_ended_is_counted_without_what_it_tried(monkeypatch):
+    monkeypatch.setattr(
+        _campaign, "run_campaign", lambda name, seeds, out, jobs: {s: Outcome("hangs", True, "longer") for s in seeds}
+    )
+    record = add_round(SimpleNamespace(__name__="tests.campaigns.bits"), 3)
+    assert counts_of(record) == {("any", "hangs"): 3}
+    assert record["broken"] == Number(3)
+
+
 def test_rounds_begin_behind_the_seeds_that_faults_were_found_by(monkeypatch):
     monkeypatch.setattr(
         _campaign, "run_campaign", lambda name, seeds, out, jobs: {s: Outcome("bits: seen") for s in seeds}
