@@ -7,7 +7,7 @@ from scipy.stats import chi2
 
 from docs.results import Number, Table, describe_code, hash_files, load
 from docs.results._kept import find_kept
-from tests.campaigns.campaign import Outcome, run_campaign
+from tests.campaigns.campaign import run_campaign
 
 JOBS = 2
 CONFIDENCE = 0.95
@@ -92,6 +92,7 @@ def words_of(outcome):
 
     Examples
     --------
+    >>> from tests.campaigns.campaign import Outcome
     >>> words_of(Outcome("archive: done")), words_of(Outcome("hangs"))
     (('archive', 'done'), ('any', 'hangs'))
     """
