@@ -661,7 +661,7 @@ def known_orbit(p: Any, tables: Any, orbit: Orbit, breakpoints: np.ndarray, accu
 def _from_known(drive, known, tolerance, record):
     """Broyden's method from a state that is near; None where it does not come to the periodic state at once.
 
-    Nor where a cycle moves what the known cycle held, as a piston in its friction, or ends in another mode: the
+    Nor where a cycle moves what the known cycle held, as a piston in its friction, or ends in another phase: the
     correction knows nothing of that.
 
     Parameters
