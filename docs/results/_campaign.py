@@ -45,7 +45,8 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, sta
     is_listed : function
         Whether an outcome is told with its detail.
     start : int
-        Seed of the first round's first trial; those before were used to find faults, and are no fresh ones.
+        Seed of the first round's first trial; those before were used to find faults, and are no fresh ones. A record
+        that begins with another one is begun anew.
     is_void : function
         Whether what became of a trial says that it tried nothing of what is promised: it does not count in the bound.
 
@@ -55,7 +56,7 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, sta
         How many trials in all, how many of them count, how many broke a promise, the bound on their share, counts of
         outcomes, rounds, and the outcomes that are listed.
     """
-    outcomes, rounds, listed = read_rounds(f"campaign_{campaign.__name__.rpartition('.')[2]}")
+    outcomes, rounds, listed = read_rounds(f"campaign_{campaign.__name__.rpartition('.')[2]}", start)
     before = sum(int(row[1].value) for row in rounds)
     first = start + before
     found = try_out(campaign, trials, first)
@@ -78,13 +79,15 @@ def add_round(campaign, trials, is_listed=lambda outcome: outcome.is_broken, sta
     }
 
 
-def read_rounds(record):
-    """Rows of a record's outcomes, rounds and listed outcomes; none where there is no record yet."""
+def read_rounds(record, start):
+    """Rows of a record's outcomes, rounds and listed outcomes; none where no record begins with seed `start` yet."""
     try:
         values = load(record).values
     except FileNotFoundError:
         return [], [], []
-    return [values[key].rows for key in ("outcomes", "rounds", "listed")]
+    outcomes, rounds, listed = (values[key].rows for key in ("outcomes", "rounds", "listed"))
+    begins = int(rounds[0][0].split(" to ")[0])
+    return (outcomes, rounds, listed) if begins == start else ([], [], [])
 
 
 def words_of(outcome):

@@ -87,6 +87,17 @@ def test_rounds_begin_behind_the_seeds_that_faults_were_found_by(monkeypatch):
     assert (record["trials"], record["bound"].text) == (Number(300), "1.00\u202f%")
 
 
+def test_a_record_that_begins_with_another_seed_is_begun_anew(monkeypatch):
+    monkeypatch.setattr(
+        _campaign, "run_campaign", lambda name, seeds, out, jobs: {s: Outcome("bits: seen") for s in seeds}
+    )
+    campaign = SimpleNamespace(__name__="tests.campaigns.bits")
+    keep(add_round(campaign, 100, start=3000), "campaign_bits")
+    record = add_round(campaign, 300, start=4000)
+    assert [row[0] for row in record["rounds"].rows] == ["4000 to 4299"]
+    assert (record["trials"], counts_of(record)) == (Number(300), {("bits", "seen"): 300})
+
+
 def test_rounds_of_another_commit_or_day_or_with_seeds_between_stand_apart():
     def row(first, last, broken, day, commit):
         return [f"{first} to {last}", Number(last - first + 1), Number(broken), day, commit]
