@@ -2,8 +2,8 @@
 
 import csv
 import io
+import os
 from collections.abc import Iterable
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from apesim.archive import Archive, ArchiveError, read_about, read_digest, repla
 from apesim.archive.shards import lock
 
 
-def refuse_to_replace(out: str | PathLike[str]) -> None:
+def refuse_to_replace(out: str | os.PathLike[str]) -> None:
     """Refuse a target that exists.
 
     Parameters
@@ -38,13 +38,13 @@ def refuse_to_replace(out: str | PathLike[str]) -> None:
     exists already; give --overwrite to compute it again, or choose another --out
     """
     refuse_folder(out)
-    if Path(out).exists():
+    if os.path.exists(out):
         raise ArchiveError(
             out, f"exists already{_made(out)}", "give --overwrite to compute it again, or choose another --out"
         )
 
 
-def _made(out: str | PathLike[str]) -> str:
+def _made(out: str | os.PathLike[str]) -> str:
     """When an archive was finished and of how many runs, in words; "" for a file that is none."""
     try:
         about = read_about(out)[1]
@@ -55,7 +55,7 @@ def _made(out: str | PathLike[str]) -> str:
     return (f", finished on {finished} UTC" if finished else "") + runs
 
 
-def refuse_folder(out: str | PathLike[str]) -> None:
+def refuse_folder(out: str | os.PathLike[str]) -> None:
     """Refuse a target that is a folder, which no archive can replace.
 
     Parameters
@@ -76,11 +76,11 @@ def refuse_folder(out: str | PathLike[str]) -> None:
     ...
     apesim.archive.untrusted.ArchiveError: .: is a folder; give the name of a file, e.g. sweep.h5
     """
-    if Path(out).is_dir():
+    if os.path.isdir(out):
         raise ArchiveError(out, "is a folder", "give the name of a file, e.g. sweep.h5")
 
 
-def make_folder(folder: str | PathLike[str], overwrite: bool) -> None:
+def make_folder(folder: str | os.PathLike[str], overwrite: bool) -> None:
     """Make a folder for results.
 
     Parameters
@@ -106,13 +106,14 @@ def make_folder(folder: str | PathLike[str], overwrite: bool) -> None:
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        is_empty = not any(folder.iterdir())
     except OSError as error:
         raise ArchiveError(folder, f"cannot be made: {error.strerror}", "choose another folder") from None
-    if any(folder.iterdir()) and not overwrite:
+    if not is_empty and not overwrite:
         raise ArchiveError(folder, "is not empty", "choose another --out, or give --overwrite")
 
 
-def publish(archive: Archive, out: str | PathLike[str], overwrite: bool = False) -> None:
+def publish(archive: Archive, out: str | os.PathLike[str], overwrite: bool = False) -> None:
     """Write an archive that was computed in one go.
 
     Parameters
@@ -226,7 +227,7 @@ def digest_line(digest: str | None) -> str:
     return f"SHA-256 of its content: {digest or 'none, format version 1 has no digests'}"
 
 
-def write_traces(path: str | PathLike[str], header: Iterable[str], rows: np.ndarray) -> None:
+def write_traces(path: str | os.PathLike[str], header: Iterable[str], rows: np.ndarray) -> None:
     """Write traces as CSV, floats without loss; the file is complete or absent.
 
     Parameters
@@ -281,7 +282,7 @@ def format_csv(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
     return text.getvalue()
 
 
-def write_file(path: str | PathLike[str], content: str | bytes) -> None:
+def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
     """Write a file, complete or not at all; an older one of that name is replaced.
 
     Parameters

@@ -132,7 +132,7 @@ def lock(path: str | os.PathLike[str]) -> Iterator[None]:
     True
     """
     lock_file = Path(f"{os.fspath(path)}.lock")
-    if not lock_file.parent.is_dir():
+    if not os.path.isdir(lock_file.parent):
         raise ArchiveError(path, "its folder does not exist", "make it or choose another one")
     guard = filelock.FileLock(lock_file, blocking=False)
     try:
@@ -294,7 +294,7 @@ def remove_shards(folder: str | os.PathLike[str]) -> None:
     False
     """
     folder = Path(folder)
-    if folder.is_symlink() or not folder.is_dir():
+    if os.path.islink(folder) or not os.path.isdir(folder):
         return
     for pattern in ("runs_*.h5", ".runs_*.h5.*.tmp"):
         for path in sorted(folder.glob(pattern)):

@@ -251,7 +251,11 @@ def opened(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Iterator[h5
     ['about', 'run', 'speed', 'torque']
     """
     path = Path(path)
-    if not path.is_file():
+    try:
+        is_file = path.is_file()
+    except OSError as error:  # a name that is too long, a folder that may not be entered
+        raise ArchiveError(path, f"cannot be read: {error.strerror}", "check the name") from None
+    if not is_file:
         raise ArchiveError(path, "there is no such file", "check the name")
     with damage_named(path, ""), _file(path) as file:
         if "format" not in file.attrs or _text(file, "format") != FORMAT:

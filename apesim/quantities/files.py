@@ -78,7 +78,7 @@ def path_below(folder: str | PathLike[str], name: str) -> Path:
         raise InvalidValue(
             f"{quoted(name)} leads out of the folder", "put the file into the folder, and give its path there"
         )
-    if path.is_dir():
+    if os.path.isdir(path):
         raise InvalidValue(f"{quoted(name)} is a folder", "give the path of a file")
     return path
 
@@ -161,6 +161,37 @@ def open_regular(path: str, flags: int) -> int:
     return descriptor
 
 
+def require_file(path: Path, right: str = "") -> None:
+    """Refuse what is no regular file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File that is to be read.
+    right : str
+        Remedy where there is none.
+
+    Raises
+    ------
+    InvalidValue
+        There is no such file, it is a folder, a pipe or a device, or the system does not tell.
+
+    Examples
+    --------
+    >>> require_file(Path("no such file"))
+    Traceback (most recent call last):
+        ...
+    apesim.quantities.input_errors.InvalidValue: ("there is no file 'no such file'", '')
+    """
+    name = quoted(str(path))
+    try:
+        is_file = path.is_file()
+    except OSError as error:  # a name that is too long, a folder that may not be entered
+        raise InvalidValue(f"{name} cannot be read: {error.strerror}", right) from None
+    if not is_file:
+        raise InvalidValue(f"there is no file {name}", right)
+
+
 def csv_columns(path: Path) -> dict[tuple[str, str | None], tuple[str, ...]]:
     r"""Return the columns of a CSV.
 
@@ -188,8 +219,7 @@ def csv_columns(path: Path) -> dict[tuple[str, str | None], tuple[str, ...]]:
     ...     csv_columns(path)
     {('time', 'ms'): ('0', '3'), ('opening', '-'): ('0', '1')}
     """
-    if not path.is_file():  # a pipe or a device might never end
-        raise InvalidValue(f"there is no file {quoted(str(path))}")
+    require_file(path)
     lines = text_of(path, "keep fewer rows, of measured data one every 0.1 ms or 0.5 deg").splitlines()
     try:
         headers, *rows = [row for row in csv.reader(lines, strict=True) if row]

@@ -14,7 +14,7 @@ import numpy as np
 from apesim.engine.known_to import KNOWN_TO
 from apesim.engine.machine import Machine, window_fault
 from apesim.quantities import Fault, InputError, InvalidValue, make_fault, quoted
-from apesim.quantities.files import path_below, text_of
+from apesim.quantities.files import path_below, require_file, text_of
 from apesim.quantities.toml_text import parse_toml
 from apesim.studies.measured.columns import TIME, read_columns
 from apesim.studies.measured.dialect import COMMAND, FIRST_ROW, Dialect, find_unknown_keys, merge_tables, read_dialect
@@ -233,10 +233,7 @@ def _run(
     if dialect and isinstance(given.get("data"), str):
         try:
             data = path_below(path.parent, given["data"])
-            if not data.is_file():
-                raise InvalidValue(
-                    f"there is no file {quoted(str(data))}", 'write data = "p040.csv", its path from the folder'
-                )
+            require_file(data, 'write data = "p040.csv", its path from the folder')
             columns, said, lost = _columns(data, sensors, ambient_pressure, dialect, all_faults)
             hints += said
             masked += lost

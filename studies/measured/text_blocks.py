@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from apesim.quantities import InvalidValue, quoted
-from apesim.quantities.files import open_regular
+from apesim.quantities.files import open_regular, require_file
 
 BLOCK_BYTES = 1 << 22
 """Bytes that are read at once: many rows, and little memory beside the numbers."""
@@ -48,13 +48,11 @@ def open_data(path: Path) -> BinaryIO:
         ...
     apesim.quantities.input_errors.InvalidValue: ("there is no file 'no such file'", '')
     """
-    name = quoted(str(path))
+    require_file(path)
     try:
-        if not path.is_file():  # a pipe or a device might never end
-            raise InvalidValue(f"there is no file {name}")
         return open(path, "rb", opener=open_regular)
     except OSError as error:
-        raise InvalidValue(f"{name} cannot be read: {error.strerror}") from None
+        raise InvalidValue(f"{quoted(str(path))} cannot be read: {error.strerror}") from None
 
 
 def guess_encoding(data: bytes, *, is_whole: bool) -> str:

@@ -5,10 +5,10 @@ import hashlib
 import itertools
 import json
 import operator
+import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -63,7 +63,7 @@ def run_sweep(
     machine: Machine,
     speeds: Sequence[float],
     intakes: Sequence[int],
-    out: str | PathLike[str],
+    out: str | os.PathLike[str],
     *,
     timings: Sequence[int] = (FIXED,),
     variation: Variation | None = None,
@@ -195,7 +195,7 @@ def run_sweep(
     return SweepResult(out, archive, faults, time.perf_counter() - start, notes, was_finished=False)
 
 
-def find_finished(out: str | PathLike[str]) -> SweepResult | None:
+def find_finished(out: str | os.PathLike[str]) -> SweepResult | None:
     """Read a sweep that is finished already, whatever was swept; its remaining shards are removed.
 
     Parameters
@@ -223,7 +223,7 @@ def find_finished(out: str | PathLike[str]) -> SweepResult | None:
     (True, None)
     """
     out = Path(out)
-    if not out.is_file():
+    if not os.path.isfile(out):
         return None
     with lock(out):
         start = time.perf_counter()
@@ -295,7 +295,7 @@ def _hash_of(machines: Iterable[Machine]) -> str:
 
 def _own_archive(out: Path, provenance: dict[str, str], overwrite: bool) -> Archive | None:
     """Read the archive that is there, if it is of this sweep and of this share of it."""
-    if not out.exists():
+    if not os.path.exists(out):
         return None
     try:
         archive = read(out)
@@ -314,7 +314,7 @@ def _clear(out: Path, resume: bool, overwrite: Any) -> None:
     folder = shards_folder(out)
     if not overwrite:
         refuse_to_replace(out)
-    if folder.exists() and not resume:
+    if os.path.exists(folder) and not resume:
         if not overwrite:
             raise ArchiveError(
                 folder, "holds the points of an unfinished sweep", "go on with --resume, or give --overwrite"

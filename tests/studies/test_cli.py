@@ -136,6 +136,9 @@ def test_tables_show_a_dash_where_there_is_no_number(apesim):
         (["valve", "run", "--pulse", "50 ms", "--repeat", "30 Hz"], ["--pulse", "period"]),
         (["valve", "run", "--repeat", "30 Hz", "--pulse", "10 ms", "--until", "1 s"], ["--until", "--repeat"]),
         (["archive", "info", "no.h5"], ["no.h5", "no such file"]),
+        (["archive", "info", "a" * 300], ["cannot be read: File name too long"]),
+        (["measured", "check", "a" * 300], ["measured.toml' cannot be read: File name too long"]),
+        (["engine", "sweep", "--out", "a" * 300], ["cannot be locked", "File name too long", "another folder"]),
         (["archive", "diff", "no.h5"], ["command line", "--help"]),
     ],
 )

@@ -94,6 +94,7 @@ def test_no_curves(tmp_path, text, wrong, right):
         ("absent.csv", "there is no file"),
         ("/dev/zero", "there is no file '/dev/zero'"),
         ("nul\0", "there is no file"),
+        ("a" * 300, "cannot be read: File name too long"),
     ],
 )
 def test_no_tables(raw, wrong):

@@ -124,6 +124,11 @@ name = ""
     )
 
 
+def test_a_name_of_a_data_file_that_the_system_cannot_have_is_named(folder):
+    [line] = faults(folder('bench = "valve"\n' + RUN.replace("a.csv", "a" * 300)))
+    assert line.startswith("measured.toml: run 1.data: ") and "cannot be read: File name too long" in line
+
+
 @pytest.mark.parametrize(
     ("text", "line"),
     [
