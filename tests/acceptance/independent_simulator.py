@@ -12,7 +12,7 @@ from apesim.studies.timing import corrected
 from apesim.valve.bench import run_bench
 from apesim.valve.effects import VALVE_EFFECTS
 from tests.machines import AMBIENT, RPM, machine, settled, turned_on
-from tests.truth.simulator.periodic import opening_and_closing, periodic, results
+from tests.truth.simulator.periodic import Periodic, opening_and_closing, periodic, results
 from tests.truth.simulator.reading import engine_of, rig_of
 from tests.truth.simulator.valve import POSITION, PRESSURE_A, TEMPERATURE_B, Bench, simulate
 
@@ -22,6 +22,8 @@ ERROR = 2e-5
 """Relative error of our numbers at the default tolerance and of printed ones; of torques, to that of full pressure."""
 ANGLE_ERROR = 1e-3
 """Error of an angle [deg]."""
+NEAREST = 1e-8
+"""Distance to its periodic state that the simulator is brought to where its usual one leaves numbers in doubt."""
 TARGETS = (-5.0, 70.0)
 """Intended opening and closing of the default machine [deg]."""
 ANGLES = {
@@ -140,10 +142,15 @@ class EngineDeviations(NamedTuple):
 
 def engine_deviations(a_machine: Machine, rpm: float) -> EngineDeviations:
     """Deviations of a machine at a speed [r/min]."""
-    ours = engine_of(a_machine)
-    run = periodic(ours, rpm * RPM)
+    ours, found = engine_of(a_machine), indicators(a_machine, settled(a_machine, rpm))
+    deviations = _deviations(periodic(ours, rpm * RPM), found)
+    return _deviations(periodic(ours, rpm * RPM, near=NEAREST), found) if deviations.beyond() else deviations
+
+
+def _deviations(run: Periodic, found: dict[str, float]) -> EngineDeviations:
+    """Deviations of indicators from those of a run of the simulator."""
     assert run.converged
-    true, found = results(run), indicators(a_machine, settled(a_machine, rpm))
+    ours, true = run.engine, results(run)
     full = (ours.intake_pressure - AMBIENT) * 0.25 * np.pi * ours.bore**2 * ours.stroke / (2.0 * np.pi)
     shares, angles = {}, {}
     for name in ("indicated_torque", "brake_torque"):
