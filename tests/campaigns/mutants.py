@@ -1,7 +1,8 @@
 """Mutants of the physics: one operator, number or condition of a module is another one, and the tests have to notice.
 
 Mutants are those of Cosmic Ray. Nothing is compiled: the examples of the module run first, then the tests that pass as
-plain Python, the quick ones first. A mutant that no test notices survives; its line is kept, to be read.
+plain Python, the quick ones first. A mutant that no test notices survives; its line is kept, to be read. What notices
+one has to pass where nothing is changed, or the trial ends with an error.
 """
 
 import os
@@ -12,6 +13,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -29,6 +31,9 @@ LONGEST = 3600.0
 """That a trial may take [s]: all tests, for a mutant that survives."""
 PHYSICS = ("valve", "engine", "apesim/march", "apesim/air.py", "apesim/restriction.py")
 NUMBERS = "Add", "Sub", "Mul", "Div", "Pow"
+NO_TESTS = 5
+"""Exit code of pytest where none of the files' tests is one of those that pass as plain Python."""
+PYTEST = "-m", "pytest", "-xq", "-m", "plain", "-n", "0", "-p", "no:cacheprovider"
 ORDERS = "Eq", "NotEq", "Lt", "LtE", "Gt", "GtE"
 CHANGES = re.compile(
     rf"ReplaceBinaryOperator_({'|'.join((*NUMBERS, 'Mod', 'FloorDiv'))})_({'|'.join(NUMBERS)})"
@@ -76,12 +81,22 @@ def trial(seed):
     try:
         _, after = apply_mutation(file, get_operator(mutant.operator)(), mutant.occurrence)
         file.write_text(after)
-        caught = any(map(fails, tests_of(mutant.path)))
+        found = next(filter(None, map(find_failure, tests_of(mutant.path))), None)
     finally:
         file.write_text(before)
-    return Outcome(
-        f"{mutant.path}: {'caught' if caught else 'survives'}", False, "" if caught else describe(mutant, after)
-    )
+    if not found:
+        return Outcome(f"{mutant.path}: survives", False, describe(mutant, after))
+    if found.again and not passes_unchanged(found.again):
+        raise RuntimeError(f"{' '.join(found.again)} fails where nothing is changed, too")
+    return Outcome(f"{mutant.path}: {found.word}")
+
+
+class Failure(NamedTuple):
+    """What notices a mutant."""
+
+    word: str
+    again: Sequence[str]
+    """Command that repeats it; none for what takes too long."""
 
 
 def describe(mutant, after):
@@ -132,18 +147,34 @@ def tests_of(path):
     for stems in (own, QUICK - own, LONG - own):
         chosen = [str(file) for file in files if file.stem in stems]
         if chosen:
-            yield *python, "-m", "pytest", "-xq", "-m", "plain", "-n", "0", "-p", "no:cacheprovider", *chosen
+            yield *python, *PYTEST, *chosen
 
 
-def fails(command):
-    """Whether a command of the copy fails, or takes far longer than it should."""
+def find_failure(command):
+    """What fails in a command of the copy, or that it takes far longer than it should; None where it passes."""
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(project())}
     process = subprocess.Popen(
-        command, cwd=project(), env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, process_group=0
+        command,
+        cwd=project(),
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        process_group=0,
     )
     try:
-        return process.wait(0.4 * LONGEST) != 0
+        said, _ = process.communicate(timeout=0.4 * LONGEST)
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        return True
+        process.communicate()
+        return Failure("caught, takes too long", ())
+    if process.returncode in (0, NO_TESTS):
+        return None
+    test = re.search(r"^FAILED (.+?)(?: - .*)?$", said, re.MULTILINE)
+    return Failure("caught", (sys.executable, "-B", *PYTEST, test[1]) if test else command)
+
+
+@cache
+def passes_unchanged(command):
+    """Whether a command of the copy passes while nothing is changed there."""
+    return find_failure(command) is None

@@ -460,15 +460,35 @@ def test_a_mutant_is_caught_by_the_examples_or_its_line_is_kept(monkeypatch):
     monkeypatch.setattr(mutants, "mutants", lambda: [one])
     before = (mutants.project() / path).read_text()
     examples = next(mutants.tests_of(path))
-    assert not mutants.fails(examples)
     monkeypatch.setattr(mutants, "tests_of", lambda path: [examples])
     assert mutants.trial(0) == Outcome(f"{path}: caught")
     monkeypatch.setattr(mutants, "tests_of", lambda path: [(sys.executable, "-c", "pass")])
     left = mutants.trial(0)
     assert left.word == f"{path}: survives"
     assert left.detail.startswith(f"{path}:{one.line}: ReplaceBinaryOperator_Mul_Add: ")
+    monkeypatch.setattr(mutants, "tests_of", lambda path: [(sys.executable, "-c", "raise SystemExit(3)")])
+    with pytest.raises(RuntimeError, match="fails where nothing is changed, too"):
+        mutants.trial(0)
     assert (mutants.project() / path).read_text() == before
     assert mutants.trial(1).word == "none: there are no more mutants"
+
+
+def test_what_notices_a_mutant_is_the_test_that_fails(monkeypatch):
+    copy = mutants.project()
+    file = copy / "tests" / "test_air.py"  # a stem of the tests that pass as plain Python
+    file.write_text(
+        "import pytest\n\n\n@pytest.mark.parametrize('n', [1, 2])\ndef test_it(n):\n    assert n == 1, 'a - b'\n"
+    )
+    pytest_alone = (sys.executable, "-B", *mutants.PYTEST)
+    try:
+        found = mutants.find_failure((*pytest_alone, str(file)))
+        assert found == mutants.Failure("caught", (*pytest_alone, "tests/test_air.py::test_it[2]"))
+        assert not mutants.passes_unchanged(found.again)
+        assert mutants.find_failure((*pytest_alone, "tests/test_air.py::test_it[1]")) is None
+        file.write_text("")
+        assert mutants.find_failure((*pytest_alone, str(file))) is None
+    finally:
+        file.unlink()
 
 
 def test_the_tests_of_a_module_begin_with_those_of_its_name():
