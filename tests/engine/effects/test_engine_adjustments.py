@@ -41,6 +41,7 @@ def test_clearance_grows_by_its_share_and_the_swept_volume_does_not():
     assert bottom - top == pytest.approx(SWEPT, rel=1e-12)
 
 
+@pytest.mark.compiled
 def test_a_larger_clearance_lowers_the_compression():
     """With the intake's opening put off beyond TDC, the compression's end is that of the closed cylinder."""
     late = {"energise": 20.0, "release": 90.0}
@@ -69,6 +70,7 @@ def test_exhaust_timing_moves_the_valve_and_its_corners(angle):
             assert np.abs(in_degrees(cycle) - (corner + by)).min() < 1e-9
 
 
+@pytest.mark.compiled
 def test_a_late_exhaust_holds_the_pressure_longer_and_compresses_less():
     pressure = {}
     for angle in (-8.0, 0.0, 8.0):
@@ -79,6 +81,7 @@ def test_a_late_exhaust_holds_the_pressure_longer_and_compresses_less():
     assert pressure[-8.0][1] > pressure[0.0][1] > pressure[8.0][1]
 
 
+@pytest.mark.compiled
 def test_a_restricted_exhaust_has_less_area_and_holds_the_pressure():
     p, _, _ = cycle_of(having(exhaust_restriction=ExhaustRestriction(0.4)), SPEED)
     assert p.engine.exhaust.effective_area == pytest.approx(300e-6, rel=1e-12)
@@ -90,6 +93,7 @@ def test_a_restricted_exhaust_has_less_area_and_holds_the_pressure():
     assert held["indicated_torque_Nm"] < free["indicated_torque_Nm"]
 
 
+@pytest.mark.compiled
 def test_back_pressure_is_where_the_cylinder_empties_to():
     """Slowly turned, the cylinder stands at the pressure behind the exhaust valve while that is wide open."""
     p, _, _ = cycle_of(having(exhaust_back_pressure=ExhaustBackPressure(20e3)), SPEED)
@@ -103,6 +107,7 @@ def test_back_pressure_is_where_the_cylinder_empties_to():
     assert held["indicated_torque_Nm"] < free["indicated_torque_Nm"]
 
 
+@pytest.mark.compiled
 def test_back_pressure_costs_its_own_mean_effective_pressure():
     """Slowly turned, it stands against the piston in the exhaust stroke; what compression takes, expansion gives."""
     free, held = (
@@ -143,6 +148,7 @@ def test_a_taper_of_ports_is_a_table_of_the_area_at_each_lift():
 
 
 @pytest.mark.parametrize("parameter", ["share", "taper"])
+@pytest.mark.compiled
 def test_a_larger_groove_lets_in_more_air(parameter):
     air = [
         told(having(groove_area_error=GrooveAreaError(**{parameter: value})))[0]["engine_air_kg_per_cycle"]
@@ -154,6 +160,7 @@ def test_a_larger_groove_lets_in_more_air(parameter):
 # --- friction ---
 
 
+@pytest.mark.compiled
 def test_friction_takes_brake_torque_and_nothing_else():
     """20 kPa x 499.36 cm3 / 2 pi = 1.58951 N m."""
     plain, rubbed = (told(having(friction_torque=FrictionTorque(fmep)))[0] for fmep in (0.0, 20e3))

@@ -179,6 +179,7 @@ def predicted(run, names, *parameters):
 
 
 @every
+@pytest.mark.compiled
 def test_an_effect_of_the_measurement_changes_what_is_predicted_and_off_no_bit(effect):
     strengths = effect.strengths or effect.parameters._fields[:1]
     off, changed_channels = effect.parameters(**dict.fromkeys(strengths, -0.0)), set()
