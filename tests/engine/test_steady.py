@@ -260,6 +260,7 @@ def test_work_and_air_of_a_state_that_repeats_after_some_cycles_are_their_mean(r
     found = indicators(a_machine, run)
     assert found["period_cycles"] == period
     assert max(found["mass_closure"], found["energy_closure"]) < 1e-11
+    assert found["exergy_closure"] < 1e-7
 
 
 def test_the_trace_may_begin_anywhere_in_the_cycle():
