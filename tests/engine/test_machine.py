@@ -1,12 +1,16 @@
 """A machine is read, changed and shown from Python, and refused in the words of a machine file."""
 
+import csv
 import math
 
 import numpy as np
 import pytest
 
 from apesim.engine.machine import Machine
-from apesim.quantities import InputError
+from apesim.quantities import InputError, Quantity
+from apesim.quantities.declarations import Choice
+from apesim.quantities.trees import schema
+from tests.folders import SAMPLES
 
 BAD = {
     "engine.bor": "90 mm",
@@ -106,3 +110,17 @@ def test_a_short_text_names_what_differs_from_the_default_machine():
     lines = repr(many).splitlines()
     assert len(lines) < 12 and "valve.solenoid.opening_curve = a curve of 99 points" in repr(many)
     assert lines[-1] == "  and 3 keys more, see to_toml()"
+
+
+def test_keys_keep_the_defaults_and_ranges_that_files_and_archives_rely_on():
+    """A narrower range refuses machines of archives; another default changes what files leave out."""
+    with open(SAMPLES / "machine_keys.csv", newline="") as file:
+        kept = {key: rest for key, *rest in csv.reader(file)}
+    found = {}
+    for leaf in schema(Machine):
+        said = leaf.declaration
+        if isinstance(said, Quantity):
+            found[leaf.key] = [f"{leaf.default}", f"{said.low} to {said.high}", said.unit]
+        elif isinstance(said, Choice):
+            found[leaf.key] = [f"{leaf.default}", " or ".join(said.options), ""]
+    assert found == kept
