@@ -4,6 +4,7 @@ from functools import cache
 from math import inf, log
 
 import cantera
+import numba
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,13 +12,17 @@ from hypothesis import strategies as st
 
 from apesim.air import CANTERA, Air, GasContent, GasState, enthalpy, gas_of
 from apesim.engine.angles import DEGREE
-from apesim.engine.cycle.rates import TRACE
+from apesim.engine.cycle.operating_point import charged_at_rest, cycle_of
+from apesim.engine.cycle.rates import TRACE, cycle_rates, start_cycle_segment
+from apesim.engine.cycle.state import SIZE, STATES, cylinder_state, engine_ledger
 from apesim.engine.effects import ALL_EFFECTS
-from apesim.engine.exergy import LEAVES, TERMS, exergy_closure, exergy_ledger
+from apesim.engine.exergy import ENTERS, LEAVES, RATES, TERMS, exergy_closure, exergy_ledger, stored_exergy
 from apesim.engine.indicators import indicators
 from apesim.engine.steady import run_steady
 from apesim.exergy import Stream, exergy_brought, exergy_stored, flow_exergy, mixing_loss, throttling_loss
+from apesim.valve.actuator import PHASE
 from apesim.valve.chamber import chamber_state, filled
+from apesim.valve.piston import TO_OPEN
 from tests.machines import AMBIENT, RPM, changed, machine, settled, turned_on
 
 R, CP = 287.05, 3.5 * 287.05
@@ -140,6 +145,34 @@ def test_the_ledger_closes(case):
     if case != "forces and bounce":  # the force of the intake's air works on the piston without being paid for
         assert {name for name in LEAVES if terms[name] < -CLOSURE * enters} == set()
     assert abs(terms["stored"]) < CLOSURE * enters
+
+
+@pytest.mark.skipif(not numba.config.DISABLE_JIT, reason="compiles as long as the marches of all cases")
+@pytest.mark.parametrize("case", CASES)
+def test_what_enters_leaves_is_stored_or_becomes_work_at_every_moment(case):
+    """In states at random, with the valve on its way; what is stored by central differences.
+
+    The piston also works on the ambient, which gives all of it back within a cycle.
+    """
+    a_machine, rpm = CASES[case]
+    p, tables, breakpoints = cycle_of(a_machine, rpm * RPM)
+    rng, h = np.random.default_rng(3), 2e-8
+    for _ in range(8):
+        y, mode = charged_at_rest(p)
+        y[2:STATES] *= rng.uniform(0.7, 1.4, STATES - 2)
+        y[0], y[1] = rng.uniform(0.1, 0.9) * a_machine.valve.stroke, rng.uniform(-1.0, 1.0)
+        mode[PHASE] = TO_OPEN
+        t = rng.uniform(0.0, 0.99 * breakpoints[-1])
+        start_cycle_segment(p, tables, t, t + 1e-4, y, mode)
+        dy = np.empty(SIZE + RATES)
+        assert cycle_rates(p, t, np.append(y, np.zeros(RATES)), mode, dy)
+        earlier, later = (stored_exergy(p, t + step, y + step * dy[:SIZE]) for step in (-h, h))
+        enters = [dy[SIZE + number] for number, _ in ENTERS.values()]
+        leaves = [dy[SIZE + number] for number, _ in LEAVES.values()]
+        on_ambient = a_machine.ambient.pressure * cylinder_state(p, t, y)[1] * p.speed
+        stored, work = (later - earlier) / (2.0 * h), engine_ledger(dy).work - on_ambient
+        turnover = sum(map(abs, (*enters, *leaves, stored, work)))
+        assert abs(sum(enters) - sum(leaves) - stored - work) < 1e-7 * turnover
 
 
 @pytest.mark.compiled
