@@ -175,6 +175,15 @@ def test_what_enters_leaves_is_stored_or_becomes_work_at_every_moment(case):
         assert abs(sum(enters) - sum(leaves) - stored - work) < 1e-7 * turnover
 
 
+@pytest.mark.parametrize(("intake", "stores"), [("epv", True), ("cam", False), ("ideal", False)])
+def test_only_an_engine_with_our_valve_stores_exergy_in_it(intake, stores):
+    p, _, _ = cycle_of(machine(intake=intake), 1000.0 * RPM)
+    y, _ = charged_at_rest(p)
+    moving = y.copy()
+    moving[1] = 1.0
+    assert (stored_exergy(p, 0.0, moving) - stored_exergy(p, 0.0, y) > 0.05) == stores
+
+
 @pytest.mark.compiled
 def test_the_ledger_closes_over_a_cycle_that_is_not_periodic_and_better_at_a_smaller_tolerance():
     closures = []
