@@ -210,6 +210,8 @@ def stiffness(h: float, y: np.ndarray, trial: np.ndarray, k: np.ndarray, scale: 
     >>> _ = slopes(p, 0.0, y, mode, k[0]), stages(p, 0.0, 0.1, y, mode, 1, k, trial)
     >>> round(float(stiffness(0.1, y, trial, k, np.ones(1))), 6)
     0.2
+    >>> print(stiffness(0.1, y, trial, np.zeros((7, 1)), np.ones(1)))
+    0.0
     """
     slopes_apart = states_apart = 0.0
     for i in range(scale.shape[0]):
