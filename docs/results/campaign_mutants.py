@@ -6,12 +6,14 @@ from tests.campaigns import mutants
 
 OPTIONAL = True
 RECORD = True
-ROUND = 100
+ROUND = 50
+START = 62
+"""Those before found gaps in the tests, which are closed."""
 
 
 def compute():
     """The record, with a further round: survivors are listed, and the share of those that were caught is told."""
-    record = add_round(mutants, ROUND, lambda outcome: outcome.word.endswith(": survives"))
+    record = add_round(mutants, ROUND, lambda outcome: outcome.word.endswith(": survives"), start=START)
     survivors = len(record["listed"].rows)
     caught = record["trials"].value - survivors
     return record | {"survivors": Number(survivors), "caught": as_percentage(caught / record["trials"].value)}
