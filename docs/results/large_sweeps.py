@@ -40,6 +40,7 @@ ROUNDS = 3
 def compute():
     """Times and memory by the number of points, a figure of them, overhead, and gain by a second core."""
     folder = find_kept("large_sweeps", hash_files("apesim", "valve", "engine", "studies"))
+    run_points(_points_beside()[1][:1])  # compiled before anything is measured
     found = [_measured(number, folder) for number in PRESSURES]
     points, seconds, first, workers, _ = np.array(found, float).T
     _draw(points, seconds, first, workers)
@@ -124,16 +125,20 @@ def _largest_child(pid):
     return largest
 
 
+def _points_beside():
+    """Speeds [rad/s] and points of the sweeps that are held against their computing alone."""
+    speeds = list(np.linspace(1000.0, 2400.0, BESIDE) * RPM)
+    return speeds, plan(Variation((), (Machine(),)), speeds, [IDEAL_VALVE]).points
+
+
 def _least_times():
     """Least times of several rounds of computing some points alone, and of sweeping them [s]."""
-    speeds = list(np.linspace(1000.0, 2400.0, BESIDE) * RPM)
-    points = plan(Variation((), (Machine(),)), speeds, [IDEAL_VALVE]).points
+    speeds, points = _points_beside()
     times = {}
 
     def note(what, seconds):
         times[what] = min(times.get(what, np.inf), seconds)
 
-    run_points(points[:1])
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(ROUNDS):
             start = time.perf_counter()
