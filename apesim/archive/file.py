@@ -245,10 +245,11 @@ def remove_temporaries(path: Path) -> None:
 
 
 def _image(archive: Archive) -> memoryview:
-    # In memory, because HDF5 writing to a full disk ends in a segmentation fault.
+    # In memory, because HDF5 writing to a full disk ends in a segmentation fault; and without the caches of the
+    # datasets, which would hold all of it once more until the file is closed.
     content = io.BytesIO()
     datasets, digests = {}, {}
-    with h5py.File(content, "w", libver=("v110", "v110"), track_order=True) as file:
+    with h5py.File(content, "w", libver=("v110", "v110"), track_order=True, rdcc_nbytes=0) as file:
         about: dict[str, Attribute] = {"format": FORMAT, "format_version": FORMAT_VERSION}
         about |= global_attributes(archive.provenance)
         # A group of its own, so that readers of netCDF-4 see only variables with named axes.

@@ -245,6 +245,7 @@ def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
     [0, 1]
     """
     shards = Shards([], [], [])
+    texts: dict[str, str] = {}
     for path in sorted(Path(folder).glob("runs_*.h5")):
         try:
             part = read(path)
@@ -259,9 +260,30 @@ def read_shards(folder: str | os.PathLike[str], plan_hash: str) -> Shards:
                 "is part of another sweep: machine, settings or program differ",
                 "resume with the settings it was started with, or remove the folder",
             )
-        shards.parts.append(part)
+        shards.parts.append(_with_shared_texts(part, texts))
     shards.done.extend(sorted({int(run) for part in shards.parts for run in part.runs}))
     return shards
+
+
+def _with_shared_texts(part: Archive, texts: dict[str, str]) -> Archive:
+    """Use texts that were read before, in place of equal ones: those of hundreds of shards take as much as numbers."""
+
+    def shared(text: str) -> str:
+        return texts.setdefault(text, text)
+
+    return Archive(
+        shared(part.machine),
+        {shared(key): shared(value) for key, value in part.provenance.items()},
+        {
+            shared(name): replace(
+                variable,
+                unit=shared(variable.unit),
+                description=shared(variable.description),
+                meanings=shared(variable.meanings),
+            )
+            for name, variable in part.variables.items()
+        },
+    )
 
 
 def remove_shards(folder: str | os.PathLike[str]) -> None:

@@ -109,10 +109,12 @@ def plan(
     actuations = actuations_of(intakes, timings)
     trace_start = variation.machines[0].command.energise
     points: list[Point] = []
-    for name, (number, machine), speed in product(actuations, enumerate(variation.machines), speeds):
+    for name, (number, machine) in product(actuations, enumerate(variation.machines)):
         intake, timing = ACTUATIONS[name]
         machine = machine._replace(engine=machine.engine._replace(intake=intake))
-        points.append(Point(len(points), machine, speed, timing, number, trace_start))
+        points += [
+            Point(len(points) + at, machine, speed, timing, number, trace_start) for at, speed in enumerate(speeds)
+        ]
     axes = {"actuation": actuations}
     axes |= {axis.name: list(axis.texts) for axis in variation.axes}
     axes["speed_rpm"] = [f"{rpm(speed):.12g} r/min" for speed in speeds]

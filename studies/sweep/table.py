@@ -10,6 +10,8 @@ from apesim.studies.sweep.plan import in_one_unit
 from apesim.studies.sweep.results import has_incomplete_stroke
 from apesim.studies.tables import INCOMPLETE_MARK, number, table_of
 
+MOST_ROWS = 500
+"""Rows that are shown; of a sweep of 100 000 points the table alone took longer, and more memory, than the rest."""
 COLUMNS = {"brake_torque_Nm": ("N m", ".2f"), "specific_air_kg_per_kWh": ("kg/kWh", ".1f")}
 
 
@@ -18,7 +20,7 @@ def sweep_table(archive: Archive) -> Table:
 
     Each row is a combination of the varied keys and the speed. Its columns are, for every actuation, the brake torque
     [N m] and the consumption of all air over brake work [kg/kWh]. Runs whose valve does not open fully and close fully
-    are marked.
+    are marked. Only the first `MOST_ROWS` are shown, and how many there are.
 
     Parameters
     ----------
@@ -28,7 +30,7 @@ def sweep_table(archive: Archive) -> Table:
     Returns
     -------
     rich.table.Table
-        Table with a row for each combination.
+        Table with a row for each combination, or for the first `MOST_ROWS` of them.
 
     Examples
     --------
@@ -60,7 +62,8 @@ def sweep_table(archive: Archive) -> Table:
 
     heads, columns = zip(*(head_and_cells(name, texts) for name, texts in axes), strict=True)
     rows = []
-    for where in sorted({tuple(where) for _, *where in points}):
+    combinations = sorted({tuple(where) for _, *where in points})
+    for where in combinations[:MOST_ROWS]:
         row = [columns[axis][at] for axis, at in enumerate(where)]
         row += [cell(column, (at, *where), form) for column, (_, form) in COLUMNS.items() for at in shown]
         rows.append(row)
@@ -69,6 +72,8 @@ def sweep_table(archive: Archive) -> Table:
     title = "Brake torque, and all air over brake work"
     if incomplete.any():
         title += f" ({INCOMPLETE_MARK} incomplete stroke of the valve)"
+    if len(rows) < len(combinations):
+        title += f"; {len(rows)} of {len(combinations)} rows, all of which are in the archive"
     return table_of(title, header, rows, left=range(len(axes) - 1))
 
 
