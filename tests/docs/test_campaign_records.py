@@ -76,22 +76,23 @@ def test_a_trial_that_was_ended_is_counted_without_what_it_tried(monkeypatch):
     assert record["broken"] == Number(3)
 
 
-def test_rounds_begin_behind_the_seeds_that_faults_were_found_by(monkeypatch):
+@pytest.fixture
+def campaign(monkeypatch):
+    """One in which nothing is broken."""
     monkeypatch.setattr(
         _campaign, "run_campaign", lambda name, seeds, out, jobs: {s: Outcome("bits: seen") for s in seeds}
     )
-    campaign = SimpleNamespace(__name__="tests.campaigns.bits")
+    return SimpleNamespace(__name__="tests.campaigns.bits")
+
+
+def test_rounds_begin_behind_the_seeds_that_faults_were_found_by(campaign):
     keep(add_round(campaign, 100, start=3000), "campaign_bits")
     record = add_round(campaign, 200, start=3000)
     assert [row[0] for row in record["rounds"].rows] == ["3000 to 3299"]
     assert (record["trials"], record["bound"].text) == (Number(300), "1.00\u202f%")
 
 
-def test_a_record_that_begins_with_another_seed_is_begun_anew(monkeypatch):
-    monkeypatch.setattr(
-        _campaign, "run_campaign", lambda name, seeds, out, jobs: {s: Outcome("bits: seen") for s in seeds}
-    )
-    campaign = SimpleNamespace(__name__="tests.campaigns.bits")
+def test_a_record_that_begins_with_another_seed_is_begun_anew(campaign):
     keep(add_round(campaign, 100, start=3000), "campaign_bits")
     record = add_round(campaign, 300, start=4000)
     assert [row[0] for row in record["rounds"].rows] == ["4000 to 4299"]
