@@ -8,7 +8,7 @@ OPTIONAL = True
 RECORD = True
 ROUND = 50
 START = 62
-"""Those before found gaps in the tests, which are closed."""
+"""Seed of the first mutant: those before found gaps in the tests, which are closed."""
 
 
 def compute():

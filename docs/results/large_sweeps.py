@@ -40,11 +40,13 @@ ROUNDS = 3
 def compute():
     """Times and memory by the number of points, a figure of them, overhead, and gain by a second core."""
     folder = find_kept("large_sweeps", hash_files("apesim", "valve", "engine", "studies"))
-    run_points(_points_beside()[1][:1])  # compiled before anything is measured
+    speeds = list(np.linspace(1000.0, 2400.0, BESIDE) * RPM)
+    beside = plan(Variation((), (Machine(),)), speeds, [IDEAL_VALVE]).points
+    run_points(beside[:1])  # compiled before anything is measured
     found = [_measured(number, folder) for number in PRESSURES]
     points, seconds, first, workers, _ = np.array(found, float).T
     _draw(points, seconds, first, workers)
-    least = _least_times()
+    least = _least_times(speeds, beside)
     rows = [
         [Number(int(n)), f"{s:.0f} s", f"{1e3 * s / n:.1f} ms", f"{f:.0f} MB", f"{w:.0f} MB", f"{b:.1f} MB"]
         for n, s, f, w, b in found
@@ -125,15 +127,8 @@ def _largest_child(pid):
     return largest
 
 
-def _points_beside():
-    """Speeds [rad/s] and points of the sweeps that are held against their computing alone."""
-    speeds = list(np.linspace(1000.0, 2400.0, BESIDE) * RPM)
-    return speeds, plan(Variation((), (Machine(),)), speeds, [IDEAL_VALVE]).points
-
-
-def _least_times():
-    """Least times of several rounds of computing some points alone, and of sweeping them [s]."""
-    speeds, points = _points_beside()
+def _least_times(speeds, points):
+    """Least times of several rounds of computing points alone, and of sweeping their speeds [s]."""
     times = {}
 
     def note(what, seconds):

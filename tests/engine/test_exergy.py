@@ -176,7 +176,7 @@ def test_what_enters_leaves_is_stored_or_becomes_work_at_every_moment(case):
 
 
 @pytest.mark.parametrize(("intake", "stores"), [("epv", True), ("cam", False), ("ideal", False)])
-def test_only_an_engine_with_our_valve_stores_exergy_in_it(intake, stores):
+def test_only_an_engine_with_an_electro_pneumatic_valve_stores_exergy_in_one(intake, stores):
     p, _, _ = cycle_of(machine(intake=intake), 1000.0 * RPM)
     y, _ = charged_at_rest(p)
     moving = y.copy()
