@@ -24,7 +24,7 @@ WITH_COMPILER = 2_000_000_000
 """Memory of a process whose trials may compile: 1.2 GB are what the compiler leaves behind [bytes]."""
 RETIRED = 500
 """Trials after which a process is replaced: what one leaves behind does not pile up for ever."""
-HANGS, DIES, EATS = "hangs", "process ends", "memory"
+HANGS, DIES, EATS, RAISES = "hangs", "process ends", "memory", "raises"
 """Outcomes that a trial cannot tell of itself."""
 
 
@@ -187,7 +187,10 @@ def serve(name, pipe):
         except EOFError:
             return
         forget_most_memory()
-        outcome = module.trial(seed)
+        try:
+            outcome = module.trial(seed)
+        except Exception as error:
+            outcome = Outcome(RAISES, True, f"{type(error).__name__}: {error}")
         most = find_most_memory()
         if most > memory and not outcome.is_broken:
             outcome = Outcome(EATS, True, f"{most / 1e6:.0f} MB: {outcome.detail}")

@@ -6,16 +6,18 @@ import time
 
 from .campaign import Outcome
 
-HANGING, KILLED, ENDING = 1, 2, 3
+HANGING, KILLED, ENDING, RAISING = 1, 2, 3, 4
 """Seeds."""
 
 
 def trial(seed):
-    """Hang, be killed, end the process; all other seeds do well."""
+    """Hang, be killed, end the process, raise an error; all other seeds do well."""
     if seed == HANGING:
         time.sleep(600.0)
     if seed == KILLED:
         os.kill(os.getpid(), signal.SIGKILL)
     if seed == ENDING:
         os._exit(7)
+    if seed == RAISING:
+        raise ValueError("no trial")
     return Outcome("well")

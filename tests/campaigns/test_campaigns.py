@@ -23,29 +23,42 @@ from tests.acceptance import independent_simulator
 from tests.acceptance.independent_simulator import random_machine
 from tests.archive_samples import sample
 from tests.campaigns import agreement, archives, cluster, failures, inputs, kills, machines, mutants, probes
-from tests.campaigns.campaign import DIES, HANGS, Outcome, find_most_memory, forget_most_memory, run_campaign, summarise
+from tests.campaigns.campaign import (
+    DIES,
+    HANGS,
+    RAISES,
+    Outcome,
+    find_most_memory,
+    forget_most_memory,
+    run_campaign,
+    summarise,
+)
 from tests.campaigns.draws import CURVES, draw_machine
 from tests.campaigns.mutants import Mutant
 from tests.campaigns.mutations import VALUES, draw, spoil_bytes, spoil_toml
-from tests.campaigns.probes import ENDING, KILLED
+from tests.campaigns.probes import ENDING, KILLED, RAISING
 
 TRIALS = 24
 """Trials of a short form."""
 
 
 def test_what_a_trial_does_to_its_process_is_told(tmp_path):
-    found = run_campaign(probes.__name__, range(6), tmp_path, longest=2.0)
-    assert [found[seed].word for seed in range(6)] == ["well", HANGS, DIES, DIES, "well", "well"]
-    assert [found[seed].detail for seed in (KILLED, ENDING)] == ["signal SIGKILL", "exit code 7"]
+    found = run_campaign(probes.__name__, range(7), tmp_path, longest=2.0)
+    assert [found[seed].word for seed in range(7)] == ["well", HANGS, DIES, DIES, RAISES, "well", "well"]
+    assert [found[seed].detail for seed in (KILLED, ENDING, RAISING)] == [
+        "signal SIGKILL",
+        "exit code 7",
+        "ValueError: no trial",
+    ]
     assert summarise(found)[0] == (DIES, 2, [KILLED, ENDING], True)
 
 
 def test_a_campaign_goes_on_where_it_was_interrupted(tmp_path):
-    run_campaign(probes.__name__, (0, 4), tmp_path)
+    run_campaign(probes.__name__, (0, 5), tmp_path)
     path = tmp_path / "probes.jsonl"
-    path.write_text(path.read_text().replace("well", "as it was") + "[5, ")  # cut off as it was written
-    found = run_campaign(probes.__name__, (0, 4, 5), tmp_path)
-    assert [found[seed].word for seed in (0, 4, 5)] == ["as it was", "as it was", "well"]
+    path.write_text(path.read_text().replace("well", "as it was") + "[6, ")  # cut off as it was written
+    found = run_campaign(probes.__name__, (0, 5, 6), tmp_path)
+    assert [found[seed].word for seed in (0, 5, 6)] == ["as it was", "as it was", "well"]
 
 
 @pytest.mark.skipif(not find_most_memory(), reason="memory is counted on Linux alone")
