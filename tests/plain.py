@@ -5,7 +5,7 @@ QUICK = {
     *("test_piston", "test_ledger", "test_motion", "test_measures", "test_tabulated_effects", "test_kinematics"),
     *("test_breathing", "test_friction", "test_operating_point", "test_rosenbrock", "test_restriction", "test_rig"),
     *("test_machine", "test_ideal_work", "test_theory", "test_exchange", "test_outside_machine", "test_exergy"),
-    *("test_ports", "test_known_to", "test_engine_adjustments", "test_sensor_effects"),
+    *("test_ports", "test_known_to", "test_engine_adjustments", "test_sensor_effects", "test_machine_file"),
 }
 """Stems of files that take seconds without compiling; of the effects, the tables."""
 LONG = {

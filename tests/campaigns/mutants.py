@@ -1,8 +1,9 @@
 """Mutants of the physics: one operator, number or condition of a module is another one, and the tests have to notice.
 
-Mutants are those of Cosmic Ray. Nothing is compiled: the examples of the module run first, then the tests that pass as
-plain Python, the quick ones first. A mutant that no test notices survives; its line is kept, to be read. What notices
-one has to pass where nothing is changed, or the trial ends with an error.
+Mutants are those of Cosmic Ray. The examples of the module run first, then the tests that pass as plain Python, the
+quick ones first, uncompiled; last, what the tests of the module's name ask compiled. A mutant that no test notices
+survives; its line is kept, to be read. What notices one has to pass where nothing is changed, or the trial ends with an
+error.
 """
 
 import os
@@ -13,7 +14,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -28,12 +28,15 @@ from tests.plain import LONG, QUICK
 from .campaign import Outcome
 
 LONGEST = 3600.0
-"""That a trial may take [s]: all tests, for a mutant that survives."""
+"""That a trial may take [s]: all these tests, for a mutant that survives."""
 PHYSICS = ("valve", "engine", "apesim/march", "apesim/air.py", "apesim/restriction.py")
 NUMBERS = "Add", "Sub", "Mul", "Div", "Pow"
 NO_TESTS = 5
-"""Exit code of pytest where none of the files' tests is one of those that pass as plain Python."""
-PYTEST = "-m", "pytest", "-xq", "-m", "plain", "-n", "0", "-p", "no:cacheprovider"
+"""Exit code of pytest where none of the files' tests is chosen."""
+PYTHON = sys.executable, "-B"
+PYTEST = *PYTHON, "-m", "pytest", "-xq", "-n", "0", "-p", "no:cacheprovider", "-m"
+PLAIN = "plain"
+COMPILED = "not plain and not slow"
 ORDERS = "Eq", "NotEq", "Lt", "LtE", "Gt", "GtE"
 CHANGES = re.compile(
     rf"ReplaceBinaryOperator_({'|'.join((*NUMBERS, 'Mod', 'FloorDiv'))})_({'|'.join(NUMBERS)})"
@@ -87,16 +90,23 @@ def trial(seed):
     if not found:
         return Outcome(f"{mutant.path}: survives", False, describe(mutant, after))
     if found.again and not passes_unchanged(found.again):
-        raise RuntimeError(f"{' '.join(found.again)} fails where nothing is changed, too")
+        raise RuntimeError(f"{' '.join(found.again.words)} fails where nothing is changed, too")
     return Outcome(f"{mutant.path}: {found.word}")
+
+
+class Command(NamedTuple):
+    """What may notice a mutant."""
+
+    words: tuple[str, ...]
+    is_compiled: bool = False
 
 
 class Failure(NamedTuple):
     """What notices a mutant."""
 
     word: str
-    again: Sequence[str]
-    """Command that repeats it; none for what takes too long."""
+    again: Command | None = None
+    """Command that repeats it; None for what takes too long."""
 
 
 def describe(mutant, after):
@@ -138,23 +148,24 @@ def project():
 
 
 def tests_of(path):
-    """Commands that test a module: its examples, the tests of its name, quick ones, long ones."""
+    """Commands that test a module: its examples, the tests of its name, quick ones, long ones, its compiled ones."""
     name = ".".join(Path("" if path.startswith("apesim") else "apesim", path).with_suffix("").parts)
-    python = sys.executable, "-B"
-    yield *python, "-c", EXAMPLES, name
+    yield Command((*PYTHON, "-c", EXAMPLES, name))
     files = sorted((project() / "tests").rglob("test_*.py"))
-    own = {f"test_{Path(path).stem}", f"test_{Path(path).parent.name}"} & (QUICK | LONG)
-    for stems in (own, QUICK - own, LONG - own):
+    own = {f"test_{Path(path).stem}", f"test_{Path(path).parent.name}"}
+    plain = own & (QUICK | LONG), QUICK - own, LONG - own
+    for stems, marks in (*((stems, PLAIN) for stems in plain), (own, COMPILED)):
         chosen = [str(file) for file in files if file.stem in stems]
         if chosen:
-            yield *python, *PYTEST, *chosen
+            yield Command((*PYTEST, marks, *chosen), marks == COMPILED)
 
 
 def find_failure(command):
     """What fails in a command of the copy, or that it takes far longer than it should; None where it passes."""
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(project())}
+    places = {"PYTHONPATH": str(project()), "APESIM_CACHE_DIR": str(project() / "cache")}
+    environment = os.environ | places | {"NUMBA_DISABLE_JIT": f"{int(not command.is_compiled)}"}
     process = subprocess.Popen(
-        command,
+        command.words,
         cwd=project(),
         env=environment,
         stdout=subprocess.PIPE,
@@ -167,11 +178,14 @@ def find_failure(command):
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
-        return Failure("caught, takes too long", ())
+        return Failure("caught, takes too long")
     if process.returncode in (0, NO_TESTS):
         return None
-    test = re.search(r"^FAILED (.+?)(?: - .*)?$", said, re.MULTILINE)
-    return Failure("caught", (sys.executable, "-B", *PYTEST, test[1]) if test else command)
+    word = "caught compiled" if command.is_compiled else "caught"
+    if test := re.search(r"^FAILED (.+?)(?: - .*)?$", said, re.MULTILINE):
+        marks = COMPILED if command.is_compiled else PLAIN
+        return Failure(word, Command((*PYTEST, marks, test[1]), command.is_compiled))
+    return Failure(word, command)
 
 
 @cache

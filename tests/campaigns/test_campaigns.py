@@ -34,7 +34,7 @@ from tests.campaigns.campaign import (
     summarise,
 )
 from tests.campaigns.draws import CURVES, draw_machine
-from tests.campaigns.mutants import Mutant
+from tests.campaigns.mutants import COMPILED, PLAIN, PYTEST, Command, Mutant
 from tests.campaigns.mutations import VALUES, draw, spoil_bytes, spoil_toml
 from tests.campaigns.probes import ENDING, KILLED, RAISING
 
@@ -473,38 +473,54 @@ def test_a_mutant_is_caught_by_the_examples_or_its_line_is_kept(monkeypatch):
     monkeypatch.setattr(mutants, "mutants", lambda: [one])
     before = (mutants.project() / path).read_text()
     examples = next(mutants.tests_of(path))
+    passing, failing = (Command((sys.executable, "-c", words)) for words in ("pass", "raise SystemExit(3)"))
     monkeypatch.setattr(mutants, "tests_of", lambda path: [examples])
     assert mutants.trial(0) == Outcome(f"{path}: caught")
-    monkeypatch.setattr(mutants, "tests_of", lambda path: [(sys.executable, "-c", "pass")])
+    monkeypatch.setattr(mutants, "tests_of", lambda path: [passing])
     left = mutants.trial(0)
     assert left.word == f"{path}: survives"
     assert left.detail.startswith(f"{path}:{one.line}: ReplaceBinaryOperator_Mul_Add: ")
-    monkeypatch.setattr(mutants, "tests_of", lambda path: [(sys.executable, "-c", "raise SystemExit(3)")])
+    monkeypatch.setattr(mutants, "tests_of", lambda path: [failing])
     with pytest.raises(RuntimeError, match="fails where nothing is changed, too"):
         mutants.trial(0)
     assert (mutants.project() / path).read_text() == before
     assert mutants.trial(1).word == "none: there are no more mutants"
 
 
-def test_what_notices_a_mutant_is_the_test_that_fails(monkeypatch):
-    copy = mutants.project()
-    file = copy / "tests" / "test_air.py"  # a stem of the tests that pass as plain Python
-    file.write_text(
-        "import pytest\n\n\n@pytest.mark.parametrize('n', [1, 2])\ndef test_it(n):\n    assert n == 1, 'a - b'\n"
-    )
-    pytest_alone = (sys.executable, "-B", *mutants.PYTEST)
+FAILING = """
+import os, pytest
+
+@pytest.mark.parametrize('n', [1, 2])
+def test_it(n):
+    assert n == 1 or os.environ['NUMBA_DISABLE_JIT'] == '0', 'a - b'
+
+@pytest.mark.compiled
+def test_compiled():
+    assert os.environ['NUMBA_DISABLE_JIT'] == '1'
+"""
+
+
+def test_what_notices_a_mutant_is_the_test_that_fails():
+    file = mutants.project() / "tests" / "test_air.py"  # a stem of the tests that pass as plain Python
+    file.write_text(FAILING)
     try:
-        found = mutants.find_failure((*pytest_alone, str(file)))
-        assert found == mutants.Failure("caught", (*pytest_alone, "tests/test_air.py::test_it[2]"))
-        assert not mutants.passes_unchanged(found.again)
-        assert mutants.find_failure((*pytest_alone, "tests/test_air.py::test_it[1]")) is None
+        plain, compiled = Command((*PYTEST, PLAIN, str(file))), Command((*PYTEST, COMPILED, str(file)), True)
+        alone = Command((*PYTEST, PLAIN, "tests/test_air.py::test_it[2]"))
+        compiled_alone = Command((*PYTEST, COMPILED, "tests/test_air.py::test_compiled"), True)
+        assert mutants.find_failure(plain) == ("caught", alone)
+        assert mutants.find_failure(compiled) == ("caught compiled", compiled_alone)
+        assert not mutants.passes_unchanged(alone)
+        assert mutants.find_failure(Command((*PYTEST, PLAIN, "tests/test_air.py::test_it[1]"))) is None
         file.write_text("")
-        assert mutants.find_failure((*pytest_alone, str(file))) is None
+        assert mutants.find_failure(plain) is None
     finally:
         file.unlink()
 
 
 def test_the_tests_of_a_module_begin_with_those_of_its_name():
-    own = list(mutants.tests_of("valve/piston.py"))[1]
-    assert [Path(file).name for file in own if file.endswith(".py")] == ["test_piston.py"]
+    _, own, *_, compiled = mutants.tests_of("valve/piston.py")
+    for command in (own, compiled):
+        assert [Path(word).name for word in command.words if word.endswith(".py")] == ["test_piston.py"]
+    assert (own.is_compiled, compiled.is_compiled) == (False, True)
+    # A module whose name no test has.
     assert len(list(mutants.tests_of("apesim/march/dormand_prince.py"))) == 3

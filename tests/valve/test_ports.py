@@ -62,6 +62,13 @@ def test_between_two_rows_the_area_is_theirs_or_the_uncapped_law_and_bends_nowhe
             assert np.all(np.diff(law) * (area_high - area_low) >= -1e-18)
 
 
+@given(diameter=SIZES, wider=st.floats(1e-4, 5e-3))
+def test_ports_that_are_wholly_open_have_one_area_to_the_last_bit(diameter, wider):
+    lift, area = ports_table(Ports(4.0, diameter, diameter + wider, inf, 0.6), 0.0, 30e-3).T
+    is_open = (lift >= diameter) & (lift <= diameter + wider)
+    assert set(area[is_open]) == {0.6 * 4.0 * 0.25 * pi * diameter**2}
+
+
 @pytest.mark.parametrize("ports", [{}, {"groove_width": 3e-3}, {"passage_area": 60e-6}])
 @pytest.mark.parametrize("intake", ["epv", "cam"])
 @pytest.mark.compiled
