@@ -32,9 +32,10 @@ SPEEDS = "600:2580:20 rpm"
 PRESSURES = 10, 30, 100, 300, 1000
 """Numbers of supply pressures that each sweep has beside them."""
 JOBS = 2
-BESIDE = 2000
+BESIDE = 4000
 """Points of the sweeps that are held against their computing alone."""
 ROUNDS = 3
+TRACES = "without", "with"
 
 
 def compute():
@@ -46,7 +47,6 @@ def compute():
     found = [_measured(number, folder) for number in PRESSURES]
     points, seconds, first, workers, _ = np.array(found, float).T
     _draw(points, seconds, first, workers)
-    least = _least_times(speeds, beside)
     rows = [
         [Number(int(n)), f"{s:.0f} s", f"{1e3 * s / n:.1f} ms", f"{f:.0f} MB", f"{w:.0f} MB", f"{b:.1f} MB"]
         for n, s, f, w, b in found
@@ -66,22 +66,7 @@ def compute():
         "largest": Number(int(points.max())),
         "memory": Number(float(max(first[-1], workers[-1])), "MB", error=0.5),
         "slope": Number(float(np.polyfit(np.log(points[1:]), np.log(seconds[1:]), 1)[0]), error=0.005),
-        "beside": Table(
-            ["what is left of computing alone", "time", "over computing alone", "times as fast as one process"],
-            [
-                ["computing alone", f"{least['alone']:.1f} s", "—", "—"],
-                *(
-                    [
-                        f"{JOBS if jobs > 1 else 'one'} process{'es' * (jobs > 1)}, {name} traces",
-                        f"{least[name, jobs]:.1f} s",
-                        f"{100.0 * (least[name, jobs] / least['alone'] - 1.0):+.1f} %" if jobs == 1 else "—",
-                        f"{least[name, 1] / least[name, jobs]:.2f}" if jobs > 1 else "—",
-                    ]
-                    for name in ("without", "with")
-                    for jobs in (1, JOBS)
-                ),
-            ],
-        ),
+        "beside": _compare(speeds, beside),
         "beside_points": Number(BESIDE),
         "made": Table(["what", "value"], describe_code()),
     }
@@ -127,24 +112,40 @@ def _largest_child(pid):
     return largest
 
 
-def _least_times(speeds, points):
-    """Least times of several rounds of computing points alone, and of sweeping their speeds [s]."""
-    times = {}
+def _compare(speeds, points):
+    """What an archive and a second process make of the time that computing alone takes; medians of some rounds.
 
-    def note(what, seconds):
-        times[what] = min(times.get(what, np.inf), seconds)
+    Ratios are taken within each round, as the machine's speed drifts from one to the next.
+    """
+    rounds = [_times_beside(speeds, points) for _ in range(ROUNDS)]
 
+    def ratio(what, to):
+        return float(np.median([one[what] / one[to] for one in rounds]))
+
+    def seconds(what):
+        return f"{np.median([one[what] for one in rounds]):.1f} s"
+
+    rows = [["computing alone", seconds("alone"), "—", "—"]]
+    for name in TRACES:
+        one, several = (name, 1), (name, JOBS)
+        over = f"{100.0 * (ratio(one, 'alone') - 1.0):+.1f} %"
+        rows.append([f"one process, {name} traces", seconds(one), over, "—"])
+        rows.append([f"{JOBS} processes, {name} traces", seconds(several), "—", f"{ratio(one, several):.2f}"])
+    return Table(["what", "time", "over computing alone", "times as fast as one process"], rows)
+
+
+def _times_beside(speeds, points):
+    """Times of computing points alone, and of sweeping their speeds, one after the other [s]."""
+    start = time.perf_counter()
+    run_points(points)
+    times = {"alone": time.perf_counter() - start}
     with tempfile.TemporaryDirectory() as folder:
-        for _ in range(ROUNDS):
-            start = time.perf_counter()
-            run_points(points)
-            note("alone", time.perf_counter() - start)
-            for name in ("without", "with"):
-                for jobs in (1, JOBS):
-                    out = Path(folder, "sweep.h5")
-                    start = time.perf_counter()
-                    run_sweep(Machine(), speeds, [IDEAL_VALVE], out, traces=name == "with", jobs=jobs, overwrite=True)
-                    note((name, jobs), time.perf_counter() - start)
+        for name in TRACES:
+            for jobs in (1, JOBS):
+                out = Path(folder, "sweep.h5")
+                start = time.perf_counter()
+                run_sweep(Machine(), speeds, [IDEAL_VALVE], out, traces=name == "with", jobs=jobs, overwrite=True)
+                times[name, jobs] = time.perf_counter() - start
     return times
 
 

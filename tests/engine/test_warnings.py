@@ -247,6 +247,7 @@ def test_after_how_many_cycles_a_state_repeats_is_told():
 
 
 def test_every_warning_has_its_words_and_every_travel_a_warning_on_both_benches():
+    assert list(EngineWarning) == list(range(len(EngineWarning.__members__)))  # no two of them are one
     assert set(SUMMARIES) == set(EngineWarning) and len(set(SUMMARIES.values())) == len(SUMMARIES)
     incomplete = {travel.name for travel in Travel if travel != Travel.COMPLETE}
     assert {travel.name for travel in TRAVEL_TEXTS} == incomplete
