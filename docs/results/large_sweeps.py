@@ -7,6 +7,7 @@ import tempfile
 import time
 from contextlib import suppress
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 from matplotlib import rc_context
@@ -15,10 +16,9 @@ from apesim.engine.cylinder import IDEAL_VALVE
 from apesim.engine.machine import Machine
 from apesim.studies.figures.drawing.panels import label_axes, open_row
 from apesim.studies.figures.drawing.style import BLUE, GREY, RED, STYLE
-from apesim.studies.sweep.compute import compute as run_points
-from apesim.studies.sweep.plan import plan
+from apesim.studies.sweep import run as sweeping
+from apesim.studies.sweep.compute import compute as compute_points
 from apesim.studies.sweep.run import run_sweep
-from apesim.studies.sweep.variation import Variation
 from docs.results import Number, Table, describe_code, hash_files
 from docs.results._figures import FOLDER
 from docs.results._kept import find_kept
@@ -32,9 +32,9 @@ SPEEDS = "600:2580:20 rpm"
 PRESSURES = 10, 30, 100, 300, 1000
 """Numbers of supply pressures that each sweep has beside them."""
 JOBS = 2
-BESIDE = 4000
+BESIDE = 3000
 """Points of the sweeps that are held against their computing alone."""
-ROUNDS = 3
+ROUNDS = 4
 TRACES = "without", "with"
 
 
@@ -42,8 +42,7 @@ def compute():
     """Times and memory by the number of points, a figure of them, overhead, and gain by a second core."""
     folder = find_kept("large_sweeps", hash_files("apesim", "valve", "engine", "studies"))
     speeds = list(np.linspace(1000.0, 2400.0, BESIDE) * RPM)
-    beside = plan(Variation((), (Machine(),)), speeds, [IDEAL_VALVE]).points
-    run_points(beside[:1])  # compiled before anything is measured
+    _times(speeds[:1], True, 1)  # compiles before anything is measured
     found = [_measured(number, folder) for number in PRESSURES]
     points, seconds, first, workers, _ = np.array(found, float).T
     _draw(points, seconds, first, workers)
@@ -66,7 +65,7 @@ def compute():
         "largest": Number(int(points.max())),
         "memory": Number(float(max(first[-1], workers[-1])), "MB", error=0.5),
         "slope": Number(float(np.polyfit(np.log(points[1:]), np.log(seconds[1:]), 1)[0]), error=0.005),
-        "beside": _compare(speeds, beside),
+        "beside": _compare(speeds),
         "beside_points": Number(BESIDE),
         "made": Table(["what", "value"], describe_code()),
     }
@@ -112,41 +111,44 @@ def _largest_child(pid):
     return largest
 
 
-def _compare(speeds, points):
-    """What an archive and a second process make of the time that computing alone takes; medians of some rounds.
+def _compare(speeds):
+    """What archives add to the time that computing takes, and what a second process saves; means of some rounds.
 
-    Ratios are taken within each round, as the machine's speed drifts from one to the next.
+    Sweeps of one and of several processes take turns, as the machine's speed drifts by a tenth within minutes. For the
+    same reason the time of computing is taken inside the sweep that it is held against.
     """
-    rounds = [_times_beside(speeds, points) for _ in range(ROUNDS)]
-
-    def ratio(what, to):
-        return float(np.median([one[what] / one[to] for one in rounds]))
-
-    def seconds(what):
-        return f"{np.median([one[what] for one in rounds]):.1f} s"
-
-    rows = [["computing alone", seconds("alone"), "—", "—"]]
+    rows = []
     for name in TRACES:
-        one, several = (name, 1), (name, JOBS)
-        over = f"{100.0 * (ratio(one, 'alone') - 1.0):+.1f} %"
-        rows.append([f"one process, {name} traces", seconds(one), over, "—"])
-        rows.append([f"{JOBS} processes, {name} traces", seconds(several), "—", f"{ratio(one, several):.2f}"])
-    return Table(["what", "time", "over computing alone", "times as fast as one process"], rows)
+        times = np.array([_times(speeds, name == "with", jobs) for _ in range(ROUNDS) for jobs in (1, JOBS)])
+        (one, several), (computing, _) = times.reshape(ROUNDS, 2, 2).mean(axis=0).T
+        rows.append(
+            [f"{name} traces", f"{computing:.1f} s", f"{one:.1f} s", f"{100.0 * (one / computing - 1.0):.1f} %"]
+        )
+        rows[-1] += [f"{several:.1f} s", f"{one / several:.2f}"]
+    return Table(
+        ["sweep", "computing its points", "in one process", "more than computing", f"in {JOBS} processes", "faster by"],
+        rows,
+    )
 
 
-def _times_beside(speeds, points):
-    """Times of computing points alone, and of sweeping their speeds, one after the other [s]."""
-    start = time.perf_counter()
-    run_points(points)
-    times = {"alone": time.perf_counter() - start}
-    with tempfile.TemporaryDirectory() as folder:
-        for name in TRACES:
-            for jobs in (1, JOBS):
-                out = Path(folder, "sweep.h5")
-                start = time.perf_counter()
-                run_sweep(Machine(), speeds, [IDEAL_VALVE], out, traces=name == "with", jobs=jobs, overwrite=True)
-                times[name, jobs] = time.perf_counter() - start
-    return times
+def _times(speeds, traces, jobs):
+    """Times of a sweep, and of computing in this process [s]."""
+    computing = 0.0
+
+    def timed(*arguments, **options):
+        nonlocal computing
+        start = time.perf_counter()
+        results = compute_points(*arguments, **options)
+        computing += time.perf_counter() - start
+        return results
+
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        patch.object(sweeping, "compute", timed if jobs == 1 else compute_points),
+    ):
+        start = time.perf_counter()
+        run_sweep(Machine(), speeds, [IDEAL_VALVE], f"{folder}/sweep.h5", traces=traces, jobs=jobs)
+        return time.perf_counter() - start, computing
 
 
 def _draw(points, seconds, first, workers):
