@@ -125,10 +125,8 @@ def _compare(speeds):
             [f"{name} traces", f"{computing:.1f} s", f"{one:.1f} s", f"{100.0 * (one / computing - 1.0):.1f} %"]
         )
         rows[-1] += [f"{several:.1f} s", f"{one / several:.2f}"]
-    return Table(
-        ["sweep", "computing its points", "in one process", "more than computing", f"in {JOBS} processes", "faster by"],
-        rows,
-    )
+    columns = ["sweep", "computing its points", "in one process", "more than computing"]
+    return Table([*columns, f"in {JOBS} processes", "times as fast"], rows)
 
 
 def _times(speeds, traces, jobs):
