@@ -258,7 +258,7 @@ def opened(path: str | os.PathLike[str], limit: int = SIZE_LIMIT) -> Iterator[h5
     if not is_file:
         raise ArchiveError(path, "there is no such file", "check the name")
     with damage_named(path, ""), _file(path) as file:
-        if "format" not in file.attrs or _text(file, "format") != FORMAT:
+        if "format" not in file.attrs or _text(file.attrs, "format") != FORMAT:
             raise ArchiveError(path, "is not an apesim archive", "give a file written by apesim")
         version = file.attrs.get_id("format_version")
         if version.shape != () or version.dtype != np.dtype("<i8"):
@@ -390,11 +390,11 @@ def load_digests(file: h5py.File, path: Path) -> dict[str, str] | None:
     with damage_named(path, DIGESTS):
         listed = str(_decoded(load_stored(file, DIGESTS).values).item())
         about: dict[str, Attribute] = {
-            name: int(file.attrs[name]) if name == "format_version" else _text(file, name)
+            name: int(file.attrs[name]) if name == "format_version" else _text(file.attrs, name)
             for name in ROOT_ATTRIBUTES
             if name in file.attrs
         }
-        if _text(file, ROOT_DIGEST) != root_digest(about, listed):
+        if _text(file.attrs, ROOT_DIGEST) != root_digest(about, listed):
             raise ValueError(f"its hash is not the attribute {ROOT_DIGEST} of the root")
         digests = {dataset: digest for digest, dataset in (line.split("  ", 1) for line in listed.splitlines())}
         there = {f"/{name}" for name in file if name != "about"} | {f"/about/{name}" for name in file["about"]}
@@ -579,7 +579,8 @@ def load_stored(file: h5py.File, name: str) -> Stored:
     ('/torque', [3.0, 2.5], 'N m')
     """
     dataset = file[name]
-    attributes = {key: _attribute(dataset, key) for key in ATTRIBUTES if key in dataset.attrs}
+    held = dataset.attrs
+    attributes = {key: _attribute(held, key) for key in ATTRIBUTES if key in held}
     if dataset.chunks is not None:
         expected = math.prod(-(-n // c) for n, c in zip(dataset.shape, dataset.chunks, strict=True))
         if dataset.id.get_num_chunks() != expected:
@@ -595,21 +596,22 @@ def _decoded(values: np.ndarray) -> np.ndarray:
     return np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
 
 
-def _attribute(dataset: h5py.Dataset, name: str) -> Attribute:
+def _attribute(held: h5py.AttributeManager, name: str) -> Attribute:
     if name in FLAG_ATTRIBUTES:
-        return int(dataset.attrs[name])
+        return int(held[name])
     if name not in CODE_ATTRIBUTES:
-        return _text(dataset, name)
-    attribute = dataset.attrs.get_id(name)
+        return _text(held, name)
+    attribute = held.get_id(name)
     if attribute.dtype != np.int8 or len(attribute.shape) != 1:
         raise ValueError(f"attribute {name} is no list of codes")
-    return tuple(np.atleast_1d(dataset.attrs[name]).tolist())
+    return tuple(np.atleast_1d(held[name]).tolist())
 
 
-def _text(item: h5py.Group | h5py.Dataset, name: str) -> str:
-    attribute = item.attrs.get_id(name)
-    if attribute.dtype.kind != "S" or attribute.shape != () or attribute.dtype.itemsize > ATTRIBUTE_BYTES:
+def _text(held: h5py.AttributeManager, name: str) -> str:
+    attribute = held.get_id(name)
+    dtype = attribute.dtype  # made anew each time that it is asked for
+    if dtype.kind != "S" or attribute.shape != () or dtype.itemsize > ATTRIBUTE_BYTES:
         raise ValueError(f"attribute {name} is not a text of fixed length")
-    content = np.empty((), attribute.dtype)
+    content = np.empty((), dtype)
     attribute.read(content)
     return content.item().decode()

@@ -22,10 +22,10 @@ SHARD_SECONDS = 1.0
 """Estimated computing time of the points in a task, and in the first shard [s]."""
 SHARE_IN_WORK = 0.5
 """Computing time of a shard over that of all before it: a killed sweep loses no larger share of what was done."""
-LARGEST_SHARD = 10.0
+LARGEST_SHARD = 20.0
 """Computing time of a shard over that of the first, at most.
 
-A shard takes 0.1 s to write and as much to read, however few points are in it.
+A shard takes 0.05 to 0.1 s to write and as much to read, however few points are in it.
 """
 MAX_DEATHS = 8
 """Deaths of worker processes at which a sweep gives up, if it could not compute a single point yet.

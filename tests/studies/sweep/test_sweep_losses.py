@@ -182,8 +182,8 @@ def complete_without_computing(folder, run, count, monkeypatch):
 
 def test_shards_grow_with_what_is_done_and_what_is_told_is_written(tmp_path, monkeypatch):
     folder = tmp_path / "s.h5.shards"
-    told = complete_without_computing(folder, results_of, 60, monkeypatch)
-    assert told == [0, 1, 2, 3, 5, 8, 12, 18, 27, 37, 47, 57, 60]
+    told = complete_without_computing(folder, results_of, 100, monkeypatch)
+    assert told == [0, 1, 2, 3, 5, 8, 12, 18, 27, 41, 61, 81, 100]
     sizes = sorted(len(read(path).runs) for path in folder.iterdir())
     assert sizes == sorted(np.diff(told).tolist())
 
