@@ -121,10 +121,8 @@ def _compare(speeds):
     for name in TRACES:
         times = np.array([_times(speeds, name == "with", jobs) for _ in range(ROUNDS) for jobs in (1, JOBS)])
         (one, several), (computing, _) = times.reshape(ROUNDS, 2, 2).mean(axis=0).T
-        rows.append(
-            [f"{name} traces", f"{computing:.1f} s", f"{one:.1f} s", f"{100.0 * (one / computing - 1.0):.1f} %"]
-        )
-        rows[-1] += [f"{several:.1f} s", f"{one / several:.2f}"]
+        row = f"{name} traces", f"{computing:.1f} s", f"{one:.1f} s", f"{100.0 * (one / computing - 1.0):.1f} %"
+        rows.append([*row, f"{several:.1f} s", f"{one / several:.2f}"])
     columns = ["sweep", "computing its points", "in one process", "more than computing"]
     return Table([*columns, f"in {JOBS} processes", "times as fast"], rows)
 

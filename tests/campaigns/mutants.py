@@ -90,23 +90,16 @@ def trial(seed):
     if not found:
         return Outcome(f"{mutant.path}: survives", False, describe(mutant, after))
     if found.again and not passes_unchanged(found.again):
-        raise RuntimeError(f"{' '.join(found.again.words)} fails where nothing is changed, too")
+        raise RuntimeError(f"{' '.join(found.again)} fails where nothing is changed, too")
     return Outcome(f"{mutant.path}: {found.word}")
-
-
-class Command(NamedTuple):
-    """What may notice a mutant."""
-
-    words: tuple[str, ...]
-    is_compiled: bool = False
 
 
 class Failure(NamedTuple):
     """What notices a mutant."""
 
     word: str
-    again: Command | None = None
-    """Command that repeats it; None for what takes too long."""
+    again: tuple[str, ...] = ()
+    """Command that repeats it; none for what takes too long."""
 
 
 def describe(mutant, after):
@@ -150,22 +143,23 @@ def project():
 def tests_of(path):
     """Commands that test a module: its examples, the tests of its name, quick ones, long ones, its compiled ones."""
     name = ".".join(Path("" if path.startswith("apesim") else "apesim", path).with_suffix("").parts)
-    yield Command((*PYTHON, "-c", EXAMPLES, name))
+    yield *PYTHON, "-c", EXAMPLES, name
     files = sorted((project() / "tests").rglob("test_*.py"))
     own = {f"test_{Path(path).stem}", f"test_{Path(path).parent.name}"}
     plain = own & (QUICK | LONG), QUICK - own, LONG - own
     for stems, marks in (*((stems, PLAIN) for stems in plain), (own, COMPILED)):
         chosen = [str(file) for file in files if file.stem in stems]
         if chosen:
-            yield Command((*PYTEST, marks, *chosen), marks == COMPILED)
+            yield *PYTEST, marks, *chosen
 
 
 def find_failure(command):
     """What fails in a command of the copy, or that it takes far longer than it should; None where it passes."""
     places = {"PYTHONPATH": str(project()), "APESIM_CACHE_DIR": str(project() / "cache")}
-    environment = os.environ | places | {"NUMBA_DISABLE_JIT": f"{int(not command.is_compiled)}"}
+    marks = COMPILED if COMPILED in command else PLAIN
+    environment = os.environ | places | {"NUMBA_DISABLE_JIT": f"{int(marks == PLAIN)}"}
     process = subprocess.Popen(
-        command.words,
+        command,
         cwd=project(),
         env=environment,
         stdout=subprocess.PIPE,
@@ -181,10 +175,9 @@ def find_failure(command):
         return Failure("caught, takes too long")
     if process.returncode in (0, NO_TESTS):
         return None
-    word = "caught compiled" if command.is_compiled else "caught"
+    word = "caught compiled" if marks == COMPILED else "caught"
     if test := re.search(r"^FAILED (.+?)(?: - .*)?$", said, re.MULTILINE):
-        marks = COMPILED if command.is_compiled else PLAIN
-        return Failure(word, Command((*PYTEST, marks, test[1]), command.is_compiled))
+        return Failure(word, (*PYTEST, marks, test[1]))
     return Failure(word, command)
 
 

@@ -34,7 +34,7 @@ from tests.campaigns.campaign import (
     summarise,
 )
 from tests.campaigns.draws import CURVES, draw_machine
-from tests.campaigns.mutants import COMPILED, PLAIN, PYTEST, Command, Mutant
+from tests.campaigns.mutants import COMPILED, PLAIN, PYTEST, Mutant
 from tests.campaigns.mutations import VALUES, draw, spoil_bytes, spoil_toml
 from tests.campaigns.probes import ENDING, KILLED, RAISING
 
@@ -473,7 +473,7 @@ def test_a_mutant_is_caught_by_the_examples_or_its_line_is_kept(monkeypatch):
     monkeypatch.setattr(mutants, "mutants", lambda: [one])
     before = (mutants.project() / path).read_text()
     examples = next(mutants.tests_of(path))
-    passing, failing = (Command((sys.executable, "-c", words)) for words in ("pass", "raise SystemExit(3)"))
+    passing, failing = ((sys.executable, "-c", words) for words in ("pass", "raise SystemExit(3)"))
     monkeypatch.setattr(mutants, "tests_of", lambda path: [examples])
     assert mutants.trial(0) == Outcome(f"{path}: caught")
     monkeypatch.setattr(mutants, "tests_of", lambda path: [passing])
@@ -504,13 +504,13 @@ def test_what_notices_a_mutant_is_the_test_that_fails():
     file = mutants.project() / "tests" / "test_air.py"  # a stem of the tests that pass as plain Python
     file.write_text(FAILING)
     try:
-        plain, compiled = Command((*PYTEST, PLAIN, str(file))), Command((*PYTEST, COMPILED, str(file)), True)
-        alone = Command((*PYTEST, PLAIN, "tests/test_air.py::test_it[2]"))
-        compiled_alone = Command((*PYTEST, COMPILED, "tests/test_air.py::test_compiled"), True)
+        plain, compiled = (*PYTEST, PLAIN, str(file)), (*PYTEST, COMPILED, str(file))
+        alone = (*PYTEST, PLAIN, "tests/test_air.py::test_it[2]")
+        compiled_alone = (*PYTEST, COMPILED, "tests/test_air.py::test_compiled")
         assert mutants.find_failure(plain) == ("caught", alone)
         assert mutants.find_failure(compiled) == ("caught compiled", compiled_alone)
         assert not mutants.passes_unchanged(alone)
-        assert mutants.find_failure(Command((*PYTEST, PLAIN, "tests/test_air.py::test_it[1]"))) is None
+        assert mutants.find_failure((*PYTEST, PLAIN, "tests/test_air.py::test_it[1]")) is None
         file.write_text("")
         assert mutants.find_failure(plain) is None
     finally:
@@ -520,7 +520,7 @@ def test_what_notices_a_mutant_is_the_test_that_fails():
 def test_the_tests_of_a_module_begin_with_those_of_its_name():
     _, own, *_, compiled = mutants.tests_of("valve/piston.py")
     for command in (own, compiled):
-        assert [Path(word).name for word in command.words if word.endswith(".py")] == ["test_piston.py"]
-    assert (own.is_compiled, compiled.is_compiled) == (False, True)
+        assert [Path(word).name for word in command if word.endswith(".py")] == ["test_piston.py"]
+    assert (COMPILED in own, COMPILED in compiled) == (False, True)
     # A module whose name no test has.
     assert len(list(mutants.tests_of("apesim/march/dormand_prince.py"))) == 3
