@@ -280,13 +280,13 @@ def _image(archive: Archive) -> memoryview:
 def _add(file: h5py.File, name: str, values: np.ndarray, attributes: dict[str, Attribute]) -> tuple[h5py.Dataset, str]:
     """Add a dataset; return it and its digest."""
     if values.dtype.kind == "U":
-        values = np.char.encode(values, "utf-8")
-        dtype = h5py.string_dtype("utf-8", max(1, values.dtype.itemsize))
+        encoded = np.char.encode(values, "utf-8")
+        stored = encoded.astype(h5py.string_dtype("utf-8", max(1, encoded.dtype.itemsize)))
     else:
-        dtype = values.dtype.newbyteorder("<")
+        stored = values.astype(values.dtype.newbyteorder("<"), copy=False)
+    dtype = stored.dtype
     rows = CHUNK_BYTES // max(1, math.prod(values.shape[1:]) * dtype.itemsize)
     chunks = (max(1, min(rows, len(values))), *(max(1, n) for n in values.shape[1:]))
-    stored = values.astype(dtype)
     dataset = file.create_dataset(
         name,
         shape=values.shape,

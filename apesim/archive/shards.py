@@ -369,6 +369,7 @@ def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | No
     order = np.argsort(runs, kind="stable")
     again = np.flatnonzero(np.diff(runs[order]) == 0)  # positions whose successor is the same run
     keep = np.delete(order, again + 1)
+    in_order = len(again) == 0 and bool((np.diff(order) == 1).all())
     variables = {}
     for name, variable in parts[0].variables.items():
         if variable.dims[0] == "run":
@@ -380,7 +381,7 @@ def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | No
                         f"run {runs[right]} contradicts {labels[owner[left]]} in {name}",
                         "find out which one is right and leave the other out",
                     )
-            variable = replace(variable, values=values[keep])
+            variable = replace(variable, values=values if in_order else values[keep])
         variables[name] = variable
     return Archive(parts[0].machine, _joined_provenance(parts), variables)
 

@@ -204,7 +204,8 @@ class Team:
         running: dict[Future, Counted] = {}
         pool = self._pool = self._pool or _Pool(self.jobs)
         while running or (waiting and not is_broken):
-            while waiting and len(running) < self.jobs and not is_broken:
+            # One waits, so that no worker stands idle while this process is busy with what was yielded.
+            while waiting and len(running) <= self.jobs and not is_broken:
                 try:
                     with _deaf_to_interrupts():
                         running[pool.executor.submit(task, waiting[0][0])] = waiting[0]

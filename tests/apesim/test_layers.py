@@ -63,6 +63,11 @@ def test_physics_loads_neither_files_nor_figures_nor_processes():
     assert not {"h5py", "matplotlib", "typer", "concurrent.futures.process"} & set(loaded)
 
 
+def test_a_process_that_computes_points_starts_without_what_few_need():
+    loaded = set(run_python("import sys, apesim.studies.sweep.compute; print(*sys.modules)").split())
+    assert not {"scipy.interpolate", "scipy.optimize", "matplotlib"} & loaded
+
+
 def test_the_tests_stand_in_folders_named_as_those_of_the_packages():
     tested = {path.parent.relative_to(TESTS) for path in TESTS.glob("*/**/test_*.py")}
     assert {
