@@ -1,13 +1,11 @@
-"""Time and memory of sweeps of up to 100 000 operating points, cost of their archive, and gain by a second core."""
+"""Time and memory of sweeps of up to 100 000 operating points."""
 
 import json
 import subprocess
 import sys
-import tempfile
 import time
 from contextlib import suppress
 from pathlib import Path
-from unittest.mock import patch
 
 import numpy as np
 from matplotlib import rc_context
@@ -16,14 +14,13 @@ from apesim.engine.cylinder import IDEAL_VALVE
 from apesim.engine.machine import Machine
 from apesim.studies.figures.drawing.panels import label_axes, open_row
 from apesim.studies.figures.drawing.style import BLUE, GREY, RED, STYLE
-from apesim.studies.sweep import run as sweeping
 from apesim.studies.sweep.compute import compute as compute_points
-from apesim.studies.sweep.run import run_sweep
+from apesim.studies.sweep.plan import plan
+from apesim.studies.sweep.variation import Variation
 from docs.results import Number, Table, describe_code, hash_files
 from docs.results._figures import FOLDER
 from docs.results._kept import find_kept
 from tests.benchmarks.speed import WITH_MEMORY
-from tests.machines import RPM
 
 OPTIONAL = True
 RECORD = True
@@ -32,17 +29,12 @@ SPEEDS = "600:2580:20 rpm"
 PRESSURES = 10, 30, 100, 300, 1000
 """Numbers of supply pressures that each sweep has beside them."""
 JOBS = 2
-BESIDE = 3000
-"""Points of the sweeps that are held against their computing alone."""
-ROUNDS = 4
-TRACES = "without", "with"
 
 
 def compute():
-    """Times and memory by the number of points, a figure of them, overhead, and gain by a second core."""
+    """Times and memory by the number of points, and a figure of them."""
     folder = find_kept("large_sweeps", hash_files("apesim", "valve", "engine", "studies"))
-    speeds = list(np.linspace(1000.0, 2400.0, BESIDE) * RPM)
-    _times(speeds[:1], True, 1)  # compiles before anything is measured
+    compute_points(plan(Variation((), (Machine(),)), [100.0], [IDEAL_VALVE]).points)  # compiles before all
     found = [_measured(number, folder) for number in PRESSURES]
     points, seconds, first, workers, _ = np.array(found, float).T
     _draw(points, seconds, first, workers)
@@ -65,8 +57,6 @@ def compute():
         "largest": Number(int(points.max())),
         "memory": Number(float(max(first[-1], workers[-1])), "MB", error=0.5),
         "slope": Number(float(np.polyfit(np.log(points[1:]), np.log(seconds[1:]), 1)[0]), error=0.005),
-        "beside": _compare(speeds),
-        "beside_points": Number(BESIDE),
         "made": Table(["what", "value"], describe_code()),
     }
 
@@ -109,42 +99,6 @@ def _largest_child(pid):
                 if line.startswith("VmHWM"):
                     largest = max(largest, 1024 * int(line.split()[1]))
     return largest
-
-
-def _compare(speeds):
-    """What archives add to the time that computing takes, and what a second process saves; means of some rounds.
-
-    Sweeps of one and of several processes take turns, as the machine's speed drifts by a tenth within minutes. For the
-    same reason the time of computing is taken inside the sweep that it is held against.
-    """
-    rows = []
-    for name in TRACES:
-        times = np.array([_times(speeds, name == "with", jobs) for _ in range(ROUNDS) for jobs in (1, JOBS)])
-        (one, several), (computing, _) = times.reshape(ROUNDS, 2, 2).mean(axis=0).T
-        row = f"{name} traces", f"{computing:.1f} s", f"{one:.1f} s", f"{100.0 * (one / computing - 1.0):.1f} %"
-        rows.append([*row, f"{several:.1f} s", f"{one / several:.2f}"])
-    columns = ["sweep", "computing its points", "in one process", "more than computing"]
-    return Table([*columns, f"in {JOBS} processes", "times as fast"], rows)
-
-
-def _times(speeds, traces, jobs):
-    """Times of a sweep, and of computing in this process [s]."""
-    computing = 0.0
-
-    def timed(*arguments, **options):
-        nonlocal computing
-        start = time.perf_counter()
-        results = compute_points(*arguments, **options)
-        computing += time.perf_counter() - start
-        return results
-
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        patch.object(sweeping, "compute", timed if jobs == 1 else compute_points),
-    ):
-        start = time.perf_counter()
-        run_sweep(Machine(), speeds, [IDEAL_VALVE], f"{folder}/sweep.h5", traces=traces, jobs=jobs)
-        return time.perf_counter() - start, computing
 
 
 def _draw(points, seconds, first, workers):

@@ -75,10 +75,10 @@ def test_a_case_without_a_verdict_counts():
 
 def test_only_what_wants_days_or_a_quiet_machine_may_wait_until_it_is_computed():
     campaigns = {f"campaign_{name}" for name in NAMES if name != "archives"}
-    optional = {"active", "benchmark", *campaigns, "large_sweeps", "performance"}
+    optional = {"active", "benchmark", *campaigns, "large_sweeps", "performance", "sweep_costs"}
     assert {name for name in results.names() if results.is_optional(name)} == optional
 
 
 def test_only_what_takes_hours_may_tell_of_older_code():
-    records = {"active", "benchmark", *(f"campaign_{name}" for name in NAMES), "large_sweeps"}
+    records = {"active", "benchmark", *(f"campaign_{name}" for name in NAMES), "large_sweeps", "sweep_costs"}
     assert {name for name in results.names() if results.is_record(name)} == records
