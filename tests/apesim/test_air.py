@@ -43,6 +43,12 @@ def test_cp_is_canteras(temperature):
     assert heat_capacity_ratio(PERFECT_GAS, temperature) == pytest.approx(air.cp_mass / air.cv_mass, rel=1e-9)
 
 
+def test_the_heat_capacity_ratio_of_real_air_is_canteras_in_a_room():
+    air = cantera_air()
+    air.TP = 293.15, 1e5
+    assert PERFECT_GAS.heat_capacity_ratio == pytest.approx(air.cp_mass / air.cv_mass, rel=1e-9)
+
+
 @given(NASA_RANGE, NASA_RANGE)
 def test_differences_of_enthalpy_and_internal_energy_are_canteras(cold, hot):
     air = cantera_air()
