@@ -5,7 +5,7 @@ from tests.campaigns import kills
 
 OPTIONAL = True
 RECORD = True
-ROUND = 200
+ROUND = 206
 
 
 def compute():

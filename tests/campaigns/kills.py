@@ -59,21 +59,25 @@ def trial(seed):
     victim, jobs = STRIKES[seed % len(STRIKES)]
     whole, kind = undisturbed(jobs), f"{victim}, {jobs} process{'es' * (jobs > 1)}"
     with trial_folder() as folder:
-        struck, left = [], rng.choice((1, 1, 2))
+        struck, strikes, longest = [], rng.choice((1, 1, 2)), whole.seconds
+        left = strikes
         while True:
             process = start(folder, *SWEEP, "--jobs", f"{jobs}", resume=bool(struck))
             begun = time.monotonic()
-            while left and wait_until(process, begun + rng.uniform(0.8 * whole.first, whole.seconds)):
+            while left and wait_until(process, begun + rng.uniform(min(0.8 * whole.first, longest), longest)):
                 left -= 1
                 progress = describe_progress(folder)
                 if strike(process, victim, rng):
                     struck.append(progress)
-            end_of_leader = process.wait()
+            end_of_leader, took = process.wait(), time.monotonic() - begun
             if survivors := find_survivors(process.pid):
                 os.killpg(process.pid, signal.SIGKILL)
                 return Outcome(f"{kind}: a process outlives the sweep", True, str(survivors))
-            if end_of_leader != -signal.SIGKILL:
+            if (struck and end_of_leader != -signal.SIGKILL) or end_of_leader > 0:
                 break
+            if not struck:  # it ended before it was to be killed
+                left, longest = strikes, 0.9 * took
+                (folder / "sweep.h5").unlink()
         (folder / "whole.h5").write_bytes(whole.content)
         return judge(kind, struck, end_of_leader, folder)
 

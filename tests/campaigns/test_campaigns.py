@@ -205,7 +205,7 @@ def test_a_sweep_that_is_killed_goes_on_to_the_same_bits(tmp_path):
     seeds = [kills.STRIKES.index((victim, 2)) for victim in (kills.GROUP, kills.LEADER, kills.WORKER)]
     found = run_campaign(kills.__name__, seeds, tmp_path)
     assert [(seed, one) for seed, one in found.items() if one.is_broken] == []
-    assert not all(one.word.endswith(kills.NOT_STRUCK) for one in found.values())
+    assert not any(one.word.endswith(kills.NOT_STRUCK) for one in found.values())
 
 
 # --- cluster ---
