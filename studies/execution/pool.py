@@ -196,7 +196,7 @@ class Team:
         Returns
         -------
         list, list
-            What was not started, and what was running as the worker died.
+            What was not started, and what was running, or next, as the worker died.
         """
         if self._gone:
             raise RuntimeError("the team has gone")

@@ -37,9 +37,25 @@ def fail(number):
     raise ValueError(f"no {number}")
 
 
+def note(path):
+    with open(path, "a") as file:
+        file.write("started\n")
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_every_item_comes_back_with_its_result(jobs):
     assert dict(run_tasks(square, range(5), jobs)) == {n: n * n for n in range(5)}
+
+
+def test_a_worker_goes_on_while_its_results_are_dealt_with(tmp_path):
+    path, deadline = tmp_path / "started", time.monotonic() + 20.0
+    with Team(2) as team:
+        results = team.run(note, [path] * 6)
+        next(results)
+        while len(path.read_text().split()) < 3 and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert len(path.read_text().split()) == 3
+        assert len(list(results)) == 5
 
 
 def test_a_task_that_kills_its_worker_is_set_aside_and_the_others_are_done():
