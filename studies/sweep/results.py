@@ -95,13 +95,23 @@ def archive_of(
         variables["crank_angle"] = Variable(("crank_angle",), angles, "deg", "crank angle after TDC")
     variables |= _what_was_run(points) | _what_was_varied(points, variation)
     variables |= _how_it_ended(scalars) | _indicators(scalars) | _warnings(scalars)
-    for number, header in enumerate(TRACE if traces else ()):
-        name, unit = split_header(header)
-        values = np.stack([trace[:, number] for trace in traces])
-        variables[name] = Variable(("run", "crank_angle"), values, unit, TRACE_DESCRIPTIONS[name])  # type: ignore[arg-type]
+    if traces:
+        variables |= _traces(traces)
     axes = "actuation", *(axis.name for axis in variation.axes), "speed_rpm"
     variables |= {name: replace(variables[name], coordinate=True) for name in axes}
     return Archive(machine, provenance, variables)
+
+
+def _traces(traces: Sequence[np.ndarray]) -> dict[str, Variable]:
+    """Traces of each point, a variable for each of their columns."""
+    columns = np.empty((len(TRACE), len(traces), len(traces[0])))
+    for place, trace in enumerate(traces):
+        columns[:, place] = trace.T
+    variables = {}
+    for header, values in zip(TRACE, columns, strict=True):
+        name, unit = split_header(header)
+        variables[name] = Variable(("run", "crank_angle"), values, unit, TRACE_DESCRIPTIONS[name])  # type: ignore[arg-type]
+    return variables
 
 
 def _what_was_run(points: Sequence[Point]) -> dict[str, Variable]:
