@@ -58,6 +58,7 @@ __all__ = [
     "IncompleteError",
     "Variable",
     "command_line",
+    "complete_provenance",
     "read",
     "read_about",
     "read_digest",
@@ -139,19 +140,40 @@ def write(archive: Archive, path: str | os.PathLike[str]) -> Path:
     ('sweep.h5', 2)
     """
     validate(archive)
-    provenance = (
-        surroundings()
-        | archive.provenance
-        | {"format": FORMAT, "format_version": str(FORMAT_VERSION), "machine_sha256": sha256(archive.machine)}
-    )
     path = Path(path)
     try:
-        replace_file(path, _image(replace(archive, provenance=provenance)))
+        replace_file(path, _image(complete_provenance(archive)))
     except OSError as error:
         raise ArchiveError(
             path, f"could not be written ({error.strerror or error})", "make room or choose another folder"
         ) from error
     return path
+
+
+def complete_provenance(archive: Archive) -> Archive:
+    """Return an archive with the provenance that it is written with.
+
+    Parameters
+    ----------
+    archive : Archive
+        Entries of its provenance win over those added here, see `write`.
+
+    Returns
+    -------
+    Archive
+        The same variables; its provenance says with what, where and in which format the archive is made.
+
+    Examples
+    --------
+    >>> complete_provenance(Archive("bore = 1", {"created": "2024-02-29"}, {})).provenance["format"]
+    'apesim archive'
+    """
+    provenance = (
+        surroundings()
+        | archive.provenance
+        | {"format": FORMAT, "format_version": str(FORMAT_VERSION), "machine_sha256": sha256(archive.machine)}
+    )
+    return replace(archive, provenance=provenance)
 
 
 def replace_file(path: Path, content: bytes | memoryview) -> None:

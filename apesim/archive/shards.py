@@ -369,7 +369,7 @@ def merge(parts: Sequence[Archive], names: Sequence[str | os.PathLike[str]] | No
     order = np.argsort(runs, kind="stable")
     again = np.flatnonzero(np.diff(runs[order]) == 0)  # positions whose successor is the same run
     keep = np.delete(order, again + 1)
-    in_order = len(again) == 0 and bool((np.diff(order) == 1).all())
+    in_order = np.array_equal(keep, np.arange(len(runs)))
     variables = {}
     for name, variable in parts[0].variables.items():
         if variable.dims[0] == "run":

@@ -1,12 +1,11 @@
-"""The points of a sweep, computed until none is missing in its shards.
+"""The points of a sweep, computed until none is missing.
 
-What was lost on the disk, or died with its worker, is computed again as long as that brings anything; what is still
-missing then is named, with the reason.
+Shards are for a sweep that goes on later; this one holds its results in memory, too, whatever becomes of its shards. A
+point that died with its worker is computed again, and named if it dies once more.
 """
 
 import contextlib
 import functools
-import math
 from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
 from pathlib import Path
@@ -25,31 +24,26 @@ SHARE_IN_WORK = 0.5
 LARGEST_SHARD = 20.0
 """Computing time of a shard over that of the first, at most.
 
-A shard takes 0.05 to 0.1 s to write and as much to read, however few points are in it.
+A shard takes 0.05 to 0.1 s to write, however few points are in it.
 """
 MAX_DEATHS = 8
 """Deaths of worker processes at which a sweep gives up, if it could not compute a single point yet.
 
 So many deaths are not the fault of single points. The machine may lack memory, and every other point would die, too.
 """
-MAX_VAIN = 1
-"""Most passes in a row that may bring nothing; after one more the sweep gives up.
-
-A shard that was lost is computed again once. If it is lost again, it would be lost every time: the disk is at fault.
-"""
-DIED = "their worker processes died", "free memory or try --jobs 1, and go on with --resume"
-LOST = "their shards were damaged or removed each time", "check the disk, and go on with --resume"
+REMEDY = "free memory or try --jobs 1, and go on with --resume"
+"""What helps where worker processes died."""
 
 
 class Completion(NamedTuple):
-    """State of a sweep when it ends: its shards, and what is missing."""
+    """State of a sweep when it ends: its results, and what is missing."""
 
     parts: list[Archive]
-    """All shards that can be read."""
-    faults: list[tuple[str, str]]
-    """Which points are missing and why, and what to do; empty if none is missing."""
+    """All results, those of earlier shards among them."""
+    fault: tuple[str, str] | None
+    """Which points are missing and why, and what to do; None if none is missing."""
     damaged: list[str]
-    """One line for each shard that was found damaged; its points were computed again."""
+    """One line for each earlier shard that was found damaged; its points were computed again."""
 
 
 def complete(
@@ -63,7 +57,7 @@ def complete(
 ) -> Completion:
     """Compute the points of a sweep that no shard holds, and write them as shards.
 
-    This is repeated until no point is missing, or until it would be in vain: see `MAX_DEATHS` and `MAX_VAIN`.
+    Points that died with their worker are computed once more, each by itself; see also `MAX_DEATHS`.
 
     Parameters
     ----------
@@ -84,7 +78,7 @@ def complete(
     Returns
     -------
     Completion
-        All shards that can be read, and what is missing.
+        All results, and what is missing.
 
     Raises
     ------
@@ -114,41 +108,31 @@ def complete(
     ...     )
     0 1
     1 1
-    >>> len(completion.parts), completion.faults
-    (1, [])
+    >>> len(completion.parts), completion.fault
+    (1, None)
     """
-    tally, best, vain = _Tally(), (-math.inf, 0), 0
-    damaged: dict[str, None] = {}
-    while True:
-        shards = read_shards(folder, plan_hash)
-        damaged |= dict.fromkeys(shards.damaged)
-        done = set(shards.done)
-        missing = [point for point in points if point.run not in done]
-        waiting = [point for point in missing if point.run not in tally.given_up]
-        progress = -len(waiting), len(tally.died)
-        finished = len(points) - len(missing)
-        report(finished, len(points))
-        vain = 0 if progress > best else vain + 1
-        if not waiting or vain > MAX_VAIN:
-            faults = _faults({point.run for point in missing}, tally.computed)
-            return Completion(shards.parts, faults, list(damaged))
-        best = max(best, progress)
-        done_before = seconds_of(point for point in points if point.run in done)
-        save = functools.partial(write_shard, folder)
-        with (
-            contextlib.closing(run(_chunks(waiting, tally.died))) as results_of_chunks,
-            _ShardInWork(to_archive, save, done_before) as in_work,
-        ):
+    shards = read_shards(folder, plan_hash)
+    done, tally = set(shards.done), _Tally()
+    in_work = _ShardInWork(
+        to_archive, functools.partial(write_shard, folder), seconds_of(point for point in points if point.run in done)
+    )
+    report(len(done), len(points))
+    while waiting := _without(points, done | tally.given_up):
+        with contextlib.closing(run(_chunks(waiting, tally.died))) as results_of_chunks, in_work:
             for chunk, results in results_of_chunks:
                 if results is None:
                     tally.count_death(chunk, waiting)
                     if tally.given_up.issuperset(point.run for point in waiting):
                         break
                     continue
-                tally.computed.update(point.run for point in chunk)
-                if written := in_work.add(chunk, results):
-                    finished += written
-                    report(finished, len(points))
+                done.update(point.run for point in chunk)
+                tally.has_results = True
+                if in_work.add(chunk, results):
+                    report(len(done), len(points))
+        report(len(done), len(points))
+    missing = {point.run for point in points} - done
+    fault = (f"runs {_in_words(missing)} are missing, their worker processes died", REMEDY) if missing else None
+    return Completion(shards.parts + in_work.parts, fault, shards.damaged)
 
 
 def keep(archive: Archive, save: Callable[[Archive], Path]) -> Path:
@@ -223,12 +207,18 @@ class _ShardInWork:
         Make an archive from points and results, and write it, see `complete`.
     seconds : float
         Estimated computing time of the points that are written already [s].
+
+    Attributes
+    ----------
+    parts : list of Archive
+        What was written.
     """
 
     def __init__(
         self, to_archive: Callable[[list[Point], Any], Archive], save: Callable[[Archive], Path], seconds: float
     ) -> None:
         self.to_archive, self.save, self.seconds = to_archive, save, seconds
+        self.parts: list[Archive] = []
         self.waiting: list[tuple[Point, Any]] = []
 
     def __enter__(self) -> "_ShardInWork":
@@ -249,19 +239,21 @@ class _ShardInWork:
         waiting, self.waiting = sorted(self.waiting, key=lambda one: one[0].run), []
         if waiting:
             points, results = (list(each) for each in zip(*waiting, strict=True))
-            keep(self.to_archive(points, results), self.save)
+            part = self.to_archive(points, results)
+            keep(part, self.save)
+            self.parts.append(part)
             self.seconds += seconds_of(points)
         return len(waiting)
 
 
 class _Tally:
-    """Run numbers of the points that were computed, that died with their worker, and that were given up."""
+    """Run numbers of the points that died with their worker, and of those that were given up."""
 
     def __init__(self) -> None:
-        self.computed: set[int] = set()
         self.died: set[int] = set()
         self.given_up: set[int] = set()
         self.deaths = 0
+        self.has_results = False
 
     def count_death(self, chunk: Iterable[Point], waiting: Iterable[Point]) -> None:
         """Count the death of a chunk's worker.
@@ -273,8 +265,13 @@ class _Tally:
         self.given_up |= runs & self.died
         self.died |= runs
         self.deaths += 1
-        if self.deaths == MAX_DEATHS and not self.computed:
+        if self.deaths == MAX_DEATHS and not self.has_results:
             self.given_up.update(point.run for point in waiting)
+
+
+def _without(points: Sequence[Point], runs: set[int]) -> list[Point]:
+    """Leave out the points of some run numbers."""
+    return [point for point in points if point.run not in runs]
 
 
 def _chunks(points: Sequence[Point], died: set[int]) -> list[list[Point]]:
@@ -287,12 +284,6 @@ def _chunks(points: Sequence[Point], died: set[int]) -> list[list[Point]]:
             chunks.append([])
         chunks[-1].append(point)
     return chunks + [[point] for point in points if point.run in died]
-
-
-def _faults(missing: set[int], computed: set[int]) -> list[tuple[str, str]]:
-    """Say which runs are missing and why, and what to do."""
-    reasons = (missing - computed, DIED), (missing & computed, LOST)
-    return [(f"runs {_in_words(runs)} are missing, {why}", remedy) for runs, (why, remedy) in reasons if runs]
 
 
 def _in_words(runs: set[int]) -> str:

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, read, write
+from apesim.archive.file import complete_provenance
 from apesim.archive.memory import available_memory
 from apesim.archive.shards import (
     lock,
@@ -54,7 +55,7 @@ class SweepResult(NamedTuple):
     seconds: float
     """Wall time without that of compiling [s]; where the sweep was finished already, the time of checking it."""
     notes: list[str]
-    """One line for each shard that was found damaged and computed again, and for shards that could not be removed."""
+    """One line for each shard that was damaged and computed again, and for shards that could not be removed."""
     was_finished: bool
     """The archive was there and whole already, and nothing was computed."""
 
@@ -179,20 +180,23 @@ def run_sweep(
             run=functools.partial(run_on_cluster, cluster, task)
             if cluster
             else functools.partial(_run_here, task, jobs),
-            to_archive=lambda chunk, results: archive_of(chunk, results, planned.variation, text, provenance),
+            to_archive=lambda chunk, results: complete_provenance(
+                archive_of(chunk, results, planned.variation, text, provenance)
+            ),
             report=report or (lambda done, total: None),
         )
-        if not completion.parts:
-            raise IncompleteError(out, *completion.faults[0])
+        if completion.fault and not completion.parts:
+            raise IncompleteError(out, *completion.fault)
         archive = merge(completion.parts)
         completion.parts.clear()  # else all would be in memory twice while the archive is written
         archive = replace(archive, provenance=archive.provenance | {"shard": provenance["shard"]})
         keep(archive, functools.partial(write, path=out))
         notes = [f"a shard was damaged and computed again: {line}" for line in completion.damaged]
-        if not completion.faults:
+        if not completion.fault:
             notes += _remove_what_is_done(out)
-    faults = [f"{what}; {remedy}" for what, remedy in completion.faults] + faults_of(archive)
-    return SweepResult(out, archive, faults, time.perf_counter() - start, notes, was_finished=False)
+    faults = ["; ".join(completion.fault)] if completion.fault else []
+    seconds = time.perf_counter() - start
+    return SweepResult(out, archive, faults + faults_of(archive), seconds, notes, was_finished=False)
 
 
 def find_finished(out: str | os.PathLike[str]) -> SweepResult | None:

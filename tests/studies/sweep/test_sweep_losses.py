@@ -1,4 +1,4 @@
-"""A sweep never loses a run in silence: what the disk or a worker's death takes is computed again, or named."""
+"""A sweep never loses a run in silence: what the disk or a worker's death takes is made good, or named."""
 
 import errno
 import json
@@ -79,49 +79,48 @@ def at_point(number, action):
     return report
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_a_shard_that_is_damaged_while_the_sweep_runs_is_computed_again(tmp_path, whole, seed):
-    random, path = np.random.default_rng(seed), tmp_path / "sweep.h5"
-    at = int(random.integers(1, len(RUNS) + 1))
-
-    def damage():
-        flip_a_bit(random.choice(sorted(shards_folder(path).glob("*.h5"))), random)
-
-    result = sweep(path, report=at_point(at, damage))
-    assert result.faults == [] and len(result.notes) == 1 and ".shards" in result.notes[0]
-    assert_whole(path, whole)
-    assert [item.name for item in tmp_path.iterdir()] == ["sweep.h5"]
+def damage(path, random):
+    """Damage one of a sweep's shards."""
+    flip_a_bit(random.choice(sorted(shards_folder(path).glob("*.h5"))), random)
 
 
 @pytest.mark.parametrize("at", [1, 4, len(RUNS)])
-def test_shards_that_are_removed_while_the_sweep_runs_are_computed_again(tmp_path, whole, at):
-    path = tmp_path / "sweep.h5"
-    assert sweep(path, report=at_point(at, lambda: shutil.rmtree(shards_folder(path)))).faults == []
+def test_shards_that_are_damaged_or_removed_while_the_sweep_runs_cost_nothing(tmp_path, whole, at):
+    path, random = tmp_path / "sweep.h5", np.random.default_rng(at)
+    for action in (lambda: damage(path, random), lambda: shutil.rmtree(shards_folder(path))):
+        result = sweep(path, report=at_point(at, action), overwrite=True)
+        assert result.faults == result.notes == []
+        assert_whole(path, whole)
+        assert [item.name for item in tmp_path.iterdir()] == ["sweep.h5"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_shard_that_was_damaged_is_computed_again_when_the_sweep_goes_on(tmp_path, whole, seed):
+    path, random = tmp_path / "sweep.h5", np.random.default_rng(seed)
+    at = int(random.integers(1, len(RUNS) + 1))
+    with pytest.raises(KeyboardInterrupt):
+        sweep(path, report=at_point(at, interrupt))
+    damage(path, random)
+    told = []
+    result = sweep(path, resume=True, report=lambda done, _: told.append(done))
+    assert told[0] == at - 1 and result.faults == []
+    assert len(result.notes) == 1 and ".shards" in result.notes[0] and "computed again" in result.notes[0]
     assert_whole(path, whole)
     assert [item.name for item in tmp_path.iterdir()] == ["sweep.h5"]
 
 
-def test_what_is_lost_again_and_again_is_named_and_the_sweep_goes_on_later(apesim, monkeypatch, whole):
-    random = np.random.default_rng(1)
+def interrupt():
+    raise KeyboardInterrupt
 
-    def write_on_a_bad_disk(folder, part):
-        shard = write_shard(folder, part)
-        if part.runs[0] in (2, 3, 5):
-            flip_a_bit(shard, random)
 
-    monkeypatch.setattr(completion, "write_shard", write_on_a_bad_disk)
-    code, out, err = apesim("engine", "sweep", *FAST, "--json")
-    assert code == 3 and json.loads(out)["runs"] == 3
-    assert "runs 2-3, 5 are missing, their shards were damaged" in err and "--resume" in err
-    assert len(list(Path("sweep.h5.shards").glob("*.h5"))) == len(RUNS)
-    for command in ("verify", "info"):
-        code, out, _ = apesim("archive", command, "sweep.h5")
-        assert code == 3 and "2-3, 5" in out
-    monkeypatch.setattr(completion, "write_shard", write_shard)
-    assert apesim("engine", "sweep", *FAST)[0] == 2
-    assert apesim("engine", "sweep", *FAST, "--resume")[0] == 0
-    assert_whole("sweep.h5", whole)
-    assert os.listdir() == ["sweep.h5"]
+def test_a_sweep_goes_on_from_shards_as_if_it_had_not_been_interrupted(tmp_path, monkeypatch, whole):
+    path = tmp_path / "sweep.h5"
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr("apesim.archive.surroundings.processor", lambda: "another")
+        sweep(path, report=at_point(3, interrupt))
+    found = sweep(path, resume=True).archive.provenance
+    assert found["processor"] == f"another; {whole.provenance['processor']}"
+    assert found | {"processor": whole.provenance["processor"]} == whole.provenance
 
 
 def die(points):
