@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from apesim.archive import Archive, ArchiveError, read_about, read_digest, replace_file, write
-from apesim.archive.shards import lock
+from apesim.archive.lock import lock
 
 
 def refuse_to_replace(out: str | os.PathLike[str]) -> None:

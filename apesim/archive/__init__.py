@@ -3,7 +3,7 @@
 In the order in which they build on one another: records (what an archive holds in memory), columns (a value for each
 run), digests, conventions (attributes for other programs), surroundings (where results are computed), untrusted (guards
 against damaged and strangers' files), migration (older format versions), file (write and read), grid (named axes),
-comparison, shards (of a running sweep), inspection.
+comparison, lock, shards (of a running sweep), merge (of parts), completeness (which runs are missing), inspection.
 """
 
 from apesim.archive.file import (

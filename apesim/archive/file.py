@@ -242,7 +242,7 @@ def remove_file(path: str | os.PathLike[str]) -> None:
 
 
 def remove_temporaries(path: Path) -> None:
-    """Remove what killed writers of a file have left beside it; for the holder of its `shards.lock`.
+    """Remove what killed writers of a file have left beside it; for the holder of its `lock`.
 
     Parameters
     ----------

@@ -6,8 +6,9 @@ from os import PathLike
 from pathlib import Path
 
 from apesim.archive import read
+from apesim.archive.completeness import gaps_in_words, missing_runs, runs_planned
 from apesim.archive.inspection import export
-from apesim.archive.shards import gaps_in_words, merge, missing_runs, runs_planned
+from apesim.archive.merge import merge
 from apesim.studies.archive_result import ArchiveResult, result_of
 from apesim.studies.output import publish
 

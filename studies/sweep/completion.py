@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from apesim.archive import Archive, ArchiveError
-from apesim.archive.shards import gaps_in_words, read_shards, write_shard
+from apesim.archive.completeness import gaps_in_words
+from apesim.archive.shards import read_shards, write_shard
 from apesim.studies.sweep.plan import CORRECTED, FIXED, Point
 
 SECONDS_A_POINT = {FIXED: 0.03, CORRECTED: 0.12}

@@ -15,18 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.archive import Archive, ArchiveError, DamagedError, IncompleteError, read, write
+from apesim.archive.completeness import missing_runs, runs_planned
 from apesim.archive.file import complete_provenance
+from apesim.archive.lock import lock
 from apesim.archive.memory import available_memory
-from apesim.archive.shards import (
-    lock,
-    merge,
-    missing_runs,
-    plan_hash,
-    read_shards,
-    remove_shards,
-    runs_planned,
-    shards_folder,
-)
+from apesim.archive.merge import merge
+from apesim.archive.shards import plan_hash, read_shards, remove_shards, shards_folder
 from apesim.archive.untrusted import SIZE_LIMIT
 from apesim.engine.cycle.operating_point import cycle_of
 from apesim.engine.cycle.rates import TRACE

@@ -38,8 +38,8 @@ def show_info(common: Common, path: ArchivePath) -> int:
     >>> next(line for line in output.splitlines() if line.startswith("runs"))
     'runs          1'
     """
+    from apesim.archive.completeness import gaps_in_words
     from apesim.archive.migration import MIGRATED
-    from apesim.archive.shards import gaps_in_words
     from apesim.studies.archives.description import describe_archive
     from apesim.studies.commands.archive.machine_differences import difference_lines, given_machine
     from apesim.studies.output import digest_line

@@ -46,7 +46,7 @@ def merge_archives(
     part_1.h5: there is no such file; check the name
     """
     from apesim.archive import read_digest
-    from apesim.archive.shards import missing_runs, runs_planned
+    from apesim.archive.completeness import missing_runs, runs_planned
     from apesim.studies.archives import joining
     from apesim.studies.commands.archive.machine_differences import refuse_other_machine
     from apesim.studies.output import digest_line

@@ -15,7 +15,8 @@ import pytest
 
 from apesim.archive import ArchiveError, DamagedError, read, write
 from apesim.archive.inspection import verify
-from apesim.archive.shards import merge, read_shards, shards_folder, write_shard
+from apesim.archive.merge import merge
+from apesim.archive.shards import read_shards, shards_folder, write_shard
 from apesim.engine.cylinder import CAM, IDEAL_VALVE
 from apesim.engine.machine import Machine
 from apesim.studies.sweep import completion, run_sweep

@@ -12,7 +12,7 @@ import apesim
 from apesim.archive import ArchiveError, read, write
 from apesim.archive.grid import axes_of, places_of, read_grid
 from apesim.archive.inspection import verify
-from apesim.archive.shards import merge
+from apesim.archive.merge import merge
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import CAM, EPV, IDEAL_VALVE
