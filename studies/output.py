@@ -74,7 +74,7 @@ def refuse_folder(out: str | os.PathLike[str]) -> None:
     >>> refuse_folder(".")
     Traceback (most recent call last):
     ...
-    apesim.archive.untrusted.ArchiveError: .: is a folder; give the name of a file, e.g. sweep.h5
+    apesim.archive.errors.ArchiveError: .: is a folder; give the name of a file, e.g. sweep.h5
     """
     if os.path.isdir(out):
         raise ArchiveError(out, "is a folder", "give the name of a file, e.g. sweep.h5")

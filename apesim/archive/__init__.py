@@ -1,9 +1,10 @@
 """Archives: results in HDF5 files that outlive the program.
 
 In the order in which they build on one another: records (what an archive holds in memory), columns (a value for each
-run), digests, conventions (attributes for other programs), surroundings (where results are computed), untrusted (guards
-against damaged and strangers' files), migration (older format versions), file (write and read), grid (named axes),
-comparison, lock, shards (of a running sweep), merge (of parts), completeness (which runs are missing), inspection.
+run), digests, conventions (attributes for other programs), surroundings (where results are computed), errors,
+untrusted (guards against damaged and strangers' files), loading (datasets as they are stored), migration (older format
+versions), file (write and read), grid (named axes), comparison, lock, shards (of a running sweep), merge (of parts),
+completeness (which runs are missing), inspection.
 """
 
 from apesim.archive.file import (

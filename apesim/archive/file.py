@@ -34,22 +34,12 @@ import numpy as np
 
 from apesim.archive.conventions import dataset_attributes, global_attributes
 from apesim.archive.digests import DIGESTS, ROOT_DIGEST, Attribute, dataset_digest, digest_list, root_digest
+from apesim.archive.errors import ArchiveError, DamagedError, IncompleteError
+from apesim.archive.loading import check_digest, load_about, load_digests, load_stored, opened, variable_of
 from apesim.archive.migration import migrate
 from apesim.archive.records import FLAG_ATTRIBUTES, FORMAT, FORMAT_VERSION, Archive, Variable, sha256, validate
 from apesim.archive.surroundings import surroundings
-from apesim.archive.untrusted import (
-    SIZE_LIMIT,
-    ArchiveError,
-    DamagedError,
-    IncompleteError,
-    check_digest,
-    damage_named,
-    load_about,
-    load_digests,
-    load_stored,
-    opened,
-    variable_of,
-)
+from apesim.archive.untrusted import SIZE_LIMIT, damage_named
 
 __all__ = [
     "Archive",

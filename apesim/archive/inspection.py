@@ -15,9 +15,10 @@ import numpy as np
 
 from apesim.archive.completeness import gaps_in_words, missing_runs, runs_planned
 from apesim.archive.file import Archive, ArchiveError, read, read_about, read_digest
+from apesim.archive.loading import check_digest, load_digests, load_stored, opened, variable_of
 from apesim.archive.records import Variable, check_variable, codes_of, validate
 from apesim.archive.surroundings import PACKAGES
-from apesim.archive.untrusted import check_digest, damage_named, load_digests, load_stored, opened, variable_of
+from apesim.archive.untrusted import damage_named
 
 __all__ = ["export", "info", "verify"]
 

@@ -15,9 +15,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from apesim.archive.errors import TooLargeError
 from apesim.archive.file import Archive, ArchiveError, read, remove_file, write
 from apesim.archive.records import validate
-from apesim.archive.untrusted import TooLargeError
 
 __all__ = [
     "Shards",
