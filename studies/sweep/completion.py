@@ -112,8 +112,8 @@ def complete(
     >>> len(completion.parts), completion.fault
     (1, None)
     """
-    shards = read_shards(folder, plan_hash)
-    done, tally = set(shards.done), _Tally()
+    shards, runs = read_shards(folder, plan_hash), {point.run for point in points}
+    done, tally = runs.intersection(shards.done), _Tally()
     in_work = _ShardInWork(
         to_archive, functools.partial(write_shard, folder), seconds_of(point for point in points if point.run in done)
     )
@@ -131,8 +131,8 @@ def complete(
                 if in_work.add(chunk, results):
                     report(len(done), len(points))
         report(len(done), len(points))
-    missing = {point.run for point in points} - done
-    fault = (f"runs {_in_words(missing)} are missing, their worker processes died", REMEDY) if missing else None
+    missing = _in_words(runs - done)
+    fault = (f"runs {missing} are missing, their worker processes died", REMEDY) if missing else None
     return Completion(shards.parts + in_work.parts, fault, shards.damaged)
 
 

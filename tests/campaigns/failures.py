@@ -312,17 +312,21 @@ def kill():
 
 
 def damaging(fails):
-    """A shard is damaged once it is written: its second half is lost."""
-    replace = os.replace
+    """A shard loses its second half once it is written, and the archive cannot be renamed: shards are read again."""
+    replace, damaged = os.replace, []
 
     def watched(source, target):
+        path = Path(target)
+        is_shard = path.parent.name.endswith(".shards")
+        if damaged and not is_shard:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
         replace(source, target)
-        if Path(target).parent.name.endswith(".shards"):
+        if is_shard:
             try:
                 fails(errno.EIO)
             except OSError:
-                path = Path(target)
                 path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+                damaged.append(path)
 
     return [mock.patch.object(os, "replace", watched)]
 

@@ -247,9 +247,16 @@ def shard(tmp_path):
     return path
 
 
-def test_a_shard_loses_its_second_half_once_it_is_written(shard, tmp_path):
-    with failures.fail(failures.damaging, 1) as reached:
+def test_a_shard_loses_its_second_half_once_it_is_written_and_the_archive_cannot_be(shard, tmp_path):
+    with failures.fail(failures.damaging, 2) as reached:
         os.replace(tmp_path / "new", shard)
+        (tmp_path / "new").write_bytes(b"whole")
+        os.replace(tmp_path / "new", tmp_path / "first.h5")
+        assert not reached and shard.read_bytes() == b"whole"
+        (tmp_path / "new").write_bytes(b"whole")
+        os.replace(tmp_path / "new", shard)
+        with pytest.raises(OSError, match="Input/output error"):
+            os.replace(tmp_path / "sweep.h5", tmp_path / "last.h5")
     assert reached and shard.read_bytes() == b"wh"
 
 
