@@ -6,6 +6,9 @@ import sys
 
 from tests.folders import ROOT
 
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+"""Environment in which the project is found from any folder."""
+
 
 def start_python(script, folder):
     """Start Python in a folder; what the script prints can be read.
@@ -19,7 +22,6 @@ def start_python(script, folder):
     -------
     subprocess.Popen
     """
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     return subprocess.Popen(
-        [sys.executable, "-c", script], cwd=folder, env=environment, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", script], cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True
     )

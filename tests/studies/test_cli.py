@@ -16,7 +16,7 @@ import pytest
 
 from apesim.archive.inspection import info as archive_info
 from apesim.studies.console import Console
-from tests.folders import ROOT
+from tests.processes import ENVIRONMENT
 
 FAST = ["--speed", "800 rpm, 1000 rpm", "--intake", "cam,ideal"]
 
@@ -168,7 +168,6 @@ def test_machine_prints_what_it_reads(apesim):
 
 
 PROGRAM = [sys.executable, "-c", "from apesim.studies.cli import main; main()"]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
 
 def test_the_module_is_the_program_too():

@@ -13,18 +13,16 @@ import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import apesim
 from apesim.archive import Archive, ArchiveError, Variable, command_line, read, read_about, sha256, write
 from apesim.archive.inspection import verify
 from tests.archive_samples import same, sample
-from tests.folders import ROOT
+from tests.processes import ENVIRONMENT
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12)
 # Printable by its category, not by a filter: older versions of hypothesis draw mostly characters that it would refuse.
 PRINTABLE = st.characters(exclude_categories=["C", "Z"])
 LINE = st.text(PRINTABLE | st.just(" "), max_size=12)
 UNIT = st.builds("{}{}{}".format, LINE, PRINTABLE, LINE)
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(apesim.__file__).parents[1])}
 
 
 @st.composite
@@ -194,9 +192,8 @@ def test_interrupted_writing_leaves_no_temporary_file(tmp_path, monkeypatch):
 
 
 def test_real_size_limit_of_the_system_does_not_crash(tmp_path):
-    script = f"""
-import resource, sys
-sys.path.insert(0, {str(ROOT)!r})
+    script = """
+import resource
 from tests.archive_samples import sample
 from apesim.archive import ArchiveError, read, write
 resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))

@@ -13,7 +13,7 @@ import typer
 from apesim.studies.console import INCOMPLETE, main_of
 from apesim.studies.execution import pool
 from apesim.studies.execution.pool import Died, Team, run_tasks, workers_for
-from tests.folders import ROOT
+from tests.processes import ENVIRONMENT
 
 
 def square(number):
@@ -185,7 +185,7 @@ def test_workers_end_with_their_parent_and_say_nothing(tmp_path, end, whole_grou
     parent = subprocess.Popen(
         [sys.executable, "long.py"],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "ignore"},
+        env={**ENVIRONMENT, "PYTHONWARNINGS": "ignore"},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
