@@ -38,7 +38,7 @@ class Supply(NamedTuple):
         >>> Supply(pressure=1e6, temperature=290.0).engine_air()
         GasState(pressure=1000000.0, temperature=290.0)
         """
-        return GasState(self.pressure, self.temperature)
+        return GasState(float(self.pressure), self.temperature)
 
     def control(self) -> GasState:
         """Return the state of control air from the regulator.
@@ -54,7 +54,7 @@ class Supply(NamedTuple):
         GasState(pressure=1000000.0, temperature=290.0)
         """
         pressure = self.pressure if isnan(self.control_pressure) else self.control_pressure
-        return GasState(pressure, self.temperature)
+        return GasState(float(pressure), self.temperature)
 
 
 class ValveSupply(NamedTuple):

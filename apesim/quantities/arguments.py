@@ -214,7 +214,7 @@ def checked_value(given: Any, declaration: Declared, ambient_pressure: float | N
         return tuple(given)
     if isinstance(declaration, Curve):
         return np.array(given, dtype=float)
-    return int(given) if isinstance(declaration, Choice) else float(given)
+    return int(given) if isinstance(declaration, Choice) else declaration.as_said(float(given))
 
 
 def values_of(

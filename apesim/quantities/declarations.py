@@ -179,6 +179,26 @@ class Quantity(Declaration):
     def _value(self, raw: Any, text: str, ambient_pressure: float | None) -> float:
         return si_value(raw, text, self.unit)
 
+    def as_said(self, value: float) -> float:
+        """Give a number of a caller the type that a text of it would have.
+
+        Parameters
+        ----------
+        value : float
+            Number in SI.
+
+        Returns
+        -------
+        float
+            The same number.
+
+        Examples
+        --------
+        >>> Quantity("mm", 1, 50, "chosen").as_said(9e-3)
+        0.009
+        """
+        return value
+
     def _with_unit(self, number: str) -> str:
         """A bare number in a right form; "" if that is out of range."""
         form = f"{number.removesuffix('.0')} {self.unit}"
@@ -283,9 +303,21 @@ class Quantity(Declaration):
         return f'"{text}"' if self.unit else text
 
 
+class AbsolutePressure(float):
+    """A pressure that was said as absolute where others are said as gauge [Pa abs].
+
+    It stays where it is when the ambient pressure changes; a plain float there moves with it.
+    """
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, init=False)
 class Pressure(Quantity):
     """A pressure, absolute inside; its text says ``gauge`` (above the machine's ambient pressure) or ``abs``.
+
+    Where it is shown as gauge, one that is said as absolute, or as a number, is an `AbsolutePressure` inside, which is
+    printed as absolute.
 
     Parameters
     ----------
@@ -321,10 +353,31 @@ class Pressure(Quantity):
             si_value(raw, text, self.unit)  # an unreadable number or unit comes first
             raise InvalidValue(f"{quoted(raw)} says neither gauge nor abs", f'write "{text} gauge" or "{text} abs"')
         if kind == "abs":
-            return si_value(raw, body.strip(), self.unit)
+            return self.as_said(si_value(raw, body.strip(), self.unit))
         if ambient_pressure is None:
             raise InvalidValue(f"{quoted(raw)}: no ambient pressure is known here to stand above")
         return si_value(raw, body.strip(), self.unit, ambient_pressure)
+
+    def as_said(self, value: float) -> float:
+        """Mark a pressure as said as absolute, where others are said as gauge.
+
+        Parameters
+        ----------
+        value : float
+            Pressure [Pa abs].
+
+        Returns
+        -------
+        float
+            `AbsolutePressure` where pressures are shown as gauge.
+
+        Examples
+        --------
+        >>> supply = Pressure(0.1, 2, "chosen", show="gauge")
+        >>> supply.render(supply.as_said(5e5), ambient_pressure=1e5)
+        '0.5 MPa abs'
+        """
+        return AbsolutePressure(value) if self.show == "gauge" and math.isfinite(value) else value
 
     def render(self, value: float, ambient_pressure: float | None = None) -> str:
         """Return the shortest text that reads back as a pressure.
@@ -349,7 +402,8 @@ class Pressure(Quantity):
         """
         if not math.isfinite(value):
             return super().render(value)
-        reference = ambient_pressure if self.show == "gauge" else None
+        is_gauge = self.show == "gauge" and not isinstance(value, AbsolutePressure)
+        reference = ambient_pressure if is_gauge else None
         number = unit(self.unit).shortest(value, reference or 0.0)
         return f"{number} {self.unit} {'abs' if reference is None else 'gauge'}"
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from apesim.quantities.declarations import Quantity
-from apesim.quantities.trees import due, fields, is_section, joined, schema
+from apesim.quantities.trees import ambient_of, due, fields, is_section, joined, schema
 
 WIDTH = 110
 """Columns of a line; a remark that does not fit behind its value stands above it."""
@@ -55,22 +55,26 @@ def dumps(tree: Any, folder: Any = None, notes: Mapping[str, str] | None = None)
     >>> print(dumps(Machine(), notes={"valve.stroke": "measured in May"}).splitlines()[-2])
     # measured in May
     """
-    body = _section(tree, getattr(getattr(tree, "ambient", None), "pressure", None), folder, notes=notes or {})
+    body = _section(tree, (ambient_of(tree), ambient_of(type(tree))), folder, notes=notes or {})
     gap = [""] * (body[:1] != [""])
     return "\n".join([*_comment(_title(type(tree))), *_comment(LEGEND), *gap, *body, ""])
 
 
 def _section(
     tree: Any,
-    ambient_pressure: float | None,
+    ambients: tuple[float | None, float | None],
     folder: Any,
     path: str = "",
     wanted: tuple[str, ...] = (),
     *,
     notes: Mapping[str, str],
 ) -> list[str]:
-    """What stands below a header: keys (the `wanted` ones are never a comment), curves, sections."""
+    """What stands below a header: keys (the `wanted` ones are never a comment), curves, sections.
+
+    Gauge pressures stand above the first ambient pressure, those of the defaults above the second.
+    """
     cls: Any = type(tree)
+    ambient_pressure, standard_ambient = ambients
     keys, curves, sections, tables = [], [], [], []
     for key, field in fields(cls).items():
         value, default, name = getattr(tree, key), cls._field_defaults[key], joined(path, key)
@@ -78,8 +82,8 @@ def _section(
             sections += ["", *_comment(_title(field))]
             any_of = due(cls).get(key, ())
             stated = value.stated(folder) if hasattr(value, "stated") else ()
-            lines = [f"[{name}]", *stated, *_section(value, ambient_pressure, folder, name, any_of, notes=notes)]
-            if any_of and _texts(value, ambient_pressure) == _texts(default, ambient_pressure):
+            lines = [f"[{name}]", *stated, *_section(value, ambients, folder, name, any_of, notes=notes)]
+            if any_of and _texts(value, ambient_pressure) == _texts(default, standard_ambient):
                 lines = [f"# {line}".rstrip() for line in lines]
             sections += lines
             continue

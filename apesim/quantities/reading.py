@@ -7,7 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
-from apesim.quantities.trees import due, faults, fields, is_section, joined, schema
+from apesim.quantities.trees import (
+    ambient_of,
+    due,
+    faults,
+    fields,
+    is_section,
+    joined,
+    move_gauge_pressures,
+    schema,
+)
 
 COMMAND_LINE = "--set"
 
@@ -81,6 +90,8 @@ def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] 
     try:
         context = {"ambient_pressure": reference, "folder": Path(file).parent}
         tree = _adapter(cls).validate_python(data, context=context)
+        given_keys = {key for key in leaves if _is_given(data, key)}
+        tree = move_gauge_pressures(tree, ambient_of(cls), reference, given_keys)  # the defaults, too
         if not all_faults:
             all_faults += [Fault(place(key), key, *fault) for key, *fault in faults(tree)]
     except ValidationError as errors:
@@ -100,6 +111,15 @@ def _adapter(cls: Any) -> Any:
     from pydantic import TypeAdapter
 
     return TypeAdapter(cls)
+
+
+def _is_given(data: Any, key: str) -> bool:
+    """Whether nested tables hold a key with dots."""
+    for name in key.split("."):
+        if not isinstance(data, dict) or name not in data:
+            return False
+        data = data[name]
+    return True
 
 
 def _tables(cls: Any, data: Mapping[str, Any], file: str, all_faults: list[Fault], section: str = "") -> dict[str, Any]:

@@ -14,7 +14,16 @@ from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make
 from apesim.quantities.printing import dumps
 from apesim.quantities.reading import COMMAND_LINE, absent_due, read, unknown
 from apesim.quantities.toml_text import parse_toml
-from apesim.quantities.trees import fields, is_section, joined, overruled, schema
+from apesim.quantities.trees import (
+    ambient_of,
+    fields,
+    is_section,
+    joined,
+    move_gauge_pressures,
+    overruled,
+    schema,
+    with_value,
+)
 from apesim.quantities.uncertainties import flatten
 
 __all__ = [
@@ -169,7 +178,8 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
         An instance of a parameter class; it stays as it is.
     values : mapping of str to str, float, int or array
         By key, e.g. "engine.bore" or, where that is clear, "engine_bore"; a text with its unit, or a number in SI.
-        Gauge pressures stand above the new ambient pressure, where it is among them.
+        Gauge pressures stand above the new ambient pressure, where it is among them: those that are given, and those
+        that the tree has.
     where : str
         What they are given to, for messages.
 
@@ -214,7 +224,8 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
             all_faults.append(Fault(where, name, "is the name of several keys", f"write {right}"))
         else:
             all_faults.append(misassigned(cls, _with_dots(cls, name), where))
-    ambient, ambient_key = getattr(getattr(tree, "ambient", None), "pressure", None), "ambient.pressure"
+    ambient_key = "ambient.pressure"
+    ambient = stood_above = ambient_of(tree)
     for key in sorted(given, key=lambda key: key != ambient_key):
         declaration, default = leaves[key].declaration, leaves[key].default
         try:
@@ -224,7 +235,8 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
                 all_faults.append(make_fault(where, joined(key, inner), each, declaration, default, ambient))
             continue
         ambient = value if key == ambient_key else ambient
-        tree = _with_value(tree, key.split("."), value)
+        tree = with_value(tree, key, value)
+    tree = move_gauge_pressures(tree, stood_above, ambient, given)
     if not all_faults:
         all_faults += absent_due(cls, _present(tree, given), where, frozenset())
         all_faults += _ignored(tree, given, where)
@@ -242,12 +254,6 @@ def _with_dots(cls: type, name: str) -> str:
             if is_section(field) and name.startswith(f"{key}_"):
                 return joined(key, _with_dots(field, name.removeprefix(f"{key}_")))
     return name
-
-
-def _with_value(tree: Tree, path: list[str], value: Any) -> Tree:
-    """A tree with another value for one key."""
-    key, *below = path
-    return tree._replace(**{key: _with_value(getattr(tree, key), below, value) if below else value})
 
 
 def _present(tree: Any, assigned: Collection[str]) -> dict[str, Any]:
@@ -287,11 +293,13 @@ def differences(tree: Any) -> Iterator[tuple[str, str]]:
     >>> list(differences(Machine(Valve(stroke=8e-3))))
     [('valve.stroke', '8 mm')]
     """
-    ambient = getattr(getattr(tree, "ambient", None), "pressure", None)
+    ambient, standard_ambient = ambient_of(tree), ambient_of(type(tree))
     for standard, leaf in zip(schema(type(tree)), schema(type(tree), tree), strict=True):
-        if leaf.default is standard.default:
+        is_gauge = getattr(leaf.declaration, "show", "abs") == "gauge"
+        if leaf.default is standard.default and not is_gauge:
             continue
-        text, usual = (each.declaration.render(each.default, ambient) for each in (leaf, standard))
+        text = leaf.declaration.render(leaf.default, ambient)
+        usual = standard.declaration.render(standard.default, standard_ambient)
         if text != usual and leaf.declaration.is_table:
             yield from ((joined(leaf.key, inner), each) for inner, each in dict(text or {}).items())
         elif text != usual:

@@ -13,11 +13,14 @@ sections, the keys of which at least one must be given in it::
 """
 
 import typing
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from functools import lru_cache
-from typing import Any, NamedTuple
+from math import isfinite
+from typing import Any, NamedTuple, TypeVar
 
-from apesim.quantities.declarations import Declaration
+from apesim.quantities.declarations import AbsolutePressure, Declaration
+
+Tree = TypeVar("Tree", bound=Any)
 
 
 class Leaf(NamedTuple):
@@ -266,3 +269,89 @@ def schema(cls: Any, default: Any = None, section: str = "") -> Iterator[Leaf]:
             yield from schema(field, getattr(default, key), joined(section, key))
         else:
             yield Leaf(joined(section, key), field, getattr(default, key))
+
+
+def ambient_of(tree: Any) -> float | None:
+    """Find the pressure that the gauge pressures of a tree stand above.
+
+    Parameters
+    ----------
+    tree : NamedTuple or type
+        Instance of a parameter class; or the class, for that of its defaults.
+
+    Returns
+    -------
+    float or None
+        ``ambient.pressure`` [Pa abs]; None where the tree has none.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> ambient_of(Machine())
+    101325.0
+    """
+    defaults = getattr(tree, "_field_defaults", {}) if isinstance(tree, type) else {}
+    ambient = defaults.get("ambient") if isinstance(tree, type) else getattr(tree, "ambient", None)
+    return getattr(ambient, "pressure", None)
+
+
+def with_value(tree: Tree, key: str, value: Any) -> Tree:
+    """Change the value of one key of a tree.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        Instance of a parameter class; it stays as it is.
+    key : str
+        Key with dots.
+    value : object
+        New value, in SI.
+
+    Returns
+    -------
+    NamedTuple
+        Changed copy.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> with_value(Machine(), "valve.stroke", 8e-3).valve.stroke
+    0.008
+    """
+    first, _, rest = key.partition(".")
+    return tree._replace(**{first: with_value(getattr(tree, first), rest, value) if rest else value})
+
+
+def move_gauge_pressures(tree: Tree, before: float | None, after: float | None, said: Container[str]) -> Tree:
+    """Let the gauge pressures of a tree stand above another ambient pressure.
+
+    Parameters
+    ----------
+    tree : NamedTuple
+        Instance of a parameter class; it stays as it is.
+    before, after : float or None
+        Ambient pressures that they stood above, and are to stand above [Pa abs].
+    said : set of str
+        Keys that were said above the new one already; what was said as absolute stays, too.
+
+    Returns
+    -------
+    NamedTuple
+        Changed copy.
+
+    Examples
+    --------
+    >>> from apesim.engine.machine import Machine
+    >>> move_gauge_pressures(Machine(), 101325.0, 80e3, ()).supply.pressure
+    1080000.0
+    """
+    if before is None or after is None or before == after:
+        return tree
+    for leaf in schema(type(tree), tree):
+        is_gauge = getattr(leaf.declaration, "show", "abs") == "gauge" and not isinstance(
+            leaf.default, AbsolutePressure
+        )
+        if is_gauge and leaf.key not in said and isfinite(leaf.default):
+            text = leaf.declaration.render(leaf.default, before)
+            tree = with_value(tree, leaf.key, leaf.declaration.read(text, after))
+    return tree

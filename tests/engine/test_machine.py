@@ -89,8 +89,47 @@ def test_what_is_changed_is_what_a_file_of_it_would_give(tmp_path):
     assert Machine().with_(effects_ring_leakage_area="0.1 mm^2").effects.ring_leakage.area == 1e-7
 
 
-def test_an_absolute_pressure_stays_when_the_ambient_pressure_alone_is_changed():
-    assert Machine().with_(ambient_pressure="0.09 MPa abs").supply.pressure == Machine().supply.pressure
+HIGH, LOW = "0.8 MPa gauge", "80 kPa abs"
+SETTINGS = (f"supply.pressure={HIGH}", f"ambient.pressure={LOW}")
+
+
+def written(folder, machine):
+    """A machine file of a machine."""
+    file = folder / "mine.toml"
+    file.write_text(machine.to_toml())
+    return file
+
+
+@pytest.mark.parametrize("text", [HIGH, None], ids=["said", "by default"])
+def test_a_gauge_pressure_stands_above_the_ambient_pressure_wherever_and_in_whatever_order_both_are_said(
+    tmp_path, text
+):
+    settings = SETTINGS if text else SETTINGS[1:]
+    said = {"supply_pressure": text} if text else {}
+    ways = [
+        Machine.load(None, settings),
+        Machine.load(None, settings[::-1]),
+        Machine.load(written(tmp_path, Machine.load(None, settings[:-1])), settings[-1:]),
+        Machine().with_(**said, ambient_pressure=LOW),
+        Machine().with_(**said).with_(ambient_pressure=LOW),
+        Machine().with_(ambient_pressure=LOW).with_(**said),
+        Machine.load(written(tmp_path, Machine().with_(**said))).with_(ambient_pressure=80e3),
+    ]
+    ways.append(Machine.load(written(tmp_path, ways[0])))
+    assert {machine.supply.pressure for machine in ways} == {0.88e6 if text else 1.08e6}
+    assert len({machine.to_toml() for machine in ways}) == 1
+    assert {machine.effects.pressure_dependent_delay.reference for machine in ways} == {0.48e6}
+    assert [line for line in repr(ways[0]).splitlines() if "ambient" in line] == ["  ambient.pressure = 80 kPa abs"]
+    assert ("supply.pressure" in repr(ways[0])) == bool(text)
+
+
+@pytest.mark.parametrize("pressure", ["0.9 MPa abs", 0.9e6])
+def test_an_absolute_pressure_stays_when_the_ambient_pressure_changes_and_is_printed_as_one(tmp_path, pressure):
+    machine = Machine().with_(supply_pressure=pressure).with_(ambient_pressure=LOW)
+    again = Machine.load(written(tmp_path, machine), ["ambient.pressure=90 kPa abs"])
+    assert machine.supply.pressure == again.supply.pressure == 0.9e6
+    assert "supply.pressure = 0.9 MPa abs" in repr(machine)
+    assert type(machine.supply.control().pressure) is type(machine.supply.engine_air().pressure) is float
 
 
 def test_a_short_text_names_what_differs_from_the_default_machine():
