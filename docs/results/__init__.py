@@ -1,13 +1,11 @@
 """Numbers that the text of the documentation quotes: how they are computed, kept and checked.
 
 `compute` of `docs/results/NAME.py` computes them; `docs/results/NAME.json` holds what it gave, when, and by
-which code. Short results are computed anew whenever the site is built, and compared with the file. Long ones
-(`LONG = True`) are computed by `python -m docs.results NAME` alone. Their file is stale as soon as a module that was
-loaded while they were made is another. Both a stale file and a number that moved by more than its stated error fail the
-build.
+which commit. Short results are computed anew whenever the site is built, and a number that moved by more than its
+stated error fails the build. Long ones (`LONG = True`) are computed by `python -m docs.results NAME` alone, and
+compared by `python -m docs.results --again` before a release. No edit of code makes them stale.
 
-What takes hours is a record (`RECORD = True`, in place of `LONG`): it says when it was made and by which commit,
-nothing of later code, and is never stale.
+What takes hours is a record (`RECORD = True`, in place of `LONG`), which is not computed again.
 """
 
 import ast
@@ -30,9 +28,7 @@ from typing import Any
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
-OURS = ("apesim", "tests", "docs")
 PYTHON = ".".join(platform.python_version_tuple()[:2])
-"""Version that the hash of the code depends on: each has a syntax tree of its own."""
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 _NOT_COMPARED = re.compile(r"[-+]?\d+(?:\.\d+)?e[-+]\d+|[\u2500-\u257f]")
 
@@ -89,7 +85,7 @@ Value = Number | Table | Text
 
 @dataclass(frozen=True)
 class Result:
-    """What one file of results gave: named numbers, tables and texts, when, and by which code."""
+    """What one file of results gave: named numbers, tables and texts, when, and by which commit."""
 
     name: str
     what: str
@@ -98,7 +94,7 @@ class Result:
     python: str
     versions: dict[str, str]
     processor: str
-    code: dict[str, Any]
+    commit: str
     values: dict[str, Value] = field(default_factory=dict)
 
 
@@ -124,10 +120,13 @@ def is_record(name: str) -> bool:
 
 def describe_code() -> list[list[str]]:
     """Rows of a table: the day, the commit, and whether its files were changed."""
-    commit = subprocess.run(
-        ["git", "describe", "--always", "--dirty", "--abbrev=7"], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout.strip()
-    return [["made on", datetime.date.today().isoformat()], ["by commit", f"`{commit}`"]]
+    return [["made on", datetime.date.today().isoformat()], ["by commit", f"`{_commit()}`"]]
+
+
+def _commit() -> str:
+    """The commit of the checkout, with a mark where its files were changed."""
+    command = ["git", "describe", "--always", "--dirty", "--abbrev=7"]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def _flag(name: str, key: str) -> bool:
@@ -137,17 +136,11 @@ def _flag(name: str, key: str) -> bool:
 
 
 def compute(name: str) -> Result:
-    """Compute the numbers of one file, in this process.
-
-    The modules that are loaded by then are those that made them: a long result wants a process of its own.
-    """
+    """Compute the numbers of one file, in this process."""
     module = importlib.import_module(f"docs.results.{name}")
     started = time.perf_counter()
     values = module.compute()
     seconds = time.perf_counter() - started
-    ours = [key for key in sorted(sys.modules) if key.split(".")[0] in OURS]
-    modules = [key for key in ours if not key.startswith("docs.") or key == module.__name__]
-    inputs = sorted(getattr(module, "INPUTS", []))
     return Result(
         name=name,
         what=module.__doc__.strip().split("\n")[0],
@@ -156,28 +149,9 @@ def compute(name: str) -> Result:
         python=PYTHON,
         versions={key: importlib.metadata.version(key) for key in ("apesim", "numba", "numpy", "scipy")},
         processor=_processor(),
-        code={"sha256": hash_code(modules, inputs), "modules": modules, "inputs": inputs},
+        commit=_commit(),
         values=values,
     )
-
-
-def hash_code(modules: list[str], inputs: list[str]) -> str:
-    """The SHA-256 of modules, comments and docstrings left out, and of files of data.
-
-    Raises
-    ------
-    FileNotFoundError
-        A module or a file is there no more.
-    """
-    digest = hashlib.sha256()
-    for name in modules:
-        spec = importlib.util.find_spec(name)
-        if spec is None or spec.origin is None:
-            raise FileNotFoundError(name)
-        digest.update(f"{name}\n{_code(Path(spec.origin))}\n".encode())
-    for path in inputs:
-        digest.update(path.encode() + b"\n" + (ROOT / path).read_bytes())
-    return digest.hexdigest()
 
 
 def hash_files(*folders: str) -> str:
@@ -209,18 +183,6 @@ def load(name: str) -> Result:
     content = json.loads((HERE / f"{name}.json").read_text())
     content["values"] = {key: _read(value) for key, value in content["values"].items()}
     return Result(**content)
-
-
-def find_stale(result: Result) -> str | None:
-    """Why a long result no longer is what the code gives, or None."""
-    again = f"run python -m docs.results {result.name} (took {result.seconds:g} s on {result.made})"
-    if result.python != PYTHON:
-        return f"{result.name}.json was made with Python {result.python}, and cannot be checked with {PYTHON}"
-    try:
-        same = hash_code(result.code["modules"], result.code["inputs"]) == result.code["sha256"]
-    except (FileNotFoundError, ModuleNotFoundError) as error:
-        return f"{result.name}.json is stale, {error} is gone: {again}"
-    return None if same else f"{result.name}.json is stale, the code that made it has changed: {again}"
 
 
 def find_moves(old: Result, new: Result) -> Iterator[str]:
@@ -265,20 +227,6 @@ def _find_other_words(where: str, before: Text, after: Text) -> Iterator[str]:
         last_digit = 10.0 ** -len(a.partition(".")[2])
         if abs(float(b) - float(a)) > before.error * abs(float(a)) + 1.01 * last_digit:
             yield f"{where}: {a} became {b} (relative error {before.error:g})"
-
-
-def _code(path: Path) -> str:
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        if isinstance(body, list):
-            node.body = [line for line in body if not _is_text(line)]
-    return ast.dump(tree)
-
-
-def _is_text(line: ast.stmt) -> bool:
-    """Whether a statement is a docstring, of what stands above it or of all."""
-    return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and isinstance(line.value.value, str)
 
 
 def _processor() -> str:

@@ -1,4 +1,4 @@
-"""Compute numbers of the documentation anew: `python -m docs.results NAME…`, or `--stale` for all that are stale.
+"""Compute numbers of the documentation anew: `python -m docs.results NAME…` keeps them, `--again` only compares.
 
 Each file is computed in a process of its own. What moved by more than its stated error is said: the sentences that
 quote it have to be read again.
@@ -8,41 +8,38 @@ import argparse
 import subprocess
 import sys
 
-from docs.results import compute, find_moves, find_stale, is_long, is_optional, load, names, save
+from docs.results import compute, find_moves, is_long, load, names, save
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m docs.results", description=__doc__.split("\n")[0])
     parser.add_argument("names", nargs="*", help=f"of {', '.join(names())}")
-    parser.add_argument("--stale", action="store_true", help="all that are stale, or due and never computed")
+    parser.add_argument("--again", action="store_true", help="compare and keep nothing; without names: all long ones")
     options = parser.parse_args()
     unknown = set(options.names) - set(names())
-    if unknown or bool(options.names) == options.stale:
-        parser.error(f"no result {', '.join(sorted(unknown))}" if unknown else "names, or --stale")
-    chosen = options.names or [name for name in names() if _is_stale(name)]
-    if len(chosen) == 1 and not options.stale:
-        return _renew(chosen[0])
-    return max((subprocess.call([sys.executable, "-m", "docs.results", name]) for name in chosen), default=0)
+    if unknown or not (options.names or options.again):
+        parser.error(f"no result {', '.join(sorted(unknown))}" if unknown else "names, or --again")
+    chosen = options.names or [name for name in names() if is_long(name)]
+    if len(chosen) == 1:
+        return _compute(chosen[0], keep=not options.again)
+    mode = ["--again"] * options.again
+    return max(subprocess.call([sys.executable, "-m", "docs.results", name, *mode]) for name in chosen)
 
 
-def _is_stale(name: str) -> bool:
-    try:
-        return is_long(name) and find_stale(load(name)) is not None
-    except FileNotFoundError:
-        return not is_optional(name)
-
-
-def _renew(name: str) -> int:
+def _compute(name: str, *, keep: bool) -> int:
+    """Compute a file of results; 1 where it is only compared, and has moved."""
     try:
         old = load(name)
     except FileNotFoundError:
         old = None
     new = compute(name)
-    path = save(new)
-    print(f"{path.name}: {len(new.values)} values in {new.seconds:g} s")
-    for line in find_moves(old, new) if old else ():
-        print("moved: " + line)
-    return 0
+    print(f"{name}: {len(new.values)} values in {new.seconds:g} s", flush=True)
+    moves = list(find_moves(old, new)) if old else []
+    for line in moves:
+        print("moved: " + line, flush=True)
+    if keep:
+        save(new)
+    return int(bool(moves) and not keep)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ import shlex
 from docs.results import Number, Table
 from tests.acceptance.huang import POWER_SPEED, SPEEDS, TORQUE_SPEED, point
 
-INPUTS = ["docs/examples/data/huang.toml"]
 TORQUE, POWER, COLDEST = 9.99, 0.95, 17.0
 """Published values: N·m, kW, degrees Celsius."""
 OUTLET = ['ambient.pressure="1.5 bar abs"'], ['ambient.pressure="1.9 bar abs"']

@@ -18,7 +18,6 @@ from docs.results import ROOT, Number, Table
 LABORATORY = ROOT / "docs" / "examples" / "data" / "laboratory"
 AMBIENT = 101.325
 """Pressure of ambient air [kPa]."""
-INPUTS = [f"docs/examples/data/laboratory/{name}" for name in ("measured.toml", "p016.csv", "p040.csv", "p049.csv")]
 
 
 def compute():

@@ -9,7 +9,6 @@ from docs.results import Table
 from tests.late_release import ALIKE, APART, FILE, LEFT_OUT, write_rig
 
 LONG = True
-INPUTS = [str(FILE.relative_to(Path(__file__).parent.parent.parent))]
 CASES = {"25 and 75 ms": (APART, 0.8), "45 ms, all alike": (ALIKE, 0.3)}
 """Pulses of the runs and the time by which the solenoids let go late [ms], by the words of the page."""
 

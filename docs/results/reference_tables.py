@@ -5,7 +5,6 @@ import numpy as np
 from docs.results import Number, Table
 from tests.acceptance import reference_tables as printed
 
-INPUTS = ["tests/acceptance/reference-valve.csv", "tests/acceptance/reference-engine.csv"]
 HEADS = ["result", "numbers", "largest deviation", "half of the last printed digit", "beyond that half", "unit"]
 
 

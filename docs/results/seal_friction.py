@@ -14,12 +14,6 @@ LONG = True
 DOCS = Path(__file__).parent.parent
 DATA = DOCS / "examples" / "data"
 FOLDERS = {"o_ring": DATA / "cylinder_o_ring", "x_ring": DATA / "cylinder_x_ring"}
-INPUTS = [
-    str(path.relative_to(DOCS.parent))
-    for folder in FOLDERS.values()
-    for path in sorted(folder.iterdir())
-    if path.is_file()
-]
 FIGURES = DOCS / "missing_effect"
 FITTED = "1_bar.csv", "5_bar.csv"
 """Records that the friction is fitted to; nothing is fitted to the others."""

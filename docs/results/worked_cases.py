@@ -15,10 +15,6 @@ HIDDEN = {
     "solenoid": ("solenoid B late by 0.3 ms", "lift, both chambers", "solenoid_b_delay"),
     "coulomb_lift_alone": ("Coulomb friction, 6 N", "lift at 0.40 MPa gauge alone", "coulomb_friction"),
 }
-INPUTS = [
-    str(path.relative_to(DOCS.parent))
-    for path in [Path(make.__file__), *(path for name in HIDDEN for path in sorted((make.HERE / name).iterdir()))]
-]
 FIGURES = {
     ("coulomb", "maps"): DOCS / "missing_effect" / "worked_coulomb.png",
     ("solenoid", "overlays"): DOCS / "missing_effect" / "worked_solenoid.png",

@@ -23,7 +23,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def keep(values, name=RECORD):
-    results.save(Result(name, "", "", 0.0, "", {}, "", {}, values))
+    results.save(Result(name, "", "", 0.0, "", {}, "", "", values))
 
 
 def counts_of(values):
