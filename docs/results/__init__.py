@@ -19,7 +19,6 @@ import math
 import platform
 import re
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
