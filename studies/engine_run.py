@@ -3,6 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isnan
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -262,15 +263,19 @@ def supply_conditions(machine: Machine) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        Gauge pressure and temperature under ``supply``.
+        Gauge pressure and temperature under ``supply``; where the machine states a control pressure, it stands there,
+        too.
 
     Examples
     --------
     >>> supply_conditions(Machine())
     {'supply': '1 MPa gauge, 287 K'}
     """
-    pressure = (machine.supply.pressure - machine.ambient.pressure) / 1e6
-    return {"supply": f"{pressure:.4g} MPa gauge, {machine.supply.temperature:.4g} K"}
+    supply, ambient = machine.supply, machine.ambient.pressure
+    pressure = f"{(supply.pressure - ambient) / 1e6:.4g} MPa gauge"
+    control = f"{(supply.control_pressure - ambient) / 1e6:.4g} MPa gauge"
+    stated = "" if isnan(supply.control_pressure) else f" (control air {control})"
+    return {"supply": f"{pressure}{stated}, {supply.temperature:.4g} K"}
 
 
 def _typed(values: Mapping[str, float]) -> dict[str, float]:

@@ -29,14 +29,20 @@ class GridResult(ArchiveResult):
     """
 
     axes: ClassVar[tuple[str, ...]] = ()
-    """Variables over the runs that span the grid, the last one running fastest."""
+    """Variables over the runs that span the grid, the last one running fastest, unless `_axes_of` finds others."""
 
     ambient_pressure: float = field(kw_only=True)
 
     @classmethod
+    def _axes_of(cls, archive: Archive) -> tuple[str, ...]:
+        """Name the variables over the runs that span the grid of an archive."""
+        return cls.axes
+
+    @classmethod
     def _conditions_of(cls, archive: Archive) -> Mapping[str, str]:
         """Write each axis in words, by its name: its value, or both ends and how many values there are."""
-        return {name.removesuffix("_rpm").removesuffix("_deg"): _span(archive.variables[name]) for name in cls.axes}
+        axes = cls._axes_of(archive)
+        return {name.removesuffix("_rpm").removesuffix("_deg"): _span(archive.variables[name]) for name in axes}
 
     def _runs_of_grid(self) -> np.ndarray:
         """Find the runs that are points of the grid."""
@@ -63,7 +69,7 @@ class GridResult(ArchiveResult):
         >>> dict(dataset["brake_torque"].sizes)
         {'speed_rpm': 1, 'valve': 7}
         """
-        traces = traces_over(self.archive, self.axes, self._runs_of_grid())
+        traces = traces_over(self.archive, self._axes_of(self.archive), self._runs_of_grid())
         scalars = {name: scalar for name, scalar in self.scalars.items() if name not in traces}
         over_grid = Result(scalars, traces, self.conditions, self.warnings, machine=self.machine)
         return over_grid.to_xarray().assign_attrs(title=self.title)

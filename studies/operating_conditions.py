@@ -1,8 +1,13 @@
 """Operating conditions that several studies take: speed, pulse, pressure and temperature of the supply."""
 
+from math import isnan
+from typing import Any, NamedTuple
+
+from apesim.archive import Archive
 from apesim.engine.cylinder import EPV, INTAKES
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments, Pressure, Quantity
+from apesim.studies.default_grids import SUPPLY_SHARES, pressures_around, temperatures_around
 
 TIME = Quantity("ms", 0.01, 60000, "command line", typical="50 ms")
 SHORT_TIME = Quantity("ms", 0.01, 100, "command line", typical="1 ms")
@@ -39,17 +44,113 @@ def require_epv(arguments: Arguments, machine: Machine) -> None:
         arguments.fault("engine.intake", f"is {name}, which has no commands to correct", 'write "epv"')
 
 
-def with_supply(machine: Machine, pressure: float, temperature: float) -> Machine:
-    """Give a machine other control air.
+PRESSURE_AXES = ("supply_pressure", "control_pressure")
+"""Columns of an archive of which one is an axis of its grid."""
+
+
+def find_pressure_axis(archive: Archive) -> str:
+    """Find which pressure an archive is laid out over: that of the supply, or of the control air.
+
+    Parameters
+    ----------
+    archive : Archive
+        Results over a grid of the supply.
+
+    Returns
+    -------
+    str
+        Name of the column, one of `PRESSURE_AXES`.
+
+    Examples
+    --------
+    >>> from apesim.archive.columns import column
+    >>> pressure = column([0.6e6], "Pa abs", "pressure of control air", coordinate=True)
+    >>> find_pressure_axis(Archive("", {}, {"control_pressure": pressure}))
+    'control_pressure'
+    """
+    control = archive.variables.get("control_pressure")
+    return PRESSURE_AXES[control is not None and control.coordinate]
+
+
+class Supplies(NamedTuple):
+    """Supplies of a grid: pressures times temperatures."""
+
+    pressures: list[float]
+    """Pressures of the supply, or of the control air [Pa abs], ascending where they are by default."""
+    temperatures: list[float]
+    """Temperatures of the supply [K]."""
+    base: Machine
+    """Machine with the supply that all points share."""
+    axis: str = PRESSURE_AXES[0]
+    """Pressure that is varied, one of `PRESSURE_AXES`."""
+
+    def machine_at(self, pressure: float, temperature: float) -> Machine:
+        """Give the machine the supply of a point [Pa abs], [K]."""
+        varied = "pressure" if self.axis == PRESSURE_AXES[0] else "control_pressure"
+        return with_supply(self.base, **{varied: pressure}, temperature=temperature)
+
+
+def read_supplies(
+    arguments: Arguments, machine: Machine, pressure: Any, control_pressure: Any, temperature: Any
+) -> Supplies:
+    """Read the supplies of a grid from the arguments of a call; what is wrong is noted.
+
+    Parameters
+    ----------
+    arguments : Arguments
+        Reader of the call's arguments.
+    machine : Machine
+        Machine whose supply is varied.
+    pressure : str, float, sequence or None
+        Pressures of the supply; None: around the machine's own.
+    control_pressure : str, float, sequence or None
+        Pressures of the control air, which is then varied at one pressure of the supply; None: as the machine has it.
+    temperature : str, float, sequence or None
+        Temperatures of the supply; None: around the machine's own.
+
+    Returns
+    -------
+    Supplies
+        Pressures, temperatures, and what all points share.
+
+    Examples
+    --------
+    >>> arguments = Arguments("correct_timing", 101325.0)
+    >>> read_supplies(arguments, Machine(), None, "0.5 MPa abs, 0.6 MPa abs", "287 K")[:2]
+    ([500000.0, 600000.0], [287.0])
+    """
+    own = machine.supply.pressure
+    default = [own] if control_pressure is not None else pressures_around(machine, own, SUPPLY_SHARES)
+    pressures = default if pressure is None else arguments.range("pressure", pressure, PRESSURE)
+    default = temperatures_around(machine)
+    temperatures = default if temperature is None else arguments.range("temperature", temperature, TEMPERATURE)
+    if control_pressure is None:
+        return Supplies(pressures, temperatures, machine, PRESSURE_AXES[0])
+    controls = arguments.range("control_pressure", control_pressure, PRESSURE)
+    if len(pressures) > 1:
+        arguments.fault("pressure", "varies beside control_pressure", "give one pressure of the supply")
+    base = with_supply(machine, *pressures[:1])
+    return Supplies(controls, temperatures, base, PRESSURE_AXES[1])
+
+
+def with_supply(
+    machine: Machine,
+    pressure: float | None = None,
+    temperature: float | None = None,
+    control_pressure: float | None = None,
+) -> Machine:
+    """Give a machine another supply; what is left out stays as the machine has it, a stated control pressure too.
 
     Parameters
     ----------
     machine : Machine
-        Machine whose supply is replaced; a control pressure of its own falls back to the supply's.
-    pressure : float
+        Machine whose supply is changed.
+    pressure : float, optional
         Pressure of the supply [Pa abs].
-    temperature : float
+    temperature : float, optional
         Temperature of the supply [K].
+    control_pressure : float, optional
+        Pressure of control air from the regulator [Pa abs].
 
     Returns
     -------
@@ -58,9 +159,40 @@ def with_supply(machine: Machine, pressure: float, temperature: float) -> Machin
 
     Examples
     --------
-    >>> machine = with_supply(Machine(), 0.9e6, 300.0)
-    >>> machine.supply.pressure, machine.supply.temperature
-    (900000.0, 300.0)
+    >>> machine = with_supply(Machine().with_(supply_control_pressure="0.6 MPa abs"), 0.9e6, 300.0)
+    >>> machine.supply.pressure, machine.supply.control()
+    (900000.0, GasState(pressure=600000.0, temperature=300.0))
     """
-    supply = machine.supply._replace(pressure=pressure, temperature=temperature, control_pressure=float("nan"))
-    return machine._replace(supply=supply)
+    changes = {"pressure": pressure, "temperature": temperature, "control_pressure": control_pressure}
+    given = {name: value for name, value in changes.items() if value is not None}
+    return machine._replace(supply=machine.supply._replace(**given))
+
+
+def with_control_air(machine: Machine, pressure: float | None = None, temperature: float | None = None) -> Machine:
+    """Give a machine other control air, which is all that the valve's bench has; what is left out stays.
+
+    Parameters
+    ----------
+    machine : Machine
+        Machine whose control air is changed.
+    pressure : float, optional
+        Pressure of the control air [Pa abs]: that of the supply, unless the machine states a control pressure.
+    temperature : float, optional
+        Temperature of the supply [K].
+
+    Returns
+    -------
+    Machine
+        Machine with this control air.
+
+    Examples
+    --------
+    >>> with_control_air(Machine(), 0.9e6).supply.control().pressure
+    900000.0
+    >>> machine = with_control_air(Machine().with_(supply_control_pressure="0.6 MPa abs"), 0.5e6)
+    >>> machine.supply.control().pressure, machine.supply.pressure
+    (500000.0, 1101325.0)
+    """
+    if isnan(machine.supply.control_pressure):
+        return with_supply(machine, pressure, temperature)
+    return with_supply(machine, temperature=temperature, control_pressure=pressure)

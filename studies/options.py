@@ -22,8 +22,17 @@ Temperatures = Annotated[
     str, typer.Option(metavar="RANGE", help="Temperatures of the control air: start:stop:step, or a list.")
 ]
 Speeds = Annotated[str, typer.Option(metavar="R", help="Speeds: start:stop:step, or a list.")]
-SupplyPressures = Annotated[str, typer.Option(metavar="R", help="Supply pressures: start:stop:step, or a list.")]
-SupplyTemperatures = Annotated[str, typer.Option(metavar="R", help="Supply temperatures: start:stop:step, or a list.")]
+SupplyPressures = Annotated[
+    str | None,
+    typer.Option(metavar="R", help="Supply pressures; if left out, 0.6, 1 and 1.4 times the machine's own gauge one."),
+]
+ControlPressures = Annotated[
+    str | None,
+    typer.Option(metavar="R", help="Control pressures, varied at one supply pressure; else as the machine has it."),
+]
+SupplyTemperatures = Annotated[
+    str | None, typer.Option(metavar="R", help="Supply temperatures; 250 K, the machine's own and 322 K if left out.")
+]
 Pulse = Annotated[str, typer.Option(metavar="TIME", help="Time for which the solenoids are energised.")]
 Out = Annotated[Path, typer.Option(metavar="F.h5", help="Archive to write.")]
 Jobs = Annotated[

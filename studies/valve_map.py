@@ -17,7 +17,7 @@ from apesim.quantities.settings import dumps
 from apesim.studies.archive_result import ArchiveResult
 from apesim.studies.calls import arguments_of, call_text, computed
 from apesim.studies.march_status import STATUS_MEANINGS
-from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE, TIME, with_supply
+from apesim.studies.operating_conditions import PRESSURE, TEMPERATURE, TIME, with_control_air
 from apesim.studies.progress import Progress, show_progress
 from apesim.valve.bench import run_bench
 
@@ -111,7 +111,7 @@ def compute_map(
     grid = list(product(pressures, temperatures))
     runs = []
     for done, (pressure, temperature) in enumerate(grid):
-        runs.append(run_bench(with_supply(machine, pressure, temperature), pulse, sample=SAMPLE))
+        runs.append(run_bench(with_control_air(machine, pressure, temperature), pulse, sample=SAMPLE))
         if report:
             report(done + 1, len(grid))
     variables = {

@@ -2,7 +2,7 @@
 
 import time
 from dataclasses import dataclass, field
-from math import inf, nan
+from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from apesim.engine.machine import Machine
@@ -12,7 +12,7 @@ from apesim.results import NotConverged, Result, Trace, scalars_of
 from apesim.studies.calls import arguments_of, compile_first
 from apesim.studies.engine_run import supply_conditions
 from apesim.studies.execution.own_thread import call_in_thread
-from apesim.studies.operating_conditions import PRESSURE, RATE, TEMPERATURE, TIME
+from apesim.studies.operating_conditions import PRESSURE, RATE, TEMPERATURE, TIME, with_control_air
 from apesim.valve.bench import TRACE, BenchRun, run_bench
 from apesim.valve.warnings import judge_bench
 
@@ -227,7 +227,7 @@ def run_valve(
         right = f"less than the period, {period * 1e3:g} ms"
         arguments.fault("pulse", "is longer than the period of `repeat`", right)
     arguments.refuse()
-    machine = _with_supply(machine, pressure, kelvin)
+    machine = with_control_air(machine, pressure, kelvin)
     call_in_thread(compile_first, machine, run_bench, 10e-3).result()
     start = time.perf_counter()
     march = call_in_thread(run_bench, machine, seconds, end, period).result()
@@ -259,16 +259,6 @@ def run_valve(
         right = "change the pulse, the rate or the supply" if done else remedy
         raise NotConverged(f"a pulse of {conditions['pulse']}", wrong, right, run)
     return run
-
-
-def _with_supply(machine: Machine, pressure: float | None, temperature: float | None) -> Machine:
-    """Give a machine other control air; what is None stays as it is."""
-    changes: dict[str, Any] = {}
-    if pressure is not None:
-        changes |= {"pressure": pressure, "control_pressure": nan}  # the machine's own would stand against it
-    if temperature is not None:
-        changes["temperature"] = temperature
-    return machine._replace(supply=machine.supply._replace(**changes))
 
 
 def _values(march: BenchRun, wall_time: float) -> dict[str, Any]:

@@ -11,13 +11,14 @@ from matplotlib.figure import Figure
 
 from apesim.archive import Archive
 from apesim.engine.angles import DEGREE
-from apesim.studies.figures.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.figures.drawing.conditions import conditions_of, supply_keys_of
 from apesim.studies.figures.drawing.files import write_figures
 from apesim.studies.figures.drawing.lines import OWN_POINT, STYLES, draw_over_pressure, draw_own_point
 from apesim.studies.figures.drawing.panels import columns_of, label_axes, open_row
 from apesim.studies.figures.drawing.style import RED, Look
 from apesim.studies.limit.design_rule import PAPER_RPM, RPM, DesignRule
 from apesim.studies.limit.points import Point, own_run
+from apesim.studies.operating_conditions import find_pressure_axis
 
 
 def engine_limit_figures(archive: Archive, ambient_pressure: float, folder: str | PathLike[str]) -> list[Path]:
@@ -45,7 +46,7 @@ def engine_limit_figures(archive: Archive, ambient_pressure: float, folder: str 
     ['engine_limit.png', 'engine_limit.pdf']
     """
     figures = {"engine_limit": partial(_plot_limits, archive, ambient_pressure)}
-    return write_figures(figures, folder, conditions_of(archive.machine, SUPPLY))
+    return write_figures(figures, folder, conditions_of(archive.machine, supply_keys_of(archive)))
 
 
 def _plot_limits(archive: Archive, ambient_pressure: float) -> Figure:
@@ -90,12 +91,13 @@ def draw_limits(axis: Axes, archive: Archive, ambient_pressure: float) -> Axes:
     >>> draw_limits(axis, Archive("", {}, variables), 0.1e6).get_ylabel()
     'highest speed [r/min]'
     """
-    v = columns_of(archive)
+    v, pressure_axis = columns_of(archive), find_pressure_axis(archive)
+    v["supply_pressure"] = v[pressure_axis]
     of_grid = {name: values[v["point"] != Point.OWN] for name, values in v.items()}
     common: Look = {"ambient_pressure": ambient_pressure}
     draw_over_pressure(axis, of_grid, "limit_rpm", parameter="duration_deg", label="{:g}°", brightest=0.85, **common)
     draw_own_point(axis, v, "limit_rpm", **common)
-    label_axes(axis, x=("supply pressure", "MPa gauge"), y=("highest speed", "r/min"))
+    label_axes(axis, x=(pressure_axis.replace("_", " "), "MPa gauge"), y=("highest speed", "r/min"))
     return axis
 
 

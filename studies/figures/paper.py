@@ -18,7 +18,7 @@ from apesim.studies.figures.drawing.files import write_figures
 from apesim.studies.figures.drawing.panels import label_axes, open_column, open_one, open_panels
 from apesim.studies.figures.drawing.style import BLUE, RED, colours_of
 from apesim.studies.figures.valve import plot_map, plot_velocities
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.discharge import NOISE, RATE, area_at
 from apesim.studies.paper.friction.friction_map import PAPERS, SEARCHED, FrictionMap, conditions_in_words
 from apesim.studies.paper.friction.statements import STATEMENTS
@@ -125,7 +125,7 @@ def _plot_lifts(machine: Machine) -> Figure:
     """Plot the lift over time at 0.16, 0.40 and 0.49 MPa gauge (Fig. 6)."""
     figure, axis = open_one((6.4, 3.7))
     for pressure, colour in zip(LIFT_PRESSURES, colours_of(len(LIFT_PRESSURES), 0.8), strict=True):
-        supplied = with_supply(machine, machine.ambient.pressure + pressure * 1e6, TEMPERATURE)
+        supplied = with_control_air(machine, machine.ambient.pressure + pressure * 1e6, TEMPERATURE)
         run = run_bench(supplied, PULSE)
         axis.plot(run.times * 1e3, run.trace[:, 0] * 1e3, color=colour, label=f"{pressure:.2f} MPa gauge")
     axis.axvspan(0.0, PULSE * 1e3, color="0.94", zorder=0, label="solenoids energised")
@@ -138,7 +138,7 @@ def _plot_lifts(machine: Machine) -> Figure:
 
 def _plot_measures(machine: Machine) -> Figure:
     """Plot what delay time, full stroke time and seating speed of an opening are, at 1.0 MPa gauge (Fig. 7)."""
-    run = run_bench(with_supply(machine, machine.ambient.pressure + 1.0e6, TEMPERATURE), PULSE, sample=2e-5)
+    run = run_bench(with_control_air(machine, machine.ambient.pressure + 1.0e6, TEMPERATURE), PULSE, sample=2e-5)
     stroke: Any = run.opening
     delay, contact = stroke.delay * 1e3, stroke.contact * 1e3
     time, lift, speed = run.times * 1e3, run.trace[:, 0] * 1e3, run.trace[:, 1]

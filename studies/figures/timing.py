@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from apesim.engine.angles import DEGREE, TURN
-from apesim.studies.figures.drawing.conditions import SUPPLY, conditions_of
+from apesim.studies.figures.drawing.conditions import conditions_of, supply_keys_of
 from apesim.studies.figures.drawing.files import write_figures
 from apesim.studies.figures.drawing.panels import (
     MAX_SPECIFIC_AIR,
@@ -55,7 +55,7 @@ def timing_figures(timing_map: TimingMap, ambient_pressure: float, folder: str |
     if timing_map.laws["advance"]:
         plots["temperature_law"] = _plot_temperature_law
     figures = {name: partial(plot, timing_map, ambient_pressure) for name, plot in plots.items()}
-    return write_figures(figures, folder, conditions_of(timing_map.archive.machine, SUPPLY))
+    return write_figures(figures, folder, conditions_of(timing_map.archive.machine, supply_keys_of(timing_map.archive)))
 
 
 def _columns(timing_map: TimingMap) -> dict[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from enum import IntEnum
+from itertools import product
 from math import isnan, nan
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ from apesim.quantities.settings import dumps
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import RPM, WITHIN, rule_columns
 from apesim.studies.limit.points import Point, point_column, with_own
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import PRESSURE_AXES, Supplies
 from apesim.studies.timing.solve import SKETCH, Reason, Timing, corrected, start_after
 
 CRITERION = (
@@ -301,8 +302,7 @@ def lasting(machine: Machine, duration: float) -> Machine:
 
 def map_engine_limit(
     machine: Machine,
-    pressures: Sequence[float],
-    temperatures: Sequence[float],
+    supplies: Supplies,
     durations: Sequence[float],
     jobs: int | None = None,
     command: str = "",
@@ -314,10 +314,8 @@ def map_engine_limit(
     ----------
     machine : Machine
         Machine with an electro-pneumatic intake.
-    pressures : sequence of float
-        Pressures of the supply [Pa abs].
-    temperatures : sequence of float
-        Temperatures of the supply [K].
+    supplies : Supplies
+        Supplies of the grid, of that machine.
     durations : sequence of float
         Crank angles from the target opening to the target closing [rad].
     jobs : int, optional
@@ -334,18 +332,15 @@ def map_engine_limit(
 
     Examples
     --------
-    >>> archive = map_engine_limit(Machine(), [1.101325e6], [287.0], [75.0 * DEGREE], jobs=1)
+    >>> supplies = Supplies([1.101325e6], [287.0], Machine())
+    >>> archive = map_engine_limit(Machine(), supplies, [75.0 * DEGREE], jobs=1)
     >>> archive.variables["limit_rpm"].values.round(-2), archive.variables["fails"].values
     (array([1200.]), array([2], dtype=int8))
     """
-    supply, command_angles = machine.supply, machine.command
-    grid = [(p, t, d, p) for p in pressures for t in temperatures for d in durations]
-    duration = command_angles.close_target - command_angles.open_target
-    grid, kinds = with_own(grid, (supply.pressure, supply.temperature, duration, supply.control().pressure))
-    machines = [
-        machine if kind == Point.OWN else lasting(with_supply(machine, p, t), d)
-        for kind, (p, t, d, _) in zip(kinds, grid, strict=True)
-    ]
+    asked = product(supplies.pressures, supplies.temperatures, durations)
+    machines = [lasting(supplies.machine_at(pressure, temperature), window) for pressure, temperature, window in asked]
+    grid, kinds = with_own([_point_of(each) for each in machines], _point_of(machine))
+    machines += [machine] * (len(grid) - len(machines))
     limits = [EngineLimit(nan, Failure.TIMING, nan, None, 0)] * len(grid)
     jobs = workers_for(SECONDS_A_LIMIT * len(grid), jobs)
     for done, ((number, _), limit) in enumerate(run_tasks(_limit_of, list(enumerate(machines)), jobs)):
@@ -360,7 +355,13 @@ def map_engine_limit(
         "lowest_rpm": f"{LOWEST / RPM:g}",
         "highest_rpm": f"{HIGHEST / RPM:g}",
     }
-    return Archive(dumps(machine), provenance, limit_columns(grid, kinds, limits))
+    return Archive(dumps(machine), provenance, limit_columns(grid, kinds, limits, supplies.axis))
+
+
+def _point_of(machine: Machine) -> tuple[float, float, float, float]:
+    """Conditions of a limit: supply pressure [Pa abs], temperature [K], window [rad], control pressure [Pa abs]."""
+    supply, command = machine.supply, machine.command
+    return supply.pressure, supply.temperature, command.close_target - command.open_target, supply.control().pressure
 
 
 def _limit_of(task: tuple[int, Machine]) -> EngineLimit:
@@ -369,7 +370,10 @@ def _limit_of(task: tuple[int, Machine]) -> EngineLimit:
 
 
 def limit_columns(
-    grid: Sequence[tuple[float, ...]], kinds: Sequence[Point], limits: Sequence[EngineLimit]
+    grid: Sequence[tuple[float, ...]],
+    kinds: Sequence[Point],
+    limits: Sequence[EngineLimit],
+    pressure_axis: str = PRESSURE_AXES[0],
 ) -> dict[str, Variable]:
     """Make the columns of the archive of a map of limits.
 
@@ -382,6 +386,8 @@ def limit_columns(
         Origin of each point.
     limits : sequence of EngineLimit
         Limit at each point.
+    pressure_axis : str
+        Pressure that is an axis of the grid, one of `apesim.studies.operating_conditions.PRESSURE_AXES`.
 
     Returns
     -------
@@ -401,6 +407,7 @@ def limit_columns(
         return column(np.array(values, dtype=float), unit, description)
 
     pressures, temperatures, durations, controls = np.array(grid).T
+    over_supply, over_control = (pressure_axis == name for name in PRESSURE_AXES)
     speeds = np.array([limit.limit for limit in limits])
     fails = np.array([limit.fails for limit in limits])
     supplies = list(zip(pressures, temperatures, controls, strict=True))
@@ -411,9 +418,11 @@ def limit_columns(
     return {
         "run": run_axis(len(grid)),
         "point": point_column(kinds),
-        "supply_pressure": column(pressures, "Pa abs", "pressure of the supply", coordinate=True),
+        "supply_pressure": column(pressures, "Pa abs", "pressure of the supply", coordinate=over_supply),
         "supply_temperature": column(temperatures, "K", "temperature of the supply", coordinate=True),
-        "control_pressure": column(controls, "Pa abs", "pressure of control air from the regulator"),
+        "control_pressure": column(
+            controls, "Pa abs", "pressure of control air from the regulator", coordinate=over_control
+        ),
         "duration_deg": column(
             durations / DEGREE, "deg", "window: from the target opening to the target closing", coordinate=True
         ),

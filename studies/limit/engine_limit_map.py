@@ -14,13 +14,13 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
 from apesim.results import Scalar
 from apesim.studies.calls import arguments_of, call_text, computed
-from apesim.studies.default_grids import DURATIONS, SUPPLY_PRESSURES, TEMPERATURES
+from apesim.studies.default_grids import DURATIONS
 from apesim.studies.grid_result import GridResult
 from apesim.studies.limit.design_rule import RPM
 from apesim.studies.limit.engine_limit import CRITERION, LOWEST, Failure, judged, map_engine_limit
 from apesim.studies.limit.points import Point, lowest_run, own_run
 from apesim.studies.limit.summary import summary_json
-from apesim.studies.operating_conditions import DURATION, JOBS, PRESSURE, TEMPERATURE, require_epv
+from apesim.studies.operating_conditions import DURATION, JOBS, find_pressure_axis, read_supplies, require_epv
 from apesim.studies.progress import Progress, show_progress
 
 if TYPE_CHECKING:
@@ -35,10 +35,14 @@ class EngineLimitMap(GridResult):
     """
 
     title: ClassVar[str] = "highest speeds at which the targets are met"
-    axes: ClassVar[tuple[str, ...]] = ("supply_pressure", "supply_temperature", "duration_deg")
 
     open_target_deg: float = field(kw_only=True)
     """Target of the opening [deg]."""
+
+    @classmethod
+    def _axes_of(cls, archive: Archive) -> tuple[str, ...]:
+        """Name the axes of the grid."""
+        return find_pressure_axis(archive), "supply_temperature", "duration_deg"
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:
@@ -132,8 +136,9 @@ class EngineLimitMap(GridResult):
 def find_engine_limit(
     machine: Machine,
     *,
-    pressure: str | float | Sequence[str | float] = SUPPLY_PRESSURES,
-    temperature: str | float | Sequence[str | float] = TEMPERATURES,
+    pressure: str | float | Sequence[str | float] | None = None,
+    control_pressure: str | float | Sequence[str | float] | None = None,
+    temperature: str | float | Sequence[str | float] | None = None,
     duration: str | float | Sequence[str | float] = DURATIONS,
     out: str | PathLike[str] | None = None,
     jobs: int | None = 1,
@@ -147,10 +152,14 @@ def find_engine_limit(
     ----------
     machine : Machine
         With an electro-pneumatic valve as its intake.
-    pressure : str, float or sequence
-        Of the supply, e.g. "0.6:1.4:0.4 MPa gauge", or [Pa abs].
-    temperature : str, float or sequence
-        Of the supply, e.g. "250 K, 287 K", or [K].
+    pressure : str, float or sequence, optional
+        Of the supply, e.g. "0.6:1.4:0.4 MPa gauge", or [Pa abs]; if left out, 0.6, 1 and 1.4 times the machine's own
+        gauge pressure. A control pressure that the machine states stays.
+    control_pressure : str, float or sequence, optional
+        Of the control air, which is varied instead, at one pressure of the supply, the machine's own if that is left
+        out.
+    temperature : str, float or sequence, optional
+        Of the supply, e.g. "250 K, 287 K", or [K]; 250 K, the machine's own and 322 K if left out.
     duration : str, float or sequence
         From the target opening to the target closing, e.g. "60 deg, 75 deg", or [rad].
     out : path, optional
@@ -189,14 +198,13 @@ def find_engine_limit(
     call = call_text(find_engine_limit, locals()) if call is None else call
     arguments = arguments_of("find_engine_limit", machine)
     require_epv(arguments, machine)
-    pressures = arguments.range("pressure", pressure, PRESSURE)
-    temperatures = arguments.range("temperature", temperature, TEMPERATURE)
+    supplies = read_supplies(arguments, machine, pressure, control_pressure, temperature)
     durations = arguments.range("duration", duration, DURATION)
     arguments.quantity("jobs", jobs, JOBS)
     arguments.refuse()
 
     def compute(report: Callable[[int, int], None]) -> Archive:
-        return map_engine_limit(machine, pressures, temperatures, durations, jobs=jobs, command=call, report=report)
+        return map_engine_limit(machine, supplies, durations, jobs=jobs, command=call, report=report)
 
     first_march = judged, machine, LOWEST
     with show_progress(progress, "limit") as report:

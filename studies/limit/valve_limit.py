@@ -22,7 +22,7 @@ from apesim.studies.calls import arguments_of, call_text, computed
 from apesim.studies.execution.pool import run_tasks, workers_for
 from apesim.studies.limit.design_rule import WITHIN, rule_columns
 from apesim.studies.limit.points import lowest_run, own_run, point_column, with_own
-from apesim.studies.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_supply
+from apesim.studies.operating_conditions import DUTY, JOBS, PRESSURE, TEMPERATURE, with_control_air
 from apesim.studies.progress import Progress, show_progress
 from apesim.studies.valve_map import PRESSURES, grid_conditions, plot_over_pressure, supply_columns
 from apesim.valve.bench import BenchRun, run_bench
@@ -202,7 +202,7 @@ def limit_map(
     """
     own = *machine.supply.control(), (machine.command.release - machine.command.energise) / TURN
     grid, kinds = with_own(list(product(pressures, temperatures, duties)), own)
-    points = [(run, with_supply(machine, p, t), duty) for run, (p, t, duty) in enumerate(grid)]
+    points = [(run, with_control_air(machine, p, t), duty) for run, (p, t, duty) in enumerate(grid)]
     limits = [Limit(nan, nan, 0)] * len(grid)
     outcomes = np.full(len(grid), DIED, dtype=np.int8)
     tasks = run_tasks(_limit_at, points, workers_for(SECONDS_A_POINT * len(grid), jobs))

@@ -130,9 +130,11 @@ def with_values(tree: Any, values: Mapping[str, object]) -> Any:
 
 
 def run_of(machine: Machine, run: MeasuredRun) -> Machine:
-    """Take the supply of a measured run, which is that of the control air, too, and an engine's command into a machine.
+    """Take the supply of a measured run, and an engine's command, into a machine.
 
-    What the run states of its supply is freed of the errors of gauge and thermometer that the machine knows of.
+    On a valve's bench the supply is that of the control air. On an engine the control air is as the run states it, else
+    as the machine does. What the run states of its supply is freed of the errors of gauge and thermometer that the
+    machine knows of.
 
     Parameters
     ----------
@@ -156,7 +158,10 @@ def run_of(machine: Machine, run: MeasuredRun) -> Machine:
     gain, offset = effects.sensor_gain.supply_pressure, effects.sensor_offset.supply_temperature
     ambient = machine.ambient.pressure
     pressure = ambient + (run.supply - ambient) / (1.0 + gain) if gain else run.supply
-    supply = machine.supply._replace(pressure=pressure, control_pressure=nan)
+    control = nan if run.bench == VALVE else machine.supply.control_pressure
+    supply = machine.supply._replace(
+        pressure=pressure, control_pressure=control if isnan(run.control_supply) else run.control_supply
+    )
     if not isnan(run.temperature):
         supply = supply._replace(temperature=run.temperature - offset)
     if run.bench == ENGINE:

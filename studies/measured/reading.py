@@ -288,6 +288,7 @@ def _run_of(
         values["release"],
         angles,
         {name: values[name] for name in SENSORS[ENGINE].means if name in given},
+        control_supply=values["control_supply"],
     )
 
 

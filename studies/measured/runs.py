@@ -81,6 +81,8 @@ class MeasuredRun(NamedTuple):
     given: dict[str, np.ndarray] = NO_GIVEN
     """What the model of a cylinder is given, SI, each of shape (n,): ``stroke`` [m], ``pressure`` [Pa abs] and
     ``velocity`` of the stroke [m/s], see `apesim.studies.measured.to_and_fro`."""
+    control_supply: float = nan
+    """Pressure of an engine's control air [Pa abs]; NaN: as the machine has it. On a valve's bench the supply is it."""
 
     def __repr__(self) -> str:
         sensors = ", ".join([*self.channels, *self.means]) or "nothing"

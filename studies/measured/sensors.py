@@ -20,6 +20,7 @@ ROLE_KEY = {"role": Choice(ROLES, FILE)}
 EXAMPLES = {
     "data": "p040.csv",
     "supply": 0.40e6 + 101325.0,
+    "control_supply": 0.60e6 + 101325.0,
     "temperature": 287.0,
     "role": 0,
     "pulse": 50e-3,
@@ -103,6 +104,7 @@ SENSORS = {
             "release": Quantity("deg", -360, 720, FILE),
             "torque": Quantity("N m", -10000, 10000, FILE),
             "air_flow": Quantity("g/s", -10000, 10000, FILE),
+            "control_supply": Pressure(0.02, 30, FILE, show="gauge"),
         }
         | ROLE_KEY,
         ("supply", "speed", "energise", "release"),

@@ -8,7 +8,7 @@ import numpy as np
 
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import LOG_HEAD, ZERO_CROSSING
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.soft_landing.braking import (
     APART,
     SWITCHED,
@@ -121,7 +121,9 @@ def conditions_of(task: Task) -> list[tuple[Task, Landing]]:
     pressure, temperature = task.machine.supply.control()
     ambient = task.machine.ambient.pressure
     tasks = [
-        task._replace(machine=with_supply(task.machine, ambient + factor * (pressure - ambient), temperature + offset))
+        task._replace(
+            machine=with_control_air(task.machine, ambient + factor * (pressure - ambient), temperature + offset)
+        )
         for factor in FACTORS
         for offset in OFFSETS
     ]
@@ -235,7 +237,7 @@ def soft_landings(
     """
     results = []
     for pressure in pressures:
-        supplied = with_supply(machine, pressure, temperature)
+        supplied = with_control_air(machine, pressure, temperature)
         before = Task(supplied, dwell, STROKES[0]).before
         for stroke in STROKES:
             result = _soften(Task(supplied, dwell, stroke, before=before), spacing, cost, solenoids)

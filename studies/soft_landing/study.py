@@ -10,7 +10,7 @@ from apesim.archive import Archive
 from apesim.engine.machine import Machine
 from apesim.quantities import Choice
 from apesim.studies.calls import arguments_of, call_text, computed
-from apesim.studies.default_grids import LANDING_PRESSURES, PULSE
+from apesim.studies.default_grids import LANDING_SHARES, PULSE, pressures_around
 from apesim.studies.grid_result import GridResult
 from apesim.studies.operating_conditions import PRESSURE, SHORT_TIME, TEMPERATURE, TIME
 from apesim.studies.progress import Progress, show_progress
@@ -130,8 +130,8 @@ class SoftLanding(GridResult):
 def find_soft_landing(
     machine: Machine,
     *,
-    pressure: str | float | Sequence[str | float] = LANDING_PRESSURES,
-    temperature: str | float = "287 K",
+    pressure: str | float | Sequence[str | float] | None = None,
+    temperature: str | float | None = None,
     cost: str | float = "1 ms",
     spacing: str | float | None = None,
     solenoids: str = ANY,
@@ -150,10 +150,11 @@ def find_soft_landing(
     ----------
     machine : Machine
         Machine with the valve.
-    pressure : str, float or sequence
-        Control pressures, e.g. "0.4:1.6:0.6 MPa gauge", or [Pa abs].
-    temperature : str or float
-        Of the control air, e.g. "287 K", or [K].
+    pressure : str, float or sequence, optional
+        Control pressures, e.g. "0.4:1.6:0.6 MPa gauge", or [Pa abs]; if left out, 0.4, 1 and 1.6 times the machine's
+        own gauge pressure of control air.
+    temperature : str or float, optional
+        Of the control air, e.g. "287 K", or [K]; the machine's own if left out.
     cost : str or float
         Time added to a stroke, command edge to contact, at most, or [s].
     spacing : str or float, optional
@@ -193,8 +194,10 @@ def find_soft_landing(
     call = call_text(find_soft_landing, locals()) if call is None else call
     arguments = arguments_of("find_soft_landing", machine)
     choice = Choice((*SOLENOIDS, ANY), "command line")
-    pressures = arguments.range("pressure", pressure, PRESSURE)
-    kelvin = arguments.quantity("temperature", temperature, TEMPERATURE)
+    around = pressures_around(machine, machine.supply.control().pressure, LANDING_SHARES)
+    pressures = around if pressure is None else arguments.range("pressure", pressure, PRESSURE)
+    own = machine.supply.temperature
+    kelvin = own if temperature is None else arguments.quantity("temperature", temperature, TEMPERATURE)
     max_added = arguments.quantity("cost", cost, SHORT_TIME)
     min_spacing = SPACING if spacing is None else arguments.quantity("spacing", spacing, SHORT_TIME)
     number = arguments.quantity("solenoids", solenoids, choice)

@@ -6,21 +6,18 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-
 from apesim.archive import Archive
 from apesim.engine.angles import DEGREE
 from apesim.engine.machine import Machine
 from apesim.quantities import Arguments
 from apesim.studies.calls import arguments_of, call_text, computed
-from apesim.studies.default_grids import SUPPLY_PRESSURES, TEMPERATURES, TIMING_SPEEDS
+from apesim.studies.default_grids import TIMING_SPEEDS
 from apesim.studies.grid_result import GridResult
-from apesim.studies.operating_conditions import ANGLE, JOBS, PRESSURE, SPEED, TEMPERATURE, require_epv
+from apesim.studies.operating_conditions import ANGLE, JOBS, SPEED, find_pressure_axis, read_supplies, require_epv
 from apesim.studies.progress import Progress, show_progress
 from apesim.studies.timing.export import as_json, export, refuse_exports
 from apesim.studies.timing.grid import TimingMap, faults_of_timing, map_timing
 from apesim.studies.timing.solve import corrected
-from apesim.studies.timing.table import Axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as PlotAxes
@@ -39,9 +36,12 @@ class CorrectedTiming(GridResult):
     """
 
     title: ClassVar[str] = "commands that open and close the valve at its targets"
-    axes: ClassVar[tuple[str, ...]] = ("speed_rpm", "supply_pressure", "supply_temperature")
-
     map: TimingMap = field(kw_only=True)
+
+    @classmethod
+    def _axes_of(cls, archive: Archive) -> tuple[str, ...]:
+        """Name the axes of the grid."""
+        return "speed_rpm", find_pressure_axis(archive), "supply_temperature"
 
     @classmethod
     def _faults_of(cls, archive: Archive) -> Iterable[str]:
@@ -150,8 +150,9 @@ def correct_timing(
     *,
     target: str | Sequence[float] | None = None,
     speed: str | float | Sequence[str | float] = TIMING_SPEEDS,
-    pressure: str | float | Sequence[str | float] = SUPPLY_PRESSURES,
-    temperature: str | float | Sequence[str | float] = TEMPERATURES,
+    pressure: str | float | Sequence[str | float] | None = None,
+    control_pressure: str | float | Sequence[str | float] | None = None,
+    temperature: str | float | Sequence[str | float] | None = None,
     out: str | PathLike[str] | None = None,
     jobs: int | None = 1,
     overwrite: bool = False,
@@ -168,10 +169,14 @@ def correct_timing(
         Crank angles of opening and closing, e.g. "-5 deg, 70 deg", or [rad]; the machine's own if left out.
     speed : str, float or sequence
         Speeds: a range such as "300:2400:150 rpm", a list, or [rad/s].
-    pressure : str, float or sequence
-        Pressures of the supply, e.g. "0.6:1.4:0.4 MPa gauge", or [Pa abs].
-    temperature : str, float or sequence
-        Temperatures of the supply, e.g. "250 K, 287 K", or [K].
+    pressure : str, float or sequence, optional
+        Pressures of the supply, e.g. "0.6:1.4:0.4 MPa gauge", or [Pa abs]; if left out, 0.6, 1 and 1.4 times the
+        machine's own gauge pressure. A control pressure that the machine states stays.
+    control_pressure : str, float or sequence, optional
+        Pressures of the control air, which are varied instead, at one pressure of the supply, the machine's own if
+        that is left out.
+    temperature : str, float or sequence, optional
+        Temperatures of the supply, e.g. "250 K, 287 K", or [K]; 250 K, the machine's own and 322 K if left out.
     out : path, optional
         The archive to write.
     jobs : int or None
@@ -213,8 +218,7 @@ def correct_timing(
     require_epv(arguments, machine)
     machine = _with_targets(arguments, machine, target)
     speeds = arguments.range("speed", speed, SPEED)
-    pressures = arguments.range("pressure", pressure, PRESSURE)
-    temperatures = arguments.range("temperature", temperature, TEMPERATURE)
+    supplies = read_supplies(arguments, machine, pressure, control_pressure, temperature)
     arguments.quantity("jobs", jobs, JOBS)
     arguments.refuse()
     if out is not None:
@@ -222,8 +226,7 @@ def correct_timing(
     maps: list[TimingMap] = []
 
     def compute(report: Callable[[int, int], None]) -> Archive:
-        axes = Axes(*map(np.array, (speeds, pressures, temperatures)))
-        maps.append(map_timing(machine, axes, jobs, command=call, report=report))
+        maps.append(map_timing(supplies, speeds, jobs, command=call, report=report))
         return maps[0].archive
 
     first_march = corrected, machine, speeds[0]

@@ -34,9 +34,8 @@ def as_json(timing_map: TimingMap) -> dict[str, Any]:
     --------
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.timing.grid import map_timing
-    >>> from apesim.studies.timing.table import Axes
-    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0]))
-    >>> timing_map = map_timing(Machine(), axes, jobs=1)
+    >>> from apesim.studies.operating_conditions import Supplies
+    >>> timing_map = map_timing(Supplies([1.1e6], [287.0], Machine()), [94.0], jobs=1)
     >>> data = as_json(timing_map)
     >>> {name: round(angle, 3) for name, angle in data["target_deg"].items()}
     {'open': -5.0, 'close': 70.0}
@@ -59,7 +58,7 @@ def as_json(timing_map: TimingMap) -> dict[str, Any]:
             "criterion": CRITERION,
             "axes": {
                 "speed_rpm": np.unique(v["speed_rpm"]),
-                "supply_pressure_Pa": axes.pressures,
+                f"{timing_map.pressure_axis}_Pa": axes.pressures,
                 "supply_temperature_K": axes.temperatures,
             },
             "advance_deg": timing_map.advance / DEGREE,
@@ -76,16 +75,18 @@ def as_json(timing_map: TimingMap) -> dict[str, Any]:
                 "seed": error.seed,
                 "measured": error_text(error),
             },
-            "temperature_law": {name: [_law(law) for law in laws] for name, laws in timing_map.laws.items()},
+            "temperature_law": {
+                name: [_law(law, timing_map.pressure_axis) for law in laws] for name, laws in timing_map.laws.items()
+            },
             "points": points,
         }
     )
 
 
-def _law(law: Law) -> dict[str, Any]:
+def _law(law: Law, pressure_axis: str) -> dict[str, Any]:
     """Convert a law to milliseconds and degrees; its speed is NaN where it is that of all speeds."""
     return {
-        "supply_pressure_Pa": law.pressure,
+        f"{pressure_axis}_Pa": law.pressure,
         "speed_rpm": law.speed / TURN * 60.0,
         "at_287_K_ms": law.at_reference * 1e3,
         "slope_ms_per_K": law.slope * 1e3,
@@ -133,9 +134,8 @@ def export(timing_map: TimingMap, out: Path) -> list[Path]:
     >>> import tempfile
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.timing.grid import map_timing
-    >>> from apesim.studies.timing.table import Axes
-    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0]))
-    >>> timing_map = map_timing(Machine(), axes, jobs=1)
+    >>> from apesim.studies.operating_conditions import Supplies
+    >>> timing_map = map_timing(Supplies([1.1e6], [287.0], Machine()), [94.0], jobs=1)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     [path.name for path in export(timing_map, Path(folder, "timing.h5"))]
     ['timing.csv', 'timing.json', 'timing.h']

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
+from itertools import product
 from math import nan
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ from apesim.kernel import sources_hash
 from apesim.march.adaptive import Status
 from apesim.quantities.settings import dumps
 from apesim.studies.execution.pool import run_tasks, workers_for
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import PRESSURE_AXES, Supplies, find_pressure_axis
 from apesim.studies.timing.law import Law, laws_of
 from apesim.studies.timing.open_loop import Delays, open_loop_delays
 from apesim.studies.timing.solve import Reason, Timing, corrected, look, start_after, wrapped
@@ -35,6 +36,7 @@ REASONS = ", ".join(f"{int(reason)} {reason.words}" for reason in Reason)
 COLUMNS = {
     "speed_rpm": ("r/min", "speed, revolutions a minute"),
     "supply_pressure": ("Pa abs", "pressure of the supply"),
+    "control_pressure": ("Pa abs", "pressure of control air from the regulator"),
     "supply_temperature": ("K", "temperature of the supply"),
     "reachable": ("1", CRITERION),
     "reason": ("1", "why not"),
@@ -105,6 +107,11 @@ class TimingMap(NamedTuple):
     """Measured error of both tables between their points."""
 
     @property
+    def pressure_axis(self) -> str:
+        """Pressure that the tables stand over: "supply_pressure" or "control_pressure"."""
+        return find_pressure_axis(self.archive)
+
+    @property
     def full_lift(self) -> np.ndarray:
         """Whether the piston meets its open stop, (i, j, k); the targets can be in reach without it."""
         return self.archive.variables["full_lift"].values.reshape(self.axes.shape) == 1
@@ -171,26 +178,25 @@ def _shortcut(machine: Machine, delays: Delays, speed: float) -> dict[str, float
     return row | {"shortcut_open_error_deg": errors[0], "shortcut_close_error_deg": errors[1]}
 
 
-def _series(machine: Machine, axes: Axes, chosen: Sequence[Sequence[float]]) -> list[Series]:
+def _series(supplies: Supplies, axes: Axes, chosen: Sequence[Sequence[float]]) -> list[Series]:
     """Group the points of the grid, and the chosen centres of cells, into series of one pressure and temperature."""
     i, j, k = axes.shape
-    supplies = [(pressure, temperature) for pressure in axes.pressures for temperature in axes.temperatures]
     series = [
-        Series(with_supply(machine, *supply), tuple(axes.speeds), tuple(number + j * k * s for s in range(i)), False)
-        for number, supply in enumerate(supplies)
+        Series(supplies.machine_at(*air), tuple(axes.speeds), tuple(number + j * k * s for s in range(i)), False)
+        for number, air in enumerate(product(axes.pressures, axes.temperatures))
     ]
     groups: dict[tuple[float, ...], list[tuple[float, int]]] = {}
     for place, (speed, *supply) in enumerate(chosen):
         groups.setdefault(tuple(supply), []).append((speed, place))
     for air, members in groups.items():
         speeds, places = zip(*sorted(members), strict=True)
-        series.append(Series(with_supply(machine, *air), speeds, places, True))
+        series.append(Series(supplies.machine_at(*air), speeds, places, True))
     return series
 
 
 def map_timing(
-    machine: Machine,
-    axes: Axes,
+    supplies: Supplies,
+    speeds: Sequence[float],
     jobs: int | None = None,
     max_checks: int = MAX_CHECKS,
     command: str = "",
@@ -200,10 +206,11 @@ def map_timing(
 
     Parameters
     ----------
-    machine : Machine
-        Machine with an electro-pneumatic intake.
-    axes : Axes
-        Speeds, pressures and temperatures of the grid, in any order; values that occur twice count once.
+    supplies : Supplies
+        Supplies of the grid, of a machine with an electro-pneumatic intake, in any order; values that occur twice count
+        once.
+    speeds : sequence of float
+        Speeds of the grid [rad/s], in any order.
     jobs : int, optional
         Number of processes; as many as the work is worth if left out.
     max_checks : int
@@ -220,21 +227,22 @@ def map_timing(
 
     Examples
     --------
-    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([280.0, 300.0]))
-    >>> timing_map = map_timing(Machine(), axes, jobs=1)
+    >>> supplies = Supplies([1.1e6], [280.0, 300.0], Machine())
+    >>> timing_map = map_timing(supplies, [94.0], jobs=1)
     >>> (timing_map.advance / DEGREE).round(1).tolist()  # colder air makes the valve slower
     [[[36.3, 35.7]]]
     >>> timing_map.error.centres
     1
     """
-    axes = Axes(*(np.unique(np.asarray(axis, dtype=float)) for axis in axes))
+    asked, machine = (speeds, supplies.pressures, supplies.temperatures), supplies.base
+    axes = Axes(*(np.unique(np.asarray(axis, dtype=float)) for axis in asked))
     chosen, number = centres(axes, max_checks, SEED)
     size = int(np.prod(axes.shape))
     rows: list[dict[str, float]] = [{}] * size
     checks = [(nan, nan)] * len(chosen)
     done, total = 0, size + len(chosen)
     jobs = workers_for(SECONDS_A_POINT * total, jobs)
-    for series, results in run_tasks(_compute, _series(machine, axes, chosen), jobs):
+    for series, results in run_tasks(_compute, _series(supplies, axes, chosen), jobs):
         for place, row in zip(series.places, results or (), strict=bool(results)):
             if series.alone:
                 checks[place] = row["advance_deg"] * DEGREE, row["release_advance_deg"] * DEGREE
@@ -243,7 +251,7 @@ def map_timing(
         done += len(series.places)
         if report:
             report(done, total)
-    variables = _variables(axes, rows)
+    variables = _variables(supplies, axes, rows)
     advance, release_advance = (
         variables[name].values.reshape(axes.shape) * DEGREE for name in ("advance_deg", "release_advance_deg")
     )
@@ -260,20 +268,23 @@ def map_timing(
     return TimingMap(archive, machine.command, axes, advance, release_advance, laws, error)
 
 
-def _variables(axes: Axes, rows: Sequence[dict[str, float]]) -> dict[str, Variable]:
+def _variables(supplies: Supplies, axes: Axes, rows: Sequence[dict[str, float]]) -> dict[str, Variable]:
     """Make the variables of the archive from the rows of the grid; a row whose worker died is one that failed."""
     speeds, pressures, temperatures = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
+    machines = [supplies.machine_at(*air) for air in zip(pressures, temperatures, strict=True)]
     places = {
         "speed_rpm": np.array([float(f"{speed / TURN * 60.0:.12g}") for speed in speeds]),
-        "supply_pressure": pressures,
+        "supply_pressure": np.array([machine.supply.pressure for machine in machines]),
+        "control_pressure": np.array([machine.supply.control().pressure for machine in machines]),
         "supply_temperature": temperatures,
     }
+    coordinates = places.keys() - PRESSURE_AXES | {supplies.axis}
     lost = {"reachable": 0, "reason": int(Reason.FAILED), "full_lift": 0, "marches": 0}
     variables = {"run": run_axis(len(rows))}
     for name, (unit, description) in COLUMNS.items():
         values = places[name] if name in places else np.array([row.get(name, lost.get(name, nan)) for row in rows])
         values = values.astype(np.int64 if name == "marches" else float)
-        variables[name] = column(values, unit, description, MEANINGS.get(name, ""), coordinate=name in places)
+        variables[name] = column(values, unit, description, MEANINGS.get(name, ""), coordinate=name in coordinates)
     return variables
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from apesim.archive import sha256
 from apesim.engine.angles import DEGREE, TURN
+from apesim.studies.operating_conditions import PRESSURE_AXES
 from apesim.studies.timing.table import InterpolationError
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ HEADER = """\
  * targets            opening {open_target:.9g} deg, closing {close_target:.9g} deg after top dead centre
  * made by            apesim engine timing, doi 10.1631/jzus.A0820373 and the engine's own balances
  * machine            SHA-256 of its TOML text {machine}
- * axes               speed [r/min], supply pressure [Pa abs], supply temperature [K]
+ * axes               speed [r/min], {pressure} [Pa abs], supply temperature [K]{other}
  * advance            target less command angle [deg]; 0 where unreachable
  * interpolation      linear along each axis between neighbours x[i] and x[i + 1], s = (x - x[i]) / (x[i + 1] - x[i]):
  *                    y = (1 - s) y[i] + s y[i + 1], in three axes the sum over eight corners
@@ -174,6 +175,8 @@ def c_header(timing_map: TimingMap) -> str:
     i, j, k = axes.shape
     reachable = ~np.isnan(timing_map.advance)
     return HEADER.format(
+        pressure=timing_map.pressure_axis.replace("_", " "),
+        other=_other_pressure(timing_map),
         open_target=command.open_target / DEGREE,
         close_target=command.close_target / DEGREE,
         machine=sha256(timing_map.archive.machine),
@@ -188,6 +191,18 @@ def c_header(timing_map: TimingMap) -> str:
         advance=_block(np.where(reachable, timing_map.advance / DEGREE, 0.0)),
         release_advance=_block(np.where(reachable, timing_map.release_advance / DEGREE, 0.0)),
     )
+
+
+def _other_pressure(timing_map: TimingMap) -> str:
+    """Line of the header on the pressure that is none of its axes, where the whole map has one."""
+    columns, axis = timing_map.archive.variables, timing_map.pressure_axis
+    (other,) = set(PRESSURE_AXES) - {axis}
+    if not {axis, other} <= columns.keys():
+        return ""
+    values = columns[other].values
+    if len(np.unique(values)) != 1 or np.array_equal(values, columns[axis].values):
+        return ""
+    return f"\n * at                 {other.replace('_', ' ')} {values[0]:.9g} Pa abs"
 
 
 def _row(values: Iterable[float]) -> str:

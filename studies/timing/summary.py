@@ -5,7 +5,6 @@ from math import isnan
 
 from rich.table import Table
 
-from apesim.archive import Archive
 from apesim.engine.angles import DEGREE
 from apesim.studies.tables import INCOMPLETE_MARK, number, table_of
 from apesim.studies.timing.grid import TimingMap
@@ -56,21 +55,23 @@ def timing_table(timing_map: TimingMap, ambient_pressure: float) -> Table:
     >>> import numpy as np
     >>> from apesim.engine.machine import Machine
     >>> from apesim.studies.timing.grid import map_timing
-    >>> from apesim.studies.timing.table import Axes
-    >>> axes = Axes(np.array([94.0]), np.array([1.1e6]), np.array([287.0]))
-    >>> table = timing_table(map_timing(Machine(), axes, jobs=1), ambient_pressure=101325.0)
+    >>> from apesim.studies.operating_conditions import Supplies
+    >>> timing_map = map_timing(Supplies([1.1e6], [287.0], Machine()), [94.0], jobs=1)
+    >>> table = timing_table(timing_map, ambient_pressure=101325.0)
     >>> str(table.title), table.row_count
     ('Commands that open the valve at -5 deg and close it at 70 deg', 1)
     """
     opening, closing = timing_map.command.open_target / DEGREE, timing_map.command.close_target / DEGREE
     title = f"Commands that open the valve at {opening:g} deg and close it at {closing:g} deg"
-    header = [*(name for *_, name in SHOWN), "out of reach"]
-    return table_of(title, header, _rows(timing_map.archive, ambient_pressure), left=(len(SHOWN),))
+    source = timing_map.pressure_axis.removesuffix("_pressure")
+    header = [*(name.replace("supply", source) for *_, name in SHOWN), "out of reach"]
+    return table_of(title, header, _rows(timing_map, ambient_pressure), left=(len(SHOWN),))
 
 
-def _rows(archive: Archive, ambient_pressure: float) -> list[list[str]]:
+def _rows(timing_map: TimingMap, ambient_pressure: float) -> list[list[str]]:
+    archive = timing_map.archive
     v = {name: variable.values for name, variable in archive.variables.items()}
-    v["supply_pressure"] = v["supply_pressure"] - ambient_pressure
+    v["supply_pressure"] = v[timing_map.pressure_axis] - ambient_pressure
     marked = (v["full_lift"] == 0) & (v["reachable"] == 1)
     blank = " " * int(marked.any())
     marks = {"peak_lift_m": [INCOMPLETE_MARK if mark else blank for mark in marked]}

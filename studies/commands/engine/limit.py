@@ -6,9 +6,10 @@ from typing import Annotated
 import typer
 
 from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.default_grids import DURATIONS, SUPPLY_PRESSURES, TEMPERATURES
+from apesim.studies.default_grids import DURATIONS
 from apesim.studies.options import (
     Common,
+    ControlPressures,
     Figures,
     Jobs,
     Out,
@@ -19,15 +20,16 @@ from apesim.studies.options import (
 )
 
 HEADER = (
-    *("MPa gauge", "K", "window [deg]", "limit [r/min]", "[Hz]", "lap to lap [ms]", "then fails"),
+    *("K", "window [deg]", "limit [r/min]", "[Hz]", "lap to lap [ms]", "then fails"),
     *("works again [r/min]", "30 Hz need [deg]", ""),
 )
 
 
 def find_engine_limit(
     common: Common,
-    pressure: SupplyPressures = SUPPLY_PRESSURES,
-    temperature: SupplyTemperatures = TEMPERATURES,
+    pressure: SupplyPressures = None,
+    control_pressure: ControlPressures = None,
+    temperature: SupplyTemperatures = None,
     duration: Annotated[
         str, typer.Option(metavar="R", help="From the target opening to the target closing.")
     ] = DURATIONS,
@@ -44,8 +46,8 @@ def find_engine_limit(
     ----------
     common : Common
         Console and machine of the command line.
-    pressure, temperature : str
-        Range or list of the supply's pressures and temperatures, with its unit.
+    pressure, control_pressure, temperature : str, optional
+        Range or list of the supply's pressures, of those of the control air, and of temperatures, with its unit.
     duration : str
         Range or list of the angles from the target opening to the target closing, with its unit.
     out : path
@@ -83,6 +85,7 @@ def find_engine_limit(
     from apesim.studies.limit import engine_limit_map
     from apesim.studies.limit.points import lowest_run, own_run
     from apesim.studies.limit.summary import summary_lines
+    from apesim.studies.operating_conditions import find_pressure_axis
     from apesim.studies.output import written_json, written_text
     from apesim.studies.tables import table_of
 
@@ -91,6 +94,7 @@ def find_engine_limit(
         result = engine_limit_map.find_engine_limit(
             machine,
             pressure=pressure,
+            control_pressure=control_pressure,
             temperature=temperature,
             duration=duration,
             jobs=jobs,
@@ -104,13 +108,15 @@ def find_engine_limit(
     data, columns, ambient = result.to_dict(), values_of(result.archive), result.ambient_pressure
     own_point, lowest_point, points = own_run(columns), lowest_run(columns), data["points"]
     marks = {lowest_point: "lowest"} | {own_point: "own" if own_point != lowest_point else "own, lowest"}
-    rows = [(*_row(point, ambient), marks.get(run, "")) for run, point in enumerate(points)]
+    axis = find_pressure_axis(result.archive)
+    header = f"{axis.removesuffix('_pressure')} [MPa gauge]", *HEADER
+    rows = [(*_row(point, ambient, axis), marks.get(run, "")) for run, point in enumerate(points)]
     conditions = {
-        name: _conditions(points[run], ambient)
+        name: _conditions(points[run], ambient, axis)
         for name, run in (("own", own_point), ("lowest", lowest_point))
         if run is not None
     }
-    table = table_of("Highest speed at which the targets are met", HEADER, rows, left=(6, 9))
+    table = table_of("Highest speed at which the targets are met", header, rows, left=(6, 9))
     lines = summary_lines(data, data["criterion"], conditions)
     console.result(data | written, table, *lines, written_text(written, f"{len(rows)} limits"))
     for fault in result.failed:
@@ -118,12 +124,12 @@ def find_engine_limit(
     return INCOMPLETE if result.failed else DONE
 
 
-def _row(point: dict, ambient_pressure: float) -> tuple[str, ...]:
+def _row(point: dict, ambient_pressure: float, pressure_axis: str) -> tuple[str, ...]:
     """Cells of a limit."""
     from apesim.studies.tables import number
 
     return (
-        f"{(point['supply_pressure'] - ambient_pressure) / 1e6:.3g}",
+        f"{(point[pressure_axis] - ambient_pressure) / 1e6:.3g}",
         f"{point['supply_temperature']:g}",
         f"{point['duration_deg']:g}",
         number(point["limit_rpm"], ".0f"),
@@ -135,7 +141,9 @@ def _row(point: dict, ambient_pressure: float) -> tuple[str, ...]:
     )
 
 
-def _conditions(point: dict, ambient_pressure: float) -> str:
+def _conditions(point: dict, ambient_pressure: float, pressure_axis: str) -> str:
     """Conditions at which a limit holds, in words."""
-    pressure, temperature, duration, *_ = _row(point, ambient_pressure)
-    return f"{pressure} MPa gauge, {temperature} K and window of {duration} deg"
+    pressure, temperature, duration, *_ = _row(point, ambient_pressure, pressure_axis)
+    control = f"{(point['control_pressure'] - ambient_pressure) / 1e6:.3g}"
+    air = "" if control == pressure else f" (control air {control} MPa gauge)"
+    return f"{pressure} MPa gauge{air}, {temperature} K and window of {duration} deg"

@@ -6,9 +6,10 @@ from typing import Annotated
 import typer
 
 from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.default_grids import SUPPLY_PRESSURES, TEMPERATURES, TIMING_SPEEDS
+from apesim.studies.default_grids import TIMING_SPEEDS
 from apesim.studies.options import (
     Common,
+    ControlPressures,
     Figures,
     Jobs,
     Overwrite,
@@ -26,8 +27,9 @@ def correct_timing(
         typer.Option(metavar="ANGLES", help='Opening and closing, e.g. "-5 deg, 70 deg"; the machine\'s if left out.'),
     ] = None,
     speed: Speeds = TIMING_SPEEDS,
-    pressure: SupplyPressures = SUPPLY_PRESSURES,
-    temperature: SupplyTemperatures = TEMPERATURES,
+    pressure: SupplyPressures = None,
+    control_pressure: ControlPressures = None,
+    temperature: SupplyTemperatures = None,
     out: Annotated[
         Path, typer.Option(metavar="F.h5", help="Archive to write; CSV, JSON and C header stand beside it.")
     ] = Path("timing.h5"),
@@ -43,8 +45,10 @@ def correct_timing(
         Console and machine of the command line.
     target : str, optional
         Angles of opening and closing, e.g. "-5 deg, 70 deg"; the machine's if left out.
-    speed, pressure, temperature : str
-        Range or list of speeds, and of the supply's pressures and temperatures, with its unit.
+    speed : str
+        Range or list of speeds, with its unit.
+    pressure, control_pressure, temperature : str, optional
+        Range or list of the supply's pressures, of those of the control air, and of temperatures, with its unit.
     out : path
         Archive to write; CSV, JSON and C header stand beside it.
     jobs : int, optional
@@ -89,6 +93,7 @@ def correct_timing(
             target=target,
             speed=speed,
             pressure=pressure,
+            control_pressure=control_pressure,
             temperature=temperature,
             jobs=jobs,
             out=out,

@@ -6,14 +6,18 @@ from typing import Annotated
 import typer
 
 from apesim.studies.console import DONE, INCOMPLETE
-from apesim.studies.default_grids import LANDING_PRESSURES
-from apesim.studies.options import Common, Figures, Out, Overwrite, Pressures, as_options
+from apesim.studies.options import Common, Figures, Out, Overwrite, as_options
 
 
 def find_soft_landing(
     common: Common,
-    pressure: Pressures = LANDING_PRESSURES,
-    temperature: Annotated[str, typer.Option(metavar="T", help="Of the control air.")] = "287 K",
+    pressure: Annotated[
+        str | None,
+        typer.Option(metavar="R", help="Control pressures; 0.4, 1 and 1.6 times the machine's own gauge pressure."),
+    ] = None,
+    temperature: Annotated[
+        str | None, typer.Option(metavar="T", help="Of the control air; the machine's own if left out.")
+    ] = None,
     cost: Annotated[str, typer.Option(metavar="TIME", help="Added to a stroke, command to contact, at most.")] = "1 ms",
     spacing: Annotated[
         str | None,
@@ -38,10 +42,10 @@ def find_soft_landing(
     ----------
     common : Common
         Console and machine of the command line.
-    pressure : str
-        Range or list of control pressures, with its unit.
-    temperature : str
-        Temperature of the control air, with its unit.
+    pressure : str, optional
+        Range or list of control pressures, with its unit; around the machine's own if left out.
+    temperature : str, optional
+        Temperature of the control air, with its unit; the machine's own if left out.
     cost : str
         Time that a stroke may take longer, with its unit.
     spacing : str, optional

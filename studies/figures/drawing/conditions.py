@@ -5,10 +5,12 @@ import tomllib
 from collections.abc import Collection
 from typing import Any
 
+from apesim.archive import Archive
 from apesim.archive.comparison import machine_differences
 from apesim.engine.machine import Machine
 from apesim.quantities.settings import dumps
 from apesim.studies.discharge import Vessel
+from apesim.studies.operating_conditions import PRESSURE_AXES, find_pressure_axis
 
 MAX_KEYS = 8
 """Keys that are named one by one: two lines of a figure."""
@@ -58,6 +60,28 @@ def conditions_of(machine: str, shown: Collection[str] = (), more: str = "") -> 
     parts = [f"supply {', '.join(values)}"] * bool(values) + [more] * bool(more)
     parts.append(f"default machine but for {', '.join(others)}" if others else "default machine")
     return "\n".join(textwrap.wrap("; ".join(parts), MAX_LINE, break_on_hyphens=False)).replace(NO_BREAK, " ")
+
+
+def supply_keys_of(archive: Archive) -> tuple[str, str]:
+    """Name the keys of the supply that a grid varies.
+
+    Parameters
+    ----------
+    archive : Archive
+        Results over pressure and temperature.
+
+    Returns
+    -------
+    tuple of str
+        Keys of the machine file: pressure of supply or control air, temperature.
+
+    Examples
+    --------
+    >>> supply_keys_of(Archive("", {}, {}))
+    ('supply.pressure', 'supply.temperature')
+    """
+    keys = dict(zip(PRESSURE_AXES, ("supply.pressure", "supply.control_pressure"), strict=True))
+    return keys[find_pressure_axis(archive)], "supply.temperature"
 
 
 def conditions_of_vessel(vessel: Vessel) -> str:

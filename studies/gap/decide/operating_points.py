@@ -65,6 +65,7 @@ def is_at(run: MeasuredRun, point: MeasuredRun) -> bool:
         isclose(value, other, rel_tol=MAX_SHARE_APART) or (isnan(value) and isnan(other))
         for value, other in (
             (run.supply, point.supply),
+            (run.control_supply, point.control_supply),
             (run.pulse, point.pulse),
             (run.speed, point.speed),
         )

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
+from math import isnan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,6 +126,8 @@ def _move_cylinder(pattern: MeasuredRun, supply: float, faster: float) -> Measur
 def _is_alike(run: MeasuredRun, other: MeasuredRun) -> bool:
     """Whether two runs are of one operating point, as far as it can be set."""
     near = abs(run.supply - other.supply) < 0.05e6
+    if run.bench == ENGINE and not (isnan(run.control_supply) and isnan(other.control_supply)):
+        near &= abs(run.control_supply - other.control_supply) < 0.05e6
     if run.bench == ENGINE:
         return near and abs(run.speed / other.speed - 1.0) < 0.1
     if run.bench == CYLINDER:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.claims.claim import NOT_COMPUTABLE, Claim, Grid, verdict_of
 from apesim.valve.bench import run_bench
 
@@ -157,7 +157,7 @@ def emptying_times(machine: Machine) -> dict[float, float]:
     times = {}
     for temperature in (250.0, 287.0, 322.0):
         run = run_bench(
-            with_supply(machine, machine.ambient.pressure + 1.0e6, temperature)._replace(valve=instant),
+            with_control_air(machine, machine.ambient.pressure + 1.0e6, temperature)._replace(valve=instant),
             2.0 * until,
             until=until,
             sample=until / 1500.0,

@@ -4,7 +4,7 @@ from typing import Any
 
 from apesim.engine.machine import Machine
 from apesim.studies.limit.valve_limit import is_complete, working_limit
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.claims.claim import NOT_COMPUTABLE, Claim, verdict_of
 from apesim.studies.valve_map import PULSE
 from apesim.valve.bench import run_bench
@@ -42,7 +42,7 @@ def working_frequency(machine: Machine) -> Claim:
     """
     ambient = machine.ambient.pressure
     limits = {
-        (pressure, duty): working_limit(with_supply(machine, ambient + pressure * 1e6, 287.0), duty, 0.1).limit
+        (pressure, duty): working_limit(with_control_air(machine, ambient + pressure * 1e6, 287.0), duty, 0.1).limit
         for duty in (0.3, 0.5)
         for pressure in MEASURED
     }
@@ -76,7 +76,7 @@ def works_at_30_hz(machine: Machine) -> Claim:
     reproduced
     """
     ambient = machine.ambient.pressure
-    done = [is_complete(with_supply(machine, ambient + p * 1e6, 287.0), RATE, 0.5) for p in MEASURED]
+    done = [is_complete(with_control_air(machine, ambient + p * 1e6, 287.0), RATE, 0.5) for p in MEASURED]
     ours = f"every stroke is complete at {RATE:g} Hz at {sum(done)} of the pressures {PRESSURES} MPa"
     return _frequency_claim(ours, {"pressures_with_complete_strokes": sum(done)}, all(done))
 
@@ -145,7 +145,7 @@ def friction_is_small(machine: Machine) -> Claim:
     >>> print(friction_is_small(Machine()).verdict)
     reproduced
     """
-    supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
+    supplied = with_control_air(machine, machine.ambient.pressure + 0.4e6, 287.0)
     effects = supplied.effects._replace(coulomb_friction=CoulombFriction(1.1, 1.1))  # type: ignore[call-arg]
     rubbed = supplied._replace(effects=effects)
     base, other = run_bench(supplied, PULSE).opening, run_bench(rubbed, PULSE).opening
@@ -180,7 +180,7 @@ def heat_is_small(machine: Machine) -> Claim:
     >>> print(heat_is_small(Machine()).verdict)
     reproduced
     """
-    supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
+    supplied = with_control_air(machine, machine.ambient.pressure + 0.4e6, 287.0)
     effects = supplied.effects._replace(chamber_wall_heat=ChamberWallHeat(HEAT))  # type: ignore[call-arg]
     warmed = supplied._replace(effects=effects)
     base, other = run_bench(supplied, PULSE), run_bench(warmed, PULSE)
@@ -221,7 +221,7 @@ def springs_soften(machine: Machine) -> Claim:
     >>> print(springs_soften(Machine()).verdict)
     reproduced
     """
-    supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
+    supplied = with_control_air(machine, machine.ambient.pressure + 0.4e6, 287.0)
     free = supplied._replace(valve=supplied.valve._replace(spring_rate=0.0))
     openings: tuple[Any, Any] = run_bench(supplied, PULSE).opening, run_bench(free, PULSE).opening
     with_springs, without = openings

@@ -9,7 +9,7 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import EPV
 from apesim.engine.machine import Machine
 from apesim.studies.limit.engine_limit import RPM, WITHIN, Failure, engine_limit, judged, lasting
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import with_control_air, with_supply
 from apesim.studies.paper.claims.area import AREAS, with_area
 from apesim.studies.paper.claims.claim import Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.claims.design import RATE
@@ -50,8 +50,8 @@ def supplied(machine: Machine, temperature: float = 287.0) -> Machine:
     >>> supplied(with_cam).engine.intake == EPV
     True
     """
-    engine = machine.engine._replace(intake=EPV)
-    return with_supply(machine._replace(engine=engine), machine.ambient.pressure + GAUGE, temperature)
+    engine, pressure = machine.engine._replace(intake=EPV), machine.ambient.pressure + GAUGE
+    return with_control_air(with_supply(machine._replace(engine=engine), pressure, temperature), pressure)
 
 
 def _works(machine: Machine, window: float) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from apesim.engine.machine import Machine
 from apesim.march.adaptive import EVENTS
 from apesim.march.hybrid_system import events, handle_event, rates, start_segment
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.claims.claim import Claim, verdict_of
 from apesim.studies.paper.claims.design import MEASURED
 from apesim.studies.paper.claims.stroke import HIGH
@@ -98,7 +98,7 @@ def fixed_step(machine: Machine) -> Claim:
     """
     errors = []
     for pressure in (*MEASURED, HIGH / 1e6):
-        supplied = with_supply(machine, machine.ambient.pressure + pressure * 1e6, 287.0)
+        supplied = with_control_air(machine, machine.ambient.pressure + pressure * 1e6, 287.0)
         stroke: Any = run_bench(supplied, PULSE).opening
         fixed = np.array(fixed_step_opening(supplied, STEP))
         errors.append(fixed / np.array([stroke.delay, stroke.stroke_time, stroke.seating_speed]) - 1.0)
@@ -135,7 +135,7 @@ def evaluation_function(machine: Machine) -> Claim:
     >>> print(evaluation_function(Machine()).verdict)
     contradicted
     """
-    supplied = with_supply(machine, machine.ambient.pressure + 0.4e6, 287.0)
+    supplied = with_control_air(machine, machine.ambient.pressure + 0.4e6, 287.0)
     valve = supplied.valve
     other = supplied._replace(valve=valve._replace(viscous_friction=STIFFER * valve.viscous_friction))
     printed, rms = [], []

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.claims.claim import Claim, Grid, verdict_of
 from apesim.studies.paper.claims.delay import KNEE
 from apesim.studies.valve_map import PULSE
@@ -298,7 +298,7 @@ def strokes_alike(machine: Machine, grid: Grid) -> Claim:
         f"{name} by {ends[m][0]:+.1f} to {ends[m][1]:+.1f} %"
         for m, name in zip(shares, ("delay time", "stroke time", "seating speed"), strict=True)
     )
-    supplied = with_supply(machine, machine.ambient.pressure + 1.0e6, 287.0)
+    supplied = with_control_air(machine, machine.ambient.pressure + 1.0e6, 287.0)
     run = run_bench(supplied, 0.5 / RATE, period=1.0 / RATE)
     pairs = ((getattr(run.closing, f), getattr(run.opening, f)) for f in ("delay", "stroke_time", "seating_speed"))
     repeated = max(abs(closing / opening - 1.0) for closing, opening in pairs)
@@ -427,7 +427,7 @@ def fluctuation_from_limited_area(machine: Machine) -> Claim:
     for factor in (1.0, 4.0):
         area = factor * valve.solenoid.effective_area
         wide = machine._replace(valve=valve._replace(solenoid=valve.solenoid._replace(effective_area=area)))
-        run = run_bench(with_supply(wide, machine.ambient.pressure + HIGH, 287.0), PULSE)
+        run = run_bench(with_control_air(wide, machine.ambient.pressure + HIGH, 287.0), PULSE)
         opening: Any = run.opening
         values[f"fluctuation_at_{factor:g}_times_the_area"] = opening.fluctuation
     narrow, wide = values.values()
@@ -462,7 +462,7 @@ def pressures_cross(machine: Machine) -> Claim:
     >>> print(claim.verdict, f"{claim.values['least_difference_Pa'] / 1e6:.2f} MPa")
     contradicted 0.10 MPa
     """
-    run = run_bench(with_supply(machine, machine.ambient.pressure + HIGH, 287.0), PULSE, sample=2e-5)
+    run = run_bench(with_control_air(machine, machine.ambient.pressure + HIGH, 287.0), PULSE, sample=2e-5)
     opening: Any = run.opening
     least, opened = min_difference(run), run.times < opening.contact
     peak = float(np.abs(run.trace[opened, 1]).max()) if np.any(opened) else np.nan

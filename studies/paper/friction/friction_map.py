@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apesim.engine.machine import Machine
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import with_control_air
 from apesim.studies.paper.claims.area import with_area
 from apesim.studies.paper.claims.claim import AREA, Claim, range_of, verdict_of, with_range
 from apesim.studies.paper.claims.stroke import min_difference
@@ -201,7 +201,7 @@ def _held(machine: Machine, temperatures: Sequence[float], pressures: Sequence[f
     strokes = {name: np.empty((len(pressures), len(temperatures))) for name in (*MEASURES, "least_difference")}
     for at in np.ndindex(len(pressures), len(temperatures)):
         pressure, temperature = float(pressures[at[0]]), temperatures[at[1]]
-        run = run_bench(with_supply(machine, machine.ambient.pressure + pressure, temperature), PULSE, until=PULSE)
+        run = run_bench(with_control_air(machine, machine.ambient.pressure + pressure, temperature), PULSE, until=PULSE)
         for name in MEASURES:
             strokes[name][at] = getattr(run.opening, name)
         strokes["least_difference"][at] = min_difference(run)

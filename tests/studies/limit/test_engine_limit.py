@@ -23,7 +23,7 @@ from apesim.studies.limit.engine_limit import (
     lasting,
     map_engine_limit,
 )
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import Supplies, with_supply
 from apesim.studies.timing.solve import Reason, corrected
 from tests.machines import RPM, changed, machine, settled
 
@@ -104,7 +104,9 @@ def test_the_search_finds_the_first_limit_and_tells_of_an_island_above_it():
 
 
 def test_a_map_is_its_limits_one_by_one_and_states_its_criterion(found, tmp_path):
-    archive = map_engine_limit(machine(), [AMBIENT + 1.0e6], [287.0], [60.0 * DEGREE, 75.0 * DEGREE], jobs=1)
+    archive = map_engine_limit(
+        machine(), Supplies([AMBIENT + 1.0e6], [287.0], machine()), [60.0 * DEGREE, 75.0 * DEGREE], jobs=1
+    )
     v = {name: variable.values for name, variable in archive.variables.items()}
     assert v["limit_rpm"][1] == found.limit / RPM and v["limit_hz"][1] == pytest.approx(found.limit / RPM / 60.0)
     assert v["duration_deg"].tolist() == pytest.approx([60.0, 75.0]) and v["fails"][1] == Failure.FULL_LIFT

@@ -6,8 +6,10 @@ import re
 import numpy as np
 import pytest
 
+from apesim.engine.machine import Machine
 from apesim.quantities import InputError
 from apesim.studies.measured import VALVE, read_measured
+from apesim.studies.measured.prediction import run_of
 from apesim.studies.output import write_traces
 from apesim.valve.bench import TRACE, run_bench
 from tests.machines import AMBIENT, machine, settled
@@ -231,6 +233,25 @@ def test_an_engines_folder_is_read_in_si(folder):
     assert run.channels["cylinder_pressure"] == pytest.approx(AMBIENT + steps * 1e5)
     assert run.channels["receiver_pressure"] == pytest.approx(steps * 1e3)
     assert run.channels["lift"] == pytest.approx(steps * 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("said", "stated", "control"),
+    [("", "", 1.0e6), ("", "6 bar gauge", 0.6e6), ("5 bar gauge", "", 0.5e6), ("5 bar gauge", "6 bar gauge", 0.5e6)],
+)
+def test_the_control_air_of_an_engines_run_is_as_it_says_else_as_the_machine_does(folder, said, stated, control):
+    line = f'control_supply = "{said}"\n' if said else ""
+    text = f'bench = "engine"\n{ENGINE_RUN}{line}torque = "31.2 N m"\n'.replace('data = "a.csv"\n', "")
+    [run] = read_measured(folder(text), AMBIENT).runs
+    supply = run_of(Machine().with_(supply_control_pressure=stated), run).supply
+    assert (supply.pressure, supply.control().pressure) == (1e6 + AMBIENT, control + AMBIENT)
+
+
+def test_the_supply_of_a_valves_run_is_its_control_air(folder):
+    [run] = read_measured(folder(f'bench = "valve"\n{RUN}'), AMBIENT).runs
+    assert (
+        run_of(Machine().with_(supply_control_pressure="6 bar gauge"), run).supply.control().pressure == 0.4e6 + AMBIENT
+    )
 
 
 def test_an_engines_run_may_have_means_alone(folder):

@@ -158,7 +158,7 @@ def test_the_seating_speed_turns_back_in_cold_air_alone_and_hardly(judged):
 
 def test_what_makes_the_speed_fluctuate(judged):
     """A little at the lowest pressure, by the springs; much at the highest, unless the solenoids are large."""
-    soft = design.with_supply(changed(Machine(), {"valve.spring_rate": 0.0}), AMBIENT + 0.1e6, 287.0)
+    soft = design.with_control_air(changed(Machine(), {"valve.spring_rate": 0.0}), AMBIENT + 0.1e6, 287.0)
     assert judged["fluctuation_over_pressure"].values["at_lowest_pressure"] > 0.05
     assert stroke.run_bench(soft, 50e-3).opening.fluctuation == 0.0
     wide = changed(Machine(), {"valve.solenoid.effective_area": 36e-6})
@@ -177,7 +177,7 @@ def test_what_depends_on_the_unprinted_area_says_so_with_its_range(judged):
     # Opening strokes at 287 K, 0.1 to 1.9 MPa: the seating speed turns back with 7 and 8 mm2, not with 9.
     for area, turns in ((7e-6, True), (8e-6, True), (9e-6, False)):
         machine = with_area(Machine(), area)
-        runs = [stroke.run_bench(stroke.with_supply(machine, pressure, 287.0), 50e-3) for pressure in GRID[0]]
+        runs = [stroke.run_bench(stroke.with_control_air(machine, pressure, 287.0), 50e-3) for pressure in GRID[0]]
         assert bool(np.any(np.diff([run.opening.seating_speed for run in runs]) < 0.0)) == turns
     seating = judged["seating_speed_over_pressure"]
     assert seating.depends_on == (AREA,)
@@ -221,7 +221,8 @@ def test_strokes_that_are_not_completed_are_no_statement():
 
 def test_the_papers_step_is_enough_and_a_coarse_one_is_not(monkeypatch):
     # Delay time and contact at 1.9 MPa and 287 K by tests/acceptance/reference-valve.csv.
-    delay_time, stroke_time, _ = numerics.fixed_step_opening(design.with_supply(Machine(), GRID[0][-1], 287.0), 1e-5)
+    supplied = design.with_control_air(Machine(), GRID[0][-1], 287.0)
+    delay_time, stroke_time, _ = numerics.fixed_step_opening(supplied, 1e-5)
     assert delay_time == pytest.approx(5.83472e-3, abs=1e-5)
     assert delay_time + stroke_time == pytest.approx(11.42857e-3, abs=1e-5)
     monkeypatch.setattr(numerics, "STEP", 0.2e-3)
@@ -267,7 +268,7 @@ def test_an_optimum_of_pressure_is_noticed(archive):
 
 
 def test_half_of_the_period_is_the_best_duty():
-    supplied = design.with_supply(Machine(), AMBIENT + 0.4e6, 287.0)
+    supplied = design.with_control_air(Machine(), AMBIENT + 0.4e6, 287.0)
     assert [is_complete(supplied, 55.0, duty) for duty in (0.3, 0.4, 0.5, 0.6)] == [False, False, True, False]
 
 

@@ -18,7 +18,7 @@ from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from apesim.quantities.settings import dumps, load
 from apesim.studies.figures.timing import timing_figures
-from apesim.studies.operating_conditions import with_supply
+from apesim.studies.operating_conditions import Supplies, with_supply
 from apesim.studies.timing.export import as_json, export
 from apesim.studies.timing.grid import REASONS, TimingMap, faults_of_timing, map_timing
 from apesim.studies.timing.header import c_header
@@ -182,11 +182,12 @@ def test_a_law_is_the_line_its_points_lie_on_and_says_how_far_they_do_not():
 SPEEDS = [600.0 * RPM, 1800.0 * RPM]
 PRESSURES = [AMBIENT + 0.6e6, AMBIENT + 1.0e6]
 TEMPERATURES = [270.0, 300.0]
+SUPPLIES = Supplies(PRESSURES, TEMPERATURES, Machine())
 
 
 @pytest.fixture(scope="module")
 def mapped():
-    return map_timing(Machine(), Axes(SPEEDS, PRESSURES, TEMPERATURES), jobs=1)
+    return map_timing(SUPPLIES, SPEEDS, jobs=1)
 
 
 def test_a_point_of_the_map_is_that_point_alone(mapped):
@@ -268,7 +269,7 @@ def test_where_one_law_for_all_speeds_is_far_off_those_of_each_speed_are_told():
 
 
 def test_several_processes_give_the_same_bits(mapped):
-    other = map_timing(Machine(), Axes(SPEEDS, PRESSURES, TEMPERATURES), jobs=2)
+    other = map_timing(SUPPLIES, SPEEDS, jobs=2)
     for name, variable in mapped.archive.variables.items():
         np.testing.assert_array_equal(variable.values, other.archive.variables[name].values, err_msg=name)
     assert other.error == mapped.error
@@ -276,7 +277,7 @@ def test_several_processes_give_the_same_bits(mapped):
 
 def test_a_point_out_of_reach_is_named_and_the_others_are_kept():
     narrow = machine_at_targets(-5.0, -4.5)
-    found = map_timing(narrow, Axes([300.0 * RPM, 2400.0 * RPM], PRESSURES[1:], [287.0]), jobs=1)
+    found = map_timing(Supplies(PRESSURES[1:], [287.0], narrow), [300.0 * RPM, 2400.0 * RPM], jobs=1)
     v = {name: variable.values for name, variable in found.archive.variables.items()}
     assert v["reachable"].tolist() == [1, 0] and v["reason"][1] == Reason.OPEN_TOO_LONG
     assert f"{int(Reason.OPEN_TOO_LONG)} open too long" in REASONS
