@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import inf, nan
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -12,7 +13,7 @@ import numpy as np
 from apesim.air import gas_of
 from apesim.engine.machine import Machine
 from apesim.quantities import InputError
-from apesim.results import Result, Trace, scalars_of
+from apesim.results import NotConverged, Result, Trace, scalars_of
 from apesim.studies.calls import arguments_of
 from apesim.studies.discharge.evaluation import HEADER, Discharge, discharge
 from apesim.studies.discharge.records import Record, read_tests
@@ -101,6 +102,8 @@ class EffectiveArea(Result):
         ------
         ArchiveError
             There is one that is not to be replaced.
+        NotConverged
+            The tests give no curve, as the first of the warnings says.
 
         Examples
         --------
@@ -116,6 +119,9 @@ class EffectiveArea(Result):
         'time [ms],opening [-],effective_area [mm^2],low [mm^2],high [mm^2]'
         >>> folder.cleanup()
         """
+        if self.evaluation.refusal:
+            wrong, _, right = self.evaluation.refusal.partition("? ")
+            raise NotConverged("discharge tests", f"{wrong}?", right, self)
         if not overwrite:
             refuse_to_replace(out)
         write_traces(Path(out), HEADER, self.evaluation.curve * np.array([1e3, 1.0, 1e6, 1e6, 1e6]))
@@ -196,6 +202,7 @@ def evaluate_discharge(
     *,
     volume: str | float,
     temperature: str | float | None = None,
+    isothermal: bool = False,
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
     progress: Progress = False,
@@ -205,16 +212,22 @@ def evaluate_discharge(
     The EPV paper [1]_ tests while the valve opens. A discharge test of an open valve, which gives its sonic conductance
     and critical pressure ratio, is ISO 6358-2 [2]_.
 
+    The area of the open valve is that of the choked part. Heat that the wall gives to the gas is fitted beside it, as
+    one conductance, where the tests tell it; otherwise the vessel is taken as adiabatic.
+
     Parameters
     ----------
     machine : Machine
         Its gas and ambient air are those of the tests.
     files : sequence of path
-        One for each test: CSV of time and pressure.
+        One for each test: CSV of time and pressure; or a folder whose ``measured.toml``, with ``bench = "discharge"``,
+        names them and says how they are written.
     volume : str or float
         Volume of the vessel, e.g. "50 cm^3", or [m^3].
     temperature : str or float, optional
         Temperature of the air at the start, e.g. "293 K", or [K]; the ambient one if left out.
+    isothermal : bool
+        The vessel is full of wire, and keeps its temperature, as in ISO 6358-2.
     out : path, optional
         The curve to write, as CSV.
     overwrite : bool
@@ -230,6 +243,8 @@ def evaluate_discharge(
     ------
     InputError
         A file cannot be read, or the tests are too noisy.
+    NotConverged
+        A curve is to be written, and the tests give none.
 
     References
     ----------
@@ -271,15 +286,15 @@ def evaluate_discharge(
         refuse_to_replace(out)
     start = time.perf_counter()
     initial = ambient.temperature if temperature is None else float(temperature)
-    vessel = Vessel(float(volume), initial, ambient.pressure, gas_of(machine.air))
+    vessel = Vessel(float(volume), initial, ambient.pressure, gas_of(machine.air), inf if isothermal else 0.0)
     with show_progress(progress, "discharge") as report:
         result = call_in_thread(discharge, vessel, records).result()
         report(len(records), len(records))
     values = {
         "effective_area_mm2": 1e6 * result.full_area,
         "effective_area_half_band_mm2": 1e6 * result.full_area_half_band,
-        "opens_s": result.curve[0, 0],
-        "open_s": result.curve[-1, 0],
+        "opens_s": result.curve[0, 0] if len(result.curve) else nan,
+        "open_s": result.curve[-1, 0] if len(result.curve) else nan,
         "cut_off_s": result.end,
         "wall_time_s": time.perf_counter() - start,
     }
@@ -288,6 +303,8 @@ def evaluate_discharge(
     for (name, about), column in zip(CURVE.items(), columns, strict=True):
         traces[name] = Trace(("time",), column, *about)
     conditions = {"volume": f"{1e6 * vessel.volume:g} cm^3", "temperature": f"{vessel.temperature:g} K"}
+    if isothermal:
+        conditions["heat"] = "isothermal"
     area = EffectiveArea(
         scalars_of(values, NUMBERS),
         traces,

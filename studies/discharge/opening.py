@@ -1,9 +1,17 @@
 """From an effective area to a curve that the valve can be run with: its cut-off, its plateau, its rise."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from apesim.studies.discharge.area import NORMAL_95, AreaFit, monotone
 
+MIN_KNOTS = 5
+"""Knots of the choked part that show a plateau, at least."""
+MAX_OUTSIDE = 2.0
+"""Distance from the plateau in half bands that an area within it has nowhere: four standard deviations."""
+MIN_OUTSIDE = 0.02
+"""Share of the plateau by which it has to be off as well: without noise, what smoothing does to a corner is as much."""
 MAX_HALF_BAND = 0.2
 """Half the band over the full area, beyond which an area is not reported."""
 
@@ -36,8 +44,21 @@ def find_cut_off(fit: AreaFit, last: float, full_area: float) -> float:
     return float(fit.knots[reported[-1]])
 
 
-def find_plateau(fit: AreaFit, end: float) -> tuple[int, float, float]:
-    """Find from where on the area is constant within its bands.
+class Plateau(NamedTuple):
+    """Part of an area that is constant: the valve is open."""
+
+    start: int
+    """First knot of it."""
+    end: float
+    """Time of its last knot [s]."""
+    area: float
+    """Mean weighted by the bands [m2]."""
+    half_band: float
+    """Half the width of its own band [m2]."""
+
+
+def find_plateau(fit: AreaFit, end: float, choked: float) -> Plateau:
+    """Find the plateau of an area, while the flow is choked, and beyond where it goes on alike.
 
     Parameters
     ----------
@@ -45,22 +66,58 @@ def find_plateau(fit: AreaFit, end: float) -> tuple[int, float, float]:
         Effective area over time.
     end : float
         Until when the area is reported [s].
+    choked : float
+        Until when the flow is choked [s].
 
     Returns
     -------
-    start : int
-        First knot at the mean of what follows, after one from which on nine of ten bands (else eight) hold that mean.
-    mean, half_band : float
-        Mean weighted by the bands, and half the width of its own band [m2].
+    Plateau
 
     Examples
     --------
-    >>> knots, area = np.linspace(0.0, 7e-3, 8), 1e-6 * np.array([0.0, 3.0, 6.0, 9.0, 9.0, 9.0, 9.0, 9.0])
-    >>> fit = AreaFit(knots, area, np.full(8, 2e-7), 1e-14 * np.eye(8), np.zeros(1), [], 1.0)
-    >>> start, mean, half_band = find_plateau(fit, 7e-3)
-    >>> start, round(1e6 * mean, 3), round(1e6 * half_band, 2)
-    (3, 9.0, 0.09)
+    A valve that is open from 3 ms on, and closes to a leak at 7 ms:
+
+    >>> knots, area = np.arange(11) * 1e-3, 1e-6 * np.array([0.0, 3.0, 6.0, 9.0, 9.0, 9.0, 9.0, 1.0, 1.0, 1.0, 1.0])
+    >>> fit = AreaFit(knots, area, np.full(11, 2e-7), 1e-14 * np.eye(11), np.zeros(1), [], 1.0)
+    >>> start, end, mean, half_band = find_plateau(fit, 10e-3, 6e-3)
+    >>> start, end, round(1e6 * mean, 3), round(1e6 * half_band, 2)
+    (3, 0.006, 9.0, 0.1)
     """
+    whole = _find_constant(fit, end)
+    if choked >= end or np.sum(fit.knots <= choked) <= MIN_KNOTS:
+        return whole
+    first = _find_constant(fit, choked)
+    agree = abs(whole.area - first.area) <= MAX_OUTSIDE * np.hypot(whole.half_band, first.half_band)
+    return whole if agree and not leaves_band(fit, whole) else first
+
+
+def leaves_band(fit: AreaFit, plateau: Plateau) -> bool:
+    """Whether an area is anywhere above its plateau, or falls from it, by more than its band allows.
+
+    Parameters
+    ----------
+    fit : AreaFit
+    plateau : Plateau
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> knots, area = np.arange(6) * 1e-3, 1e-6 * np.array([0.0, 9.0, 9.0, 6.0, 6.0, 6.0])
+    >>> fit = AreaFit(knots, area, np.full(6, 2e-7), np.zeros((6, 6)), np.zeros(1), [], 1.0)
+    >>> leaves_band(fit, Plateau(3, 5e-3, 6e-6, 1e-7)), leaves_band(fit, Plateau(1, 2e-3, 9e-6, 1e-7))
+    (True, False)
+    """
+    last = int(np.searchsorted(fit.knots, plateau.end, side="right"))
+    bands = np.hypot(fit.half_band[1:last], plateau.half_band)
+    off = (fit.area[1:last] - plateau.area) / np.maximum(MAX_OUTSIDE * bands, MIN_OUTSIDE * abs(plateau.area))
+    return bool(np.any(off > 1.0) or np.any(off[plateau.start :] < -1.0))
+
+
+def _find_constant(fit: AreaFit, end: float) -> Plateau:
+    """The part from which on nine of ten bands, else eight, hold the mean of what follows."""
     last = int(np.searchsorted(fit.knots, end, side="right"))
 
     def mean_from(start: int) -> tuple[float, np.ndarray]:
@@ -77,7 +134,35 @@ def find_plateau(fit: AreaFit, end: float) -> tuple[int, float, float]:
     start += int(np.argmax(fit.area[start:last] >= mean))  # the first of them may still rise
     mean, weights = mean_from(start)
     variance = weights @ fit.covariance[start:last, start:last] @ weights
-    return start, mean, float(NORMAL_95 * np.sqrt(variance))
+    return Plateau(start, float(fit.knots[last - 1]), mean, float(NORMAL_95 * np.sqrt(variance)))
+
+
+def cut(fit: AreaFit, end: float) -> AreaFit:
+    """Take the knots of a fit until a time.
+
+    Parameters
+    ----------
+    fit : AreaFit
+    end : float
+        [s]
+
+    Returns
+    -------
+    AreaFit
+
+    Examples
+    --------
+    >>> knots = np.arange(4) * 1e-3
+    >>> cut(AreaFit(knots, knots, knots, np.zeros((4, 4)), np.zeros(1), [], 1.0), 2e-3).area.tolist()
+    [0.0, 0.001, 0.002]
+    """
+    last = int(np.searchsorted(fit.knots, end, side="right"))
+    return fit._replace(
+        knots=fit.knots[:last],
+        area=fit.area[:last],
+        half_band=fit.half_band[:last],
+        covariance=fit.covariance[:last, :last],
+    )
 
 
 def opening_curve(fit: AreaFit, start: int, full_area: float) -> np.ndarray:

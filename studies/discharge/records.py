@@ -1,20 +1,48 @@
 """Discharge tests as they are measured: read, checked, and what noise they have.
 
 A test is a CSV with the columns ``time [ms]``, 0 as the valve is switched, and ``pressure [kPa abs]``, in any units;
-the pressure says whether it is gauge or absolute. Inside, all is absolute.
+the pressure says whether it is gauge or absolute. Inside, all is absolute. A folder with a ``measured.toml`` says how
+the files of a laboratory are written::
+
+    bench = "discharge"
+    [read]
+    decimal = ","
+    columns = { time = "Zeit (s)", pressure = "Ch1" }
+    unit.pressure = "bar abs"
+    [[run]]
+    data = "p040.csv"
 """
 
 from collections.abc import Iterator, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.quantities import Fault, InputError
-from apesim.studies.measured.columns import read_columns
+from apesim.quantities import Fault, InputError, InvalidValue, quoted
+from apesim.quantities.files import path_below, require_file
+from apesim.studies.measured.columns import TIME, read_columns
+from apesim.studies.measured.dialect import Dialect, find_unknown_keys, merge_tables
+from apesim.studies.measured.folder_file import (
+    READ,
+    find_unknown_start,
+    load_folder_file,
+    read_stated_dialect,
+    shift_to_start,
+    take_read_table,
+)
+from apesim.studies.measured.plausibility.disturbances import find_disturbances, find_spikes, is_short
+from apesim.studies.measured.plausibility.signals import find_noise
+from apesim.studies.measured.plausibility.thresholds import MAX_RESOLVED
+from apesim.studies.measured.runs import Disturbance
+from apesim.studies.measured.sensors import FILE
 
-COLUMNS = {"time": "ms", "pressure": "kPa abs"}
+BENCH = "discharge"
+"""What ``bench`` of a folder of discharge tests says."""
+PRESSURE = "pressure"
+"""Column of the sensor."""
+COLUMNS = {TIME: "ms", PRESSURE: "kPa abs"}
 """Columns of a test, and the unit that a message shows for each."""
 MIN_BEFORE, MIN_AFTER = 10, 20
 """Samples before and after the switch, at least: the noise is estimated from the first, a fall from the last tenth."""
@@ -32,9 +60,13 @@ class Record(NamedTuple):
     """After the switching command [s], shape (n,), ascending."""
     pressures: np.ndarray
     """[Pa abs], shape (n,)"""
+    notes: tuple[str, ...] = ()
+    """What was guessed of its file, or is missing in it, in words."""
+    warnings: tuple[str, ...] = ()
+    """What was masked, in words."""
 
 
-def read_test(path: str | PathLike[str], ambient_pressure: float) -> Record:
+def read_test(path: str | PathLike[str], ambient_pressure: float, dialect: Dialect | None = None) -> Record:
     """Read a discharge test.
 
     Parameters
@@ -43,11 +75,13 @@ def read_test(path: str | PathLike[str], ambient_pressure: float) -> Record:
         CSV with the columns ``time`` and ``pressure``, in any units.
     ambient_pressure : float
         Pressure that gauge pressures stand above [Pa abs].
+    dialect : Dialect, optional
+        How the file is written; guessed if left out.
 
     Returns
     -------
     Record
-        Samples of the test, absolute and in SI.
+        Samples of the test, absolute and in SI, without those that are missing or masked.
 
     Raises
     ------
@@ -65,15 +99,58 @@ def read_test(path: str | PathLike[str], ambient_pressure: float) -> Record:
     >>> record.name, len(record.times), float(record.pressures[0])
     ('p.csv', 50, 700000.0)
     """
-    file, right = Path(path), 'give a CSV with the header "time [ms],pressure [kPa abs]"'
-    columns, _, all_faults, _ = read_columns(
-        file, COLUMNS, tuple(COLUMNS), ambient_pressure, right=right, allow_missing=False
+    file, right, dialect = Path(path), 'give a CSV with the header "time [ms],pressure [kPa abs]"', dialect or Dialect()
+    columns, _, all_faults, notes = read_columns(
+        file, COLUMNS, tuple(COLUMNS), ambient_pressure, right=right, dialect=dialect
     )
+    warnings: list[str] = []
     if not all_faults:
+        all_faults = list(find_unknown_start(str(file), TIME, dialect))
+    if not all_faults:
+        # Masked before anything is judged: one sample of 0 would be the lowest pressure, and all of the noise.
+        columns[TIME] = shift_to_start(columns[TIME], dialect)
+        columns[PRESSURE], warnings = _mask(file.name, **columns)
+        is_there = ~np.isnan(columns[PRESSURE])
+        columns = {name: values[is_there] for name, values in columns.items()}
         all_faults = [Fault(str(file), *fault) for fault in _faults(**columns, ambient_pressure=ambient_pressure)]
     if all_faults:
-        raise InputError(all_faults)
-    return Record(file.name, columns["time"], columns["pressure"])
+        raise InputError([_say_where(fault, dialect) for fault in all_faults])
+    return Record(file.name, columns[TIME], columns[PRESSURE], tuple(notes), tuple(warnings))
+
+
+def _say_where(fault: Fault, dialect: Dialect) -> Fault:
+    """Fault of a file, with where the table ``[read]`` is that would help it."""
+    if dialect.is_stated or "[read]" not in fault.right:
+        return fault
+    where = f'[read] stands in {FILE} beside bench = "{BENCH}", of a folder that is given in place of the file'
+    return fault._replace(right=f"{fault.right}; {where}")
+
+
+def _mask(file: str, time: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Pressures, NaN where a disturbance made them, as in a folder of measured data, and what is said of these.
+
+    The pressure of a vessel only falls: unlike the lift of a valve, it has no true peak of one sample, however coarse.
+    """
+    masked, said = pressure.copy(), []
+    found = list(find_disturbances(time, pressure, TIME))
+    if not found and len(time) > 1 and np.median(np.diff(time)) > MAX_RESOLVED[TIME]:
+        found = [(Disturbance.SPIKES, find_spikes(pressure, find_noise(pressure)))]
+    for disturbance, flags in found:
+        if not flags.any():
+            continue
+        at = np.flatnonzero(flags)
+        worst = (
+            at[np.argmax(np.abs(pressure[at] - np.nanmedian(pressure)))] if disturbance == Disturbance.SPIKES else at[0]
+        )
+        place = f"{pressure[worst] / 1e3:.4g} kPa abs in row {worst + 1}, at {1e3 * time[worst]:.4g} ms"
+        many = f"{len(at)} samples" if len(at) > 1 else "a sample"
+        first = f"{file}: pressure: {disturbance}: {many}, {'the worst' if len(at) > 1 else 'of'} {place}"
+        if is_short(time, flags, TIME) or (disturbance == Disturbance.SPIKES and len(at) == 1):
+            masked[flags] = np.nan
+            said.append(f"{first}; masked: used by nothing")
+        else:
+            said.append(f"{first}; too many to be masked: they are used; look at sensor and recorder, or write nan")
+    return masked, said
 
 
 def read_tests(files: Sequence[str | PathLike[str]], ambient_pressure: float) -> list[Record]:
@@ -82,7 +159,7 @@ def read_tests(files: Sequence[str | PathLike[str]], ambient_pressure: float) ->
     Parameters
     ----------
     files : sequence of path
-        One CSV for each test, see `read_test`.
+        One CSV for each test, see `read_test`; or a folder with a ``measured.toml`` that names them.
     ambient_pressure : float
         Pressure that gauge pressures stand above [Pa abs].
 
@@ -105,14 +182,66 @@ def read_tests(files: Sequence[str | PathLike[str]], ambient_pressure: float) ->
     2 faults
     """
     records, all_faults = [], []
-    for file in files:
+    for given in files:
         try:
-            records.append(read_test(file, ambient_pressure))
+            for file, dialect in _tests_of(Path(given)):
+                try:
+                    records.append(read_test(file, ambient_pressure, dialect))
+                except InputError as error:
+                    all_faults += error.faults
         except InputError as error:
             all_faults += error.faults
     if all_faults:
         raise InputError(all_faults)
     return records
+
+
+def _tests_of(given: Path) -> list[tuple[Path, Dialect | None]]:
+    """Files of discharge tests, and how each is written, that a folder names; a file is one itself."""
+    if given.name != FILE and not given.is_dir():
+        return [(given, None)]
+    path = given if given.name == FILE else given / FILE
+    data, file, all_faults = load_folder_file(path), str(path), list[Fault]()
+    if data.get("bench") != BENCH:
+        wrong = f"{quoted(data['bench'])} is no discharge test" if "bench" in data else "is not given"
+        raise InputError([Fault(file, "bench", wrong, f'write bench = "{BENCH}"')])
+    all_faults += find_unknown_keys(file, "", data, ("bench", READ, "run"))
+    read = take_read_table(file, READ, data, all_faults)
+    common, wrong_dialect = read_stated_dialect(file, READ, read, tuple(COLUMNS), is_timed=True)
+    all_faults += wrong_dialect
+    runs = data.get("run")
+    if not isinstance(runs, list) or not runs or not all(isinstance(run, dict) for run in runs):
+        all_faults.append(
+            Fault(file, "run", "no list of runs", 'give each test a table [[run]] with data = "p040.csv"')
+        )
+        runs = []
+    tests: list[tuple[Path, Dialect | None]] = []
+    for number, run in enumerate(runs, 1):
+        section = f"run {number}"
+        all_faults += find_unknown_keys(file, section, run, ("data", READ))
+        dialect = common
+        if READ in run:
+            at = f"{section}.{READ}"
+            merged = merge_tables(read, take_read_table(file, at, run, all_faults))
+            dialect, wrong_dialect = read_stated_dialect(file, at, merged, tuple(COLUMNS), is_timed=True)
+            all_faults += wrong_dialect
+        try:
+            tests.append((_file_of(path.parent, run), dialect))
+        except InvalidValue as wrong_data:
+            all_faults.append(Fault(file, f"{section}.data", wrong_data.wrong, wrong_data.right))
+    if all_faults:
+        raise InputError(list(dict.fromkeys(all_faults)))
+    return tests
+
+
+def _file_of(folder: Path, run: dict[str, Any]) -> Path:
+    """File of a run, in its folder."""
+    right, data = 'write data = "p040.csv", its path from the folder', run.get("data")
+    if not isinstance(data, str) or not data.strip():
+        raise InvalidValue("is not given" if data is None else f"{quoted(data)} is no text", right)
+    path = path_below(folder, data)
+    require_file(path, right)
+    return path
 
 
 def _faults(time: np.ndarray, pressure: np.ndarray, ambient_pressure: float) -> Iterator[tuple[str, str, str]]:
@@ -123,12 +252,15 @@ def _faults(time: np.ndarray, pressure: np.ndarray, ambient_pressure: float) -> 
         yield "time", f"{before} rows until the valve is switched at t = 0, {after} after it", right
         return
     kilo, start = ambient_pressure / 1e3, pressure[time <= 0.0]
-    low = ambient_pressure - max(0.03 * ambient_pressure, 6.0 * start.std())
+    usual = np.delete(start, np.argmax(np.abs(start - np.median(start))))  # one wrong sample allows no other
+    low = ambient_pressure - max(0.03 * ambient_pressure, 6.0 * usual.std())
     if start.mean() < MIN_RATIO**2 * ambient_pressure:
         wrong = f"starts at {start.mean() / 1e3:.4g} kPa abs, not well above the ambient {kilo:.4g} kPa abs"
         yield "pressure", wrong, 'fill the vessel higher; or is it gauge? then write "pressure [kPa gauge]"'
     elif pressure.min() < low:
-        wrong = f"falls to {pressure.min() / 1e3:.4g} kPa abs, below the ambient {kilo:.4g} kPa abs"
+        row = int(np.argmin(pressure))
+        wrong = f"falls to {pressure[row] / 1e3:.4g} kPa abs, below the ambient {kilo:.4g} kPa abs"
+        wrong += f", at {1e3 * time[row]:.4g} ms"
         yield "pressure", wrong, 'is it gauge? then write "pressure [kPa gauge]"; else set ambient.pressure'
     elif start.mean() - pressure[-after // 10 :].mean() < max(5.0 * start.std(), 0.02 * (start.mean() - low)):
         yield "pressure", "does not fall after t = 0", "let t = 0 be the switching command, and record the discharge"
@@ -164,7 +296,7 @@ def fitted_part(record: Record, ambient_pressure: float) -> Record:
     group = -(-end // MAX_SAMPLES)
     whole = end // group * group
     times, pressures = (column[:whole].reshape(-1, group).mean(axis=1) for column in (record.times, record.pressures))
-    return Record(record.name, times, pressures)
+    return record._replace(times=times, pressures=pressures)
 
 
 def min_noise(record: Record) -> float:

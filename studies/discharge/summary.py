@@ -1,6 +1,7 @@
 """Discharge tests as a table on the terminal and as JSON."""
 
 from collections.abc import Iterator
+from math import inf, nan
 from pathlib import Path
 from typing import Any
 
@@ -46,11 +47,20 @@ def discharge_json(result: Discharge, vessel: Vessel) -> dict[str, Any]:
     return {
         "effective_area_mm2": result.full_area * 1e6,
         "effective_area_half_band_mm2": result.full_area_half_band * 1e6,
-        "opens_ms": result.curve[0, 0] * 1e3,
-        "open_ms": result.curve[-1, 0] * 1e3,
+        "opens_ms": result.curve[0, 0] * 1e3 if len(result.curve) else nan,
+        "open_ms": result.curve[-1, 0] * 1e3 if len(result.curve) else nan,
         "cut_off_ms": result.end * 1e3,
         "cut_off_rule": CUT_OFF,
         "method": METHOD,
+        "no_curve": result.refusal or None,
+        "heat": find_heat(result, vessel),
+        "wall": {
+            "conductance_W_K": result.wall.conductance,
+            "half_band_W_K": result.wall.half_band,
+            "adiabatic_area_mm2": result.wall.adiabatic_area * 1e6,
+        }
+        if result.wall
+        else None,
         "volume_m3": vessel.volume,
         "temperature_K": vessel.temperature,
         "ambient_pressure_Pa": vessel.ambient_pressure,
@@ -66,6 +76,52 @@ def discharge_json(result: Discharge, vessel: Vessel) -> dict[str, Any]:
         ],
         "collapse": result.collapse._asdict() if result.collapse else None,
     }
+
+
+def find_heat(result: Discharge, vessel: Vessel) -> str:
+    """Find how the heat from the wall was taken into account.
+
+    Parameters
+    ----------
+    result : Discharge
+        Evaluation of the tests.
+    vessel : Vessel
+        What was emptied, as it was stated.
+
+    Returns
+    -------
+    str
+        ``isothermal``, as stated; ``wall``: a conductance was found; else ``adiabatic``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from apesim.air import Air, gas_of
+    >>> from apesim.studies.discharge.area import AreaFit
+    >>> none = np.empty(0)
+    >>> fit = AreaFit(none, none, none, np.empty((0, 0)), none, [], 0.0)
+    >>> result = Discharge([], [], [fit], [], fit, 1e-2, 9e-6, 1e-7, np.empty((0, 5)), None, [])
+    >>> find_heat(result, Vessel(500e-6, 293.0, 1e5, gas_of(Air()), wall=inf))
+    'isothermal'
+    """
+    if vessel.wall == inf:
+        return "isothermal"
+    return "wall" if result.wall and result.wall.is_identified else "adiabatic"
+
+
+def _heat_line(result: Discharge, heat: str) -> str:
+    """What is said of the heat from the wall."""
+    wall = result.wall
+    if heat == "isothermal":
+        return "heat: isothermal, as stated: the vessel keeps its temperature"
+    if not wall:
+        return "heat: taken as adiabatic; the choked part is too short to tell heat from the wall"
+    if heat == "wall":
+        conductance = f"{wall.conductance:.3g} ± {wall.half_band:.2g} W/K"
+        return f"heat: the wall gives {conductance}; without it the area would seem {1e6 * wall.adiabatic_area:.4g} mm2"
+    limit = wall.conductance + wall.half_band
+    change = wall.area_per_conductance * limit / wall.area
+    return f"heat: taken as adiabatic; up to {limit:.2g} W/K would not be seen, and change the area by {change:+.2%}"
 
 
 def discharge_lines(result: Discharge, data: dict[str, Any]) -> Iterator[Table | str]:
@@ -113,9 +169,14 @@ def discharge_lines(result: Discharge, data: dict[str, Any]) -> Iterator[Table |
     header = ("test", "p_ini [kPa abs]", "noise [kPa]", "used until [ms]", "largest half band [mm2]")
     yield table_of("Discharge tests", header, rows)
     area, half = data["effective_area_mm2"], data["effective_area_half_band_mm2"]
-    yield f"effective area {area:.4g} ± {half:.2g} mm2 (95 %, by noise alone)"
-    opens, is_open, end = (data[key] for key in ("opens_ms", "open_ms", "cut_off_ms"))
-    yield f"opens after {opens:.3g} ms, open at {is_open:.3g} ms, reported until {end:.3g} ms"
+    if result.refusal:
+        yield result.refusal
+    else:
+        noise_alone = "" if data["heat"] == "wall" else ", by noise alone"
+        yield f"effective area {area:.4g} ± {half:.2g} mm2 (95 %{noise_alone})"
+        opens, is_open, end = (data[key] for key in ("opens_ms", "open_ms", "cut_off_ms"))
+        yield f"opens after {opens:.3g} ms, open at {is_open:.3g} ms, reported until {end:.3g} ms"
+    yield _heat_line(result, data["heat"])
     collapse = result.collapse
     if collapse:
         yield (
@@ -124,7 +185,8 @@ def discharge_lines(result: Discharge, data: dict[str, Any]) -> Iterator[Table |
             f"{collapse.within_bands:.0%} of points within their bands"
         )
     yield f"cut-off: {data['cut_off_rule']}"
-    yield f"{data['curve']}: use with --set valve.solenoid.opening_curve={data['curve']}"
-    yield f"and --set 'valve.solenoid.effective_area={area:.5g} mm^2'"
+    if not result.refusal:
+        yield f"{data['curve']}: use with --set valve.solenoid.opening_curve={data['curve']}"
+        yield f"and --set 'valve.solenoid.effective_area={area:.5g} mm^2'"
     if data["figures"]:
         yield f"figures in {Path(data['figures'][0]).parent}/"

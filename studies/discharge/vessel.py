@@ -3,8 +3,13 @@
 Eq. 10 is ``dp/dt = -S(t) f(p)`` with ``f`` of `fall_per_area`. It separates: with ``Y(p) = integral of dp/f from p up
 to the initial pressure``, ``Y = integral of S dt``. All pressures are absolute: with gauge ones the law is silently
 wrong.
+
+Eq. 9 holds for a vessel whose wall gives no heat. With a wall of the conductance h A to the gas, p is a function of Y,
+too, once the valve is open, as both balances are divided by its area: `Descent` integrates them over Y. Until then heat
+has had no time to flow. A vessel full of wire keeps the temperature of the start (ISO 6358-2).
 """
 
+from math import exp, inf, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +21,10 @@ TABLE = 1500
 """Rows of the table of the law."""
 MIN_RATIO = 1.02
 """Lowest pressure over ambient of the table of the law."""
+MAX_EMPTYINGS = 50.0
+"""Times of `_emptying` that a table is carried to at most: a warm vessel comes to `MIN_RATIO` within six of them."""
+MARCH = {"method": "LSODA", "rtol": 1e-8, "atol": 1e-10}
+"""Integration of the logarithms of pressure and temperature; a wall may be so warm that the balance is stiff."""
 
 
 class Vessel(NamedTuple):
@@ -29,6 +38,9 @@ class Vessel(NamedTuple):
     """[Pa]"""
     gas: Gas
     """Properties of the gas, see `apesim.air.gas_of`."""
+    wall: float = 0.0
+    """Heat conductance h A from the wall, of the temperature of the start, to the gas, over the effective area of the
+    open valve [W/(K m2)]; 0: adiabatic; inf: isothermal, as a vessel full of wire is."""
 
 
 def temperatures(vessel: Vessel, initial_pressure: float, pressures: np.ndarray) -> np.ndarray:
@@ -72,12 +84,13 @@ def fall_per_area(vessel: Vessel, initial_pressure: float, pressures: np.ndarray
     """Find how fast the pressure falls per effective area: Eq. 10 of doi 10.1631/jzus.A0820373, solved for -dp/dt / S.
 
     ``f = k psi p sqrt(R T) / V``, with T of Eq. 9 ``f = k psi sqrt(R T_ini) p^((3k-1)/(2k)) p_ini^((1-k)/(2k)) / V``:
-    both doi 10.1631/jzus.A0820373. Absolute pressures: with gauge ones the law is silently wrong.
+    both doi 10.1631/jzus.A0820373. Of an isothermal vessel T is T_ini, and 1 stands for the first k, as dm is
+    V dp/(R T) then. Absolute pressures: with gauge ones the law is silently wrong.
 
     Parameters
     ----------
     vessel : Vessel
-        What empties, and into what.
+        What empties, and into what; its wall gives no heat, or is isothermal.
     initial_pressure : float
         Pressure before the valve opens [Pa abs].
     pressures : (n,) float array
@@ -98,9 +111,14 @@ def fall_per_area(vessel: Vessel, initial_pressure: float, pressures: np.ndarray
     >>> f"{1e-5 * 1e-3 * 9e-6 * fall_per_area(vessel, 7e5, np.array([7e5]))[0]:.4f} bar/ms"
     '0.0350 bar/ms'
     """
-    gas, t = vessel.gas, temperatures(vessel, initial_pressure, pressures)
+    gas, is_isothermal = vessel.gas, vessel.wall == inf
+    t = np.full(len(pressures), vessel.temperature)
+    if not is_isothermal:
+        t = temperatures(vessel, initial_pressure, pressures)
     psi = np.array([flow_function(gas, vessel.ambient_pressure / p, x) for p, x in zip(pressures, t, strict=True)])
     k = np.array([heat_capacity_ratio(gas, x) for x in t]) if gas.perfect else gas.heat_capacity_ratio
+    if is_isothermal:
+        k = 1.0
     return k * psi * pressures * np.sqrt(gas.gas_constant * t) / vessel.volume
 
 
@@ -132,10 +150,51 @@ def effective_area(vessel: Vessel, initial_pressure: float, pressures: np.ndarra
     return -np.asarray(slopes) / fall_per_area(vessel, initial_pressure, np.asarray(pressures))
 
 
+def _emptying(vessel: Vessel) -> float:
+    """Time integral of the effective area in which a choked flow would let the whole filling out [m2 s]."""
+    return vessel.volume / (vessel.gas.choked_flow * sqrt(vessel.gas.gas_constant * vessel.temperature))
+
+
+def _march_warm(vessel: Vessel, initial_pressure: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time integrals of the area [m2 s], pressures [Pa abs], and how fast they fall, of a vessel with a warm wall.
+
+    Mass and energy balance of the gas (Eqs. 4, 5 and 7 of the EPV paper, doi 10.1631/jzus.A0820373), over Y.
+    """
+    from scipy.integrate import solve_ivp
+
+    gas, volume, ambient = vessel.gas, vessel.volume, vessel.ambient_pressure
+
+    def slopes(_: float, state: np.ndarray) -> tuple[float, float]:
+        pressure, temperature = exp(state[0]), exp(state[1])
+        k = heat_capacity_ratio(gas, temperature)
+        psi = flow_function(gas, min(ambient / pressure, 1.0), temperature)
+        heating = vessel.wall * (vessel.temperature - temperature) / (volume * pressure)
+        falling = -k * psi * sqrt(gas.gas_constant * temperature) / volume + (k - 1.0) * heating
+        return falling, (k - 1.0) / k * (falling + heating)
+
+    def is_low(_: float, state: np.ndarray) -> float:
+        return float(state[0]) - log(MIN_RATIO * ambient)
+
+    is_low.terminal = True  # type: ignore[attr-defined]
+    start, end = (log(initial_pressure), log(vessel.temperature)), MAX_EMPTYINGS * _emptying(vessel)
+    solution = solve_ivp(slopes, (0.0, end), start, events=is_low, dense_output=True, **MARCH)
+    passed = solution.t[-1] * np.linspace(0.0, 1.0, TABLE // 3) ** 2
+    states = solution.sol(passed)
+    pressures = np.exp(states[0])
+    falls = -pressures * np.array([slopes(0.0, state)[0] for state in states.T])
+    # Above the initial pressure, where noise and an offset may lead, nothing has flowed: the wall has no say.
+    above = np.linspace(1.1, 1.0, TABLE // 10, endpoint=False) * initial_pressure
+    falls = np.append(fall_per_area(vessel, initial_pressure, above), falls)
+    steps = -np.diff(np.append(above, initial_pressure))
+    passed = np.append(-np.cumsum((steps / falls[: len(above)])[::-1])[::-1], passed)
+    return passed, np.append(above, pressures), falls
+
+
 class Descent:
     """The pressure p(Y) of a vessel from which the time integral Y of an effective area [m2 s] has let out gas.
 
-    It is Eq. 10 of the EPV paper (doi 10.1631/jzus.A0820373), integrated with Eq. 9 by the trapezoidal rule.
+    It is Eq. 10 of the EPV paper (doi 10.1631/jzus.A0820373), integrated with Eq. 9 by the trapezoidal rule. With a
+    warm wall the balances stand for Eq. 9.
 
     Parameters
     ----------
@@ -147,12 +206,15 @@ class Descent:
     def __init__(self, vessel: Vessel, initial_pressure: float) -> None:
         from scipy.interpolate import CubicHermiteSpline
 
-        low, high = MIN_RATIO * vessel.ambient_pressure, 1.1 * initial_pressure
-        self.pressures = low + (high - low) * np.linspace(1.0, 0.0, TABLE) ** 2
-        falls = fall_per_area(vessel, initial_pressure, self.pressures)
-        steps = -np.diff(self.pressures) * (1.0 / falls[1:] + 1.0 / falls[:-1]) / 2.0
-        passed = np.append(0.0, np.cumsum(steps))
-        self.passed = passed - np.interp(-initial_pressure, -self.pressures, passed)
+        if 0.0 < vessel.wall < inf:
+            self.passed, self.pressures, falls = _march_warm(vessel, initial_pressure)
+        else:
+            low, high = MIN_RATIO * vessel.ambient_pressure, 1.1 * initial_pressure
+            self.pressures = low + (high - low) * np.linspace(1.0, 0.0, TABLE) ** 2
+            falls = fall_per_area(vessel, initial_pressure, self.pressures)
+            steps = -np.diff(self.pressures) * (1.0 / falls[1:] + 1.0 / falls[:-1]) / 2.0
+            passed = np.append(0.0, np.cumsum(steps))
+            self.passed = passed - np.interp(-initial_pressure, -self.pressures, passed)
         self._curve = CubicHermiteSpline(self.passed, self.pressures, -falls)
 
     def pressure(self, passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -119,6 +119,7 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
     """
     arrays = figure_arrays(discharge)
     pooled, tests = arrays["pooled"], arrays["tests"]
+    highest = [arrays["full_area"] * 1.25, *(1.05 * test["area"].max() for test in (*tests, pooled))]
     in_percent = 100.0 / arrays["full_area"]
     figure, (above, below) = open_column(2, SIZE, height_ratios=(3, 2))
     for test, colour in zip(tests, colours_of(len(tests), BRIGHTEST), strict=True):
@@ -132,11 +133,15 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
     if true_area is not None:
         fine = np.linspace(0.0, max(test["knots"][-1] for test in tests), 2000)
         above.plot(fine * 1e3, true_area(fine) * 1e6, color=RED, lw=1.0, label="the model's")
+        highest.append(1.05 * true_area(fine).max())
         error = 100.0 * (true_area(fine) - np.interp(fine, pooled["knots"], pooled["area"])) / arrays["full_area"]
         within = fine <= pooled["knots"][-1]
         below.plot(fine[within] * 1e3, error[within], color=RED, lw=1.0)
-    label_axes(above, y=("effective area", "mm²"), title="bands: 95 %")
-    above.set_ylim(0.0, 1.25 * (arrays["full_area"] * 1e6))
+    title = "bands: 95 %; no level that an open valve has" if discharge.refusal else "bands: 95 %"
+    label_axes(above, y=("effective area", "mm²"), title=title)
+    if len(discharge.curve):
+        above.axhline(arrays["full_area"] * 1e6, color="0.6", lw=0.8, ls=":", label="open valve")
+    above.set_ylim(0.0, max(highest) * 1e6)
     above.set_xlim(left=0.0)
     above.legend(loc="lower right", ncols=2)
     below.axhline(0.0, **DASHED)

@@ -14,10 +14,17 @@ import numpy as np
 from apesim.engine.known_to import KNOWN_TO
 from apesim.engine.machine import Machine, window_fault
 from apesim.quantities import Fault, InputError, InvalidValue, make_fault, quoted
-from apesim.quantities.files import path_below, require_file, text_of
-from apesim.quantities.toml_text import parse_toml
+from apesim.quantities.files import path_below, require_file
 from apesim.studies.measured.columns import TIME, read_columns
-from apesim.studies.measured.dialect import COMMAND, FIRST_ROW, Dialect, find_unknown_keys, merge_tables, read_dialect
+from apesim.studies.measured.dialect import Dialect, find_unknown_keys, merge_tables
+from apesim.studies.measured.folder_file import (
+    READ,
+    find_unknown_start,
+    load_folder_file,
+    read_stated_dialect,
+    shift_to_start,
+    take_read_table,
+)
 from apesim.studies.measured.known_to import find_absent_sensors, read_table
 from apesim.studies.measured.plausibility.disturbances import mask_disturbances
 from apesim.studies.measured.runs import (
@@ -43,8 +50,6 @@ TOP_KEYS = ("bench", "sensor", KNOWN_TO, SCATTER, "run", "read")
 """Keys at the top of the file."""
 TEXT_KEYS = ("data", "name")
 """Keys of a run that are texts."""
-READ = "read"
-"""Table of a folder or a run that says how its files are written."""
 MIN_ROWS = 8
 """Rows of a record: with fewer no noise can be estimated."""
 MAX_TURNED = -0.5
@@ -92,7 +97,7 @@ def read_measured(
     ('valve', ['a.csv'])
     """
     path = Path(folder) / FILE
-    data = _toml(path)
+    data = load_folder_file(path)
     all_faults: list[Fault] = []
     file, given = str(path), data.get("bench")
     if bench and given in BENCHES and given != bench:
@@ -111,8 +116,10 @@ def read_measured(
     known_to, known_to_faults = read_table(file, data.get(KNOWN_TO, {}), known)
     scatter, scatter_faults = read_scatter(file, data.get(SCATTER, {}), known)
     all_faults += known_to_faults + scatter_faults
-    read = _read_table(file, READ, data, all_faults)
-    common, dialect_faults = _dialect(file, READ, read, sensors)
+    read = take_read_table(file, READ, data, all_faults)
+    names = (*sensors.columns, *(name for name in sensors.computed if name not in sensors.columns))
+    is_timed = sensors.axis == TIME
+    common, dialect_faults = read_stated_dialect(file, READ, read, names, is_timed=is_timed)
     all_faults += dialect_faults
     hints: list[str] = []
     masked: list[Masked] = []
@@ -125,8 +132,9 @@ def read_measured(
         section, before = f"run {number}", len(masked)
         dialect = common
         if READ in run and common:
-            merged = merge_tables(read, _read_table(file, f"{section}.{READ}", run, all_faults))
-            dialect, dialect_faults = _dialect(file, f"{section}.{READ}", merged, sensors)
+            merged = merge_tables(read, take_read_table(file, f"{section}.{READ}", run, all_faults))
+            at = f"{section}.{READ}"
+            dialect, dialect_faults = read_stated_dialect(file, at, merged, names, is_timed=is_timed)
             all_faults += dialect_faults
         runs.append(_run(path, section, run, known, ambient_pressure, dialect, all_faults, hints, masked))
         masked = [*masked[:before], *(each._replace(run=number - 1) for each in masked[before:])]
@@ -143,36 +151,6 @@ def read_measured(
     hints += find_absent_sensors(known_to, repeats)
     said = tuple(dict.fromkeys(hints))
     return Measured(str(folder), noise, tuple(repeats), known, ambient_pressure, said, known_to, tuple(masked), scatter)
-
-
-def _read_table(file: str, section: str, data: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, Any]:
-    """The table ``[read]`` of a folder or a run."""
-    table = data.get(READ, {})
-    if isinstance(table, dict):
-        return table
-    all_faults.append(
-        Fault(file, section, f"{quoted(table)} is no table", f"write [{'' if section == READ else 'run.'}{READ}]")
-    )
-    return {}
-
-
-def _dialect(file: str, section: str, table: Mapping[str, Any], sensors: Sensors) -> tuple[Dialect | None, list[Fault]]:
-    """Dialect that a table says, None if it is wrong, and its faults."""
-    if not table:
-        return Dialect(), []
-    names = (*sensors.columns, *(name for name in sensors.computed if name not in sensors.columns))
-    dialect, faults = read_dialect(file, section, table, names, is_timed=sensors.axis == TIME)
-    return None if faults else dialect, faults
-
-
-def _toml(path: Path) -> dict[str, Any]:
-    """Contents of the file of a folder."""
-    try:
-        text = text_of(path_below(path.parent, path.name))
-    except InvalidValue as wrong:
-        right = wrong.right or f"give a folder with {FILE} and the CSV files that it names"
-        raise InputError([Fault(str(path), "", wrong.wrong, right)]) from None
-    return parse_toml(str(path), text, 'pulse = "50 ms"')
 
 
 def _noise(file: str, given: Any, sensors: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, float]:
@@ -306,11 +284,11 @@ def _columns(
     unknown = find_unknown_keys(file, "", [name for name in names if name not in sensors.computed], declared)
     faults = list(dict.fromkeys([*(_name_unknown(fault, dialect) for fault in unknown), *wrong]))
     if not sensors.given:
-        faults += _unknown_start(file, axis, dialect)
+        faults += find_unknown_start(file, axis, dialect)
     if not wrong and not sensors.traces.keys() & columns.keys():
         faults.append(Fault(file, "", "no column of a sensor", f'name one in the header, e.g. "{sensor}"'))
     if not faults:
-        columns[axis] = _since_start(columns[axis], dialect)
+        columns[axis] = shift_to_start(columns[axis], dialect)
         faults += [
             *_too_short(file, axis, columns[axis]),
             *_too_empty(file, columns),
@@ -326,30 +304,12 @@ def _columns(
     return columns, hints, masked
 
 
-def _unknown_start(file: str, axis: str, dialect: Dialect) -> Iterator[Fault]:
-    """Fault of counted rows of which nothing says where the command is."""
-    right = f'write in [read] start = "{FIRST_ROW}", or its time after the first row, e.g. start = "12.5 ms"'
-    is_counted = axis in dialect.scales and dialect.scales[axis].unit
-    if dialect.interval is not None and dialect.start in (None, COMMAND):
-        yield Fault(file, axis, "is counted from the first row, and the command may be at any", right)
-    elif is_counted and dialect.start is None:
-        right = f'write in [read] start = "{COMMAND}" if it is at 0, start = "{FIRST_ROW}", or its time, e.g. "12.5 ms"'
-        yield Fault(file, axis, "is made of other numbers by its scale, and the command may be at any of them", right)
-
-
 def _name_unknown(fault: Fault, dialect: Dialect) -> Fault:
     """Fault of a column that nobody knows, with the keys of ``[read]`` that would name it."""
     right = fault.right
     if dialect.is_stated or not right.endswith("?"):  # else the name is nearly right
         right = f"{right.removesuffix('?')}, or name it in columns or in ignore of [read], or set ignore_others = true"
     return fault._replace(wrong="unknown column", right=right)
-
-
-def _since_start(times: np.ndarray, dialect: Dialect) -> np.ndarray:
-    """Times since the solenoids were energised."""
-    if dialect.start is None or isinstance(dialect.start, str):
-        return times - times[0] if dialect.start == FIRST_ROW else times
-    return times - dialect.start
 
 
 def _too_empty(file: str, columns: Mapping[str, np.ndarray]) -> Iterator[Fault]:

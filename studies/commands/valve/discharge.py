@@ -5,17 +5,26 @@ from typing import Annotated
 
 import typer
 
-from apesim.studies.console import DONE
+from apesim.studies.console import DONE, INCOMPLETE
 from apesim.studies.options import Common, Figures, Overwrite, as_options
 
 
 def evaluate_discharge(
     common: Common,
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Discharge tests: CSV of time and pressure.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE...",
+            help="Discharge tests: CSV of time and pressure, or a folder with a measured.toml that names them.",
+        ),
+    ],
     volume: Annotated[str, typer.Option(metavar="V", help='Of the vessel, e.g. "50 cm^3".')],
     temperature: Annotated[
         str | None, typer.Option(metavar="T", help="Of the air at the start; ambient if left out.")
     ] = None,
+    isothermal: Annotated[
+        bool, typer.Option("--isothermal", help="The vessel is full of wire, and keeps its temperature (ISO 6358-2).")
+    ] = False,
     out: Annotated[Path, typer.Option(metavar="F.csv", help="Curve to write.")] = Path("curve.csv"),
     overwrite: Overwrite = False,
     figures: Figures = True,
@@ -27,11 +36,13 @@ def evaluate_discharge(
     common : Common
         Console and machine of the command line; the machine's gas and ambient air are those of the tests.
     files : list of path
-        Discharge tests: CSV of time and pressure.
+        Discharge tests: CSV of time and pressure, or a folder with a ``measured.toml`` that names them.
     volume : str
         Volume of the vessel with its unit, e.g. "50 cm^3".
     temperature : str, optional
         Temperature of the air at the start with its unit; the ambient one if left out.
+    isothermal : bool
+        The vessel is full of wire, and keeps its temperature.
     out : path
         Curve to write, as CSV.
     overwrite : bool
@@ -42,7 +53,7 @@ def evaluate_discharge(
     Returns
     -------
     int
-        Exit code: 0.
+        Exit code: 0; 3 where the tests give no curve.
 
     Raises
     ------
@@ -59,24 +70,33 @@ def evaluate_discharge(
     command line: --volume: '50' has no unit; write e.g. "50 cm^3"
     no_test.csv: there is no file 'no_test.csv'; give a CSV with the header "time [ms],pressure [kPa abs]"
     """
+    from apesim.results import NotConverged
     from apesim.studies.discharge import effective_area
     from apesim.studies.discharge.summary import discharge_lines
 
     console, machine = common.console, common.load_machine()
     with as_options("evaluate_discharge", files="FILE"), console.progress("discharge") as report:
-        result = effective_area.evaluate_discharge(
-            machine,
-            files,
-            volume=volume,
-            temperature=temperature,
-            out=out,
-            overwrite=overwrite,
-            progress=report,
-        )
+        try:
+            result = effective_area.evaluate_discharge(
+                machine,
+                files,
+                volume=volume,
+                temperature=temperature,
+                isothermal=isothermal,
+                out=out,
+                overwrite=overwrite,
+                progress=report,
+            )
+        except NotConverged as error:  # there is no curve, but figures that show why
+            result = error.result
+    console.notes(note for record in result.evaluation.records for note in record.notes)
+    has_curve = not result.evaluation.refusal
     drawn = result.draw(out.with_suffix(".figures")) if figures else []
     paths = [str(path) for path in drawn]
-    data = result.to_dict() | {"curve": str(out), "figures": paths, "wall_time_s": result["wall_time"]}
+    curve = str(out) if has_curve else None
+    data = result.to_dict() | {"curve": curve, "figures": paths, "wall_time_s": result["wall_time"]}
     console.result(data, *discharge_lines(result.evaluation, data))
     for warning in result.warnings:
-        console.message(f"warning: {warning}")
-    return DONE
+        if warning != result.evaluation.refusal:
+            console.message(f"warning: {warning}")
+    return DONE if has_curve else INCOMPLETE

@@ -3,6 +3,7 @@
 import textwrap
 import tomllib
 from collections.abc import Collection
+from math import inf
 from typing import Any
 
 from apesim.archive import Archive
@@ -103,7 +104,8 @@ def conditions_of_vessel(vessel: Vessel) -> str:
     'vessel of 50 cm³, 293 K at the switch, into 101.3 kPa abs'
     """
     volume, ambient = vessel.volume * 1e6, vessel.ambient_pressure / 1e3
-    return f"vessel of {volume:.4g} cm³, {vessel.temperature:g} K at the switch, into {ambient:.4g} kPa abs"
+    kind = "isothermal vessel" if vessel.wall == inf else "vessel"
+    return f"{kind} of {volume:.4g} cm³, {vessel.temperature:g} K at the switch, into {ambient:.4g} kPa abs"
 
 
 def _in_short(value: Any) -> str:

@@ -1,0 +1,166 @@
+"""The file ``measured.toml`` of a folder: its text, its tables ``[read]``, and the instant that is t = 0 by them."""
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from apesim.quantities import Fault, InputError, InvalidValue, quoted
+from apesim.quantities.files import path_below, text_of
+from apesim.quantities.toml_text import parse_toml
+from apesim.studies.measured.dialect import COMMAND, FIRST_ROW, Dialect, read_dialect
+
+READ = "read"
+"""Table of a folder or a run that says how its files are written."""
+
+
+def load_folder_file(path: Path) -> dict[str, Any]:
+    """Load the file of a folder.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Returns
+    -------
+    dict
+        Its contents.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is no TOML.
+
+    Examples
+    --------
+    >>> try:
+    ...     load_folder_file(Path("no_folder", "measured.toml"))
+    ... except InputError as error:
+    ...     print(str(error).partition("; ")[2])
+    give a folder with measured.toml and the CSV files that it names
+    """
+    try:
+        text = text_of(path_below(path.parent, path.name))
+    except InvalidValue as wrong:
+        right = wrong.right or f"give a folder with {path.name} and the CSV files that it names"
+        raise InputError([Fault(str(path), "", wrong.wrong, right)]) from None
+    return parse_toml(str(path), text, 'pulse = "50 ms"')
+
+
+def take_read_table(file: str, section: str, data: Mapping[str, Any], all_faults: list[Fault]) -> dict[str, Any]:
+    """Take the table ``[read]`` of a folder or a run.
+
+    Parameters
+    ----------
+    file, section : str
+        File, and name of the table there.
+    data : mapping of str to object
+        Contents of the folder's file, or of a run.
+    all_faults : list of Fault
+        Gets a fault where it is no table.
+
+    Returns
+    -------
+    dict
+        Empty where there is none.
+
+    Examples
+    --------
+    >>> take_read_table("measured.toml", "read", {"read": {"decimal": ","}}, [])
+    {'decimal': ','}
+    """
+    table = data.get(READ, {})
+    if isinstance(table, dict):
+        return table
+    all_faults.append(
+        Fault(file, section, f"{quoted(table)} is no table", f"write [{'' if section == READ else 'run.'}{READ}]")
+    )
+    return {}
+
+
+def read_stated_dialect(
+    file: str, section: str, table: Mapping[str, Any], names: Collection[str], *, is_timed: bool
+) -> tuple[Dialect | None, list[Fault]]:
+    """Read the dialect that a table ``[read]`` states.
+
+    Parameters
+    ----------
+    file, section : str
+        File, and name of the table there.
+    table : mapping of str to object
+        Its contents; empty where there is none, so that all is guessed.
+    names : collection of str
+        Names of the columns that are known here.
+    is_timed : bool
+        Whether the traces stand over time, so that there is a ``start``.
+
+    Returns
+    -------
+    dialect : Dialect or None
+        None: the table is wrong.
+    faults : list of Fault
+
+    Examples
+    --------
+    >>> dialect, faults = read_stated_dialect("measured.toml", "read", {"decimal": ","}, ("time",), is_timed=True)
+    >>> dialect.marks.decimal, faults
+    (',', [])
+    """
+    if not table:
+        return Dialect(), []
+    dialect, faults = read_dialect(file, section, table, names, is_timed=is_timed)
+    return None if faults else dialect, faults
+
+
+def find_unknown_start(file: str, axis: str, dialect: Dialect) -> Iterator[Fault]:
+    """Find whether rows are counted, and nothing says where the command is.
+
+    Parameters
+    ----------
+    file : str
+        File of the record.
+    axis : str
+        Column over which its traces stand.
+    dialect : Dialect
+
+    Yields
+    ------
+    Fault
+
+    Examples
+    --------
+    >>> [fault.key for fault in find_unknown_start("p040.csv", "time", Dialect(interval=1e-3))]
+    ['time']
+    """
+    right = f'write in [read] start = "{FIRST_ROW}", or its time after the first row, e.g. start = "12.5 ms"'
+    is_counted = axis in dialect.scales and dialect.scales[axis].unit
+    if dialect.interval is not None and dialect.start in (None, COMMAND):
+        yield Fault(file, axis, "is counted from the first row, and the command may be at any", right)
+    elif is_counted and dialect.start is None:
+        right = f'write in [read] start = "{COMMAND}" if it is at 0, start = "{FIRST_ROW}", or its time, e.g. "12.5 ms"'
+        yield Fault(file, axis, "is made of other numbers by its scale, and the command may be at any of them", right)
+
+
+def shift_to_start(times: np.ndarray, dialect: Dialect) -> np.ndarray:
+    """Shift times so that the command stands at 0.
+
+    Parameters
+    ----------
+    times : (n,) float array
+        Times of the file [s].
+    dialect : Dialect
+
+    Returns
+    -------
+    (n,) float array
+        Times since the solenoids were energised [s].
+
+    Examples
+    --------
+    >>> shift_to_start(np.array([1.0, 2.0]), Dialect(start="first row")).tolist()
+    [0.0, 1.0]
+    """
+    if dialect.start is None or isinstance(dialect.start, str):
+        return times - times[0] if dialect.start == FIRST_ROW else times
+    return times - dialect.start
