@@ -16,12 +16,13 @@ from apesim.quantities import InputError
 from apesim.quantities.settings import load
 from apesim.studies.commands.valve.discharge import evaluate_discharge
 from apesim.studies.console import DONE, Console
-from apesim.studies.discharge import Record, Vessel, discharge, figure_arrays, fit_area, read_test
+from apesim.studies.discharge import Record, Vessel, discharge, figure_arrays, fit_area, read_test, read_tests
 from apesim.studies.discharge.area import integrals
 from apesim.studies.discharge.vessel import Descent, effective_area, fall_per_area
 from apesim.studies.options import Common
 from apesim.valve.bench import run_bench
 from tests.machines import AMBIENT
+from tests.studies.discharge.vessels import record_of
 
 R, K, ROOM = 287.05, 1.4, 293.15
 FULL = 9e-6
@@ -335,8 +336,6 @@ def test_a_wrong_record_is_told(tmp_path):
     text = csv_of(GOOD)
     lines = text.splitlines(keepends=True)
     wrong = {
-        "time: has no number in row 30": text.replace(lines[30], ",500\n"),
-        "pressure: has no number in row 30; give a number in every cell": text.replace(lines[30], "0,nan\n"),
         "time: does not rise in row 40": "".join([*lines[:40], lines[39], *lines[40:]]),
         "time: 101 rows until the valve is switched at t = 0, 8 after": "".join(lines[:110]),
         "time: 1 rows until the valve is switched": "".join([lines[0], *lines[101:]]),
@@ -350,9 +349,68 @@ def test_a_wrong_record_is_told(tmp_path):
     assert "there is nothing; give a file with rows of numbers" in faults(tmp_path, "")
 
 
+def test_a_missing_cell_costs_that_sample_alone(tmp_path):
+    text = csv_of(GOOD)
+    lines = text.splitlines(keepends=True)
+    path = tmp_path / "p.csv"
+    for row in (",500\n", lines[30].split(",")[0] + ",nan\n", lines[30].split(",")[0] + ",-\n"):
+        path.write_text(text.replace(lines[30], row))
+        record = read_test(path, AMBIENT)
+        assert len(record.times) == len(GOOD.times) - 1
+        assert record.pressures == pytest.approx(np.delete(GOOD.pressures, 29), rel=1e-6)
+        assert record.times == pytest.approx(np.delete(GOOD.times, 29))
+        assert any(word in record.notes[0] for word in ("left out", "1 of 500 cells"))
+
+
+@pytest.mark.parametrize("rate", [20e3, 1e3])
+def test_one_wrong_sample_is_masked_and_its_row_is_named(tmp_path, rate):
+    good = record_of(0.5e-3, 0.0, 7e5, 60e-3, rate)
+    times = good.times
+    at = int(np.argmin(np.abs(times + 2.5e-3)))
+    wrong = good._replace(pressures=np.where(np.arange(len(times)) == at, 0.0, good.pressures))
+    for record, masked in ((good, 0), (wrong, 1)):
+        (tmp_path / "p.csv").write_text(csv_of(record))
+        read = read_test(tmp_path / "p.csv", AMBIENT)
+        assert len(read.times) == len(times) - masked
+        assert len(read.warnings) == masked
+        assert not masked or (f"row {at + 1}," in read.warnings[0] and "masked" in read.warnings[0])
+    assert read.pressures == pytest.approx(np.delete(good.pressures, at), rel=1e-6)
+
+
+def test_a_folder_says_how_the_files_of_a_laboratory_are_written(tmp_path):
+    rows = (f"{t + 0.1:.7f};x;{p / 1e5:.7f}\n" for t, p in zip(*GOOD[1:3], strict=True))
+    (tmp_path / "a.txt").write_text("Labor\nZeit (s);Name;Ch1\n" + "".join(rows).replace(".", ","))
+    about = ['bench = "discharge"', "[read]", "skip_rows = 1", 'columns = { time = "Zeit (s)", pressure = "Ch1" }']
+    about += ['unit.pressure = "bar abs"', "ignore_others = true", 'start = "100 ms"', "[[run]]", 'data = "a.txt"']
+    toml = tmp_path / "measured.toml"
+    toml.write_text("\n".join(about))
+    for given in (tmp_path, toml):
+        [record] = read_tests([given], AMBIENT)
+        assert record.name == "a.txt"
+        assert record.times == pytest.approx(GOOD.times, abs=1e-9)
+        assert record.pressures == pytest.approx(GOOD.pressures, rel=1e-6)
+        assert any("semicolon" in note for note in record.notes)
+    toml.write_text("\n".join([*about, 'date = "today"', "[[run]]"]).replace("skip_rows", "skip_row"))
+    with pytest.raises(InputError) as caught:
+        read_tests([tmp_path, tmp_path / "none.csv"], AMBIENT)
+    found = [(fault.key, fault.right) for fault in caught.value.faults]
+    assert ("read.skip_row", "did you mean skip_rows?") in found
+    assert [key for key, _ in found] == ["read.skip_row", "run 1.date", "run 2.data", ""]
+    toml.write_text('bench = "valve"')
+    with pytest.raises(InputError, match='write bench = "discharge"'):
+        read_tests([tmp_path], AMBIENT)
+
+
+def test_a_file_alone_is_read_as_it_comes_and_a_fault_says_where_read_stands(tmp_path):
+    path = tmp_path / "p.csv"
+    path.write_text(csv_of(GOOD).replace(",", ";").replace(".", ","))
+    assert read_test(path, AMBIENT).pressures == pytest.approx(GOOD.pressures, rel=1e-6)
+    assert 'bench = "discharge"' in faults(tmp_path, csv_of(GOOD, "time [ms],p"))
+
+
 def test_units_and_gauge_are_converted_and_other_columns_left_alone(tmp_path):
     rows = "".join(
-        f"{t:.17g},20,{(p - AMBIENT) / 1e5:.17g}\n" for t, p in zip(*map(np.ndarray.tolist, GOOD[1:]), strict=True)
+        f"{t:.17g},20,{(p - AMBIENT) / 1e5:.17g}\n" for t, p in zip(*map(np.ndarray.tolist, GOOD[1:3]), strict=True)
     )
     path = tmp_path / "p.csv"
     path.write_text("time [s],temperature [degC],pressure [bar gauge]\n" + rows)

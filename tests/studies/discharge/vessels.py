@@ -1,6 +1,7 @@
-"""Vessels with a wall, emptied through a valve by their balances of mass and energy, without the code that is tested."""
+"""Vessels with a wall, emptied through a valve by their balances of mass and energy, without the code under test."""
 
 from functools import cache
+from itertools import pairwise
 from math import inf, sqrt
 
 import numpy as np
@@ -43,7 +44,7 @@ def warm(volume, conductance, initial, end, rate, closes=inf, capacity=inf, nozz
     state = (initial * volume / (R * ROOM), initial * volume / (K - 1.0), ROOM)
     pressures = [np.full(np.sum(times <= 0.0), initial)]
     corners = [0.0, *(corner for corner in (DEAD, DEAD + RAMP, closes) if corner < end), end]
-    for start, stop in zip(corners[:-1], corners[1:], strict=True):
+    for start, stop in pairwise(corners):
         instants = times[(times > start) & (times <= stop)]
         exact = {"rtol": 1e-8, "atol": 1e-12, "method": "LSODA"}
         # The right-hand side just before the corner, or a valve that closes would close within a step.
