@@ -18,6 +18,8 @@ SIZE = (6.4, 4.6)
 """Size of the figures, with a panel for the residuals below [inch]."""
 TIME = ("time after the switch", "ms")
 """Name and unit of the x axis of all panels."""
+LONG = 20.0
+"""Time that is reported over that at which the valve is open, above which the later part is drawn logarithmically."""
 BRIGHTEST = 0.8
 """Place of the last test's colour on the colour map."""
 DASHED: Look = {"color": "0.1", "lw": 1.0, "ls": "--"}
@@ -139,13 +141,18 @@ def plot_areas(discharge: Discharge, true_area: Callable[[np.ndarray], np.ndarra
         below.plot(fine[within] * 1e3, error[within], color=RED, lw=1.0)
     title = "bands: 95 %; no level that an open valve has" if discharge.refusal else "bands: 95 %"
     label_axes(above, y=("effective area", "mm²"), title=title)
-    if len(discharge.curve):
-        above.axhline(arrays["full_area"] * 1e6, color="0.6", lw=0.8, ls=":", label="open valve")
     above.set_ylim(0.0, max(highest) * 1e6)
     above.set_xlim(left=0.0)
-    above.legend(loc="lower right", ncols=2)
+    above.legend(loc="upper right" if discharge.refusal else "lower right", ncols=2)
     below.axhline(0.0, **DASHED)
     label_axes(below, x=TIME)
+    is_open, end = discharge.curve[-1, 0] if len(discharge.curve) else np.inf, pooled["knots"][-1]
+    if end > LONG * is_open:  # else the rise would be a line at the edge
+        for axis in (above, below):
+            axis.set_xscale("symlog", linthresh=2e3 * is_open)
+            axis.axvline(2e3 * is_open, color="0.8", lw=0.8)
+            axis.set_xlim(0.0, 1e3 * end)
+        label_axes(below, x=("time after the switch, logarithmic from the grey line on", "ms"))
     below.set_ylabel(f"{'from all together' if len(tests) > 1 else 'band'}\n[% of full area]")
     half = 100.0 * max(np.quantile(test["high"] - test["area"], 0.95) for test in tests) / arrays["full_area"]
     below.set_ylim(-1.5 * half, 1.5 * half)
