@@ -9,6 +9,7 @@ from apesim.engine.machine import Machine
 from apesim.quantities import Fault, InputError, Quantity
 from apesim.studies.calls import arguments_of
 from apesim.studies.measured import Measured, read_measured
+from apesim.studies.measured.plausibility.impossible import mask_impossible
 
 Tell = Callable[[str, int, int], object]
 """Called with the name of a stage, what is done of it and what there is to do."""
@@ -41,6 +42,7 @@ def open_measured(
     Returns
     -------
     measured : Measured
+        What the machine rules out is masked in it.
     given : dict
         The further arguments, in SI.
 
@@ -64,7 +66,7 @@ def open_measured(
         arguments.fault(*fault)
     arguments.refuse()
     if not isinstance(measured, Measured):
-        return read_measured(measured, machine.ambient.pressure, bench), given
+        return mask_impossible(machine, read_measured(measured, machine.ambient.pressure, bench)), given
     if not isnan(measured.ambient_pressure) and not isclose(measured.ambient_pressure, machine.ambient.pressure):
         wrong = f"was read with gauge pressures above {measured.ambient_pressure:g} Pa"
         right = f"read it with ambient_pressure={machine.ambient.pressure!r}, as the machine has it"
@@ -72,4 +74,4 @@ def open_measured(
     if bench and measured.bench != bench:
         wrong, right = f"is of a bench of the {measured.bench}", f"give data of a bench of the {bench}"
         raise InputError([Fault(f"{function}()", "measured", wrong, right)])
-    return measured, given
+    return mask_impossible(machine, measured), given

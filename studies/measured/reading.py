@@ -26,7 +26,7 @@ from apesim.studies.measured.folder_file import (
     take_read_table,
 )
 from apesim.studies.measured.known_to import find_absent_sensors, read_table
-from apesim.studies.measured.plausibility.disturbances import mask_disturbances
+from apesim.studies.measured.plausibility.disturbances import find_code_limits, find_impossible, mask_disturbances
 from apesim.studies.measured.runs import (
     BENCHES,
     CYLINDER,
@@ -52,6 +52,8 @@ TEXT_KEYS = ("data", "name")
 """Keys of a run that are texts."""
 MIN_ROWS = 8
 """Rows of a record: with fewer no noise can be estimated."""
+TOO_FAST = 100.0
+"""Velocity that no valve has [m/s]: such a sample says nothing of a sign."""
 MAX_TURNED = -0.5
 """Correlation of the lift with the integral of the velocity, below which the sign is the wrong one: of an ideal pair it
 is 1, or -1 if turned; noise and drifts only bring it nearer to 0."""
@@ -293,6 +295,7 @@ def _columns(
             *_too_short(file, axis, columns[axis]),
             *_too_empty(file, columns),
             *_turned_velocity(file, columns[axis], columns),
+            *_impossible_cells(file, columns, sensors),
         ]
     masked: list[Masked] = []
     if not faults:
@@ -330,11 +333,23 @@ def _too_short(file: str, axis: str, values: np.ndarray) -> Iterator[Fault]:
         yield Fault(file, axis, short, right)
 
 
+def _impossible_cells(file: str, columns: Mapping[str, np.ndarray], sensors: Sensors) -> Iterator[Fault]:
+    """Faults of cells that cannot be, where samples are averaged: a mean would hide them."""
+    for name in (*sensors.given, *sensors.traces) if sensors.given else ():
+        low, high = find_code_limits(name)
+        flags = find_impossible(columns[name], (0.0 if "pressure" in name else low, high)) if name in columns else []
+        if np.any(flags):
+            number, first = int(np.sum(flags)), int(np.argmax(flags))
+            wrong = f"{number} value{'s' * (number > 1)} cannot be, the first in row {first + 1}"
+            right = "is it a code of the recorder, or gauge called abs? Write nan into cells that are wrong"
+            yield Fault(file, name, wrong, right)
+
+
 def _turned_velocity(file: str, axis: np.ndarray, columns: dict[str, np.ndarray]) -> Iterator[Fault]:
     """Fault of a velocity that falls where the lift beside it rises."""
     if not {"lift", "velocity"} <= columns.keys() or len(axis) < MIN_ROWS:
         return
-    is_whole = ~np.isnan(columns["velocity"] + columns["lift"])
+    is_whole = ~np.isnan(columns["velocity"] + columns["lift"]) & (np.abs(columns["velocity"]) < TOO_FAST)
     axis, velocity, lift = (values[is_whole] for values in (axis, columns["velocity"], columns["lift"]))
     travelled = np.append(0.0, np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(axis)))
     away, lifted = travelled - travelled.mean(), lift - lift.mean()

@@ -103,6 +103,8 @@ class Disturbance(StrEnum):
     """One value is repeated where noise would change it."""
     CLIPPED = "clipped"
     """The largest or smallest value is repeated where noise would change it."""
+    IMPOSSIBLE = "impossible"
+    """Values that no rig can have: codes of a recorder, what a loose contact shows."""
 
 
 class Masked(NamedTuple):

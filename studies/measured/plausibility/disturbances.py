@@ -1,4 +1,4 @@
-"""Disturbances of single samples, found in a record by itself: spikes, a held value, the end of a range.
+"""Disturbances of single samples, found in a record by itself: spikes, a held value, an end of a range, a code.
 
 They are masked, as cells without a number are, so that they enter no fit. What is masked is short, far beyond noise and
 neighbours, and reported. Whatever takes more than a small share of a record stays, and refuses it.
@@ -11,6 +11,7 @@ import numpy as np
 from apesim.studies.measured.plausibility.signals import WIDTH, fill, find_levels, find_noise, smooth
 from apesim.studies.measured.plausibility.thresholds import (
     BESIDE_CLIPPED,
+    CODES,
     MAX_FINE,
     MAX_MASKED,
     MAX_REPEATS,
@@ -69,12 +70,58 @@ def mask_disturbances(
         values = columns.get(channel)
         if values is None:
             continue
-        for disturbance, flags in find_disturbances(columns[axis], values, axis):
+        codes = find_impossible(values, find_code_limits(channel))
+        known = np.where(codes, np.nan, values)  # a code hides what is less far off
+        found = [(Disturbance.IMPOSSIBLE, codes)] if codes.any() else []
+        for disturbance, flags in [*found, *find_disturbances(columns[axis], known, axis)]:
             share = float(np.mean(flags))
             if is_short(columns[axis], flags, axis):
                 masked.append(Masked(0, channel, disturbance, columns[axis][flags], values[flags], share))
                 result[channel] = np.where(flags, np.nan, result[channel])
     return result, masked
+
+
+def find_impossible(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
+    """Find the samples that lie at limits, or beyond them, which nothing can reach.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        NaN where a sample is missing.
+    limits : (low, high)
+        In the unit of the values.
+
+    Returns
+    -------
+    (n,) bool array
+
+    Examples
+    --------
+    >>> find_impossible(np.array([1e5, -1e3, np.nan, 1e40]), (0.0, 1e7)).tolist()
+    [False, True, False, True]
+    """
+    low, high = limits
+    return (values <= low) | (values >= high)  # NaN: neither
+
+
+def find_code_limits(channel: str) -> tuple[float, float]:
+    """Find the limits beyond which a number of a channel is a code of its recorder, whatever the machine.
+
+    Parameters
+    ----------
+    channel : str
+
+    Returns
+    -------
+    low, high : float
+        [SI]; infinite for a channel that has none.
+
+    Examples
+    --------
+    >>> find_code_limits("lift")
+    (-1000.0, 1000.0)
+    """
+    return next((limits for part, limits in CODES.items() if part in channel), (-np.inf, np.inf))
 
 
 def find_disturbances(

@@ -10,7 +10,8 @@ from apesim.studies.measured.plausibility.engine_bench import check_engine_run
 from apesim.studies.measured.plausibility.expected import Expected
 from apesim.studies.measured.plausibility.findings import Check, Finding, Kind, group_findings
 from apesim.studies.measured.plausibility.folder import check_folder, escalate_crank_angle, escalate_still
-from apesim.studies.measured.plausibility.records import check_ends, check_masked, check_record
+from apesim.studies.measured.plausibility.impossible import find_spoilt, without
+from apesim.studies.measured.plausibility.records import check_ends, check_masked, check_record, describe_spoilt
 from apesim.studies.measured.plausibility.valve_bench import check_valve_run
 from apesim.studies.measured.runs import CYLINDER, ENGINE, VALVE, Measured
 
@@ -87,10 +88,17 @@ def examine(
     findings: list[Finding] = []
     expected: list[Expected | None] = []
     for number, run in enumerate(measured.runs):
-        findings += check_record(run, number, measured.noise, [each for each in measured.masked if each.run == number])
+        # What cannot be is said once, and the checks behind it judge the rest.
+        spoilt = [] if machine is None else find_spoilt(machine, run, number)
+        findings += [describe_spoilt(run, each) for each in spoilt]
+        run = without(run, spoilt)
+        masked = [each for each in measured.masked if each.run == number]
+        findings += check_record(run, number, measured.noise, [*masked, *spoilt])
         check = BENCHES.get(run.bench)
         more, shown = check(machine, run, number) if machine is not None and check else ([], None)
         findings += more
+        if machine is not None and not any(finding.kind == Kind.FAULT for finding in more):  # else that is the reason
+            findings += [describe_spoilt(run, each) for each in find_spoilt(machine, run, number, max_share=1.0)]
         expected.append(shown)
         for channel in run.channels:
             known = shown is not None and channel in shown.channels

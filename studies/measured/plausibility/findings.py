@@ -34,6 +34,7 @@ class Check(StrEnum):
     SPACING = "uneven samples"
     MOTION_MISSED = "motion not recorded"
     MISSING = "missing cells"
+    IMPOSSIBLE = "impossible values"
     BELOW_ZERO = "pressure below zero"
     LEVEL = "level"
     SUPPLY = "supply"

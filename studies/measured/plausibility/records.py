@@ -242,6 +242,31 @@ def check_masked(measured: Measured) -> Iterator[Finding]:
         yield finding
 
 
+def describe_spoilt(run: MeasuredRun, spoilt: Masked) -> Finding:
+    """Describe impossible samples that are not masked: they are too much, or the run comes from no folder.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    spoilt : Masked
+
+    Returns
+    -------
+    Finding
+
+    Examples
+    --------
+    >>> times, lift = np.arange(40) * 1e-4, np.full(40, 1e-5)
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": lift})
+    >>> spoilt = Masked(0, "lift", Disturbance.IMPOSSIBLE, times[10:20], np.full(10, -1e-3), 0.25)
+    >>> describe_spoilt(run, spoilt).seen
+    '10 samples from 1 to 1.9 ms cannot be, one of -1 mm: 25 % of the samples, too much to be masked'
+    """
+    axis, places = _axis(run)
+    is_few = is_short(places, np.isin(places, spoilt.places), axis)
+    return _describe_disturbance(run, spoilt, is_masked=False, is_short=is_few)
+
+
 def _describe_disturbance(run: MeasuredRun, masked: Masked, *, is_masked: bool, is_short: bool) -> Finding:
     """The finding of a disturbance of a channel."""
     number, places = len(masked.places), masked.places
@@ -253,6 +278,12 @@ def _describe_disturbance(run: MeasuredRun, masked: Masked, *, is_masked: bool, 
         many = f"{number} spikes, one" if number > 1 else "a spike"
         seen = f"{many} to {show(run.bench, masked.channel, masked.values[farthest])} at {shown[farthest]}"
         check, reason, right = Check.SPIKES, "an electric disturbance?", "shield the cable"
+    elif masked.disturbance == Disturbance.IMPOSSIBLE:
+        where = f"from {shown[0].split()[0]} to {shown[-1]}" if number > 1 else f"at {shown[0]}"
+        value = show(run.bench, masked.channel, float(np.median(masked.values)))
+        seen = f"{number} sample{'s' * (number > 1)} {where} cannot be, one of {value}"
+        check, reason = Check.IMPOSSIBLE, "a code of the recorder, a loose contact?"
+        right = "look at cable and recorder"
     else:
         held = show(run.bench, masked.channel, float(np.median(masked.values)))
         seen = f"stays at exactly {held} for {number} samples between {shown[0]} and {shown[-1]}"

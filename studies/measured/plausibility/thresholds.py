@@ -104,6 +104,34 @@ MAX_STEP_SHARE = 0.04
 """Step over the span that is refused: fewer than 25 values tell neither noise nor shape."""
 MIN_STEP_SHARE = 0.002
 """Step over the span below which it does not matter."""
+CODES = {
+    "lift": (-1e3, 1e3),
+    "velocity": (-1e6, 1e6),
+    "pressure": (-1e12, 1e12),
+    "temperature": (-1e6, 1e6),
+    "force": (-1e9, 1e9),
+    "stroke": (-1e3, 1e3),
+}
+"""Lowest and highest value [SI] beyond which a number is a code of the recorder, such as 1E+37, whatever the machine
+and whatever unit was taken for another, by a part of the channel's name."""
+MAX_SPOILT = 0.1
+"""Share of impossible samples up to which the rest of a channel is judged without them: above it they are the signal
+itself, in a wrong unit or with a wrong zero."""
+MAX_OVER_SUPPLY = 3.0
+"""Factor on the supply, and on what the crank can compress, above which no pressure is possible: cushions and waves
+make up to 1.5, and a supply that is stated as gauge in place of abs hides a third."""
+MAX_OVER_SPEED = 2.0
+"""Factor on the speed that the whole supply gives the piston over its whole stroke without any loss, for the gain of
+the sensor and a mass that is wrong."""
+COLDEST, HOTTEST = 50.0, 1500.0
+"""Temperatures that no air here can have, whatever the machine [K]."""
+MIN_NOISES_BEYOND = 4.0
+"""Noises beyond a limit of a lift or a velocity from which a sample cannot be: with fewer it may be noise of a valve at
+the limit, which the levels judge."""
+MIN_NOISES_ABOVE_VACUUM = 6.0
+"""Noises that the lowest pressure of a trace lies above zero, for what is not above zero to be no noise."""
+MAX_NOISE_SHARE = 0.05
+"""Noise over what is possible of a channel, from which the channel is in another unit: usual is below a hundredth."""
 MIN_SPIKE_NOISES, MIN_SPIKE_SHARE = 10.0, 0.10
 """Height of a spike over the noise and over the span, by which it leaves the samples beside it."""
 MIN_SINGLE_SHARE = 0.03

@@ -1,0 +1,251 @@
+"""Impossible samples: what no valve and no engine of this machine can show, whatever it lacks.
+
+A lift beyond both stops, a pressure below zero or far above its supply: the physics of the rig decides, not what stands
+beside a sample. So a block of any length is found, where a spike is one or two samples.
+"""
+
+from collections.abc import Iterator, Sequence
+from math import isnan, sqrt
+
+import numpy as np
+
+from apesim.engine.kinematics import clearance_volume, crank_of, cylinder_volume
+from apesim.engine.machine import Machine
+from apesim.studies.measured.plausibility.disturbances import (
+    find_code_limits,
+    find_disturbances,
+    find_impossible,
+    is_short,
+)
+from apesim.studies.measured.plausibility.signals import find_levels, find_noise
+from apesim.studies.measured.plausibility.thresholds import (
+    COLDEST,
+    HOTTEST,
+    MAX_ABOVE,
+    MAX_BELOW,
+    MAX_NOISE_SHARE,
+    MAX_OVER_SPEED,
+    MAX_OVER_SUPPLY,
+    MAX_SPOILT,
+    MIN_NOISES_ABOVE_VACUUM,
+    MIN_NOISES_BEYOND,
+    MIN_SAMPLES,
+)
+from apesim.studies.measured.runs import ENGINE, Disturbance, Masked, Measured, MeasuredRun
+from apesim.studies.measured.sensors import SENSORS
+
+BESIDE_IMPOSSIBLE = 1
+"""Samples beside an impossible block that are masked with it: a contact that opens has flanks, and where a long record
+was thinned a mean holds a part of the block."""
+
+
+def mask_impossible(machine: Machine, measured: Measured) -> Measured:
+    """Mask the samples that the machine rules out, where they are few; what is much is left for the checks to refuse.
+
+    Parameters
+    ----------
+    machine : Machine
+    measured : apesim.studies.measured.Measured
+
+    Returns
+    -------
+    apesim.studies.measured.Measured
+        The same one where nothing is to be masked.
+
+    Examples
+    --------
+    >>> times, lift = np.arange(400) * 1e-4, np.full(400, 1e-5)
+    >>> lift[100:105] = -1e-3
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"lift": lift})
+    >>> masked = mask_impossible(Machine(), Measured("measured", {}, (run,)))
+    >>> int(np.isnan(masked.runs[0].channels["lift"]).sum()), masked.masked[0].values.round(5).tolist()
+    (7, [-0.001, -0.001, -0.001, -0.001, -0.001])
+    """
+    runs = list(measured.runs)
+    masked = [_name_impossible(machine, each, measured.runs[each.run]) for each in measured.masked]
+    for number, run in enumerate(measured.runs):
+        axis, places = SENSORS[run.bench].axis, run.angles if run.bench == ENGINE else run.times
+        found, channels = [], dict(run.channels)
+        for channel, flags in find_flags(machine, run):
+            values = run.channels[channel]
+            beside = np.convolve(flags, np.ones(2 * BESIDE_IMPOSSIBLE + 1), mode="same") > 0.5
+            beside &= np.isfinite(values)
+            if is_short(places, beside, axis):
+                share = float(np.mean(beside))
+                found.append(Masked(number, channel, Disturbance.IMPOSSIBLE, places[flags], values[flags], share))
+                channels[channel] = np.where(beside, np.nan, values)
+        masked += found
+        runs[number] = run._replace(channels=channels) if found else run
+    if len(masked) == len(measured.masked) and all(a is b for a, b in zip(masked, measured.masked, strict=True)):
+        return measured
+    return measured._replace(runs=tuple(runs), masked=tuple(masked))
+
+
+def find_flags(machine: Machine, run: MeasuredRun) -> Iterator[tuple[str, np.ndarray]]:
+    """Find the samples of each channel of a run that the machine rules out.
+
+    Parameters
+    ----------
+    machine : Machine
+    run : apesim.studies.measured.MeasuredRun
+
+    Yields
+    ------
+    channel : str
+    flags : (n,) bool array
+        Not empty.
+
+    Examples
+    --------
+    >>> times, pressure = np.arange(40) * 1e-4, np.full(40, 0.5e6)
+    >>> pressure[[3, 4, 5]] = -1e3
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", times, {"pressure_a": pressure})
+    >>> [(channel, flags.nonzero()[0].tolist()) for channel, flags in find_flags(Machine(), run)]
+    [('pressure_a', [3, 4, 5])]
+    """
+    axis, places = SENSORS[run.bench].axis, run.angles if run.bench == ENGINE else run.times
+    for channel, values in run.channels.items():
+        if np.isfinite(values).sum() < MIN_SAMPLES:
+            continue
+        flags = find_impossible(values, find_limits(machine, run, channel))
+        for disturbance, spikes in find_disturbances(places, values, axis) if flags.any() else ():
+            if disturbance == Disturbance.SPIKES and not is_short(places, spikes, axis):
+                flags &= ~spikes  # so many are refused as what they are, also where some of them could be
+        if flags.any():
+            yield channel, flags
+
+
+def find_spoilt(machine: Machine, run: MeasuredRun, number: int, max_share: float = MAX_SPOILT) -> list[Masked]:
+    """Find what the machine rules out in the channels of a run of which it spoils a part alone.
+
+    Parameters
+    ----------
+    machine : Machine
+    run : apesim.studies.measured.MeasuredRun
+    number : int
+        Its number in the folder, from 0.
+    max_share : float
+        Largest share of the samples of a channel.
+
+    Returns
+    -------
+    list of Masked
+        One for each channel.
+
+    Examples
+    --------
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(9), {"lift": np.full(9, -1e-3)})
+    >>> find_spoilt(Machine(), run, 0), [spoilt.share for spoilt in find_spoilt(Machine(), run, 0, 1.0)]
+    ([], [1.0])
+    """
+    places = run.angles if run.bench == ENGINE else run.times
+    return [
+        Masked(
+            number, channel, Disturbance.IMPOSSIBLE, places[flags], run.channels[channel][flags], float(flags.mean())
+        )
+        for channel, flags in find_flags(machine, run)
+        if flags.mean() <= max_share
+    ]
+
+
+def without(run: MeasuredRun, spoilt: Sequence[Masked]) -> MeasuredRun:
+    """Take samples for missing.
+
+    Parameters
+    ----------
+    run : apesim.studies.measured.MeasuredRun
+    spoilt : sequence of Masked
+
+    Returns
+    -------
+    apesim.studies.measured.MeasuredRun
+        The same one where there are none.
+
+    Examples
+    --------
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(2.0), {"lift": np.zeros(2)})
+    >>> spoilt = Masked(0, "lift", Disturbance.IMPOSSIBLE, np.array([1.0]), np.array([9.0]), 0.5)
+    >>> without(run, [spoilt]).channels["lift"].tolist()
+    [0.0, nan]
+    """
+    if not spoilt:
+        return run
+    places, channels = run.angles if run.bench == ENGINE else run.times, dict(run.channels)
+    for each in spoilt:
+        channels[each.channel] = np.where(np.isin(places, each.places), np.nan, channels[each.channel])
+    return run._replace(channels=channels)
+
+
+def find_limits(machine: Machine, run: MeasuredRun, channel: str) -> tuple[float, float]:
+    """Find the limits that a channel of a run cannot reach, from the dimensions of the machine and the run's supply.
+
+    Parameters
+    ----------
+    machine : Machine
+    run : apesim.studies.measured.MeasuredRun
+    channel : str
+
+    Returns
+    -------
+    low, high : float
+        [SI]; infinite where the channel has none.
+
+    Examples
+    --------
+    >>> run = MeasuredRun("p040", "p040.csv", 0.5e6, 287.0, 5e-3, "fit", np.arange(9), {"lift": np.zeros(9)})
+    >>> find_limits(Machine(), run, "lift")
+    (-0.00045, 0.00945)
+    """
+    values = run.channels[channel]
+    if "temperature" in channel:
+        return COLDEST, HOTTEST
+    if "pressure" in channel:
+        return _find_vacuum(values), MAX_OVER_SUPPLY * _find_highest_pressure(machine, run, channel)
+    if channel not in ("lift", "velocity"):
+        return find_code_limits(channel)
+    stroke, noise = machine.valve.stroke, find_noise(values)
+    low, high = MAX_BELOW * stroke, MAX_ABOVE * stroke
+    if channel == "velocity":
+        push = _find_supply(machine, run) * machine.valve.piston_area
+        high = MAX_OVER_SPEED * sqrt(2.0 * push * stroke / machine.valve.moving_mass)
+        low = -high
+    if noise > MAX_NOISE_SHARE * (high - low):
+        return find_code_limits(channel)
+    return low - MIN_NOISES_BEYOND * noise, high + MIN_NOISES_BEYOND * noise
+
+
+def _find_vacuum(values: np.ndarray) -> float:
+    """Absolute pressure that a trace cannot fall to [Pa]: zero, or less by noise where it comes near to it."""
+    above, noise = values[values > 0.0], find_noise(values)
+    if len(above) < MIN_SAMPLES:
+        return 0.0
+    return min(0.0, find_levels(above)[0] - MIN_NOISES_ABOVE_VACUUM * noise)
+
+
+def _find_supply(machine: Machine, run: MeasuredRun) -> float:
+    """Highest pressure that the valve is fed with [Pa abs]: the supply's, or that of the control air."""
+    control = machine.supply.control_pressure
+    return run.supply if isnan(control) else max(run.supply, control)
+
+
+def _find_highest_pressure(machine: Machine, run: MeasuredRun, channel: str) -> float:
+    """Highest pressure that a volume can come to [Pa abs]: what it is fed with, or what the crank compresses.
+
+    The crank compresses air of the surroundings from where the exhaust begins to close, without loss of heat.
+    """
+    supply = _find_supply(machine, run)
+    if channel != "cylinder_pressure":
+        return supply
+    engine = machine.engine
+    trapped, _ = cylinder_volume(crank_of(engine), engine.exhaust.closes - engine.exhaust.flank)
+    ratio = trapped / clearance_volume(engine)
+    return max(supply, machine.ambient.pressure * ratio**machine.air.heat_capacity_ratio)
+
+
+def _name_impossible(machine: Machine, masked: Masked, run: MeasuredRun) -> Masked:
+    """What was masked as a held or clipped value, named for what it is where no rig has that value."""
+    if masked.disturbance not in (Disturbance.CLIPPED, Disturbance.STUCK):
+        return masked
+    limits = find_limits(machine, run, masked.channel)
+    is_impossible = bool(find_impossible(np.array([np.median(masked.values)]), limits)[0])
+    return masked._replace(disturbance=Disturbance.IMPOSSIBLE) if is_impossible else masked
