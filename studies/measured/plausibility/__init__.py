@@ -7,7 +7,8 @@ In the order in which data flow through them: findings (what a check gives), thr
 signals (levels, noise, edges), disturbances (single samples, which are masked), impossible (samples
 that the machine rules out), misreadings (units and signs that are
 often confused), records (one record by itself), levels (pressures, lift and the others against the machine), motion
-(when the valve moves), valve_bench, engine_bench and cylinder_bench (all checks of a bench), folder (runs against each
+(when the valve moves), valve_bench, engine_bench and cylinder_bench (all checks of a bench), machine_file (whether its
+numbers are the rig's), folder (runs against each
 other), examination (all checks of a folder).
 """
 

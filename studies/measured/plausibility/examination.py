@@ -11,9 +11,10 @@ from apesim.studies.measured.plausibility.expected import Expected
 from apesim.studies.measured.plausibility.findings import Check, Finding, Kind, group_findings
 from apesim.studies.measured.plausibility.folder import check_folder, escalate_crank_angle, escalate_still
 from apesim.studies.measured.plausibility.impossible import find_spoilt, without
+from apesim.studies.measured.plausibility.machine_file import FLIGHT_KEYS, check_machine
 from apesim.studies.measured.plausibility.records import check_ends, check_masked, check_record, describe_spoilt
 from apesim.studies.measured.plausibility.valve_bench import check_valve_run
-from apesim.studies.measured.runs import CYLINDER, ENGINE, VALVE, Measured
+from apesim.studies.measured.runs import CYLINDER, ENGINE, VALVE, Measured, MeasuredRun
 
 BENCHES = {VALVE: check_valve_run, ENGINE: check_engine_run, CYLINDER: check_cylinder_run}
 """Checks of a run against the machine, by bench."""
@@ -28,11 +29,14 @@ FOLLOWERS = {
 RUN_FOLLOWERS = {Check.LEVEL: Check.PULSE, Check.MOTION_MISSED: Check.TIME_UNIT}
 """Checks whose warnings say nothing new where another one finds a fault of the run."""
 EXPLAINED_BY = {
-    "valve.stroke": Check.LIFT,
-    "supply.pressure": Check.SUPPLY,
-    "valve.solenoid.dead_time": Check.TIME_ZERO,
-}
-"""Check whose faults a key of the machine would explain."""
+    "valve.stroke": (Check.LIFT, Check.STROKE),
+    "effects.sensor_gain.lift": (Check.STROKE,),
+    "supply.pressure": (Check.SUPPLY,),
+    "valve.solenoid.dead_time": (Check.TIME_ZERO,),
+} | dict.fromkeys(FLIGHT_KEYS, (Check.FLIGHT,))
+"""Checks whose faults a key of the machine would explain."""
+OF_THE_MACHINE = (Check.TIME_ZERO, Check.PULSE)
+"""Checks that blame a run for what a machine with a wrong number makes."""
 
 
 class Examination(NamedTuple):
@@ -87,11 +91,13 @@ def examine(
     """
     findings: list[Finding] = []
     expected: list[Expected | None] = []
+    runs: list[MeasuredRun] = []
     for number, run in enumerate(measured.runs):
         # What cannot be is said once, and the checks behind it judge the rest.
         spoilt = [] if machine is None else find_spoilt(machine, run, number)
         findings += [describe_spoilt(run, each) for each in spoilt]
         run = without(run, spoilt)
+        runs.append(run)
         masked = [each for each in measured.masked if each.run == number]
         findings += check_record(run, number, measured.noise, [*masked, *spoilt])
         check = BENCHES.get(run.bench)
@@ -105,6 +111,11 @@ def examine(
             findings += check_ends(run, number, channel, shown.at(channel, run) if shown and known else None)
         if report:
             report("plausibility", number + 1, len(measured.runs))
+    if machine is not None:
+        wrong = list(check_machine(machine, measured._replace(runs=tuple(runs)), expected, findings))
+        if any(finding.check == Check.FLIGHT for finding in wrong):
+            findings = [finding for finding in findings if finding.check not in OF_THE_MACHINE]
+        findings += wrong
     if measured.bench == CYLINDER:
         findings = drop_repeated(findings)
     findings = escalate_still([*_drop_followers(findings), *check_masked(measured), *check_folder(measured)], measured)
@@ -156,7 +167,7 @@ def refuse_faults(machine: Machine | None, measured: Measured, free: Collection[
     []
     """
     examination = examine(machine, measured)
-    fitted = {EXPLAINED_BY[key] for key in free if key in EXPLAINED_BY}
+    fitted = {check for key in free for check in EXPLAINED_BY.get(key, ())}
     faults = examination.select(Kind.FAULT)
     refusing = [finding for finding in faults if finding.check not in fitted]
     if refusing:

@@ -40,6 +40,8 @@ class Check(StrEnum):
     SUPPLY = "supply"
     TEMPERATURE = "temperature"
     LIFT = "lift out of its range"
+    STROKE = "stroke"
+    FLIGHT = "flight"
     INVERTED = "inverted"
     SWAPPED = "swapped chambers"
     EXCHANGED = "lift and pressure swapped"

@@ -81,13 +81,15 @@ def mask_impossible(machine: Machine, measured: Measured) -> Measured:
     return measured._replace(runs=tuple(runs), masked=tuple(masked))
 
 
-def find_flags(machine: Machine, run: MeasuredRun) -> Iterator[tuple[str, np.ndarray]]:
+def find_flags(machine: Machine, run: MeasuredRun, *, spares_spikes: bool = False) -> Iterator[tuple[str, np.ndarray]]:
     """Find the samples of each channel of a run that the machine rules out.
 
     Parameters
     ----------
     machine : Machine
     run : apesim.studies.measured.MeasuredRun
+    spares_spikes : bool
+        Whether spikes are left to be called so; else they are where they are too many to be masked.
 
     Yields
     ------
@@ -109,7 +111,7 @@ def find_flags(machine: Machine, run: MeasuredRun) -> Iterator[tuple[str, np.nda
             continue
         flags = find_impossible(values, find_limits(machine, run, channel))
         for disturbance, spikes in find_disturbances(places, values, axis) if flags.any() else ():
-            if disturbance == Disturbance.SPIKES and not is_short(places, spikes, axis):
+            if disturbance == Disturbance.SPIKES and (spares_spikes or not is_short(places, spikes, axis)):
                 flags &= ~spikes  # so many are refused as what they are, also where some of them could be
         if flags.any():
             yield channel, flags
@@ -143,7 +145,7 @@ def find_spoilt(machine: Machine, run: MeasuredRun, number: int, max_share: floa
         Masked(
             number, channel, Disturbance.IMPOSSIBLE, places[flags], run.channels[channel][flags], float(flags.mean())
         )
-        for channel, flags in find_flags(machine, run)
+        for channel, flags in find_flags(machine, run, spares_spikes=True)
         if flags.mean() <= max_share
     ]
 

@@ -169,6 +169,27 @@ CLOSES = 30e-3
 MIN_MISSING_WARNED = 0.1
 """Share of missing cells of a channel that is warned of; fewer are a hint."""
 
+MAX_OFF_STROKE_WARNED, MAX_OFF_STROKE = 0.03, 0.05
+"""Share of the stroke by which the flat end of the lift may miss it in all runs before it is warned of, and before it
+is refused: the usual gain of a sensor is known to 0.5 %, a calibration follows it to 2.5 %, and the search names a gain
+up to `MAX_ABOVE`."""
+MAX_TOPS_APART = 0.015
+"""Share of the stroke by which flat ends of runs may differ to be one stop: noise and seats that yield."""
+MIN_REACHED_OF_PRIOR = 5.0
+"""Standard deviations of a stated stroke or gain within which the fit moves it: no data are refused for that."""
+MIN_REACHED = 0.9
+"""Share of the stroke from which the machine comes to its stop."""
+MIN_FLAT, FLAT_LEVEL = 3e-3, 0.005
+"""Time for which a lift stays within a share of its span, and its noise, at its end to lie at a stop [s]: where it
+turns in flight it stays for half a millisecond, a small hop for longer."""
+MIN_FLAT_SHARE, MIN_NOISES_FLAT = 0.5, 40.0
+"""Share of the time above half of its span for which it stays there, and noises that the span is at least: a hop stays
+there for sqrt(2 (4 / 40 + 0.005)) = 0.46 of that time at most."""
+MAX_FLIGHT_FACTOR = 2.0
+"""Factor between flights of machine and rig from which, in all runs, a number of the machine is wrong: all effects of
+the library, at the ends of their ranges, make 0.87 to 1.17."""
+MIN_FLIGHT_STEPS = 3.0
+"""Steps between samples by which flights have to differ: a crossing is known to half of one, and the median blurs."""
 MIN_VELOCITY_FACTOR = 5.0
 """Factor by which the fastest motion may differ from the machine's: friction and leaks make up to two."""
 MIN_ANGLE_WARNED, MIN_ANGLE_REFUSED = 8.0, 15.0
