@@ -125,8 +125,10 @@ def blocks_of(runs: Iterable[MeasuredRun]) -> list[Block]:
     found: list[Block] = []
     for number, run in enumerate(runs):
         for sensor, values in run.channels.items():
-            interval = float(np.round(np.median(np.diff(run.times)), 9))
             is_measured = ~np.isnan(values)
+            is_slower = 0 < 2 * is_measured.sum() < len(values)  # sampled more slowly than its rows come
+            times = run.times[is_measured] if is_slower else run.times
+            interval = float(np.round(np.median(np.diff(times)), 9))
             found.append(Block(number, run, sensor, run.times[is_measured], values[is_measured], interval))
         for sensor, value in run.means.items():
             found.append(Block(number, run, sensor, np.zeros(1), np.array([value]), 0.0))

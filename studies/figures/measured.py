@@ -23,7 +23,7 @@ from apesim.studies.figures.drawing.panels import (
     open_row,
 )
 from apesim.studies.figures.drawing.style import BLUE, GREY, RED
-from apesim.studies.measured import CYLINDER, ENGINE, VALVE, MeasuredRun
+from apesim.studies.measured import CYLINDER, ENGINE, VALVE, Disturbance, MeasuredRun
 from apesim.studies.measured.plausibility import Finding, Kind
 from apesim.studies.measured.sensors import SENSORS
 
@@ -179,7 +179,7 @@ def draw_channel(axis: Axes, check: "MeasuredCheck", number: int, channel: str) 
         axis.plot(*break_at_gaps(places, shown), color="0.15", lw=1.2, label="machine")
     low, high = axis.get_ylim()
     for masked in check.measured.masked:
-        if (masked.run, masked.channel) == (number, channel):
+        if (masked.run, masked.channel) == (number, channel) and masked.disturbance != Disturbance.REPEATED:
             shown = np.clip(masked.values / scale, low, high)  # far ones stand at the edge
             axis.plot(per_place * masked.places, shown, **MASKED, label="masked")
     axis.set_ylim(low, high)

@@ -105,6 +105,8 @@ class Disturbance(StrEnum):
     """The largest or smallest value is repeated where noise would change it."""
     IMPOSSIBLE = "impossible"
     """Values that no rig can have: codes of a recorder, what a loose contact shows."""
+    REPEATED = "repeated"
+    """Rows that repeat the last value of a slower sampler."""
 
 
 class Masked(NamedTuple):

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from apesim.studies.measured.plausibility.sample_and_hold import find_repeated
 from apesim.studies.measured.plausibility.signals import WIDTH, fill, find_levels, find_noise, smooth
 from apesim.studies.measured.plausibility.thresholds import (
     BESIDE_CLIPPED,
@@ -70,12 +71,17 @@ def mask_disturbances(
         values = columns.get(channel)
         if values is None:
             continue
+        # What hides everything else comes first: a code by its size, a slow sampler by its repeated values.
         codes = find_impossible(values, find_code_limits(channel))
-        known = np.where(codes, np.nan, values)  # a code hides what is less far off
         found = [(Disturbance.IMPOSSIBLE, codes)] if codes.any() else []
+        known = np.where(codes, np.nan, values)
+        repeated = find_repeated(known)
+        if repeated.any():
+            found.append((Disturbance.REPEATED, repeated))
+            known = np.where(repeated, np.nan, known)
         for disturbance, flags in [*found, *find_disturbances(columns[axis], known, axis)]:
             share = float(np.mean(flags))
-            if is_short(columns[axis], flags, axis):
+            if disturbance == Disturbance.REPEATED or is_short(columns[axis], flags, axis):
                 masked.append(Masked(0, channel, disturbance, columns[axis][flags], values[flags], share))
                 result[channel] = np.where(flags, np.nan, result[channel])
     return result, masked
@@ -153,7 +159,9 @@ def find_disturbances(
     >>> [(str(kind), int(flags.sum())) for kind, flags in find_disturbances(np.arange(200) * 1e-4, values, "time")]
     [('stuck', 10)]
     """
-    if np.isfinite(values).sum() < MIN_SAMPLES or np.median(np.diff(places)) > MAX_RESOLVED[axis]:
+    known = np.isfinite(values)
+    sampled = places[known] if 2 * known.sum() < len(values) else places  # of a slow sampler, its own
+    if known.sum() < MIN_SAMPLES or np.median(np.diff(sampled)) > MAX_RESOLVED[axis]:
         return
     is_fine = np.median(np.diff(places)) <= MAX_FINE[axis] and has_noise(values, np.zeros(len(values), bool))
     spikes = find_spikes(values, max(noise, find_noise(values)), is_fine=bool(is_fine))

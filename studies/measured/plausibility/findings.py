@@ -30,6 +30,7 @@ class Check(StrEnum):
     QUANTISED = "quantised"
     SPIKES = "spikes"
     STUCK = "stuck"
+    SLOW = "sampled more slowly"
     GAPS = "gaps in time"
     SPACING = "uneven samples"
     MOTION_MISSED = "motion not recorded"

@@ -278,6 +278,10 @@ def _describe_disturbance(run: MeasuredRun, masked: Masked, *, is_masked: bool, 
         many = f"{number} spikes, one" if number > 1 else "a spike"
         seen = f"{many} to {show(run.bench, masked.channel, masked.values[farthest])} at {shown[farthest]}"
         check, reason, right = Check.SPIKES, "an electric disturbance?", "shield the cable"
+    elif masked.disturbance == Disturbance.REPEATED:
+        rows = max(2, round(1.0 / max(1.0 - masked.share, 1e-3)))
+        seen = f"changes in one of about {rows} rows alone, and repeats its value in the others"
+        check, reason, right = Check.SLOW, "was it sampled more slowly?", "record it as fast as its rows"
     elif masked.disturbance == Disturbance.IMPOSSIBLE:
         where = f"from {shown[0].split()[0]} to {shown[-1]}" if number > 1 else f"at {shown[0]}"
         value = show(run.bench, masked.channel, float(np.median(masked.values)))
@@ -294,6 +298,8 @@ def _describe_disturbance(run: MeasuredRun, masked: Masked, *, is_masked: bool, 
     if is_masked:
         seen += f"; {100.0 * masked.share:.2g} % of the samples are masked"
         right = f"these samples are used by nothing; {right}"
+    elif masked.disturbance == Disturbance.REPEATED:
+        right += ", or write nan into the cells that repeat"
     elif not is_short:
         seen += f": {100.0 * masked.share:.2g} % of the samples, too much to be masked"
         right += ", or leave the column out"

@@ -143,6 +143,12 @@ takes 5 ms."""
 MAX_FINE = {"time": 0.2e-3, "crank_angle": radians(0.6)}
 """Step between samples [s, rad] up to which one sample is too short for a rebound as high as a spike: pressed on by
 1 kN, the piston of 0.1 kg takes 0.5 ms to come back from 0.3 mm, ten times a usual noise of the lift."""
+MIN_CHANGES, MIN_CHANGE_SIZES = 12, 5
+"""Changes of a channel, and sizes of them, from which their period says that it was sampled more slowly than its rows:
+steps at random stand on one with a chance below 1e-3, and coarse steps are of one or two sizes."""
+MAX_OFF_GRID, MAX_OFF_GRID_ROWS, MIN_ON_GRID = 0.26, 1.5, 0.98
+"""Share of the period, and rows, by which a change may lie off the grid of the sampler, whose clock is another one, and
+share of the changes that have to lie on it."""
 MIN_STUCK = 8
 """Equal samples in a row that a recorder has held, for the reason of `MIN_CLIPPED`."""
 MAX_REPEATS = 0.1
