@@ -20,17 +20,27 @@ from apesim.studies.measured.plausibility.levels import (
 )
 from apesim.studies.measured.plausibility.misreadings import FLOW_FACTORS, TORQUE_FACTORS, explain_factor
 from apesim.studies.measured.plausibility.motion import check_swapped
-from apesim.studies.measured.plausibility.signals import find_correlation, select_judged, smooth
+from apesim.studies.measured.plausibility.signals import (
+    find_correlation,
+    find_noise,
+    find_span,
+    select_judged,
+    smooth,
+)
 from apesim.studies.measured.plausibility.thresholds import (
     MAX_APART,
     MAX_DOUBTED,
     MAX_LEFT_AFTER_TURN,
     MAX_OFF_UNIT,
+    MAX_OPEN_TURN,
     MIN_ALIKE,
     MIN_ANGLE_ALONE,
     MIN_ANGLE_WARNED,
     MIN_FLOW_FACTOR,
+    MIN_NOISES_OPEN,
+    MIN_SAMPLES,
     MIN_TORQUE_PRESSURE,
+    SEAM,
 )
 from apesim.studies.measured.plausibility.valve_bench import not_simulated
 from apesim.studies.measured.runs import MeasuredRun
@@ -38,6 +48,8 @@ from apesim.studies.measured.sensors import FILE
 
 TURNS = np.radians(np.arange(-179.0, 181.0))
 """Errors of the crank angle that are tried [rad]."""
+MIN_FOR_LINE = 3
+"""Samples of a line that tells how a pressure goes on."""
 ANGLED = ("cylinder_pressure", "lift", "pressure_a", "pressure_b")
 """Channels that tell the crank angle, the surest first: compression and expansion follow the crank itself."""
 
@@ -212,6 +224,7 @@ def _check_all(machine: Machine, run: MeasuredRun, number: int, expected: Expect
         if "pressure" in channel:
             judged = check_pressure(machine, run, number, channel, expected)
             found, values[channel] = judged.finding, judged.misreading.mend(values[channel])
+            found = found or _check_turn(run, number, channel, expected)
         elif "temperature" in channel:
             found = check_temperature(run, number, channel, temperature)
         elif channel == "lift":
@@ -229,6 +242,37 @@ def _check_all(machine: Machine, run: MeasuredRun, number: int, expected: Expect
     ):
         if finding:
             yield finding
+
+
+def _check_turn(run: MeasuredRun, number: int, channel: str, expected: Expected) -> Finding | None:
+    """Check that a pressure is at the end of a turn what it is at its beginning, as each turn is like the other."""
+    values, places = run.channels[channel], run.angles
+    known = np.isfinite(values)
+    step, span = float(np.median(np.diff(places))), find_span(values)
+    later = known & (places >= places[0] + TURN)
+    noise = find_noise(values)
+    if later.sum() >= MIN_SAMPLES:  # several turns: each sample is compared with the one a turn before
+        gap = float(np.median(values[later] - np.interp(places[later] - TURN, places[known], values[known])))
+    elif abs(places[-1] + step - places[0] - TURN) < 2.0 * step:  # one: where the machine goes on at its end
+        seam = 0.5 * (places[-1] + places[0] + TURN)
+        off = values - expected.at(channel, run)
+        first, last = known & (places <= places[0] + SEAM), known & (places >= places[-1] - SEAM)
+        if min(first.sum(), last.sum()) < MIN_FOR_LINE:
+            return None
+        begin, end = (
+            float(np.polyval(np.polyfit(places[part] + turn - seam, off[part], 1), 0.0))
+            for part, turn in ((first, TURN), (last, 0.0))
+        )
+        gap = end - begin
+    else:
+        return None
+    if abs(gap) <= MAX_OPEN_TURN * span + MIN_NOISES_OPEN * noise:
+        return None
+    size = show(run.bench, channel, abs(gap)).removesuffix(" abs")
+    seen = f"is {size} {'higher' if gap > 0.0 else 'lower'} at the end of a turn than at its beginning"
+    reason = "does the sensor drift, or was the engine not yet steady?"
+    right = "record at a steady state with a warm sensor: a turn has to close"
+    return Finding(Kind.WARNING, Check.TURN, run.data, channel, seen, reason, right, number)
 
 
 def _find_turn(run: MeasuredRun, channel: str, expected: Expected) -> float | None:

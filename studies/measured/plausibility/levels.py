@@ -40,6 +40,9 @@ from apesim.studies.measured.plausibility.thresholds import (
     MAX_SUPPLY_TEMPERATURE,
     MIN_ALIKE,
     MIN_MOVED,
+    MIN_OFF_REST,
+    MIN_REST_NOISES,
+    MIN_SAMPLES,
     MIN_SLIPPED,
     MIN_SUPPLY_TEMPERATURE,
     MIN_VELOCITY_FACTOR,
@@ -187,7 +190,7 @@ def check_lift(machine: Machine, run: MeasuredRun, number: int, expected: Expect
     is_out = low < MAX_BELOW * stroke - allowance or high > MAX_ABOVE * stroke + allowance
     is_small = high - low < MIN_MOVED * stroke and machine_levels[1] - machine_levels[0] > MIN_DONE * stroke
     if not (is_out or is_small):
-        return Judged(None)
+        return Judged(_find_rest(run, number, expected, stroke, noise) if expected else None)
     rest = _rest(run, expected)
     tolerances = [MAX_OFF_LIFT * stroke] * 2
     slipped = rest if abs(rest) > MIN_SLIPPED * stroke else 0.0
@@ -372,6 +375,24 @@ def _rest(run: MeasuredRun, expected: Expected | None) -> float:
         )
     closed = _is_closed(expected, run)
     return float(np.median(values[closed] if closed.any() else values[np.isfinite(values)][:1]))
+
+
+def _find_rest(run: MeasuredRun, number: int, expected: Expected, stroke: float, noise: float) -> Finding | None:
+    """Hint of a lift that rests beside zero while the machine's valve is closed."""
+    values = smooth(run.channels["lift"])
+    closed = _is_closed(expected, run)
+    if closed.sum() < MIN_SAMPLES:
+        return None
+    rest = float(np.median(values[closed]))
+    off = rest - float(np.median(expected.at("lift", run)[closed]))
+    lies_low = abs(rest - find_levels(values)[0]) <= MIN_REST_NOISES * noise + MIN_OFF_REST * stroke
+    if not lies_low or abs(off) <= max(MIN_OFF_REST * stroke, MIN_REST_NOISES * noise):
+        return None
+    seen = f"rests at {show(run.bench, 'lift', rest)} while the valve is closed"
+    seen += f", {abs(off) / noise:.0f} times its noise" if noise > 0.0 else ""
+    right = "subtract what the closed valve shows, or state sensor.lift.offset in [known_to]"
+    reason = "is the zero of the sensor set?"
+    return Finding(Kind.HINT, Check.REST, run.data, "lift", seen, reason, right, number)
 
 
 def _is_closed(expected: Expected, run: MeasuredRun) -> np.ndarray:

@@ -19,6 +19,9 @@ MIN_MOVED = 0.15
 farther, and chamber pressures follow the solenoids in any case."""
 MIN_SLIPPED = 0.03
 """Share of the stroke from which the closed valve's lift is said to have slipped: sensors err by 1 %."""
+MIN_OFF_REST, MIN_REST_NOISES = 0.015, 4.0
+"""Share of the stroke, and noises, by which a closed valve's lift lies off zero to be told: the zero of a usual sensor
+is good to 0.02 mm, 0.2 % of a stroke."""
 MAX_OFF_LIFT = 0.12
 """Share of the stroke within which levels of lift agree with the machine once a unit or a sign is mended."""
 
@@ -204,6 +207,11 @@ by two degrees, and a speed that ripples by 4 % looks like five."""
 MIN_ANGLE_ALONE = 45.0
 """Error of the crank angle from which one run is refused by itself [deg]: an intake that is late by 3 ms and an exhaust
 that is held up make 20 at some speeds, and none at others."""
+MAX_OPEN_TURN, MIN_NOISES_OPEN = 0.05, 5.0
+"""Share of a pressure's span, and noises, by which a turn may fail to close: effects of the library leave 0.02 against
+the machine, and the ends of two lines through six samples have an error of one noise."""
+SEAM = radians(6.0)
+"""Angle on both sides of the end of a turn over which lines tell how it goes on [rad]."""
 MAX_APART = 10.0
 """Difference of errors of the crank angle up to which they have one reason [deg]."""
 MAX_LEFT_AFTER_TURN = 0.4

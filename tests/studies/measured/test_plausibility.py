@@ -256,7 +256,30 @@ def test_a_lift_that_cannot_be_one_is_a_fault(channels, factor, added, reason):
 
 def test_a_lift_within_five_per_cent_is_silent():
     run = valve()
-    assert said(with_channels(run, lift=1.02 * run.channels["lift"] - 0.2e-3)) == []
+    assert said(with_channels(run, lift=1.02 * run.channels["lift"] - 0.1e-3)) == []
+
+
+@pytest.mark.parametrize("zero", [0.23e-3, -0.2e-3])
+def test_a_lift_that_rests_beside_zero_is_a_hint(zero):
+    for run in (valve(), engine()):
+        [one] = findings(with_channels(run, lift=run.channels["lift"] + zero))
+        assert (one.kind, one.channel) == ("hint", "lift")
+        assert f"rests at {1e3 * zero:.2g}"[:11] in one.seen and "times its noise" in one.seen
+
+
+@pytest.mark.parametrize(("turns", "drift"), [(1, 100e3), (1, -100e3), (2, 100e3)])
+@pytest.mark.parametrize("channel", ["cylinder_pressure", "pressure_a"])
+def test_a_pressure_that_does_not_come_back_after_a_turn_is_a_warning(channel, turns, drift):
+    for rpm in (600.0, 1200.0):
+        run = engine(rpm=rpm, channels=(channel,))
+        angles = np.radians(np.arange(360.0 * turns))
+        rng = np.random.default_rng(2)
+        values = np.tile(run.channels[channel], turns) + 1e3 * rng.standard_normal(len(angles))
+        run = run._replace(angles=angles, times=(angles - run.energise) / run.speed, channels={channel: values})
+        assert said(run) == []
+        [one] = findings(with_channels(run, **{channel: values + drift * angles / angles[359]}))
+        assert (one.kind, one.check, one.channel) == ("warning", "open turn", channel)
+        assert ("higher" if drift > 0.0 else "lower") in one.seen
 
 
 def test_a_velocity_that_is_turned_round_or_in_another_unit_is_a_fault():
