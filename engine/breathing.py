@@ -1,7 +1,7 @@
 """Breathing of the cylinder: the cam of the intake, the exhaust valve, and the receiver before the groove."""
 
 from collections.abc import Iterator
-from math import acos, cos, inf, nan, pi
+from math import acos, cos, inf, isnan, nan, pi
 from typing import Annotated, NamedTuple, Protocol
 
 import numpy as np
@@ -104,7 +104,9 @@ class Cam(NamedTuple):
 
     opens: Annotated[float, Quantity("deg", -360, 360, "chosen: the intended opening")] = -5.0 * DEGREE
     closes: Annotated[float, Quantity("deg", -360, 720, "chosen: the intended closing")] = 70.0 * DEGREE
-    lift: Annotated[float, Quantity("mm", 0.01, 100, "chosen: the valve's stroke")] = 9.0e-3
+    lift: Annotated[
+        float, Quantity("mm", 0.01, 100, "of the cam's highest point", text="the valve's stroke", optional=True)
+    ] = nan
     flank: Annotated[float, Quantity("deg", 0.1, 180, "chosen; raised cosine, inside the window")] = 25.0 * DEGREE
     lift_curve: Annotated[
         np.ndarray,
@@ -149,6 +151,26 @@ class Cam(NamedTuple):
         """
         if len(self.lift_curve):
             yield from ((key, "engine.cam.lift_curve is given") for key in ("opens", "closes", "lift", "flank"))
+
+    def resolve_lift(self, stroke: float) -> "Cam":
+        """Return the cam with the lift that it has in a machine: its own, or the valve's stroke where none is given.
+
+        Parameters
+        ----------
+        stroke : float
+            Stroke of the valve that the cam stands in place of [m].
+
+        Returns
+        -------
+        Cam
+            The same cam, its lift a number.
+
+        Examples
+        --------
+        >>> Cam().resolve_lift(6e-3).lift, Cam(lift=5e-3).resolve_lift(6e-3).lift
+        (0.006, 0.005)
+        """
+        return self._replace(lift=stroke) if isnan(self.lift) else self
 
 
 class Exhaust(NamedTuple):
@@ -321,7 +343,7 @@ def angle_to_lift(cam: Cam, lift: float) -> float:
     Parameters
     ----------
     cam : Cam
-        Cam with raised-cosine flanks; a lift curve is not used.
+        Cam with raised-cosine flanks and a lift; a lift curve is not used.
     lift : float
         Lift L [m].
 
@@ -411,7 +433,7 @@ def cam_angles(cam: Cam, lap: float) -> tuple[float, float, float, float, float]
     Parameters
     ----------
     cam : Cam
-        Cam of the intake, with raised-cosine flanks or a lift curve.
+        Cam of the intake, with raised-cosine flanks and a lift, or with a lift curve.
     lap : float
         Lift at which the groove begins to open [m].
 
@@ -428,7 +450,7 @@ def cam_angles(cam: Cam, lap: float) -> tuple[float, float, float, float, float]
     --------
     Without a lap the groove opens and closes at the ends of the cam's window:
 
-    >>> opens, closes, full_open, closed, peak = cam_angles(Cam(), 0.0)
+    >>> opens, closes, full_open, closed, peak = cam_angles(Cam(lift=9e-3), 0.0)
     >>> [round(angle / DEGREE, 6) for angle in (opens, closes, full_open, closed)]
     [-5.0, 70.0, 20.0, 70.0]
     """
@@ -451,7 +473,7 @@ def cam_corners(cam: Cam, knots: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     cam : Cam
-        Cam of the intake, with raised-cosine flanks or a lift curve.
+        Cam of the intake, with raised-cosine flanks and a lift, or with a lift curve.
     knots : (j,) float array
         Lifts at which the groove's table of areas has a row [m].
 
@@ -462,7 +484,7 @@ def cam_corners(cam: Cam, knots: np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> (cam_corners(Cam(), np.array([4.5e-3])) / DEGREE).round(6).tolist()
+    >>> (cam_corners(Cam(lift=9e-3), np.array([4.5e-3])) / DEGREE).round(6).tolist()
     [-5.0, 20.0, 45.0, 70.0, 7.5, 57.5]
     """
     if len(cam.lift_curve):

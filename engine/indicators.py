@@ -145,7 +145,8 @@ def valve_angles(machine: Machine, run: SteadyRun) -> dict[str, float]:
     p, log = run.cycle, run.log
     table = area_table(machine.groove, machine.valve.stroke)
     if p.engine.intake == CAM:
-        return _angles(*cam_angles(machine.engine.cam, lap_of(table))) | _no_strokes()
+        cam = machine.engine.cam.resolve_lift(machine.valve.stroke)
+        return _angles(*cam_angles(cam, lap_of(table))) | _no_strokes()
     if p.engine.intake == IDEAL_VALVE:
         opens, closes = p.open_target, p.close_target
         return _angles(opens, closes, opens, closes, machine.valve.stroke) | _no_strokes()

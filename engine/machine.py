@@ -4,15 +4,17 @@ from collections.abc import Iterable, Iterator
 from math import pi, sqrt
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from apesim.air import Air, Ambient
 from apesim.effect import Effect
 from apesim.engine.angles import DEGREE
 from apesim.engine.cylinder import Engine
 from apesim.engine.effects import Effects, unserved_effects
+from apesim.engine.first_keys import select_first_keys
 from apesim.engine.known_to import KnownTo, find_odd_shares
-from apesim.quantities import Quantity
+from apesim.engine.proportions import Unscaled, find_unscaled
+from apesim.quantities import Fault, InputError, Quantity, quoted
 from apesim.quantities.settings import differences, dumps, find_ignored_keys, replaced
 from apesim.quantities.uncertainties import Uncertainty
 from apesim.valve.groove import Groove
@@ -190,20 +192,35 @@ class Machine(NamedTuple):
 
         return with_effects(self, *effects)
 
-    def to_toml(self) -> str:
+    def to_toml(self, keys: Literal["all", "first"] = "all") -> str:
         """Print the machine as a commented machine file of the working directory, which `load` reads back.
+
+        Parameters
+        ----------
+        keys : {"all", "first"}
+            Keys to print: all of them; or those that a user fills in first, and others that are not as by default.
 
         Returns
         -------
         str
             Text of the machine file.
 
+        Raises
+        ------
+        InputError
+            `keys` is another word.
+
         Examples
         --------
         >>> print(Machine().to_toml().splitlines()[0])
         # Air-powered engine and its electro-pneumatic valve; "the paper" is the EPV paper (doi
+        >>> len(Machine().to_toml("first").splitlines()) < 50
+        True
         """
-        return dumps(self, Path.cwd())
+        if keys not in ("all", "first"):
+            wrong = f"{quoted(keys)} is no option"
+            raise InputError([Fault("Machine.to_toml()", "keys", wrong, 'write "all" or "first"')])
+        return dumps(self, Path.cwd(), keys=select_first_keys(self) if keys == "first" else None)
 
     def find_ignored_keys(self) -> dict[str, str]:
         """Find the keys that differ from the default machine's and have no effect, because of others.
@@ -220,6 +237,24 @@ class Machine(NamedTuple):
         {'groove.ports.number': 'groove.geometry is "line"'}
         """
         return find_ignored_keys(self)
+
+    def find_unscaled_keys(self) -> list[Unscaled]:
+        """Find the numbers that are still the default machine's, though a dimension that they belong to is not.
+
+        Returns
+        -------
+        list of apesim.engine.proportions.Unscaled
+            Key, value, the changed keys, and the reason, for each number.
+
+        Examples
+        --------
+        A valve of another stroke still has the mass of the default one:
+
+        >>> key, value, changed, reason = Machine().with_(valve_stroke="6 mm").find_unscaled_keys()[0]
+        >>> print(key, "=", value, "with a changed", *changed)
+        valve.moving_mass = 0.1145 kg with a changed valve.stroke
+        """
+        return list(find_unscaled(self))
 
     def __repr__(self) -> str:
         changes = [f"  {key} = {text}" for key, text in differences(self)]

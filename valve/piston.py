@@ -4,10 +4,12 @@ Equations: the EPV paper (doi 10.1631/jzus.A0820373), Eqs. 1-2. The coordinate L
 (closed); positive force and speed point to closed.
 """
 
+from math import pi
 from typing import Annotated, NamedTuple
 
 from apesim.kernel import kernel
 from apesim.quantities import Quantity
+from apesim.quantities.trees import Spelling
 from apesim.valve.solenoid import Solenoid
 
 HELD_CLOSED, TO_CLOSED, STUCK, TO_OPEN, HELD_OPEN = 2, 1, 0, -1, -2
@@ -25,11 +27,32 @@ class Valve(NamedTuple):
 
     stroke: Annotated[float, Quantity("mm", 0.5, 100, "paper, Table 1 (L_max)")] = 9.0e-3
     moving_mass: Annotated[float, Quantity("kg", 0.0001, 10, "paper, Table 1 (M)")] = 0.1145
-    piston_area: Annotated[float, Quantity("mm^2", 1, 100000, "paper, Table 1 (A)")] = 1134.1e-6
+    piston_area: Annotated[float, Quantity("mm^2", 1, 100000, "paper, Table 1 (A); or give piston_diameter")] = (
+        1134.1e-6
+    )
     clearance_volume: Annotated[float, Quantity("mm^3", 10, 10000000, "paper, Table 1; each chamber")] = 11382e-9
     spring_rate: Annotated[float, Quantity("N/m", 0, 1000000, "paper, Table 1 (K), each spring")] = 1828.0
     viscous_friction: Annotated[float, Quantity("N s/m", 0, 10000, "paper, identified (beta)")] = 111.08
     solenoid: Solenoid = Solenoid()
+
+    @staticmethod
+    def spellings() -> dict[str, Spelling]:
+        """Return the other ways to write a key of the valve: the piston's diameter d for its area, ``A = pi/4 d^2``.
+
+        The equation is plain geometry.
+
+        Returns
+        -------
+        dict of str to apesim.quantities.trees.Spelling
+            By the name that is written.
+
+        Examples
+        --------
+        >>> round(Valve.spellings()["piston_diameter"].convert(38e-3) * 1e6, 1)
+        1134.1
+        """
+        diameter = Quantity("mm", 1.2, 350, "another spelling of piston_area", typical="38 mm")
+        return {"piston_diameter": Spelling("piston_area", diameter, lambda d: 0.25 * pi * d * d)}
 
 
 @kernel

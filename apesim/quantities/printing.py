@@ -2,7 +2,7 @@
 
 import json
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from apesim.quantities.declarations import Quantity
@@ -13,9 +13,13 @@ WIDTH = 110
 
 LEGEND = "Behind each value: its range; the source of its default, which holds if the key is left out."
 """Second line of a printed tree."""
+OTHERS = "Keys that do not stand here have their defaults."
+"""Third line of a tree of which only some keys are printed."""
 
 
-def dumps(tree: Any, folder: Any = None, notes: Mapping[str, str] | None = None) -> str:
+def dumps(
+    tree: Any, folder: Any = None, notes: Mapping[str, str] | None = None, keys: Collection[str] | None = None
+) -> str:
     """Return the commented TOML text of a tree of parameter classes; `load` reads the very same tree from it.
 
     An optional section that is as its class has it by default is a comment.
@@ -31,6 +35,9 @@ def dumps(tree: Any, folder: Any = None, notes: Mapping[str, str] | None = None)
         Folder that the text is to stand in as a file; without one it is a record, which names files without folders.
     notes : mapping of str to str, optional
         Remarks on single values, by key; each stands in a comment above its value.
+    keys : collection of str, optional
+        Keys to print, and no others; all of them if left out. It is the same tree that reads back where the others are
+        as by default.
 
     Returns
     -------
@@ -55,9 +62,10 @@ def dumps(tree: Any, folder: Any = None, notes: Mapping[str, str] | None = None)
     >>> print(dumps(Machine(), notes={"valve.stroke": "measured in May"}).splitlines()[-2])
     # measured in May
     """
-    body = _section(tree, (ambient_of(tree), ambient_of(type(tree))), folder, notes=notes or {})
+    body = _section(tree, (ambient_of(tree), ambient_of(type(tree))), folder, notes=notes or {}, only=keys)
     gap = [""] * (body[:1] != [""])
-    return "\n".join([*_comment(_title(type(tree))), *_comment(LEGEND), *gap, *body, ""])
+    others = [] if keys is None else _comment(OTHERS)
+    return "\n".join([*_comment(_title(type(tree))), *_comment(LEGEND), *others, *gap, *body, ""])
 
 
 def _section(
@@ -68,6 +76,7 @@ def _section(
     wanted: tuple[str, ...] = (),
     *,
     notes: Mapping[str, str],
+    only: Collection[str] | None,
 ) -> list[str]:
     """What stands below a header: keys (the `wanted` ones are never a comment), curves, sections.
 
@@ -78,11 +87,17 @@ def _section(
     keys, curves, sections, tables = [], [], [], []
     for key, field in fields(cls).items():
         value, default, name = getattr(tree, key), cls._field_defaults[key], joined(path, key)
+        stated = value.stated(folder) if hasattr(value, "stated") else ()
+        if only is not None and not stated and not any(f"{each}.".startswith(f"{name}.") for each in only):
+            continue
         if is_section(field):
             sections += ["", *_comment(_title(field))]
             any_of = due(cls).get(key, ())
-            stated = value.stated(folder) if hasattr(value, "stated") else ()
-            lines = [f"[{name}]", *stated, *_section(value, ambients, folder, name, any_of, notes=notes)]
+            lines = [
+                f"[{name}]",
+                *stated,
+                *_section(value, ambients, folder, name, any_of, notes=notes, only=only),
+            ]
             if any_of and _texts(value, ambient_pressure) == _texts(default, standard_ambient):
                 lines = [f"# {line}".rstrip() for line in lines]
             sections += lines

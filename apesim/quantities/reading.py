@@ -1,7 +1,7 @@
 """Reading: a tree of parameter classes from parsed TOML, all faults told at once."""
 
 import difflib
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from apesim.quantities.trees import (
     joined,
     move_gauge_pressures,
     schema,
+    spellings,
 )
 
 COMMAND_LINE = "--set"
@@ -68,6 +69,7 @@ def read(cls: Any, data: Mapping[str, Any], file: str, assigned: Container[str] 
     leaves = {leaf.key: leaf for leaf in schema(cls)}
     all_faults: list[Fault] = []
     data = _tables(cls, data, file, all_faults)
+    all_faults += _respell(cls, data, lambda key: COMMAND_LINE if key in assigned else file)
     all_faults += absent_due(cls, data, file, assigned)
 
     def place(key: str) -> str:
@@ -135,6 +137,49 @@ def _tables(cls: Any, data: Mapping[str, Any], file: str, all_faults: list[Fault
             right = f"write [{path}], with keys of {', '.join(fields(field))}"
             all_faults.append(Fault(file, path, f"{quoted(raw)} is no table", right))
     return kept
+
+
+def _respell(cls: Any, data: dict[str, Any], place: Callable[[str], str]) -> Iterator[Fault]:
+    """Write the keys themselves in place of their other spellings; yields a fault where that cannot be."""
+    for name, spelling in spellings(cls).items():
+        (*sections, old), new, table, section_class = name.split("."), spelling.key.rpartition(".")[2], data, cls
+        for section in sections:
+            table, section_class = table.get(section, {}), fields(section_class)[section]
+        if old not in table:
+            continue
+        raw = table.pop(old)
+        if new in table:
+            yield given_beside(place(name), name, spelling.key)
+            continue
+        try:
+            value = spelling.convert(spelling.declaration.read(raw))
+        except InvalidValue as wrong:
+            yield make_fault(place(name), name, wrong, spelling.declaration)
+        else:
+            table[new] = fields(section_class)[new].render(value)
+
+
+def given_beside(file: str, key: str, other: str) -> Fault:
+    """Return the fault of a key that is given in two spellings.
+
+    Parameters
+    ----------
+    file : str
+        Where they were given, for the message.
+    key, other : str
+        Both spellings.
+
+    Returns
+    -------
+    Fault
+        Fault with its remedy.
+
+    Examples
+    --------
+    >>> print(given_beside("mine.toml", "valve.piston_diameter", "valve.piston_area"))
+    mine.toml: valve.piston_diameter: is given beside valve.piston_area, whose other spelling it is; give one of them
+    """
+    return Fault(file, key, f"is given beside {other}, whose other spelling it is", "give one of them")
 
 
 def absent_due(
@@ -227,8 +272,9 @@ def unknown(cls: Any, path: Sequence[str], file: str) -> Fault:
     valid = cls
     for section in sections:
         valid = fields(valid)[section]
-    near = difflib.get_close_matches(key, fields(valid), n=1)
     section = ".".join(sections)
+    others = [name.rpartition(".")[2] for name in spellings(cls) if name.rpartition(".")[0] == section]
+    near = difflib.get_close_matches(key, [*fields(valid), *others], n=1)
     keys = [joined(section, near[0])] if near else [x.key for x in schema(cls) if x.key.endswith(f".{key}")]
     right = f"did you mean {' or '.join(keys)}?" if keys else f"valid here: {', '.join(fields(valid))}"
     return Fault(file, joined(section, key), "unknown key", right)

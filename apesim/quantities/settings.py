@@ -1,6 +1,7 @@
 """Settings: a whole tree of parameter classes, from a TOML file and the assignments of a command line."""
 
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
+from math import nan
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,9 +13,10 @@ from apesim.quantities.curves import Curve
 from apesim.quantities.files import text_of
 from apesim.quantities.input_errors import Fault, InputError, InvalidValue, make_fault, quoted
 from apesim.quantities.printing import dumps
-from apesim.quantities.reading import COMMAND_LINE, absent_due, read, unknown
+from apesim.quantities.reading import COMMAND_LINE, absent_due, given_beside, read, unknown
 from apesim.quantities.toml_text import parse_toml
 from apesim.quantities.trees import (
+    Leaf,
     ambient_of,
     fields,
     is_section,
@@ -22,6 +24,7 @@ from apesim.quantities.trees import (
     move_gauge_pressures,
     overruled,
     schema,
+    spellings,
     with_value,
 )
 from apesim.quantities.uncertainties import flatten
@@ -82,6 +85,8 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     if data is None:
         data = {} if path is None else toml_of(path)
     declarations = {leaf.key: leaf.declaration for leaf in schema(cls)}
+    others = spellings(cls)
+    declarations |= {name: spelling.declaration for name, spelling in others.items()}
     assigned: set[str] = set()
     all_faults: list[Fault] = []
     for assignment in assignments:
@@ -95,6 +100,8 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
         else:
             if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'":
                 text = text[1:-1]
+            for other in _twins(key, others) - assigned:  # what the file says of it in another spelling
+                _drop(data, other.split("."))
             assigned.add(key)
             if table:
                 _put_into_table(data, table, key.removeprefix(f"{table}."), text)
@@ -112,6 +119,26 @@ def load(cls: type, path: Any = None, assignments: Iterable[str] = (), data: dic
     if all_faults:
         raise InputError(all_faults)
     return tree
+
+
+def _twins(key: str, others: Mapping[str, Any]) -> set[str]:
+    """All other spellings of a key, the key itself among them where it is written in one of them."""
+    base = _base(key, others)
+    return {base, *(name for name, spelling in others.items() if spelling.key == base)} - {key}
+
+
+def _base(key: str, others: Mapping[str, Any]) -> str:
+    """Key that a spelling stands for; a key stands for itself."""
+    return others[key].key if key in others else key
+
+
+def _drop(data: Any, path: Sequence[str]) -> None:
+    """Delete a nested key, if it is there."""
+    *sections, key = path
+    for section in sections:
+        data = data.get(section, {}) if isinstance(data, dict) else {}
+    if isinstance(data, dict):
+        data.pop(key, None)
 
 
 def _table_of(key: str, declarations: Mapping[str, Any]) -> str:
@@ -210,6 +237,8 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
     all_faults: list[Fault] = []
     given: dict[str, Any] = {}
     leaves = {leaf.key: leaf for leaf in schema(cls)}
+    others = spellings(cls)
+    leaves |= {name: Leaf(name, spelling.declaration, nan) for name, spelling in others.items()}
     by_underscores: dict[str, list[str]] = {}
     for key in leaves:
         by_underscores.setdefault(key.replace(".", "_"), []).append(key)
@@ -235,7 +264,11 @@ def replaced(tree: Tree, values: Mapping[str, Any], where: str) -> Tree:
                 all_faults.append(make_fault(where, joined(key, inner), each, declaration, default, ambient))
             continue
         ambient = value if key == ambient_key else ambient
-        tree = with_value(tree, key, value)
+        if key in others and others[key].key in given:
+            all_faults.append(given_beside(where, key, others[key].key))
+        value = others[key].convert(value) if key in others else value
+        tree = with_value(tree, _base(key, others), value)
+    given = {_base(key, others): value for key, value in given.items()}
     tree = move_gauge_pressures(tree, stood_above, ambient, given)
     if not all_faults:
         all_faults += absent_due(cls, _present(tree, given), where, frozenset())

@@ -4,7 +4,8 @@ A parameter class is a `NamedTuple` whose fields are declared with `apesim.quant
 classes themselves: the sections. A section that a file names starts from the defaults of its own class; one
 that is left out is as the class above has it. A method ``faults`` may yield
 ``(key, what is wrong, what would be right)`` for what only several keys together show. A method ``overruled`` may
-yield ``(key or section, by what)`` for what is ignored.
+yield ``(key or section, by what)`` for what is ignored. A method ``spellings`` of the class may give other ways to
+write a key, each a `Spelling` by its name: what is read and printed is the key alone.
 
 A class attribute ``due`` makes sections optional: to be present switches them on. It names, for each of these
 sections, the keys of which at least one must be given in it::
@@ -13,7 +14,7 @@ sections, the keys of which at least one must be given in it::
 """
 
 import typing
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Container, Iterator
 from functools import lru_cache
 from math import isfinite
 from typing import Any, NamedTuple, TypeVar
@@ -30,6 +31,16 @@ class Leaf(NamedTuple):
     """Key with dots, e.g. "valve.solenoid.dead_time"."""
     declaration: Any
     default: Any
+
+
+class Spelling(NamedTuple):
+    """Another way to write a key: a quantity that the key's value follows from."""
+
+    key: str
+    """Key of the same section; from `spellings` the full one."""
+    declaration: Any
+    convert: Callable[[float], float]
+    """Function from the quantity to the key's value, both in SI."""
 
 
 @lru_cache(maxsize=512)
@@ -158,6 +169,45 @@ def joined(*keys: str) -> str:
     'valve.stroke'
     """
     return ".".join(filter(None, keys))
+
+
+@lru_cache(maxsize=512)
+def spellings(cls: Any, section: str = "") -> dict[str, Spelling]:
+    """Return the other spellings of the keys of a tree.
+
+    Parameters
+    ----------
+    cls : type
+        Parameter class at the root.
+    section : str
+        Set before the keys.
+
+    Returns
+    -------
+    dict of str to Spelling
+        By the full key that is written instead.
+
+    Examples
+    --------
+    >>> from typing import Annotated, NamedTuple
+    >>> from apesim.quantities import Quantity
+    >>> class Valve(NamedTuple):
+    ...     stroke: Annotated[float, Quantity("mm", 1, 50, "chosen")] = 9e-3
+    >>> class Machine(NamedTuple):
+    ...     valve: Valve = Valve()
+    >>> half = Spelling("stroke", Quantity("mm", 1, 25, "chosen"), lambda half: 2.0 * half)
+    >>> Valve.spellings = staticmethod(lambda: {"half_stroke": half})
+    >>> {name: spelling.key for name, spelling in spellings(Machine).items()}
+    {'valve.half_stroke': 'valve.stroke'}
+    """
+    found = {
+        joined(section, name): spelling._replace(key=joined(section, spelling.key))
+        for name, spelling in getattr(cls, "spellings", dict)().items()
+    }
+    for key, field in fields(cls).items():
+        if is_section(field):
+            found |= spellings(field, joined(section, key))
+    return found
 
 
 def _class_of(tree: Any) -> Any:

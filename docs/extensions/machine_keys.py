@@ -49,7 +49,7 @@ def _sections(tree: Any, path: str) -> Iterator[tuple[str, Any]]:
 
 def _rows(tree: Any, machine: Any, prefix: str = "") -> list[str]:
     """A row for each key of a section."""
-    from apesim.quantities.trees import fields, is_section
+    from apesim.quantities.trees import fields, is_section, spellings
 
     rows = []
     for key, declaration in fields(type(tree)).items():
@@ -59,6 +59,10 @@ def _rows(tree: Any, machine: Any, prefix: str = "") -> list[str]:
         default = f"`{text}`" if text else declaration_text(declaration)
         cells = f"`{prefix}{key}`", _unit(declaration), _range(declaration), default, escape(declaration.source)
         rows.append("| " + " | ".join(cells) + " |")
+    for key, (_, declaration, _) in spellings(type(tree)).items():
+        if "." not in key:
+            cells = f"`{prefix}{key}`", _unit(declaration), _range(declaration), "–", escape(declaration.source)
+            rows.append("| " + " | ".join(cells) + " |")
     return rows
 
 

@@ -69,13 +69,14 @@ def cycle_of(machine: Machine, speed: float) -> tuple[Cycle, CycleTables, np.nda
     actuator, valve_tables = actuator_of(machine, edges, period, kind=kind)
     tables = CycleTables(valve_tables, np.ascontiguousarray(engine.cam.lift_curve))
     infinite = isinf(engine.receiver.volume)
+    cam = engine.cam.resolve_lift(machine.valve.stroke)._replace(lift_curve=None)  # type: ignore[arg-type]
     p = Cycle(
         actuator,
         machine.supply.engine_air(),
         machine.supply.control(),
         int(machine.supply.control_air == RECEIVER),
         0.0 if infinite else engine.receiver.volume,
-        engine._replace(cam=engine.cam._replace(lift_curve=None)),  # type: ignore[arg-type]
+        engine._replace(cam=cam),
         crank_of(engine),
         speed,
         command.energise,

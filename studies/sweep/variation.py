@@ -11,6 +11,7 @@ from apesim.quantities import Choice, Curve, Fault, InputError, Pressure, Quanti
 from apesim.quantities.arguments import Declared, values_of
 from apesim.quantities.declarations import Declaration
 from apesim.quantities.settings import misassigned, schema
+from apesim.quantities.trees import spellings
 
 VARY = "--vary"
 """Option that faults of varied keys name on the command line."""
@@ -116,7 +117,8 @@ def vary_machine(machine: Machine, ranges: Mapping[str, Any] | Sequence[str], wh
     [0.08, 0.09]
     """
     pairs = list(ranges.items()) if isinstance(ranges, Mapping) else _pairs(ranges)
-    by_underscores = {leaf.key.replace(".", "_"): leaf.key for leaf in schema(type(machine))}
+    keys = [*(leaf.key for leaf in schema(type(machine))), *spellings(type(machine))]
+    by_underscores = {key.replace(".", "_"): key for key in keys}
     pairs = [(by_underscores.get(key, key), values) for key, values in pairs]
     return _vary(machine, pairs, lambda assigned: machine.with_(**assigned), where)
 
@@ -131,12 +133,15 @@ def _vary(
     base: Machine, pairs: list[tuple[str, Any]], make: Callable[[dict[str, str]], Machine], where: str
 ) -> Variation:
     """Machines for all combinations, see `vary`; `make` makes one from texts by key."""
-    declarations = {leaf.key: leaf.declaration for leaf in schema(type(base))}
+    declarations, others = {leaf.key: leaf.declaration for leaf in schema(type(base))}, spellings(type(base))
     seen, axes, all_faults = set(), [], []
     for key, values in pairs:
         if values is None:
             right = 'write KEY=RANGE, e.g. supply.pressure="0.6:1.4:0.2 MPa gauge"'
             all_faults.append(Fault(where, "", f"{quoted(key)} varies nothing", right))
+        elif key in others:
+            base = others[key].key
+            all_faults.append(Fault(where, key, f"is another spelling of {base}", f"vary {base}"))
         elif key not in declarations:
             all_faults.append(misassigned(type(base), key, where))
         elif declarations[key].is_table:

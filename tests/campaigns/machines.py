@@ -117,5 +117,5 @@ def highest_lift(machine, run):
     """Lift that the intake cannot exceed [m]."""
     cam = machine.engine.cam
     if run.conditions.get("intake") == "cam":
-        return cam.lift_curve[:, 1].max() if len(cam.lift_curve) else cam.lift
+        return cam.lift_curve[:, 1].max() if len(cam.lift_curve) else cam.resolve_lift(machine.valve.stroke).lift
     return machine.valve.stroke

@@ -252,7 +252,7 @@ def test_a_lift_curve_of_a_raised_cosine_gives_its_results(groove, receiver):
     """A chord of 0.05 degrees lies at most 4.5 mm (pi/25)^2 0.05^2/8 under its arc, 2.2e-5 mm of some 8 mm."""
     angles = np.linspace(-5.0, 70.0, 1501) * DEGREE
     cam = machine(intake="cam", receiver=receiver, **groove)
-    opens, closes, peak, flank, _ = cam.engine.cam
+    opens, closes, peak, flank, _ = cam.engine.cam.resolve_lift(cam.valve.stroke)
     lift = [peak * raised_cosine(angle, opens, closes, flank) for angle in angles[:-1]] + [0.0]
     sampled = machine(
         intake="cam", receiver=receiver, engine__cam__lift_curve=np.column_stack((angles, lift)), **groove

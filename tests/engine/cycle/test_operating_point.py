@@ -50,7 +50,7 @@ def test_breakpoints_of_a_solenoid_that_follows_after_the_next_energising_are_wr
 
 def test_breakpoints_of_a_cam_are_its_corners_and_where_it_passes_the_lap():
     a_machine = machine(intake="cam")
-    cam = cam_corners(a_machine.engine.cam, np.array([1e-3, 9e-3])) / DEGREE
+    cam = cam_corners(a_machine.engine.cam.resolve_lift(9e-3), np.array([1e-3, 9e-3])) / DEGREE
     assert len(cam) == 6
     expected = {round(angle, 6) for angle in [*cam, *EXHAUST, 355.0]} - {-5.0}
     assert breakpoints_in_degrees(a_machine, 1000.0) == pytest.approx(sorted(expected), abs=2e-6)

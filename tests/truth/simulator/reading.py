@@ -59,7 +59,7 @@ def plain_engine(machine):
         machine.groove.lap,
         machine.groove.effective_area,
         (engine.cam.opens, engine.cam.closes, engine.cam.flank),
-        engine.cam.lift,
+        machine.valve.stroke if isnan(engine.cam.lift) else engine.cam.lift,
         (engine.exhaust.opens, engine.exhaust.closes, engine.exhaust.flank),
         engine.exhaust.effective_area,
         engine.receiver.volume,
