@@ -5,17 +5,20 @@ Equations are those of an ideal gas, with constant or temperature-dependent heat
 """
 
 import functools
-from math import log
+from math import exp, expm1, log
 from typing import Annotated, NamedTuple
 
 from apesim.flow_function import NEARLY_EQUAL, choked_flow_function, critical_ratio, subsonic_flow_function
 from apesim.kernel import kernel
 from apesim.quantities import Choice, Pressure, Quantity
 
-IDEAL, CANTERA = 0, 1
-"""Models of the working gas: constant heat capacities, or those of Cantera's air."""
-CP_UP_TO = 1000.0
-"""Highest temperature at which the polynomial of Cantera's air.yaml is used [K]."""
+IDEAL, THERMALLY_PERFECT = 0, 1
+"""Models of the working gas: constant heat capacities, or Lemmon's, which depend on temperature."""
+COLDEST, HOTTEST = 100.0, 1000.0
+"""Temperatures between which cp follows its polynomial [K]; beyond them it stays what it is there.
+
+Below 100 K cp of air no longer changes (by 5e-5 down to 60 K); above 1000 K no engine of this kind comes.
+"""
 ANR_DENSITY = 1.185
 """Density of air at the standard reference atmosphere of ISO 8778 (100 kPa, 20 °C, 65 % RH) [kg/m3]."""
 
@@ -23,7 +26,14 @@ ANR_DENSITY = 1.185
 class Air(NamedTuple):
     """The working gas."""
 
-    model: Annotated[int, Choice(("ideal", "cantera"), "the paper's assumption; cantera: cp(T) of air.yaml")] = IDEAL
+    model: Annotated[
+        int,
+        Choice(
+            ("ideal", "thermally_perfect"),
+            "the paper's assumption; thermally_perfect: cp(T) of Lemmon and others, 2000",
+            (("cantera", "thermally_perfect", "cp(T) of air is Lemmon's now, which holds in the cold, too"),),
+        ),
+    ] = IDEAL
     gas_constant: Annotated[float, Quantity("J/(kg K)", 200, 400, "dry air; model = ideal only")] = 287.05
     heat_capacity_ratio: Annotated[float, Quantity("", 1.05, 1.67, "dry air, 300 K; model = ideal only")] = 1.4
 
@@ -53,8 +63,12 @@ class Ambient(NamedTuple):
     temperature: Annotated[float, Quantity("K", 200, 350, "20 °C")] = 293.15
 
 
-HOTTEST = 1000.0
-"""Temperature up to which cp follows its polynomial [K]: beyond 1200 K that falls, to R at 1887 K."""
+LEMMON_REDUCING = 132.6312
+"""Temperature that Lemmon's equation is reduced by [K]."""
+LEMMON_GAS_CONSTANT = 8.31451 / 28.9586e-3
+"""Gas constant over molar mass, as Lemmon's equation has them [J/(kg K)]."""
+DEGREE = 8
+"""Of the polynomial that stands for Lemmon's cp: it keeps within 1.3e-5 of it, that of degree 7 within 7.8e-5."""
 
 
 class Gas(NamedTuple):
@@ -75,19 +89,64 @@ class Gas(NamedTuple):
     per_heat_capacity: float
     """Reciprocal of cv; an estimate where cp depends on temperature [kg K/J]."""
     a0: float
-    """First coefficient of cp/R = a0 + a1 T + a2 T^2 + a3 T^3 + a4 T^4, with T in K."""
+    """First coefficient of cp/R = a0 + a1 T + ... + a8 T^8, with T in K."""
     a1: float
     a2: float
     a3: float
     a4: float
+    a5: float
+    a6: float
+    a7: float
+    a8: float
+
+
+def lemmon_heat_capacity(temperature: float) -> float:
+    """Return the heat capacity of air at constant pressure as an ideal gas, by Lemmon and others.
+
+    ``cp/R = 1 + N7 + sum N_i (u/(e^u - 1))^2 e^u - N10 w^2 z/(1 + z)^2 - sum N_j j (j - 1) tau^j``, with
+    tau = 132.6312 K/T, u = N11 tau and N12 tau, w = N13 tau, z = 2/3 e^-w, and j = -3, -2, -1 and 1.5.
+
+    It is -tau^2 times the second derivative of the ideal part of the Helmholtz energy [1]_, plus 1. It holds from 60 to
+    2000 K.
+
+    Parameters
+    ----------
+    temperature : float
+        Temperature [K].
+
+    Returns
+    -------
+    float
+        cp over the gas constant.
+
+    References
+    ----------
+    .. [1] E. W. Lemmon, R. T Jacobsen, S. G. Penoncello and D. G. Friend, "Thermodynamic properties of air and mixtures
+       of nitrogen, argon, and oxygen from 60 to 2000 K at pressures to 2000 MPa", J. Phys. Chem. Ref. Data 29, 2000,
+       pp. 331-385, doi 10.1063/1.1285884, section 3 and Table 12.
+
+    Examples
+    --------
+    >>> [round(lemmon_heat_capacity(temperature), 4) for temperature in (100.0, 300.0, 1000.0)]
+    [3.4914, 3.5004, 3.9746]
+    """
+    tau = LEMMON_REDUCING / temperature
+    powers = ((0.605719400e-7, -3.0), (-0.210274769e-4, -2.0), (-0.158860716e-3, -1.0), (-0.195363420e-3, 1.5))
+    ratio = 1.0 + 2.490888032 - sum(n * j * (j - 1.0) * tau**j for n, j in powers)
+    for n, rate in ((0.791309509, 25.36365), (0.212236768, 16.90741)):
+        u = rate * tau
+        ratio += n * (u / expm1(u)) ** 2 * exp(u)
+    w = 87.31279 * tau
+    z = 2.0 / 3.0 * exp(-w)
+    return ratio + 0.197938904 * w * w * z / (1.0 + z) ** 2
 
 
 @kernel
 def heat_capacity(gas: Gas, temperature: float) -> float:
-    """Return the heat capacity at constant pressure, ``cp = R (a0 + a1 T + a2 T^2 + a3 T^3 + a4 T^4)``.
+    """Return the heat capacity at constant pressure, ``cp = R (a0 + a1 T + ... + a8 T^8)``.
 
-    The form is that of NASA's polynomials [1]_, the numbers are those of Cantera's ``air.yaml`` [2]_ at 300...1000 K;
-    with the ideal model it is the constant k R/(k - 1). Above `HOTTEST` it stays what it is there.
+    The polynomial stands for the cp of `lemmon_heat_capacity`, whose source is [1]_; with the ideal model it is the
+    constant k R/(k - 1). Below `COLDEST` and above `HOTTEST` cp stays what it is there.
 
     Parameters
     ----------
@@ -103,9 +162,9 @@ def heat_capacity(gas: Gas, temperature: float) -> float:
 
     References
     ----------
-    .. [1] B. J. McBride, S. Gordon and M. A. Reno, "Coefficients for Calculating Thermodynamic and Transport Properties
-       of Individual Species", NASA TM-4513, 1993.
-    .. [2] D. G. Goodwin and others, "Cantera", https://www.cantera.org; its file air.yaml.
+    .. [1] E. W. Lemmon, R. T Jacobsen, S. G. Penoncello and D. G. Friend, "Thermodynamic properties of air and mixtures
+       of nitrogen, argon, and oxygen from 60 to 2000 K at pressures to 2000 MPa", J. Phys. Chem. Ref. Data 29, 2000,
+       pp. 331-385, doi 10.1063/1.1285884.
 
     Examples
     --------
@@ -114,8 +173,9 @@ def heat_capacity(gas: Gas, temperature: float) -> float:
     >>> round(heat_capacity(gas, 300.0), 3)
     1004.675
     """
-    t = min(temperature, HOTTEST)
-    return gas.gas_constant * (gas.a0 + t * (gas.a1 + t * (gas.a2 + t * (gas.a3 + t * gas.a4))))
+    t = min(max(temperature, COLDEST), HOTTEST)
+    high = t * (gas.a4 + t * (gas.a5 + t * (gas.a6 + t * (gas.a7 + t * gas.a8))))
+    return gas.gas_constant * (gas.a0 + t * (gas.a1 + t * (gas.a2 + t * (gas.a3 + high))))
 
 
 @kernel
@@ -154,9 +214,9 @@ def heat_capacity_ratio(gas: Gas, temperature: float) -> float:
 
 @kernel
 def enthalpy(gas: Gas, temperature: float) -> float:
-    """Return the specific enthalpy, the integral of cp from 0 K to T; ``h = cp T`` where cp is constant.
+    """Return the specific enthalpy, the integral of cp over T; ``h = cp T`` where cp is constant.
 
-    The enthalpy of an ideal gas depends on the temperature alone [1]_.
+    The enthalpy of an ideal gas depends on the temperature alone [1]_. Only differences mean something.
 
     Parameters
     ----------
@@ -185,9 +245,10 @@ def enthalpy(gas: Gas, temperature: float) -> float:
     301402.5
     """
     if gas.perfect:
-        t = min(temperature, HOTTEST)
-        below = t * (gas.a0 + t * (gas.a1 / 2.0 + t * (gas.a2 / 3.0 + t * (gas.a3 / 4.0 + t * gas.a4 / 5.0))))
-        return gas.gas_constant * below + heat_capacity(gas, t) * (temperature - t)
+        t = min(max(temperature, COLDEST), HOTTEST)
+        high = t * (gas.a4 / 5.0 + t * (gas.a5 / 6.0 + t * (gas.a6 / 7.0 + t * (gas.a7 / 8.0 + t * gas.a8 / 9.0))))
+        within = t * (gas.a0 + t * (gas.a1 / 2.0 + t * (gas.a2 / 3.0 + t * (gas.a3 / 4.0 + high))))
+        return gas.gas_constant * within + heat_capacity(gas, t) * (temperature - t)
     return gas.a0 * gas.gas_constant * temperature
 
 
@@ -296,8 +357,9 @@ def thermal_entropy(gas: Gas, temperature: float) -> float:
     696.39
     """
     if gas.perfect:
-        t = min(temperature, HOTTEST)
-        powers = t * (gas.a1 + t * (gas.a2 / 2.0 + t * (gas.a3 / 3.0 + t * gas.a4 / 4.0)))
+        t = min(max(temperature, COLDEST), HOTTEST)
+        high = t * (gas.a4 / 4.0 + t * (gas.a5 / 5.0 + t * (gas.a6 / 6.0 + t * (gas.a7 / 7.0 + t * gas.a8 / 8.0))))
+        powers = t * (gas.a1 + t * (gas.a2 / 2.0 + t * (gas.a3 / 3.0 + high)))
         return gas.gas_constant * (gas.a0 * log(t) + powers) + heat_capacity(gas, t) * log(temperature / t)
     return gas.a0 * gas.gas_constant * log(temperature)
 
@@ -342,9 +404,9 @@ def temperature_at_enthalpy(gas: Gas, specific_enthalpy: float) -> float:
 def gas_of(air: Air) -> Gas:
     """Prepare the working gas for the kernels.
 
-    With ``model = "cantera"`` the heat capacity is the NASA polynomial [1]_ of Cantera's ``air.yaml`` [2]_ at
-    300...1000 K. It is extrapolated to the colder air of an expansion, where it is 1.2 % below the true cp at 180 K;
-    above 1000 K cp stays constant.
+    With ``model = "thermally_perfect"`` the heat capacity is that of Lemmon and others [1]_, as the polynomial of
+    degree 8 that meets it at the nodes of Chebyshev between 100 and 1000 K: within 1.3e-5 of it there. Beyond these
+    ends cp stays constant, which is within 5e-5 of it down to 60 K.
 
     Parameters
     ----------
@@ -358,9 +420,9 @@ def gas_of(air: Air) -> Gas:
 
     References
     ----------
-    .. [1] B. J. McBride, S. Gordon and M. A. Reno, "Coefficients for Calculating Thermodynamic and Transport Properties
-       of Individual Species", NASA TM-4513, 1993.
-    .. [2] D. G. Goodwin and others, "Cantera", https://www.cantera.org; its file air.yaml.
+    .. [1] E. W. Lemmon, R. T Jacobsen, S. G. Penoncello and D. G. Friend, "Thermodynamic properties of air and mixtures
+       of nitrogen, argon, and oxygen from 60 to 2000 K at pressures to 2000 MPa", J. Phys. Chem. Ref. Data 29, 2000,
+       pp. 331-385, doi 10.1063/1.1285884.
 
     Examples
     --------
@@ -368,26 +430,20 @@ def gas_of(air: Air) -> Gas:
     >>> round(gas.critical_ratio, 4), round(gas.choked_flow, 4), round(gas.a0, 6)
     (0.5283, 0.6847, 3.5)
     """
-    if air.model == CANTERA:
+    if air.model == THERMALLY_PERFECT:
         import numpy as np
-        from cantera import Solution, gas_constant
+        from numpy.polynomial import Chebyshev, Polynomial
 
-        cantera_air = Solution("air.yaml")
-        nodes = np.linspace(300.0, 900.0, 5)
-        r = gas_constant / cantera_air.mean_molecular_weight
-        cp = []
-        for node in nodes:
-            cantera_air.TP = node, 1e5
-            cp.append(cantera_air.cp_mass / r)
-        a: np.ndarray = np.polynomial.Polynomial.fit(nodes, cp, 4).convert().coef
-        cp_room = float(np.polyval(a[::-1].astype(float), 293.15))
+        r = LEMMON_GAS_CONSTANT
+        law = Chebyshev.interpolate(np.vectorize(lemmon_heat_capacity), DEGREE, domain=[COLDEST, HOTTEST])
+        coefficients = tuple(float(c) for c in law.convert(kind=Polynomial).coef)
+        cp_room = float(law(293.15))
         k = cp_room / (cp_room - 1.0)
-        coefficients = tuple(float(c) for c in a)
     else:
         r, k = air.gas_constant, air.heat_capacity_ratio
-        coefficients = (k / (k - 1.0), 0.0, 0.0, 0.0, 0.0)
+        coefficients = (k / (k - 1.0), *[0.0] * DEGREE)
     return Gas(
-        int(air.model == CANTERA),
+        int(air.model == THERMALLY_PERFECT),
         float(r),
         k,
         critical_ratio(k),

@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Any
 
-from apesim.air import CP_UP_TO
+from apesim.air import HOTTEST
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import EPV
 from apesim.engine.indicators import valve_travel
@@ -111,9 +111,9 @@ def judge_point(machine: Machine, run: SteadyRun, values: dict[str, Any]) -> dic
             "more than isentropic work: heat from the walls, or air from outside, adds to it"
         )
     hottest = float(run.trace[:, TEMPERATURE].max())
-    if run.cycle.actuator.gas.perfect and hottest > CP_UP_TO:
+    if run.cycle.actuator.gas.perfect and hottest > HOTTEST:
         warnings[EngineWarning.BEYOND_CP] = (
-            f"the cylinder comes to {hottest:.0f} K, beyond the {CP_UP_TO:g} K up to which cp(T) holds"
+            f"the cylinder comes to {hottest:.0f} K, beyond the {HOTTEST:g} K up to which cp(T) holds"
         )
     return warnings | _judge_accuracy(values)
 

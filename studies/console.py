@@ -124,6 +124,42 @@ class Console:
             self.message(f"note: {text}")
 
     @contextlib.contextmanager
+    def note_old_names(self) -> Iterator[None]:
+        r"""Write a note where, while within, an old name is read in place of today's.
+
+        Yields
+        ------
+        None
+            A context in which machines are read.
+
+        Examples
+        --------
+        >>> import io
+        >>> from apesim.quantities.old_names import warn_of_old_name
+        >>> with contextlib.redirect_stderr(io.StringIO()) as lines, Console().note_old_names():
+        ...     warn_of_old_name("cantera", "thermally_perfect", "another law")
+        ...     warn_of_old_name("cantera", "thermally_perfect", "another law")
+        >>> lines.getvalue()
+        'note: "cantera" is read as "thermally_perfect": another law\n'
+        """
+        import warnings
+
+        from apesim.quantities.old_names import OldNameWarning
+
+        told = warnings.showwarning
+
+        def show(message: Any, category: type[Warning], *where: Any) -> None:
+            if issubclass(category, OldNameWarning):
+                self.notes([message])
+            else:
+                told(message, category, *where)
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("default", OldNameWarning)
+            warnings.showwarning = show
+            yield
+
+    @contextlib.contextmanager
     def progress(self, what: str) -> Iterator[Report]:
         """Show progress with time left on a terminal.
 

@@ -238,7 +238,9 @@ def register(app: typer.Typer, name: str, function: Callable[..., Any]) -> None:
 
     def run(**arguments: Any) -> Any:
         shared = {key: arguments.pop(key) for key in COMMON}
-        return function(common(**shared), **arguments)
+        given = common(**shared)
+        with given.console.note_old_names():
+            return function(given, **arguments)
 
     run.__signature__ = inspect.Signature([*parameters, *COMMON.values()])  # type: ignore[attr-defined]
     text = help_of(function)

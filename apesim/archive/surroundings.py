@@ -19,7 +19,7 @@ import apesim
 
 __all__ = ["PACKAGES", "surroundings"]
 
-PACKAGES = ("apesim", "numpy", "numba", "llvmlite", "scipy", "cantera", "h5py")
+PACKAGES = ("apesim", "numpy", "numba", "llvmlite", "scipy", "h5py")
 """What computes and stores, by the names of their distributions."""
 GIT_SECONDS = 5.0
 """Patience with git, which answers in 10 ms; on a network drive it may hang."""

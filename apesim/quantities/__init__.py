@@ -9,11 +9,12 @@ Inside, all values are SI. A text is converted in exact rational arithmetic and 
 very float that ``9.0e-6`` is in code, and every float has a text that reads back as itself.
 
 The files, each of which imports only those before it: `input_errors` (what is reported of bad input), `names` (single
-names of units), `units`, `files` (their text and columns), `declarations` (what a parameter may be), `curves` (two
-columns of numbers), `ranges` (single texts, ranges, lists), `arguments` (of a call from Python), `trees` (parameter
-classes in one another), `uncertainties` (how far a number is known), `printing`, `reading` (a tree from parsed TOML),
-`checking` (a tree made in Python) and `settings` (a tree from a file, a command line or another tree). Whoever reads or
-prints whole trees imports `apesim.quantities.settings`.
+names of units), `units`, `files` (their text and columns), `old_names` (words that are still read), `declarations`
+(what a parameter may be), `curves` (two columns of numbers), `ranges` (single texts, ranges, lists), `arguments` (of a
+call from Python), `trees` (parameter classes in one another), `uncertainties` (how far a number is known), `toml_text`
+(what is wrong with a text that is no TOML), `printing`, `reading` (a tree from parsed TOML), `checking` (a tree made in
+Python) and `settings` (a tree from a file, a command line or another tree). Whoever reads or prints whole trees imports
+`apesim.quantities.settings`.
 """
 
 from apesim.quantities.arguments import Arguments

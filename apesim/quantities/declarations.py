@@ -8,6 +8,7 @@ from numbers import Integral, Real
 from typing import Any
 
 from apesim.quantities.input_errors import InvalidValue, quoted
+from apesim.quantities.old_names import warn_of_old_name
 from apesim.quantities.units import NUMBER, respelt, si_value, unit
 
 DECIMAL_COMMA = r"(?<=[0-9]),(?=[0-9])"
@@ -418,10 +419,13 @@ class Choice(Declaration):
         Words, in the order of their indices.
     source : str
         Where the default comes from.
+    old_names : tuple of (str, str, str)
+        Words of older files, each with the option that it is read as, and what is different today.
     """
 
     options: tuple[str, ...]
     source: str
+    old_names: tuple[tuple[str, str, str], ...] = ()
 
     @property
     def range_text(self) -> str:
@@ -457,6 +461,10 @@ class Choice(Declaration):
         1
         """
         text = raw.strip() if isinstance(raw, str) else raw
+        for old, new, reason in self.old_names:
+            if text == old:
+                warn_of_old_name(old, new, reason)
+                text = new
         if text not in self.options:
             raise InvalidValue(f"{quoted(raw)} is no option", f"write {self.range_text}")
         return self.options.index(text)

@@ -183,8 +183,8 @@ def in_one_unit(texts: Sequence[str]) -> tuple[Sequence[str], str]:
     --------
     >>> in_one_unit(["600 r/min", "900 r/min"])
     (['600', '900'], 'r/min')
-    >>> in_one_unit(["ideal", "cantera"])
-    (['ideal', 'cantera'], '')
+    >>> in_one_unit(["ideal", "thermally_perfect"])
+    (['ideal', 'thermally_perfect'], '')
     """
     matches: list[Any] = [re.fullmatch(rf"({NUMBER}|inf)( .*)?", text) for text in texts]
     units = {match and (match[3] or "").strip() for match in matches}

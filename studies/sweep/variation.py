@@ -54,7 +54,8 @@ def vary(texts: Sequence[str], path: str | PathLike[str] | None = None, settings
     Parameters
     ----------
     texts : sequence of str
-        Keys and their values, ``KEY=RANGE``: "supply.pressure=0.6:1.4:0.2 MPa gauge", "air.model=ideal,cantera".
+        Keys and their values, ``KEY=RANGE``: "supply.pressure=0.6:1.4:0.2 MPa gauge",
+        "air.model=ideal,thermally_perfect".
     path : path, optional
         Machine file; the embedded machine if left out.
     settings : sequence of str
@@ -73,7 +74,7 @@ def vary(texts: Sequence[str], path: str | PathLike[str] | None = None, settings
 
     Examples
     --------
-    >>> variation = vary(["supply.pressure=0.6:1.4:0.4 MPa gauge", "air.model=ideal,cantera"])
+    >>> variation = vary(["supply.pressure=0.6:1.4:0.4 MPa gauge", "air.model=ideal,thermally_perfect"])
     >>> variation.axes[0].texts
     ('0.6 MPa gauge', '1 MPa gauge', '1.4 MPa gauge')
     >>> len(variation.machines)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from apesim.air import CANTERA, IDEAL
+from apesim.air import IDEAL, THERMALLY_PERFECT
 from apesim.engine.angles import DEGREE
 from apesim.engine.cycle.state import engine_ledger
 from apesim.engine.indicators import indicators
@@ -32,7 +32,7 @@ def random_engine(real: Callable[[float, float], float], choice: Callable[[Seque
     area = real(20e-6, 400e-6)
     hot, correlated, leaky, worn = (choice(flag) for _ in range(4))
     return machine(
-        air__model=choice((IDEAL, CANTERA)),
+        air__model=choice((IDEAL, THERMALLY_PERFECT)),
         intake=choice(("epv", "cam", "ideal")),
         supply=real(0.2, 3.0),
         temperature=real(250.0, 350.0),

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from apesim.air import ANR_DENSITY, CANTERA, Air, GasState, enthalpy, gas_of, heat_capacity_ratio
+from apesim.air import ANR_DENSITY, THERMALLY_PERFECT, Air, GasState, enthalpy, gas_of, heat_capacity_ratio
 from apesim.flow_function import NEARLY_EQUAL, critical_ratio, subsonic_flow_function, subsonic_slope
 from apesim.restriction import (
     AREA_OF_CONDUCTANCE,
@@ -28,8 +28,8 @@ from apesim.restriction import (
 )
 
 IDEAL_GAS = gas_of(Air())
-PERFECT_GAS = gas_of(Air(model=CANTERA))
-GASES = pytest.mark.parametrize("gas", [IDEAL_GAS, PERFECT_GAS], ids=["ideal", "cantera"])
+PERFECT_GAS = gas_of(Air(model=THERMALLY_PERFECT))
+GASES = pytest.mark.parametrize("gas", [IDEAL_GAS, PERFECT_GAS], ids=["ideal", "thermally perfect"])
 RATIOS = st.floats(1.1, 1.67)
 
 

@@ -5,7 +5,7 @@ from math import degrees, floor, log10, sqrt
 
 import pytest
 
-from apesim.air import ANR_DENSITY, CP_UP_TO
+from apesim.air import ANR_DENSITY, COLDEST, HOTTEST
 from apesim.engine.breathing import MAX_VOLUME
 from apesim.engine.cycle.operating_point import MAX_TURN
 from apesim.engine.cycle.rates import MAX_PATH
@@ -88,7 +88,7 @@ def test_every_indicator_is_defined_on_a_page():
         ("gas", f"left the regime by ${power(ROOM)}$"),
         ("gas", f"{ANR_DENSITY:g} kg/m³"),
         ("gas", f"of {AREA_OF_CONDUCTANCE * 1e-2:.2f} mm² passes"),
-        ("gas", f"300…{CP_UP_TO:g} K"),
+        ("gas", f"{COLDEST:g}…{HOTTEST:g} K"),
         ("gas", f"| {MACHINE.air.gas_constant:g} J/(kg·K), key"),
         ("gas", f"| {MACHINE.air.heat_capacity_ratio:g}, key"),
         ("valve", f"| {MACHINE.valve.stroke * 1e3:g} mm, Table 1 |"),

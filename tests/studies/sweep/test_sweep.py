@@ -281,5 +281,5 @@ def test_figures_are_drawn_and_the_same_each_time(swept, tmp_path):
 def test_numbers_of_one_unit_are_told_from_words():
     assert in_one_unit(["0.6 MPa gauge", "1 MPa gauge"]) == (["0.6", "1"], "MPa gauge")
     assert in_one_unit(["1.3", "1.4"]) == (["1.3", "1.4"], "")
-    for words in (["ideal", "cantera"], ["1 L", "inf"], ["curve a.csv", "curve b.csv"]):
+    for words in (["ideal", "thermally_perfect"], ["1 L", "inf"], ["curve a.csv", "curve b.csv"]):
         assert in_one_unit(words) == (words, "")

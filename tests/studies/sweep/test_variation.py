@@ -32,7 +32,7 @@ RPM = np.pi / 30.0
 SPEEDS = [900.0 * RPM, 600.0 * RPM]
 TEXTS = [
     "supply.pressure=0.8:1.2:0.2 MPa gauge",
-    "air.model=ideal,cantera",
+    "air.model=ideal,thermally_perfect",
     "effects.blow_by.area=0 mm^2, 0.3 mm^2",
 ]
 GRID = ("actuation", "supply_pressure", "air_model", "effects_blow_by_area", "speed_rpm")
@@ -73,7 +73,7 @@ def test_a_gauge_pressure_of_the_file_stands_above_a_varied_ambient_pressure(tmp
         ("valve.spring_rate=1 N/mm", [1000.0], "kg s^-2"),
         ("engine.compression_ratio=15:17:1", [15.0, 16.0, 17.0], "1"),
         ("engine.receiver.volume=1 L, inf", [1e-3, np.inf], "m^3"),
-        ("air.model=cantera, ideal", [1, 0], "1"),
+        ("air.model=thermally_perfect, ideal", [1, 0], "1"),
     ],
 )
 def test_archives_hold_si_and_degrees(text, values, unit):
@@ -89,7 +89,7 @@ def test_archives_hold_si_and_degrees(text, values, unit):
         (["supply.presure=1 MPa abs"], [["--vary: supply.presure", "supply.pressure?"]]),
         (["valve.solenoid=1 mm"], [["--vary: valve.solenoid", "section", "valve.solenoid.dead_time"]]),
         (["supply.pressure"], [["--vary: 'supply.pressure'", "KEY=RANGE"]]),
-        (["air.model=ideal,foo"], [["--vary: air.model", "'foo'", '"cantera"']]),
+        (["air.model=ideal,foo"], [["--vary: air.model", "'foo'", '"thermally_perfect"']]),
         (["engine.intake=epv,cam"], [["--vary: engine.intake", "--intake"]]),
         (["known_to=1 mm"], [["--vary: known_to", "is a table", "vary a number"]]),
         (["groove.lap=1 mm", "groove.lap=2 mm"], [["--vary: groove.lap", "twice", "at once"]]),
@@ -136,8 +136,13 @@ def test_the_grid_opens_with_named_axes_and_each_point_is_the_operating_point_al
     assert data["speed_rpm"].values.tolist() == [900.0, 600.0]  # as they were given
     assert data["supply_pressure"].attrs["units"] == "Pa"
     assert data["run"].dtype.kind == "i"
-    place = {"supply_pressure": 1.301325e6, "air_model": "cantera", "effects_blow_by_area": 3e-7, "speed_rpm": 600.0}
-    settings = ["supply.pressure=1.2 MPa gauge", "air.model=cantera", "effects.blow_by.area=0.3 mm^2"]
+    place = {
+        "supply_pressure": 1.301325e6,
+        "air_model": "thermally_perfect",
+        "effects_blow_by_area": 3e-7,
+        "speed_rpm": 600.0,
+    }
+    settings = ["supply.pressure=1.2 MPa gauge", "air.model=thermally_perfect", "effects.blow_by.area=0.3 mm^2"]
     machine = load(Machine, None, [*settings, "engine.intake=cam"])
     run = run_steady(machine, 600.0 * RPM)
     point = data.sel(actuation="cam", **place)
