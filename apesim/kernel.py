@@ -448,7 +448,7 @@ def by_type(default: Callable[..., Any] | None = None, *, required: bool = False
         return bodies.get(cls, fallback)
 
     @functools.wraps(default)
-    def chosen(first, *rest):
+    def chosen(first: Any, *rest: Any) -> Any:
         return body_for(type(first))(first, *rest)
 
     _let_call(chosen, lambda first: body_for(getattr(first, "instance_class", None)).compiled)

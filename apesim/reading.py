@@ -84,7 +84,7 @@ def lagging(reading: Reading, names: Callable[[str], bool], lag: float) -> Readi
     [0.099]
     """
 
-    def at(times):
+    def at(times: np.ndarray) -> dict[str, np.ndarray]:
         if not len(times):
             return reading.at(times)
         first = times.min() - LAG_MEMORY * lag

@@ -13,7 +13,7 @@ from apesim.engine.cycle.state import LINE, PIPE, SIZE, STATES, Cycle, engine_le
 from apesim.engine.effects import ENGINE_LIBRARY
 from apesim.engine.exergy import RATES
 from apesim.engine.machine import Machine
-from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Status, march
+from apesim.march.adaptive import LOG_HEAD, LOG_ROWS, TOLERANCE, ZERO_CROSSING, Accuracy, Status, march
 from apesim.march.periodic import (
     MAX_CYCLES,
     PERIODIC_TOLERANCE,
@@ -125,10 +125,10 @@ def run_steady(
         angles = p.start + np.arange(trace_start, 2.0 * np.pi + 0.5 * angle_step, angle_step)
     times = np.minimum((angles - p.start) / speed, breakpoints[-1])
 
-    def new_record(times=times[:0], log_rows=LOG_ROWS):
+    def new_record(times: np.ndarray = times[:0], log_rows: int = LOG_ROWS) -> Record:
         return Record(np.empty((log_rows, LOG_HEAD + STATES)), times, np.full((len(times), len(TRACE)), np.nan))
 
-    def cycle(y, mode, accuracy, record):
+    def cycle(y: np.ndarray, mode: np.ndarray, accuracy: Accuracy, record: Record) -> Recorded:
         outcome = march(p, tables, 0.0, y, mode, breakpoints, accuracy, *record)
         return Recorded(record.log[: outcome.logged], record.trace, y, outcome)
 

@@ -148,11 +148,18 @@ class Console:
 
         told = warnings.showwarning
 
-        def show(message: Any, category: type[Warning], *where: Any) -> None:
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
             if issubclass(category, OldNameWarning):
                 self.notes([message])
             else:
-                told(message, category, *where)
+                told(message, category, filename, lineno, file, line)
 
         with warnings.catch_warnings():
             warnings.simplefilter("default", OldNameWarning)

@@ -3,4 +3,4 @@
 from apesim.march.adaptive import Status
 
 STATUS_MEANINGS = ", ".join(f"{int(status)} {status.name.lower().replace('_', ' ')}" for status in Status)
-"""E.g. "0 running, 1 done"."""
+"""Each code with its words, from "0 done" on."""

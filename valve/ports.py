@@ -134,7 +134,7 @@ def ports_table(ports: Ports, lap: float, stroke: float) -> np.ndarray:
     return np.column_stack((lifts, areas))
 
 
-def _travel_at(ports, area, low, high):
+def _travel_at(ports: Ports, area: float, low: float, high: float) -> float:
     """Travel between low (area below) and high (above) at which the ports have an area [m]."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)

@@ -20,7 +20,7 @@ class ArchiveError(Exception):
         What to do.
     """
 
-    def __init__(self, path: str | os.PathLike[str], what: str, remedy: str):
+    def __init__(self, path: str | os.PathLike[str], what: str, remedy: str) -> None:
         super().__init__(path, what, remedy)
         self.path, self.what, self.remedy = path, what, remedy
 

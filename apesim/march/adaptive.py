@@ -124,7 +124,18 @@ _WEIGHTS = np.array([0.118463442528095, 0.239314335249683, 0.284444444444444, 0.
 
 
 @kernel(inline=False)
-def _value(p, which, t, h, x, c, mode, y, dy, g):
+def _value(
+    p: Any,
+    which: int,
+    t: float,
+    h: float,
+    x: float,
+    c: np.ndarray,
+    mode: np.ndarray,
+    y: np.ndarray,
+    dy: np.ndarray,
+    g: np.ndarray,
+) -> float:
     """Event (which < ZERO_CROSSING) or zero crossing number at the share x of the step."""
     dense(c, x, y)
     if which < ZERO_CROSSING:
@@ -136,7 +147,21 @@ def _value(p, which, t, h, x, c, mode, y, dy, g):
 
 
 @kernel(inline=False)
-def _root(p, which, t, h, low, f_low, high, f_high, c, mode, y, dy, g):
+def _root(
+    p: Any,
+    which: int,
+    t: float,
+    h: float,
+    low: float,
+    f_low: float,
+    high: float,
+    f_high: float,
+    c: np.ndarray,
+    mode: np.ndarray,
+    y: np.ndarray,
+    dy: np.ndarray,
+    g: np.ndarray,
+) -> float:
     """Root between the shares low and high by the Illinois method, bisecting where it stalls."""
     side = 0
     for i in range(100):
@@ -165,7 +190,17 @@ def _root(p, which, t, h, low, f_low, high, f_high, c, mode, y, dy, g):
 
 
 @kernel(inline=False)
-def _first_event(p, t, h, c, mode, y, dy, g, g_end):
+def _first_event(
+    p: Any,
+    t: float,
+    h: float,
+    c: np.ndarray,
+    mode: np.ndarray,
+    y: np.ndarray,
+    dy: np.ndarray,
+    g: np.ndarray,
+    g_end: np.ndarray,
+) -> tuple[int, float]:
     """The first event in a step and its share of the step; (-1, 1) if there is none."""
     found, share = -1, 1.0
     for event in range(EVENTS):
@@ -190,14 +225,14 @@ def _first_event(p, t, h, c, mode, y, dy, g, g_end):
 
 
 @kernel
-def _copy(source, target):
+def _copy(source: np.ndarray, target: np.ndarray) -> None:
     """Element by element: a slice would add seconds to the compiling."""
     for i in range(source.shape[0]):
         target[i] = source[i]
 
 
 @kernel(inline=False)
-def _note(log, logged, t, code, sign, y):
+def _note(log: np.ndarray, logged: int, t: float, code: float, sign: float, y: np.ndarray) -> int:
     """One row of the log; nothing where it is full (or of no rows: not wanted)."""
     if logged < log.shape[0]:
         log[logged, 0] = t
@@ -210,7 +245,20 @@ def _note(log, logged, t, code, sign, y):
 
 
 @kernel(inline=False)
-def _locate_zero_crossings(p, t, h, c, mode, y, dy, g, w, w_end, log, logged):
+def _locate_zero_crossings(
+    p: Any,
+    t: float,
+    h: float,
+    c: np.ndarray,
+    mode: np.ndarray,
+    y: np.ndarray,
+    dy: np.ndarray,
+    g: np.ndarray,
+    w: np.ndarray,
+    w_end: np.ndarray,
+    log: np.ndarray,
+    logged: int,
+) -> int:
     """Note the zero crossings in a step, and take over the values at its end."""
     for i in range(EVENTS):
         if w[i] * w_end[i] < 0.0:
@@ -222,7 +270,7 @@ def _locate_zero_crossings(p, t, h, c, mode, y, dy, g, w, w_end, log, logged):
 
 
 @kernel(inline=False)
-def _quadrature(p, t, h, c, y):
+def _quadrature(p: Any, t: float, h: float, c: np.ndarray, y: np.ndarray) -> float:
     """Integral of the power over a step by Gauss and Legendre's five nodes."""
     work = 0.0
     for i in range(5):
@@ -232,7 +280,18 @@ def _quadrature(p, t, h, c, y):
 
 
 @kernel(inline=False)
-def _sample(p, t, h, end, c, mode, y, times, trace, sampled):
+def _sample(
+    p: Any,
+    t: float,
+    h: float,
+    end: float,
+    c: np.ndarray,
+    mode: np.ndarray,
+    y: np.ndarray,
+    times: np.ndarray,
+    trace: np.ndarray,
+    sampled: int,
+) -> int:
     """Take the rows of the trace that fall into a step."""
     while sampled < times.shape[0] and times[sampled] <= end:
         dense(c, min(1.0, max(0.0, (times[sampled] - t) / max(h, MIN_STEP))), y)
@@ -242,7 +301,19 @@ def _sample(p, t, h, end, c, mode, y, times, trace, sampled):
 
 
 @kernel(inline=False)
-def _step(p, t, h, y, mode, implicit, scale, jacobian, k, u, trial):
+def _step(
+    p: Any,
+    t: float,
+    h: float,
+    y: np.ndarray,
+    mode: np.ndarray,
+    implicit: bool,
+    scale: np.ndarray,
+    jacobian: np.ndarray,
+    k: np.ndarray,
+    u: np.ndarray,
+    trial: np.ndarray,
+) -> bool:
     """A step from (t, y), k[0] given; trial ends as the new state, k[6] as its rates. False outside the domain."""
     if implicit:
         return implicit_stages(p, t, h, y, mode, scale, jacobian, k, trial, u)
@@ -250,7 +321,9 @@ def _step(p, t, h, y, mode, implicit, scale, jacobian, k, u, trial):
 
 
 @kernel
-def _error(h, y, trial, implicit, k, u, accuracy):
+def _error(
+    h: float, y: np.ndarray, trial: np.ndarray, implicit: bool, k: np.ndarray, u: np.ndarray, accuracy: Accuracy
+) -> float:
     """Error of a step over its tolerance."""
     if implicit:
         return implicit_error(y, trial, u, accuracy.tolerance, accuracy.scale)
@@ -258,7 +331,9 @@ def _error(h, y, trial, implicit, k, u, accuracy):
 
 
 @kernel
-def _interpolant(h, y, trial, implicit, k, u, c):
+def _interpolant(
+    h: float, y: np.ndarray, trial: np.ndarray, implicit: bool, k: np.ndarray, u: np.ndarray, c: np.ndarray
+) -> None:
     """Coefficients of the dense output of a step into c, (5, n)."""
     if implicit:
         implicit_interpolant(y, trial, u, c)

@@ -281,7 +281,9 @@ class Settling(NamedTuple):
     """Cycle from `y`; None: it was not recorded."""
 
 
-def _plain_cycles(drive, y, mode, tolerance, max_cycles, sure):
+def _plain_cycles(
+    drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, max_cycles: int, sure: bool
+) -> Settling:
     """Plain cycles until two in a row repeat the state, or four in a row that of two cycles before, or the most.
 
     Parameters
@@ -320,26 +322,26 @@ def _plain_cycles(drive, y, mode, tolerance, max_cycles, sure):
     return Settling(y, mode, status, change, change_of_two, period)
 
 
-def _is_other_phase(before, after):
+def _is_other_phase(before: np.ndarray, after: np.ndarray) -> bool:
     """Whether what was held is free, or the reverse; what is free may hover, and move either way."""
     return (abs(before[0]) > FREE) != (abs(after[0]) > FREE)
 
 
-def _change(earlier, y, mode, scale):
+def _change(earlier: tuple[np.ndarray, np.ndarray] | None, y: np.ndarray, mode: np.ndarray, scale: np.ndarray) -> float:
     """Distance from an earlier state and mode; infinite where the phase differs or there was none."""
     if earlier is None or _is_other_phase(earlier[1], mode):
         return np.inf
     return distance(earlier[0], y, scale)
 
 
-def _is_small(change, earlier, tolerance, sure):
+def _is_small(change: float, earlier: float, tolerance: float, sure: bool) -> bool:
     """Whether a change is, and, if that is not enough, what is to go where changes fall by one factor for ever."""
     if change > tolerance or change == 0.0:
         return change == 0.0
     return sure or change / (1.0 - min(change / earlier, SLOWEST)) <= FARTHEST * tolerance
 
 
-def _newton(drive, y, mode, count):
+def _newton(drive: Drive, y: np.ndarray, mode: np.ndarray, count: int) -> np.ndarray | None:
     """One Newton step towards the fixed point of the map of some cycles.
 
     Returns
@@ -384,30 +386,32 @@ class Linear:
         return 1.0 / min(left[left > LOOSE], default=np.inf)
 
 
-def _error(drive):
+def _error(drive: Drive) -> float:
     """Error of a multiplier by the usual differences."""
     return drive.accuracy.tolerance / NUDGE
 
 
-def _swings(drive, found):
+def _swings(drive: Drive, found: Linear) -> bool:
     """Whether a deviation changes its sign and grows, or turns and grows: no step of many cycles follows that."""
     return np.abs(found.multipliers).max() > 1.0 + max(found.repelled, _error(drive))
 
 
-def _after(found, step):
+def _after(found: Linear, step: np.ndarray) -> np.ndarray:
     """State after a step from where a map was taken, each of whose elements is clipped."""
     y = found.y.copy()
     y[: len(step)] += np.clip(step, -CLIP, CLIP) * found.sizes
     return y
 
 
-def _image(drive, y, mode, count=1):
+def _image(drive: Drive, y: np.ndarray, mode: np.ndarray, count: int = 1) -> np.ndarray | None:
     """State after some cycles; None where they fail or change the phase."""
     image, mode_image, status = drive.march(y, mode, count)
     return None if status != Status.DONE or _is_other_phase(mode, mode_image) else image
 
 
-def _linear_map(drive, y, mode, count=1, nudge=NUDGE, image=None):
+def _linear_map(
+    drive: Drive, y: np.ndarray, mode: np.ndarray, count: int = 1, nudge: float = NUDGE, image: np.ndarray | None = None
+) -> Linear | None:
     """The map of some cycles near a state, by differences; None where it has no slopes.
 
     Parameters
@@ -430,7 +434,9 @@ def _linear_map(drive, y, mode, count=1, nudge=NUDGE, image=None):
     return Linear(y, sizes, slopes, (image - y)[:n] / sizes)
 
 
-def _linear(drive, y, mode, is_fine, known, error):
+def _linear(
+    drive: Drive, y: np.ndarray, mode: np.ndarray, is_fine: bool, known: Linear | None, error: float
+) -> Linear | None:
     """The map of a cycle near the image of a state, by differences that are fine or the usual ones.
 
     In the image those states have settled that do so at once: what a long step leaves of them would hide the slow ones.
@@ -454,7 +460,7 @@ def _linear(drive, y, mode, is_fine, known, error):
     with drive.finer_steps() if is_fine else nullcontext():
         settled = _image(drive, y, mode)
         image = None if settled is None else _image(drive, settled, mode)
-        if image is None:
+        if settled is None or image is None:
             return None
         found = None if known is None else _foretold(known, settled, image, _sizes(drive, settled), error)
         found = found or _linear_map(drive, settled, mode, 1, FINE_NUDGE if is_fine else NUDGE, image)
@@ -463,7 +469,7 @@ def _linear(drive, y, mode, is_fine, known, error):
         return found
 
 
-def _foretold(known, y, image, sizes, error):
+def _foretold(known: Linear, y: np.ndarray, image: np.ndarray, sizes: np.ndarray, error: float) -> Linear | None:
     """The map near a state by that of a known one, corrected by Broyden's first rule; None where its gain is off."""
     n = len(known.gain)
     moved, gain = (y - known.y)[:n] / known.sizes, (image - y)[:n] / known.sizes
@@ -477,7 +483,9 @@ def _foretold(known, y, image, sizes, error):
     return Linear(y, sizes, slopes, gain * change)
 
 
-def _many_cycles(drive, y, mode, tolerance, max_cycles):
+def _many_cycles(
+    drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, max_cycles: int
+) -> tuple[np.ndarray, bool]:
     """Implicit steps of many cycles each, along the way that plain cycles take, until they lead no farther.
 
     It is pseudo-transient continuation [1]_: a step over d cycles solves ``(1/d + 1 - S) step = gain``, with the slopes
@@ -558,7 +566,7 @@ class _Leap:
     comes_down: bool = True
     """Whether the gain was halved, or no short step tells yet: then the slopes are good enough."""
 
-    def short_step(self, found, noise, reach):
+    def short_step(self, found: Linear, noise: float, reach: float) -> np.ndarray | None:
         """Short step from a map behind the leap; None where the gain is as foretold, or noise, or falls no more.
 
         Nor is there one that is longer than `reach`.
@@ -579,18 +587,18 @@ class _Leap:
         return step
 
 
-def _implicit_step(slopes, gain, count):
+def _implicit_step(slopes: np.ndarray, gain: np.ndarray, count: float) -> np.ndarray:
     """Implicit step over some cycles, relative."""
     return np.linalg.solve((1.0 / count + 1.0) * np.eye(len(gain)) - slopes, gain)
 
 
-def _sizes(drive, y):
+def _sizes(drive: Drive, y: np.ndarray) -> np.ndarray:
     """What changes of a state are related to."""
     scale = drive.accuracy.scale
     return scale + np.abs(y[: len(scale)])
 
 
-def _correction(slopes):
+def _correction(slopes: np.ndarray) -> np.ndarray:
     """See `Known`: the inverse of one less the slopes; states that are held stay."""
     gap = np.eye(len(slopes)) - slopes
     free = np.flatnonzero(np.abs(gap).max(axis=1) > LOOSE)
@@ -658,7 +666,7 @@ def known_orbit(p: Any, tables: Any, orbit: Orbit, breakpoints: np.ndarray, accu
     return Known(orbit.y, orbit.mode, _correction(found.slopes))
 
 
-def _from_known(drive, known, tolerance, record):
+def _from_known(drive: Drive, known: Known, tolerance: float, record: Record) -> Settling | None:
     """Broyden's method from a state that is near; None where it does not come to the periodic state at once.
 
     Nor where a cycle moves what the known cycle held, as a piston in its friction, or ends in another phase: the
@@ -701,7 +709,7 @@ def _from_known(drive, known, tolerance, record):
         learning = known.rough and largest_gain <= largest_before
         if left > CLIP or (before is not None and left > before and not learning):
             return None
-        if before is not None and len(record.log) and left <= tolerance:
+        if before is not None and len(record.log) and left <= tolerance and drive.outcome:
             recorded = Recorded(record.log[: drive.outcome.logged], record.trace, image, drive.outcome)
             return Settling(y, mode, Status.DONE, largest_gain, np.inf, 1, correction, recorded)
         y, nearer = y.copy(), left / before if before else 1.0
@@ -712,8 +720,9 @@ def _from_known(drive, known, tolerance, record):
     return None
 
 
-def _settled(drive, y, mode, tolerance, max_cycles):
+def _settled(drive: Drive, y: np.ndarray, mode: np.ndarray, tolerance: float, max_cycles: int) -> Settling:
     """Plain cycles, and help between them; see `periodic_orbit`."""
+    kept: Settling | None
     kept, fine, has_leapt, has_arrived, looks_at = None, 0, False, False, FAR
     while True:
         sure = fine >= 2 or (kept is None and drive.cycles >= PATIENCE)
@@ -721,7 +730,7 @@ def _settled(drive, y, mode, tolerance, max_cycles):
         found = _plain_cycles(drive, y, mode, enough, max(1, min(BURST, max_cycles - drive.cycles)), sure)
         leads_on = kept is None or (found.status == Status.DONE and (has_leapt or _nearer(found, kept)))
         astray = not (leads_on or found.period)
-        if astray:
+        if astray and kept is not None:
             found = kept
         if found.status != Status.DONE or found.period or drive.cycles >= max_cycles:
             return found
@@ -744,7 +753,7 @@ def _settled(drive, y, mode, tolerance, max_cycles):
                 y, kept, fine = better, found, 0 if clipped else fine + 1
 
 
-def _subharmonic(drive, found, max_cycles):
+def _subharmonic(drive: Drive, found: Settling, max_cycles: int) -> Settling:
     """Plain cycles until the state repeats after some of them, as a driven oscillator's may, or shows no sign of it.
 
     It repeats where its change over a period is no more than the solver's error through two periods, and does not add
@@ -776,7 +785,7 @@ def _subharmonic(drive, found, max_cycles):
     return found
 
 
-def _only_errors_move(drive, found, tolerance):
+def _only_errors_move(drive: Drive, found: Settling, tolerance: float) -> bool:
     """Whether what moves the state is the solver's error, which falls with the tolerance of a step; a drift stays.
 
     A cycle goes before: what it forgets begins with the error of the steps that it takes.
@@ -786,14 +795,18 @@ def _only_errors_move(drive, found, tolerance):
     usual = _moved(drive, found)
     with drive.finer_steps():
         finer = None if usual is None else _moved(drive, found)
-    return finer is not None and bool(np.abs(finer - FINE * usual).max() / (1.0 - FINE) <= STILL * tolerance)
+    if usual is None or finer is None:
+        return False
+    return bool(np.abs(finer - FINE * usual).max() / (1.0 - FINE) <= STILL * tolerance)
 
 
-def _moved(drive, found):
+def _moved(drive: Drive, found: Settling) -> np.ndarray | None:
     """What some cycles behind the next one move a state by, relative; None where they fail or change the phase."""
     start = _image(drive, found.y, found.mode)
     image = None if start is None else _image(drive, start, found.mode, STILL)
-    return None if image is None else (image - start)[: len(drive.accuracy.scale)] / _sizes(drive, start)
+    if start is None or image is None:
+        return None
+    return (image - start)[: len(drive.accuracy.scale)] / _sizes(drive, start)
 
 
 def periodic_orbit(
@@ -899,11 +912,11 @@ def periodic_orbit(
     return orbit._replace(known=Known(y, found.mode, found.correction))
 
 
-def _nearer(found, kept):
+def _nearer(found: Settling, kept: Settling) -> bool:
     """Whether cycles come clearly nearer to a period than others; a step that was clipped cannot do more."""
     return _least(found) < NEARER * _least(kept)
 
 
-def _least(found):
+def _least(found: Settling) -> float:
     """Change over the last cycle, or over the last two where that is smaller."""
     return min(found.change, found.change_of_two)

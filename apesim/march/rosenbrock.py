@@ -159,7 +159,7 @@ def slopes_of_rates(
 
 
 @kernel(inline=False)
-def _factorise(matrix, pivots):
+def _factorise(matrix: np.ndarray, pivots: np.ndarray) -> bool:
     """Factorise a matrix in place into triangles, with partial pivoting. False where it is singular."""
     n = matrix.shape[0]
     for column in range(n):
@@ -181,7 +181,7 @@ def _factorise(matrix, pivots):
 
 
 @kernel(inline=False)
-def _substitute(matrix, pivots, x):
+def _substitute(matrix: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
     """Solve for the right-hand side x, in place, with the factors of `_factorise`."""
     n = matrix.shape[0]
     for i in range(n):

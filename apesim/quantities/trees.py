@@ -171,7 +171,6 @@ def joined(*keys: str) -> str:
     return ".".join(filter(None, keys))
 
 
-@lru_cache(maxsize=512)
 def spellings(cls: Any, section: str = "") -> dict[str, Spelling]:
     """Return the other spellings of the keys of a tree.
 

@@ -51,8 +51,8 @@ print(f"specific air:         {air.min():+.2f} to {air.max():+.2f} %")
 print(f"coldest cylinder air: {coldest.min():+.2f} to {coldest.max():+.2f} K")
 
 # %%
-# How cold the air is, and for how much of a turn it is colder than 300 K. No wall gives heat to the air here, so this is
-# an adiabatic limit: real air does not become so cold.
+# How cold the air is, and for how much of a turn it is colder than 300 K. No wall gives heat to the air here, so
+# this is an adiabatic limit: real air does not become so cold.
 
 temperature = real["cylinder_temperature"].sel(supply_pressure=machine.supply.pressure, method="nearest")
 share = (temperature < 300.0).mean("crank_angle_deg")

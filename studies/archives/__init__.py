@@ -1,4 +1,5 @@
 """Archives of results: what they hold, whether they are whole, how two differ, and joining and exporting them.
 
-Files in the order in which an archive meets them: description, verification, comparison, joining.
+Files in the order in which an archive meets them: description, verification, comparison, machines (beside one that is
+given), joining.
 """

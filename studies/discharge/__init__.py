@@ -4,8 +4,8 @@ A vessel empties through the valve to atmosphere. A test tells nothing below a s
 and nothing once half the band is too wide a share of the area at full opening; both cut-offs are stated.
 
 In the order in which they build on one another: vessel (the law), records (the tests), area (the fit and its band),
-wall (the heat that it gives), opening (the curve), collapse (of the curves of several tests), evaluation, summary,
-effective_area (the result).
+wall (the heat that it gives), opening (the curve), collapse (of the curves of several tests), evaluation, summary
+(table and JSON), effective_area (the result).
 """
 
 from apesim.studies.discharge.area import fit_area

@@ -1,5 +1,6 @@
 """Limits of the valve and of the engine that it feeds.
 
 points (of a map of limits), design_rule (what the limits have in common), valve_limit (highest rate with complete
-strokes), engine_limit (highest speed at which the intended timing is met).
+strokes), engine_limit (highest speed at which the intended timing is met), summary (for console and JSON),
+engine_limit_map (the result).
 """

@@ -141,8 +141,8 @@ def _vary(
             right = 'write KEY=RANGE, e.g. supply.pressure="0.6:1.4:0.2 MPa gauge"'
             all_faults.append(Fault(where, "", f"{quoted(key)} varies nothing", right))
         elif key in others:
-            base = others[key].key
-            all_faults.append(Fault(where, key, f"is another spelling of {base}", f"vary {base}"))
+            right = others[key].key
+            all_faults.append(Fault(where, key, f"is another spelling of {right}", f"vary {right}"))
         elif key not in declarations:
             all_faults.append(misassigned(type(base), key, where))
         elif declarations[key].is_table:

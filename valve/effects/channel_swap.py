@@ -2,6 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 from apesim.reading import Reading
@@ -43,7 +45,7 @@ def sensor(effect: ChannelSwap, reading: Reading) -> Reading:
     """
     first, second = SWAPPED
 
-    def at(times):
+    def at(times: np.ndarray) -> dict[str, np.ndarray]:
         channels = reading.at(times)
         if first not in channels or second not in channels:
             return channels

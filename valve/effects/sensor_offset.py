@@ -2,6 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from apesim.effect import Effect
 from apesim.quantities import Quantity
 from apesim.reading import Reading
@@ -54,7 +56,7 @@ def sensor(effect: SensorOffset, reading: Reading) -> Reading:
     """
     offsets = effect._asdict()
 
-    def at(times):
+    def at(times: np.ndarray) -> dict[str, np.ndarray]:
         return {name: values + offsets.get(name, 0.0) for name, values in reading.at(times).items()}
 
     return reading._replace(at=at)

@@ -54,7 +54,7 @@ def adjust(effect: SlowRamp, actuator: "Actuator", tables: "ActuatorTables") -> 
     [[1.5, 0.0], [3.5, 1.0]]
     """
 
-    def slower(curve):
+    def slower(curve: np.ndarray) -> np.ndarray:
         start, ramp = curve[0, 0], curve[-1, 0] - curve[0, 0]
         lengthened = max(ramp + effect.time, MIN_RAMP)
         return np.column_stack((start + (curve[:, 0] - start) * (lengthened / ramp), curve[:, 1]))

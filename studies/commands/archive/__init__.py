@@ -1,4 +1,4 @@
-"""The commands of archives."""
+"""The commands of archives, a file each; machine_differences is what several of them show."""
 
 from apesim.studies.commands.archive.diff import compare_archives
 from apesim.studies.commands.archive.export import export_archive

@@ -1,4 +1,4 @@
-"""The commands of what measurements show and the model does not."""
+"""The commands of what measurements show and the model does not, a file each; inputs is what they read first."""
 
 from apesim.studies.commands.gap.effects import list_effects
 from apesim.studies.commands.gap.explain import explain_gap

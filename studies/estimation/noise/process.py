@@ -30,6 +30,8 @@ UNEVEN = 0.01
 """Spread of the sampling intervals over their median, from which they are not one."""
 CORRELATIONS = np.linspace(-0.9, 0.97, 188)
 """Correlations of neighbours, among which the most probable is chosen."""
+Group = Sequence[tuple[np.ndarray, np.ndarray]]
+"""Stretches (n,) that share the weights of some columns (n, k), each with its own."""
 
 
 class Noise(NamedTuple):
@@ -392,7 +394,13 @@ def beside(
     return _coloured(records, [list(zip(records, rows, strict=True))], source, taken)
 
 
-def _coloured(stretches, groups, source, fitted, stated=np.nan):
+def _coloured(
+    stretches: Sequence[np.ndarray],
+    groups: Sequence[Group],
+    source: str,
+    fitted: Sequence[np.ndarray],
+    stated: float = np.nan,
+) -> Noise:
     """Noise from stretches that something was fitted to; of the first order the most probable, see `_most_probable`."""
     found = autoregressive(stretches, source, fitted, DOUBT)
     if found.order != 1 or found.samples < STRETCH:
@@ -400,7 +408,7 @@ def _coloured(stretches, groups, source, fitted, stated=np.nan):
     return _most_probable(groups, source, found.samples, stated)
 
 
-def _most_probable(groups, source, free, stated):
+def _most_probable(groups: Sequence[Group], source: str, free: float, stated: float) -> Noise:
     """Noise of the first order with the correlation that makes stretches most probable.
 
     It holds whatever the weights of some columns in them are: groups of stretches (n,) that share weights, each with

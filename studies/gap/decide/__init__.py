@@ -1,4 +1,5 @@
 """The decision: what is said of the best explanation, by runs that it was not fitted to.
 
-In the order in which they build on one another: operating_points, held_out, verdict, consistency.
+In the order in which they build on one another: operating_points, windows (means of residuals), held_out, consistency,
+odd_files (one that is explained worse), inclusion (of each effect), reliability (of a statement), verdict.
 """

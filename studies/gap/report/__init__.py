@@ -1,5 +1,6 @@
 """The report of a verdict, as data, files and a page.
 
-In the order in which they build on one another: effect_rows, comparison, verdict_json, extended_machine, petab_select,
+In the order in which they build on one another: rounding (of numbers), words (of names), chances (in words);
+comparison, calibrated_numbers, effect_rows, likely_cause, run_scatter; verdict_json, extended_machine, petab_select,
 residual_map, html (of template.html).
 """
