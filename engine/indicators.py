@@ -21,6 +21,7 @@ from apesim.engine.cycle.state import (
     receiver_state,
 )
 from apesim.engine.cylinder import CAM, IDEAL_VALVE
+from apesim.engine.effects import library_of
 from apesim.engine.exergy import TERMS, exergy_closure, exergy_ledger
 from apesim.engine.friction import friction_mean_effective_pressure, mean_piston_speed
 from apesim.engine.ideal_work import full_admission_work, isentropic_work, isothermal_work
@@ -38,6 +39,11 @@ from apesim.valve.measures import Stroke, Travel, closing_stroke, lap_times, ope
 
 JOULE_PER_KWH = 3.6e6
 """Joules in a kilowatt-hour."""
+ADIABATIC = "adiabatic limit"
+"""What a cold temperature is where no wall gives heat to the air: real air does not become so cold."""
+COLD_WORDS = f"({ADIABATIC} without wall heat)"
+WALL_HEATS = "cylinder_wall_heat", "tabulated_cylinder_heat"
+"""Effects that bring heat from the walls to the air of the cylinder."""
 INDICATORS = {
     "speed_rpm": ("r/min", "speed, revolutions a minute"),
     "indicated_torque_Nm": ("N m", "mean indicated torque"),
@@ -70,8 +76,8 @@ INDICATORS = {
     "closing_fluctuation": ("1", "(peak speed - lowest later speed before contact)/peak, closing stroke"),
     "peak_cylinder_pressure_Pa": ("Pa abs", "highest cylinder pressure"),
     "intake_pressure_fluctuation_Pa": ("Pa", "highest less lowest pressure in the receiver"),
-    "lowest_cylinder_temperature_K": ("K", "lowest cylinder temperature"),
-    "exhaust_temperature_K": ("K", "temperature of the exhaust air of a cycle, mixed: by its mean enthalpy"),
+    "lowest_cylinder_temperature_K": ("K", f"lowest cylinder temperature {COLD_WORDS}"),
+    "exhaust_temperature_K": ("K", f"mixed temperature of the exhaust air of a cycle {COLD_WORDS}"),
     **{f"exergy_{name}_J": ("J", f"{text}, in a cycle") for name, text in TERMS.items()},
     "converged": ("1", "whether the state repeats: 1 yes, 0 no"),
     "period_cycles": ("1", "cycles after which the state repeats; 0: not seen to repeat"),
@@ -90,6 +96,31 @@ FLAGS = ("converged",)
 """Names of the indicators that are 1 for yes and 0 for no."""
 COUNTS = ("period_cycles", "cycles")
 """Names of the indicators that count cycles."""
+
+
+def is_adiabatic(machine: Machine) -> bool:
+    """Tell whether no effect of a machine can bring heat from the walls to the air of its cylinder.
+
+    Parameters
+    ----------
+    machine : apesim.engine.machine.Machine
+        Machine with its effects. One from outside that acts on the engine may bring heat.
+
+    Returns
+    -------
+    bool
+        Whether its cold temperatures are an adiabatic limit.
+
+    Examples
+    --------
+    >>> is_adiabatic(Machine()), is_adiabatic(Machine().with_(effects_cylinder_wall_heat_h="200 W/(m^2 K)"))
+    (True, False)
+    """
+    return not any(
+        effect.is_on(getattr(machine.effects, effect.name))
+        for effect in library_of(machine.effects)
+        if effect.name in WALL_HEATS or (effect.is_from_outside and effect.layer == "engine")
+    )
 
 
 def ratio(numerator: float, denominator: float) -> float:

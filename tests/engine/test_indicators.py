@@ -9,7 +9,9 @@ from apesim.engine.angles import DEGREE
 from apesim.engine.breathing import raised_cosine
 from apesim.engine.cycle.rates import TRACE
 from apesim.engine.cylinder import EPV
-from apesim.engine.indicators import INDICATORS, indicators
+from apesim.engine.effects.tabulated_cylinder_heat import TabulatedCylinderHeat
+from apesim.engine.indicators import ADIABATIC, INDICATORS, indicators, is_adiabatic
+from apesim.engine.machine import Machine
 from apesim.engine.steady import run_steady
 from tests.machines import AMBIENT, RPM, machine, settled
 
@@ -129,6 +131,24 @@ def test_lowest_temperature_and_that_of_the_mixed_exhaust_are_those_of_the_trace
     assert found["exhaust_temperature_K"] == pytest.approx(mixed, rel=QUADRATURE)
     assert found["lowest_cylinder_temperature_K"] == pytest.approx(temperature.min(), rel=1e-6)
     assert found["lowest_cylinder_temperature_K"] <= temperature.min()
+
+
+@pytest.mark.parametrize(
+    ("settings", "adiabatic"),
+    [
+        ({}, True),
+        ({"effects_ring_leakage_area": "0.1 mm^2", "effects_chamber_wall_heat_h": "100 W/(m^2 K)"}, True),
+        ({"effects_cylinder_wall_heat_h": "200 W/(m^2 K)"}, False),
+        ({f"effects.tabulated_cylinder_heat.{TabulatedCylinderHeat._fields[0]}": 0.1}, False),
+    ],
+)
+def test_a_cold_temperature_is_an_adiabatic_limit_where_no_wall_heats_the_cylinder(settings, adiabatic):
+    assert is_adiabatic(Machine().with_(**settings)) == adiabatic
+
+
+def test_cold_temperatures_say_that_they_are_an_adiabatic_limit():
+    for name in ("lowest_cylinder_temperature_K", "exhaust_temperature_K"):
+        assert ADIABATIC in INDICATORS[name][1]
 
 
 def test_pressure_before_the_groove_fluctuates_only_with_a_finite_receiver(point):

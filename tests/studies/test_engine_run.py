@@ -94,3 +94,10 @@ def test_what_does_not_converge_is_raised_with_its_result_and_the_command_ends_w
 def test_nothing_is_printed(capsys):
     run_engine(Machine().with_(engine_intake="ideal"), "1000 rpm")
     assert capsys.readouterr() == ("", "")
+
+
+def test_the_table_calls_cold_temperatures_an_adiabatic_limit(apesim):
+    code, out, _ = apesim("engine", "run", "--speed", "1000 rpm")
+    cold = [line for line in out.splitlines() if "temperature" in line]
+    assert code == 0 and len(cold) == 2
+    assert all("adiabatic limit" in line for line in cold)

@@ -37,6 +37,8 @@ SHOWN = (
     ("lowest cylinder temperature", "lowest_cylinder_temperature_K", 1.0, "K"),
     ("exhaust temperature, mixed", "exhaust_temperature_K", 1.0, "K"),
 )
+COLD = "lowest_cylinder_temperature_K", "exhaust_temperature_K"
+"""Numbers that say how cold the air comes to be."""
 
 
 def run_engine(
@@ -75,6 +77,7 @@ def run_engine(
     import numpy as np
 
     from apesim.engine.cycle.rates import TRACE
+    from apesim.engine.indicators import ADIABATIC, is_adiabatic
     from apesim.results import NotConverged
     from apesim.studies import engine_run
     from apesim.studies.output import write_traces
@@ -90,7 +93,8 @@ def run_engine(
     if csv:
         samples = np.column_stack((run.traces["crank_angle_deg"], run.march.trace))
         write_traces(csv, ("crank_angle [deg]", *TRACE), samples)
-    rows = [(name, number(run[key] * factor), unit) for name, key, factor, unit in SHOWN]
+    limit = f", {ADIABATIC}" if is_adiabatic(machine) else ""
+    rows = [(name + limit * (key in COLD), number(run[key] * factor), unit) for name, key, factor, unit in SHOWN]
     title = f"{run.conditions['intake']} at {run['speed_rpm']:g} r/min"
     closes = (
         f"{orbit.cycles} cycles to a period of {orbit.period}, last change {orbit.change:.1e}; closure of "

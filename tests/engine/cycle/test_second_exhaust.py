@@ -35,4 +35,6 @@ def test_what_the_list_names_is_there():
     stems = {path.stem for layer in LAYERS for path in (ROOT / layer).rglob("*")}
     code = {each.split(".")[-1] if each.islower() else each for each in re.findall(r"`([\w.]+)`", text)}
     source = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "engine").rglob("*.py"))
-    assert [each for each in sorted(code) if each.split(".")[-1] not in stems and each.split(".")[-1] not in source] == []
+    assert [
+        each for each in sorted(code) if each.split(".")[-1] not in stems and each.split(".")[-1] not in source
+    ] == []
