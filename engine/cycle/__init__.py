@@ -5,8 +5,8 @@ rates (the coupled march), operating_point (a machine and a speed as the march t
 
 A second exhaust valve would touch, in this order:
 
-1. its keys: an `Exhaust` more in `apesim.engine.cylinder.Engine`, its rows in `apesim.engine.proportions`, and whether it
-   is among `apesim.engine.first_keys`;
+1. its keys: an `Exhaust` more in `apesim.engine.cylinder.Engine`, its rows in `apesim.engine.proportions`, and whether
+   it is among `apesim.engine.first_keys`;
 2. the list of flows, `exchange`, its field and its number: modes, regimes, events and ledger follow from there;
 3. `flows`: its line in `exchange_sides`, `exchange_areas`, `exchange_flows`, `with_past_groove` and `open_flows`, and
    its share of the open area, as `apesim.engine.breathing.exhaust_area`;

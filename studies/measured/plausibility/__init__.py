@@ -8,7 +8,8 @@ signals (levels, noise, edges), sample_and_hold (rows that repeat a slower sampl
 are masked), impossible (samples that the machine rules out), misreadings (units and signs that are often confused),
 records (one record by itself), expected (what the machine shows), levels (pressures, lift and the others against the
 machine), motion (when the valve moves), valve_bench, engine_bench and cylinder_bench (all checks of a bench),
-machine_file (whether its numbers are the rig's), folder (runs against each other), examination (all checks of a folder).
+machine_file (whether its numbers are the rig's), folder (runs against each other), examination (all checks of a
+folder).
 """
 
 from apesim.studies.measured.plausibility.examination import Examination, examine, refuse_faults
