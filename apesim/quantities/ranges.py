@@ -62,7 +62,7 @@ def _several(text: Any, declaration: Declared, ambient_pressure: float | None) -
     if not isinstance(text, str) or not isinstance(declaration, Quantity):
         return None
     try:
-        items = _steps(text, declaration) if ":" in text else text.split(",")
+        items = _steps(text, declaration) if ":" in text else _listed(text, declaration)
         declaration.read(items[0], ambient_pressure)
     except InvalidValue:
         return None
@@ -82,7 +82,8 @@ def parse_range(
     ----------
     text : str or list of str
         "300:3000:100 rpm" (start:stop:step; the stop is included if a step meets it),
-        "0.4:1.0:0.2 MPa gauge", "500 rpm, 600 rpm", or a list of single texts.
+        "0.4:1.0:0.2 MPa gauge", "500 rpm, 600 rpm", "500, 600 rpm" (the unit at the end is that of all), or a list
+        of single texts.
     declaration : Quantity, Choice or Curve
         What each value may be.
     ambient_pressure : float, optional
@@ -104,8 +105,8 @@ def parse_range(
     Examples
     --------
     >>> from apesim.quantities import Quantity
-    >>> parse_range("2:6:2 mm", Quantity("mm", 1, 50, "chosen"))
-    [0.002, 0.004, 0.006]
+    >>> parse_range("2:6:2 mm", Quantity("mm", 1, 50, "chosen")), parse_range("2, 5 mm", Quantity("mm", 1, 50, "chosen"))
+    ([0.002, 0.004, 0.006], [0.002, 0.005])
     """
     try:
         return _values(text, declaration, ambient_pressure, where, file)
@@ -130,7 +131,7 @@ def _with_points(
 
 def _values(text: Any, declaration: Declared, ambient_pressure: float | None, where: str, file: str) -> list[Any]:
     """The values of a range or list, see `parse_range`."""
-    values, faults, items = [], [], text.split(",") if isinstance(text, str) else text
+    values, faults, items = [], [], _listed(text, declaration) if isinstance(text, str) else text
     try:
         if isinstance(text, str) and ":" in text and isinstance(declaration, Quantity):
             items = _steps(text, declaration)
@@ -148,6 +149,19 @@ def _values(text: Any, declaration: Declared, ambient_pressure: float | None, wh
     if faults:
         raise InputError(faults)
     return values
+
+
+def _listed(text: str, declaration: Declared) -> list[str]:
+    """The items of a list in a text; where the last one alone has a unit, it is that of all, as in a range.
+
+    With a comma between digits, which may be a decimal one, each item has to say its own.
+    """
+    items = text.split(",")
+    last = re.fullmatch(rf"{NUMBER}\s*(\S.*)", items[-1].strip()[:100])
+    bare = all(re.fullmatch(NUMBER, item.strip()) for item in items[:-1])
+    if not isinstance(declaration, Quantity) or not last or not bare or re.search(DECIMAL_COMMA, text):
+        return items
+    return [*(f"{item.strip()} {last[2]}" for item in items[:-1]), items[-1]]
 
 
 def _steps(text: str, quantity: Quantity) -> list[str]:
