@@ -105,7 +105,8 @@ def parse_range(
     Examples
     --------
     >>> from apesim.quantities import Quantity
-    >>> parse_range("2:6:2 mm", Quantity("mm", 1, 50, "chosen")), parse_range("2, 5 mm", Quantity("mm", 1, 50, "chosen"))
+    >>> stroke = Quantity("mm", 1, 50, "chosen")
+    >>> parse_range("2:6:2 mm", stroke), parse_range("2, 5 mm", stroke)
     ([0.002, 0.004, 0.006], [0.002, 0.005])
     """
     try:
@@ -157,11 +158,12 @@ def _listed(text: str, declaration: Declared) -> list[str]:
     With a comma between digits, which may be a decimal one, each item has to say its own.
     """
     items = text.split(",")
-    last = re.fullmatch(rf"{NUMBER}\s*(\S.*)", items[-1].strip()[:100])
+    last = re.match(rf"\s*{NUMBER}\s*", items[-1])
+    name = items[-1][last.end() :].strip() if last else ""
     bare = all(re.fullmatch(NUMBER, item.strip()) for item in items[:-1])
-    if not isinstance(declaration, Quantity) or not last or not bare or re.search(DECIMAL_COMMA, text):
+    if not isinstance(declaration, Quantity) or not name or not bare or re.search(DECIMAL_COMMA, text):
         return items
-    return [*(f"{item.strip()} {last[2]}" for item in items[:-1]), items[-1]]
+    return [*(f"{item.strip()} {name}" for item in items[:-1]), items[-1]]
 
 
 def _steps(text: str, quantity: Quantity) -> list[str]:

@@ -182,6 +182,8 @@ def test_optional():
         ("1:2:.5", RATIO, ["1", "1.5", "2"]),
         ("500 rpm, 600 rpm", SPEED, ["500 rpm", "600 rpm"]),
         ("500, 600 rpm", SPEED, ["500 rpm", "600 rpm"]),
+        ("1.5, 2e1", RATIO, ["1.5", "20"]),
+        ("2, 1.5", RATIO, ["2", "1.5"]),
         ("-5, 15°", ANGLE, ["-5 deg", "15 deg"]),
         ("0.4, .6 MPa gauge", SUPPLY, ["0.4 MPa gauge", "0.6 MPa gauge"]),
         ("500 rpm", SPEED, ["500 rpm"]),
