@@ -59,9 +59,13 @@ class Summary(NamedTuple):
     """Place of the largest."""
     where_relative: str
     """Place of the largest relative one."""
+    a: Any
+    """What the first archive has there, or in the first difference where there are no two numbers."""
+    b: Any
+    """What the second one has there."""
 
 
-def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> Comparison:
+def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0, floor: float = 0.0) -> Comparison:
     """Compare two archives in machine, axes and results; NaN equals NaN.
 
     Runs are matched by the coordinates that both archives have, such as speed and pressure; by number where one has
@@ -73,6 +77,9 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> Co
         Files of the archives.
     rtol, atol : float
         float64 values are equal within atol + rtol times the larger magnitude; others must be the same.
+    floor : float
+        Share of the largest magnitude of a variable, or of 1 for numbers without a unit that are smaller, which is
+        added to `atol`: what is nearly zero beside it may differ by rounding alone.
 
     Returns
     -------
@@ -127,14 +134,21 @@ def diff(path_a: Path, path_b: Path, rtol: float = 0.0, atol: float = 0.0) -> Co
             rows += _compared(kind, name, None, mine.values, other.values, a, mine.dims, rtol, atol)
         elif mine.values.shape[1:] == other.values.shape[1:]:
             ours, theirs = mine.values[at_a], other.values[at_b]
-            differs = ~_equal(ours, theirs, rtol, atol).all(axis=tuple(range(1, ours.ndim)))
+            absolute = atol + floor * _size(mine.unit, ours, theirs)
+            differs = ~_equal(ours, theirs, rtol, absolute).all(axis=tuple(range(1, ours.ndim)))
             for i in np.flatnonzero(differs).tolist():
                 run, place = int(a.runs[at_a[i]]), places[at_a[i]]
-                found = _compared(kind, name, run, ours[i], theirs[i], a, mine.dims[1:], rtol, atol)
+                found = _compared(kind, name, run, ours[i], theirs[i], a, mine.dims[1:], rtol, absolute)
                 rows += [row._replace(where=", ".join(filter(None, (place, row.where)))) for row in found]
     compared = (a.variables.keys() | b.variables.keys()) - {"run"}
     different = compared & {row.name for row in rows if row.kind in ("axis", "variable")}
     return Comparison(rows, len(at_a), len(compared) - len(different), len(different))
+
+
+def _size(unit: str, *sides: np.ndarray) -> float:
+    """Largest finite magnitude of floats, at least 1 where they have no unit; 0.0 for all else."""
+    sizes = [np.abs(values[np.isfinite(values)]).max(initial=0.0) for values in sides if values.dtype.kind == "f"]
+    return max([float(unit == "1"), *map(float, sizes)]) if sizes else 0.0
 
 
 def _common_axes(a: Archive, b: Archive, rows: list[Difference]) -> list[str] | None:
@@ -206,12 +220,12 @@ def summarise(rows: Iterable[Difference]) -> list[Summary]:
         numbers = [(size, row) for size, row in apart if size is not None]
         runs = len({(row.run, row.a is None) for row in group if row.run is not None})
         if not numbers:
-            found.append(Summary(kind, name, runs, None, None, group[0].where, ""))
+            found.append(Summary(kind, name, runs, None, None, group[0].where, "", group[0].a, group[0].b))
             continue
         size, row = max(numbers, key=lambda pair: pair[0])
         shares = [(number / max(abs(row.a), abs(row.b)), row) for number, row in numbers]
         relative, relative_row = max(shares, key=lambda pair: pair[0])
-        found.append(Summary(kind, name, runs, size, relative, row.where, relative_row.where))
+        found.append(Summary(kind, name, runs, size, relative, row.where, relative_row.where, row.a, row.b))
     return found
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from apesim.archive.comparison import Difference, Summary, diff, provenance_differences, summarise
 from apesim.engine.machine import Machine
+from apesim.march.error_bounds import MAX_TOLERANCE_CHANGE
 from apesim.quantities import Arguments, Quantity
 from apesim.results import Result, Scalar, needed
 from apesim.studies.archives.machines import differences_from
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     import pandas
 
 TOLERANCE = Quantity("", 0.0, 1e300, "a call")
+SOLVER_TOLERANCE = MAX_TOLERANCE_CHANGE
+"""Relative difference that counts as none unless another is given: the error that a run may have without a warning. So
+the same results from another processor or another version of a compiler are the same."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,7 +100,7 @@ def compare_archives(
     path: str | PathLike[str],
     other: str | PathLike[str],
     *,
-    rtol: float = 0.0,
+    rtol: float = SOLVER_TOLERANCE,
     atol: float = 0.0,
     machine: Machine | None = None,
 ) -> ArchiveComparison:
@@ -107,7 +111,9 @@ def compare_archives(
     path, other : path
         Files of the archives.
     rtol, atol : float
-        Floats are equal within ``atol + rtol`` times the larger magnitude [SI]; all else must be the same.
+        Floats are equal within ``atol + rtol`` times the larger magnitude [SI]; all else must be the same. Beside the
+        largest value of a variable, what is smaller than the solver's own error counts as zero. With ``rtol=0``
+        floats have to be the same to the last bit.
     machine : Machine, optional
         Machine that both are compared with.
 
@@ -138,7 +144,7 @@ def compare_archives(
     arguments.quantity("rtol", rtol, TOLERANCE)
     arguments.quantity("atol", atol, TOLERANCE)
     arguments.refuse()
-    compared = diff(Path(path), Path(other), rtol, atol)
+    compared = diff(Path(path), Path(other), rtol, atol, floor=min(rtol, SOLVER_TOLERANCE))
     summary = summarise(compared.differences)
     return ArchiveComparison(
         {

@@ -77,6 +77,20 @@ def test_tolerances_are_for_floats_only(compare):
     assert len(compare(sample(), changed("cycles", 2, 10), atol=5.0, rtol=1.0)) == 1
 
 
+def test_what_is_nearly_zero_beside_the_largest_value_may_differ(compare):
+    torque = sample().variables["torque"].values
+    nearly = changed("torque", 0, 1e-9 * np.nanmax(torque))  # 0 there
+    assert len(compare(sample(), nearly, rtol=1e-6)) == 1
+    assert compare(sample(), nearly, rtol=1e-6, floor=1e-6) == []
+    assert len(compare(sample(), changed("torque", 0, 1e-3 * np.nanmax(torque)), rtol=1e-6, floor=1e-6)) == 1
+
+
+def test_the_summary_has_both_values_of_a_key_of_the_machine(compare):
+    other = replace(sample(), machine=MACHINE.replace("2 ms", "3 ms"))
+    [row] = summarise(compare(sample(), other))
+    assert (row.kind, row.name, row.a, row.b) == ("machine", "valve.solenoid.dead_time", "2 ms", "3 ms")
+
+
 def test_missing_runs_are_named_and_the_others_matched_by_number(compare):
     rows = compare(sample([0, 1, 4]), sample([1, 2, 4]))
     assert rows == [Difference("run", "run", 0, "", 0, None, 1), Difference("run", "run", 2, "", None, 2, 1)]

@@ -1,12 +1,13 @@
 """Archives from Python: described, verified, compared, joined and exported as the commands do it."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import apesim
-from apesim.archive import ArchiveError, read
+from apesim.archive import ArchiveError, read, write
 from apesim.studies.cli import app
 from apesim.studies.console import main_of
 
@@ -55,6 +56,19 @@ def test_an_archive_is_the_same_as_itself_and_within_a_tolerance_as_another(fold
     assert "brake_torque_Nm" in {row.name for row in exact.differences} - {row.name for row in wide.differences}
     with pytest.raises(apesim.InputError, match=r"compare_archives\(\): rtol"):
         apesim.compare_archives(path, path, rtol=-1.0)
+
+
+def test_results_that_differ_by_less_than_the_solvers_error_are_the_same(folder, tmp_path):
+    again = read(folder / "whole.h5")
+    torque = again.variables["brake_torque_Nm"]
+    again.variables["brake_torque_Nm"] = replace(torque, values=torque.values * (1.0 + 1e-7))
+    write(again, tmp_path / "again.h5")
+    assert apesim.compare_archives(folder / "whole.h5", tmp_path / "again.h5").is_same
+    exact = apesim.compare_archives(folder / "whole.h5", tmp_path / "again.h5", rtol=0.0)
+    assert {row.name for row in exact.differences} == {"brake_torque_Nm"}
+    again.variables["brake_torque_Nm"] = replace(torque, values=torque.values * (1.0 + 1e-3))
+    write(again, tmp_path / "other.h5")
+    assert not apesim.compare_archives(folder / "whole.h5", tmp_path / "other.h5").is_same
 
 
 def test_damage_is_a_fault_and_not_raised(folder, tmp_path):
