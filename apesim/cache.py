@@ -8,6 +8,13 @@ from pathlib import Path
 _temporary: list[tuple[Path, int]] = []
 """Roots that were made for a process alone, each with the process that made it."""
 
+_explanation = ""
+"""Why the last of them was made, see `explain_temporary`."""
+
+
+class CacheWarning(UserWarning):
+    """What is worked out cannot be kept for later runs."""
+
 
 def cache_root() -> Path:
     """Return the parent of the cache's folders.
@@ -74,6 +81,24 @@ def private_folder(name: str) -> Path | None:
     return None
 
 
+def explain_temporary() -> str:
+    """Say in a line why nothing is kept for later runs, and what to do; "" unless this process has a temporary folder.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> from unittest.mock import patch
+    >>> with patch.dict(os.environ):
+    ...     folder = temporary_folder("units")
+    >>> explain_temporary().partition("; ")[2]
+    'set APESIM_CACHE_DIR to a folder of yours that can be written'
+    """
+    return _explanation if any(process == os.getpid() for _, process in _temporary) else ""
+
+
 def temporary_folder(name: str) -> Path:
     """Make a folder for this process and those that it starts from now on, where the cache has none; removed at exit.
 
@@ -97,6 +122,15 @@ def temporary_folder(name: str) -> Path:
     """
     import tempfile
 
+    global _explanation
+    try:
+        where = f"in {cache_root()}, which cannot be written or is not yours alone"
+    except RuntimeError:
+        where = "as the user has no home folder"
+    _explanation = (
+        f"compiled code cannot be kept {where}: each call compiles anew; "
+        "set APESIM_CACHE_DIR to a folder of yours that can be written"
+    )
     root = Path(tempfile.mkdtemp(prefix="apesim-kernels-"))
     _temporary.append((root, os.getpid()))
     atexit.register(remove_temporary_folders)

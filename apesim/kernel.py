@@ -15,6 +15,7 @@ import os
 import platform
 import shutil
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, overload
@@ -26,7 +27,7 @@ from numba.core import event, types
 from numba.core.caching import FunctionCache
 from numba.core.typing.templates import AbstractTemplate, infer_global
 
-from apesim.cache import cache_root, private_folder, temporary_folder
+from apesim.cache import CacheWarning, cache_root, explain_temporary, private_folder, temporary_folder
 
 LAYERS = ("apesim", "apesim.valve", "apesim.engine")
 UPPER_LAYERS = ("valve", "engine", "studies")
@@ -108,14 +109,14 @@ def cache_folder() -> Path:
     True
     """
     name = f"kernels-{sources_hash()}"
-    try:
+    is_new = False
+    with contextlib.suppress(RuntimeError, OSError):  # RuntimeError: the user has no home folder
         is_new = not (cache_root() / name).exists()
-    except RuntimeError:  # the user has no home folder
-        return temporary_folder(name)
     folder = private_folder(name)
     if folder is None:
-        return temporary_folder(name)
-    if is_new:
+        folder = temporary_folder(name)
+        warnings.warn(explain_temporary(), CacheWarning, stacklevel=2)
+    elif is_new:
         _prune(folder, "kernels-*", FOLDERS_KEPT)
     return folder
 

@@ -4,11 +4,12 @@ import gc
 import os
 import signal
 import sys
+import warnings
 from typing import Annotated, NoReturn
 
 import typer
 
-from apesim.cache import remove_temporary_folders
+from apesim.cache import CacheWarning, remove_temporary_folders
 from apesim.studies.commands.archive import archive
 from apesim.studies.commands.engine import engine
 from apesim.studies.commands.gap import gap
@@ -75,6 +76,7 @@ def main() -> NoReturn:
     # Matrices are small here: several threads only wait for one another.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ["MPLBACKEND"] = "Agg"  # figures go into files, in whatever thread they are drawn
+    warnings.simplefilter("ignore", CacheWarning)  # said where something is compiled, in a line of the console
     signal.signal(signal.SIGINT, _interrupt)
     code = main_of(app)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is over

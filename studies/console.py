@@ -275,9 +275,14 @@ class Console:
         ...     print("marching")
         marching
         """
+        from apesim.cache import explain_temporary
         from apesim.kernel import when_compiling
 
-        with when_compiling(lambda: self.message(COMPILING)):
+        def tell() -> None:
+            for line in filter(None, (COMPILING, explain_temporary())):
+                self.message(line)
+
+        with when_compiling(tell):
             yield
 
     def warm_up(self, march: Callable[P, object], *arguments: P.args, **options: P.kwargs) -> None:

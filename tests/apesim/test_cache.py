@@ -3,11 +3,13 @@
 import sys
 from pathlib import Path
 
+import numba
 import platformdirs.macos
 import platformdirs.windows
 import pytest
 
 from apesim import cache, kernel
+from apesim.studies.console import Console
 
 
 @pytest.fixture
@@ -48,10 +50,26 @@ def test_a_user_without_a_home_gets_a_temporary_folder(unset, monkeypatch):
 
     monkeypatch.delenv("HOME", raising=False)
     monkeypatch.setattr(pwd, "getpwuid", unknown)
-    monkeypatch.setattr(kernel, "temporary_folder", lambda name: Path("temporary") / name)
+    monkeypatch.setattr(cache, "_temporary", [])
     with pytest.raises(RuntimeError, match="home"):
         cache.cache_root()
     assert cache.private_folder("units") is None
     kernel.cache_folder.cache_clear()
-    assert kernel.cache_folder().parent == Path("temporary")
+    with pytest.warns(cache.CacheWarning, match="no home folder: .* set APESIM_CACHE_DIR"):
+        assert kernel.cache_folder().parent.name.startswith("apesim-kernels-")
+    cache.remove_temporary_folders()
     kernel.cache_folder.cache_clear()
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled")
+def test_a_command_that_compiles_says_where_nothing_can_be_kept(monkeypatch, tmp_path, capsys):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("APESIM_CACHE_DIR", str(tmp_path / "file"))
+    monkeypatch.setattr(cache, "_temporary", [])
+    cache.temporary_folder("kernels")
+    for quiet in (False, True):
+        with Console(quiet=quiet).announce_compiling():
+            numba.njit(lambda x: x)(1.0)
+    cache.remove_temporary_folders()
+    [compiling, why] = capsys.readouterr().err.splitlines()
+    assert compiling.startswith("compiling") and str(tmp_path / "file") in why and "APESIM_CACHE_DIR" in why

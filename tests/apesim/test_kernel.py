@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from apesim import kernel as module
+from apesim.cache import CacheWarning
 from apesim.kernel import (
     OUTSIDE_FOLDERS_KEPT,
     by_type,
@@ -123,6 +124,12 @@ def is_alone(folder):
     return folder.parent.parent.name == "alone" and modes == {0o700}
 
 
+def unkept_folder():
+    """The folder of the cache where nothing can be kept, which a warning says with what would help."""
+    with pytest.warns(CacheWarning, match="cannot be kept .* set APESIM_CACHE_DIR"):
+        return cache_folder.__wrapped__()
+
+
 def test_the_cache_folder_is_private_whatever_the_umask(root):
     umask = os.umask(0)
     try:
@@ -138,26 +145,26 @@ def test_the_cache_folder_is_private_whatever_the_umask(root):
 def test_a_cache_folder_that_others_may_write_is_not_used(root, mode):
     folder_of(root).mkdir(parents=True)
     folder_of(root).chmod(mode)
-    assert is_alone(cache_folder.__wrapped__())
+    assert is_alone(unkept_folder())
 
 
 def test_a_cache_folder_of_somebody_else_is_not_used(root, monkeypatch):
     cache_folder.__wrapped__()
     somebody_else = os.getuid() + 1
     monkeypatch.setattr(os, "getuid", lambda: somebody_else)
-    assert is_alone(cache_folder.__wrapped__())
+    assert is_alone(unkept_folder())
 
 
 def test_a_link_in_place_of_the_cache_folder_is_not_followed(root, tmp_path):
     root.mkdir()
     (tmp_path / "elsewhere").mkdir(mode=0o700)
     folder_of(root).symlink_to(tmp_path / "elsewhere")
-    assert is_alone(cache_folder.__wrapped__())
+    assert is_alone(unkept_folder())
 
 
 def test_where_no_cache_folder_can_be_made_one_is_made_for_this_process(root):
     root.write_text("a file, not a folder")
-    assert is_alone(cache_folder.__wrapped__())
+    assert is_alone(unkept_folder())
 
 
 ALONE = """
